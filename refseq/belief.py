@@ -1,0 +1,73 @@
+"""What a localiser answers to a view, and the protocol that every localiser fits."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.view import View
+
+LOST = -1
+"""Stands in ``Belief.path`` where the best path is at a Lost_Place."""
+
+
+class Stage(StrEnum):
+    """The thesis' three stages, each one more step of context."""
+
+    UNIFORM = "uniform"
+    PRIOR = "prior"
+    CHAIN = "chain"
+
+    @property
+    def label(self) -> str:
+        """The stage in words, for tables and legends."""
+        return {
+            Stage.UNIFORM: "mixture, uniform prior",
+            Stage.PRIOR: "mixture, motion prior",
+            Stage.CHAIN: "mixture + hidden Markov chain",
+        }[self]
+
+
+@dataclass(frozen=True, slots=True)
+class Timings:
+    """Wall time spent on one view, by step [s]."""
+
+    features: float = 0.0
+    matching: float = 0.0
+    mixture: float = 0.0
+    chain: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """Sum of the steps [s]."""
+        return self.features + self.matching + self.mixture + self.chain
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """Where the robot may be.
+
+    ``places`` is (K,) float64 and sums to 1: the probability of each place of the reference sequence, given that the
+    robot is on it. ``lost`` is the probability that it is not. ``best`` is the most probable place; ``path`` the best
+    places for the last views up to now, oldest first, ``LOST`` where they are at a Lost_Place. ``entropy`` is that of
+    ``places`` [nats].
+    """
+
+    places: NDArray[np.float64]
+    lost: float
+    best: int
+    path: tuple[int, ...]
+    entropy: float
+    timings: Timings = Timings()
+
+
+class Localiser(Protocol):
+    """Anything that the bench can judge: ours, the baselines, a user's own class."""
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+
+    def update(self, view: View) -> Belief:
+        """Take the next view and answer from the views up to it."""

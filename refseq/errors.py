@@ -1,0 +1,13 @@
+"""The one family of errors that this package raises for input it cannot use."""
+
+
+class RefseqError(Exception):
+    """An input cannot be used: the message names the value, its place and what is valid, in one line."""
+
+
+class MapError(RefseqError):
+    """A ``.refseq`` map cannot be read, or does not fit the views."""
+
+
+class LogError(RefseqError):
+    """A recording (MCAP or CARMEN) cannot be read."""

@@ -1,0 +1,67 @@
+"""What the robot senses at one place: the type that a simulator, an MCAP file and a CARMEN log all deliver."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+LASER = "laser"
+"""Name of the laser among a view's sensors; the other names are those of its cameras."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A pose in the plane: ``x``, ``y`` [m] and ``heading`` [rad], counter-clockwise from the x axis."""
+
+    x: float
+    y: float
+    heading: float
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """One turn of a laser scanner.
+
+    ``ranges`` is (n,) float32 [m], counter-clockwise, ``inf`` where nothing came back; beam ``i`` points to
+    ``start + i * step`` [rad] from the robot's forward direction. ``max_range`` [m] is the farthest that can be seen.
+    """
+
+    ranges: NDArray[np.float32]
+    start: float = -np.pi / 2
+    step: float = np.pi / 360
+    max_range: float = 80.0
+
+    @property
+    def bearings(self) -> NDArray[np.float64]:
+        """Directions of the beams, (n,) [rad]."""
+        return self.start + self.step * np.arange(len(self.ranges))
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """End points of all beams in the scanner's frame, (n, 2) [m]; a beam without return ends at ``max_range``."""
+        reach = np.minimum(self.ranges, self.max_range).astype(float)
+        return reach[:, None] * np.stack([np.cos(self.bearings), np.sin(self.bearings)], axis=1)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """All sensors at one place (card V1); a missing sensor is not an error, it contributes nothing.
+
+    ``time`` [s]; ``images`` maps a camera's name to (height, width) uint8; ``distance`` [m] (negative when the robot
+    reversed) and ``turn`` [rad] are odometry since the last view; ``truth`` is the true pose where one is known: it is
+    for scoring and drawing, a localiser must not look at it.
+    """
+
+    time: float
+    images: Mapping[str, NDArray[np.uint8]] = field(default_factory=lambda: MappingProxyType({}))
+    scan: Scan | None = None
+    distance: float = 0.0
+    turn: float = 0.0
+    truth: Pose | None = None
+
+    @property
+    def sensors(self) -> frozenset[str]:
+        """Names of the sensors that have something to say in this view."""
+        return frozenset(self.images) | ({LASER} if self.scan is not None else set())
