@@ -1,0 +1,5 @@
+"""The one family of errors that this package raises for input it cannot use."""
+
+
+class SimError(Exception):
+    """A bench cannot be built or run as asked: the message names the value and what is valid, in one line."""

@@ -1,0 +1,233 @@
+"""A person who leads the robot along a route with a joystick: sees where it is, and is not perfect.
+
+Steering is pure pursuit (Coulter 1992: curvature = 2 sin α / L towards a point L ahead) of a route that wanders to the
+side; wander, heading error and speed are Ornstein–Uhlenbeck processes, the first two over path length, the last over
+time.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.view import Pose
+from robots import Twist
+from sim.errors import SimError
+
+REVERSAL = math.radians(100)
+"""A route that bends by more than this is left at a stop, after which the robot turns on the spot."""
+
+ARRIVED = 0.03
+"""Distance from the end of a leg at which it counts as done [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorStyle:
+    """How somebody drives; raises ``SimError`` for values that nobody could drive with.
+
+    ``strength`` scales all imperfections: 0 is perfect, 1 a careful person. ``wander`` [m] to the side is correlated
+    over ``wander_length`` [m] and never more than ``wander_limit`` [m]; ``heading_error`` [rad] over ``heading_length``
+    [m]; ``speed_error`` [m/s] over ``speed_time`` [s]. ``speed`` [m/s] is the mean; ``lookahead`` [m] is how far ahead
+    the person looks. Limits [m/s, rad/s, m/s², rad/s²] are those of the rebuilt robot's teleoperation, accelerations
+    are choices.
+    """
+
+    strength: float = 1.0
+    speed: float = 0.4
+    speed_error: float = 0.05
+    speed_time: float = 3.0
+    wander: float = 0.08
+    wander_length: float = 4.0
+    wander_limit: float = 0.2
+    heading_error: float = math.radians(1.5)
+    heading_length: float = 1.5
+    lookahead: float = 0.7
+    max_speed: float = 0.5
+    max_angular: float = 0.5
+    acceleration: float = 0.3
+    angular_acceleration: float = 0.8
+
+    def __post_init__(self) -> None:
+        for key in ("strength", "speed_error", "wander", "heading_error"):
+            if not getattr(self, key) >= 0:
+                raise SimError(f"operator: {key} = {getattr(self, key)} must be 0 or more")
+        for key in ("speed", "speed_time", "wander_length", "wander_limit", "heading_length", "lookahead"):
+            if not getattr(self, key) > 0:
+                raise SimError(f"operator: {key} = {getattr(self, key)} must be positive")
+        for key in ("max_speed", "max_angular", "acceleration", "angular_acceleration"):
+            if not getattr(self, key) > 0:
+                raise SimError(f"operator: {key} = {getattr(self, key)} must be positive")
+
+
+class Operator:
+    """Leads the robot along ``route`` (n, 2) [m] from its first point to its last; ask for a command at a steady rate.
+
+    Raises ``SimError`` for a route that is no polyline in the plane.
+    """
+
+    def __init__(self, route: NDArray[np.float64], style: OperatorStyle, rng: np.random.Generator) -> None:
+        self._style = style
+        self._legs = [_Leg(part) for part in _split_at_reversals(_checked(route))]
+        self._leg = 0
+        self._along = 0.0
+        self._turning = False
+        self._time: float | None = None
+        self._last = Twist()
+        self._wander = _Wandering(style.strength * style.wander, style.wander_length, rng)
+        self._heading = _Wandering(style.strength * style.heading_error, style.heading_length, rng)
+        self._speed = _Wandering(style.strength * style.speed_error, style.speed_time, rng)
+
+    @property
+    def length(self) -> float:
+        """Length of the route [m]."""
+        return sum(leg.length for leg in self._legs)
+
+    @property
+    def progress(self) -> float:
+        """How far along the route the robot has come [m]."""
+        return sum(leg.length for leg in self._legs[: self._leg]) + (0.0 if self.finished else self._along)
+
+    @property
+    def finished(self) -> bool:
+        """True once the robot has come to the end of the route; commands from then on bring it to a halt."""
+        return self._leg == len(self._legs)
+
+    def command(self, time: float, pose: Pose) -> Twist:
+        """The twist to drive with from ``time`` [s] on, seeing the robot at ``pose``."""
+        elapsed = self._elapsed(time)
+        self._advance(pose, elapsed)
+        wanted = Twist() if self.finished else self._steer(pose)
+        self._last = self._eased(wanted, elapsed)
+        return self._last
+
+    def _elapsed(self, time: float) -> float:
+        """Time since the last command [s]."""
+        if self._time is not None and time < self._time:
+            raise SimError(f"operator: time {time} s is before the last command's {self._time} s")
+        elapsed = 0.0 if self._time is None else time - self._time
+        self._time = time
+        return elapsed
+
+    def _advance(self, pose: Pose, elapsed: float) -> None:
+        """Follow the robot along the route and let the imperfections run on."""
+        self._speed.advance(elapsed)
+        if self.finished:
+            return
+        leg = self._legs[self._leg]
+        along = leg.project(pose, self._along)
+        travelled = max(0.0, along - self._along)
+        self._wander.advance(travelled)
+        self._heading.advance(travelled)
+        self._along = along
+        if leg.length - along < ARRIVED:
+            self._leg, self._along = self._leg + 1, 0.0
+
+    def _steer(self, pose: Pose) -> Twist:
+        """Pure pursuit of the wandering route."""
+        style, leg = self._style, self._legs[self._leg]
+        ahead = self._along + style.lookahead
+        side = style.wander_limit * math.tanh(self._wander.value / style.wander_limit)
+        x, y = leg.point(ahead) + side * leg.normal(ahead)
+        distance = math.hypot(x - pose.x, y - pose.y)
+        alpha = _wrapped(math.atan2(y - pose.y, x - pose.x) + self._heading.value - pose.heading)
+        self._turning = abs(alpha) > (math.radians(10) if self._turning else math.radians(60))
+        if self._turning:
+            return Twist(0.0, math.copysign(style.max_angular, alpha))
+        curvature = 2 * math.sin(alpha) / max(distance, style.lookahead / 2)
+        speed = min(self._wanted_speed(leg.length - self._along), style.max_angular / max(abs(curvature), 1e-9))
+        return Twist(speed, curvature * speed)
+
+    def _wanted_speed(self, remaining: float) -> float:
+        """An uneven speed, from which the robot can still stop at the end of the leg [m/s]."""
+        style = self._style
+        uneven = min(max(style.speed + self._speed.value, style.speed / 3), style.max_speed)
+        return min(uneven, math.sqrt(2 * style.acceleration * remaining))
+
+    def _eased(self, wanted: Twist, elapsed: float) -> Twist:
+        """``wanted`` as far as the accelerations allow to reach it."""
+        style = self._style
+        return Twist(
+            _moved(self._last.linear, wanted.linear, style.acceleration * elapsed),
+            _moved(self._last.angular, wanted.angular, style.angular_acceleration * elapsed),
+        )
+
+
+class _Wandering:
+    """Ornstein–Uhlenbeck process, sampled exactly: standard deviation ``sigma``, correlation e⁻¹ over ``scale``."""
+
+    def __init__(self, sigma: float, scale: float, rng: np.random.Generator) -> None:
+        self._sigma, self._scale, self._rng = sigma, scale, rng
+        self.value = sigma * float(rng.normal())
+
+    def advance(self, by: float) -> None:
+        """Let the process run on."""
+        keep = math.exp(-by / self._scale)
+        self.value = keep * self.value + self._sigma * math.sqrt(1 - keep * keep) * float(self._rng.normal())
+
+
+class _Leg:
+    """A polyline that is driven without a stop; beyond its end it goes straight on."""
+
+    def __init__(self, points: NDArray[np.float64]) -> None:
+        self._points = points
+        steps = np.diff(points, axis=0)
+        lengths = np.hypot(steps[:, 0], steps[:, 1])
+        self._tangents = steps / lengths[:, None]  # (n - 1, 2)
+        self._starts = np.concatenate([[0.0], np.cumsum(lengths)])
+        self.length = float(self._starts[-1])
+
+    def point(self, along: float) -> NDArray[np.float64]:
+        """The point at path length ``along`` [m], (2,)."""
+        i = self._segment(along)
+        return self._points[i] + (along - self._starts[i]) * self._tangents[i]
+
+    def normal(self, along: float) -> NDArray[np.float64]:
+        """Unit vector to the left of the path at ``along`` [m], (2,)."""
+        x, y = self._tangents[self._segment(along)]
+        return np.array([-y, x])
+
+    def project(self, pose: Pose, near: float, reach: float = 1.0) -> float:
+        """Path length of the nearest point within ``reach`` of ``near`` [m]: where paths cross, the same pass."""
+        low, high = max(near - reach, 0.0), min(near + reach, self.length)
+        offset = np.array([pose.x, pose.y]) - self._points[:-1]  # (n - 1, 2)
+        along = self._starts[:-1] + np.sum(offset * self._tangents, axis=1)
+        along = np.clip(np.clip(along, self._starts[:-1], self._starts[1:]), low, high)
+        gaps = [math.dist((pose.x, pose.y), self.point(s)) for s in along]
+        return float(along[int(np.argmin(gaps))])
+
+    def _segment(self, along: float) -> int:
+        last = len(self._tangents) - 1
+        return int(np.clip(np.searchsorted(self._starts, along, side="right") - 1, 0, last))
+
+
+def _checked(route: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A private copy of ``route`` without repeated points."""
+    points = np.array(route, float)
+    if points.ndim != 2 or points.shape[1:] != (2,):
+        raise SimError(f"operator: a route has shape (n, 2), not {points.shape}")
+    if not np.isfinite(points).all():
+        raise SimError("operator: a route's points must be finite")
+    moved = np.any(np.diff(points, axis=0) != 0, axis=1)
+    points = points[np.concatenate([[True], moved])] if len(points) else points
+    if len(points) < 2:
+        raise SimError(f"operator: a route needs two different points, not {len(points)}")
+    return points
+
+
+def _split_at_reversals(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """The parts of a polyline between bends that are too sharp to be driven through."""
+    steps = np.diff(points, axis=0)
+    bends = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0])))
+    cuts = [0, *(np.flatnonzero(np.abs(bends) > REVERSAL) + 1), len(points) - 1]
+    return [points[a : b + 1] for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+
+
+def _moved(value: float, target: float, most: float) -> float:
+    """``value``, moved towards ``target`` by at most ``most``."""
+    return value + min(max(target - value, -most), most)
+
+
+def _wrapped(angle: float) -> float:
+    """The same direction within ±π."""
+    return math.remainder(angle, 2 * math.pi)
