@@ -1,0 +1,41 @@
+"""What is scored and reported: one drive localised in the map of another."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from refseq.belief import Belief, Stage
+from refseq.view import View
+from scenarios.errors import ScenarioError
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A query drive of M views, localised in the map of a reference drive of K views.
+
+    ``name`` says what changed between the two ("16:00 → 18:00"); comparisons of one name differ in the seed only and
+    are pooled in tables. ``beliefs`` holds M answers for each stage; the metadata say what was driven, and where.
+    """
+
+    name: str
+    reference_views: Sequence[View]
+    reference_metadata: Mapping[str, object]
+    query_views: Sequence[View]
+    query_metadata: Mapping[str, object]
+    beliefs: Mapping[Stage, Sequence[Belief]]
+
+    def __post_init__(self) -> None:
+        """Raise ``ScenarioError`` when the answers do not fit the views."""
+        for stage, beliefs in self.beliefs.items():
+            self._check_stage(stage, beliefs)
+
+    def _check_stage(self, stage: Stage, beliefs: Sequence[Belief]) -> None:
+        where = f"comparison {self.name!r}, stage {stage.value!r}"
+        if len(beliefs) != len(self.query_views):
+            raise ScenarioError(f"{where}: {len(beliefs)} answers; valid is one a query view, {len(self.query_views)}")
+        places = len(self.reference_views)
+        for number, belief in enumerate(beliefs):
+            if len(belief.places) != places or not 0 <= belief.best < places:
+                raise ScenarioError(
+                    f"{where}, view {number}: best place {belief.best} of {len(belief.places)}; "
+                    f"valid is one of the map's {places} places"
+                )

@@ -1,0 +1,356 @@
+"""The one scorer: what is right, what is wrong, and how sure that is.
+
+A query view is *on the map* when some reference view lies within the tolerance of its true pose. The answer to a view
+is ``belief.best``, unless ``belief.lost`` is above a threshold: then the localiser says that it is lost. An answer is
+right when its reference pose lies within the tolerance of the true pose. A view without a true pose is not scored, only
+counted; a reference view without one can be nobody's right answer.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.belief import Belief, Stage
+from refseq.view import Pose, View
+from scenarios.comparison import Comparison
+from scenarios.errors import ScenarioError
+
+LOST_ABOVE = 0.5
+"""A localiser says that it is lost when it gives this more than an even chance."""
+
+Z_95 = 1.959963984540054
+"""Quantile of the normal distribution that leaves 2.5 % above it."""
+
+
+class Outcome(StrEnum):
+    """What became of one query view."""
+
+    RIGHT = "right"
+    WRONG = "wrong"
+    MISSED = "missed"
+    REJECTED = "rejected"
+    FALSE_FIX = "false fix"
+    UNSCORED = "without truth"
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How near an answer must be: ``distance`` [m] and ``heading`` [rad], both inclusive."""
+
+    distance: float = 1.5
+    heading: float = math.radians(30)
+
+    def __post_init__(self) -> None:
+        if not (self.distance > 0 and self.heading > 0):
+            raise ScenarioError(f"tolerance {self.distance} m, {self.heading} rad: valid are positive numbers")
+
+
+WIDE = Tolerance()
+"""The tolerance of the headline figures: 1.5 m and 30°."""
+
+NARROW = Tolerance(0.5)
+"""Printed beside it, always."""
+
+
+@dataclass(frozen=True, slots=True)
+class Proportion:
+    """``successes`` out of ``trials``."""
+
+    successes: int
+    trials: int
+
+    @property
+    def value(self) -> float:
+        """The share, ``nan`` without trials."""
+        return self.successes / self.trials if self.trials else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's 95 % score interval (E. B. Wilson, JASA 22, 1927); (0, 1) without trials: nothing is known."""
+        n, p, z = self.trials, self.value, Z_95
+        if n == 0:
+            return 0.0, 1.0
+        centre = (p + z * z / (2 * n)) / (1 + z * z / n)
+        half = z / (1 + z * z / n) * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+        low = 0.0 if self.successes == 0 else centre - half
+        high = 1.0 if self.successes == n else centre + half
+        return low, high
+
+
+@dataclass(frozen=True)
+class Retrieval:
+    """Precision and recall over all distinct scores, from the surest answer on; ``recall`` rises.
+
+    An answer's score is (1 − P(lost)) × the top place's probability. Precision counts right answers among those given,
+    off the map too; recall counts them among all views on the map, so that it ends at the share of right top places.
+    """
+
+    thresholds: NDArray[np.float64]
+    precision: NDArray[np.float64]
+    recall: NDArray[np.float64]
+
+    @property
+    def auc(self) -> float:
+        """Area under the steps of the curve (average precision)."""
+        return float(np.sum(np.diff(self.recall, prepend=0.0) * self.precision))
+
+    def recall_at(self, precision: float) -> float:
+        """Largest recall that keeps at least this precision, 0 when none does."""
+        enough = self.precision >= precision
+        return float(self.recall[enough].max()) if enough.any() else 0.0
+
+
+@dataclass(frozen=True)
+class Score:
+    """The views of one run or of several pooled ones, judged at one tolerance; arrays have one entry a view.
+
+    ``errors`` [m] is the signed distance along the reference path from the true position to the answer, ``nan`` where
+    no answer was due or given (lost, off the map, without truth). ``top_right`` says whether the top place would be
+    right, lost or not; ``top_nearest`` whether it is the very place nearest to the truth; ``first_fixes`` [m] holds for
+    each run the distance travelled to its first right answer, ``None`` where there was none.
+    """
+
+    tolerance: Tolerance
+    outcomes: tuple[Outcome, ...]
+    errors: NDArray[np.float64]
+    lost: NDArray[np.float64]
+    top: NDArray[np.float64]
+    top_right: NDArray[np.bool_]
+    top_nearest: NDArray[np.bool_]
+    first_fixes: tuple[float | None, ...]
+
+    def count(self, *outcomes: Outcome) -> int:
+        """Count the views with one of these outcomes."""
+        return sum(self.outcomes.count(outcome) for outcome in outcomes)
+
+    @property
+    def on_map(self) -> NDArray[np.bool_]:
+        """Which views are on the map."""
+        return np.isin(self.outcomes, [Outcome.RIGHT, Outcome.WRONG, Outcome.MISSED])
+
+    @property
+    def off_map(self) -> NDArray[np.bool_]:
+        """Which views have a true pose that no reference view is near to."""
+        return np.isin(self.outcomes, [Outcome.REJECTED, Outcome.FALSE_FIX])
+
+    @property
+    def success(self) -> Proportion:
+        """Right answers among all views on the map; a missed one counts against it."""
+        return Proportion(self.count(Outcome.RIGHT), int(self.on_map.sum()))
+
+    @property
+    def failures(self) -> int:
+        """Failures as the thesis counts them: wrong and missed."""
+        return self.count(Outcome.WRONG, Outcome.MISSED)
+
+    def error_quantile(self, share: float) -> float:
+        """Quantile of the absolute along-path error over the answers given on the map [m], ``nan`` without any."""
+        errors = np.abs(self.errors[np.isfinite(self.errors)])
+        return float(np.quantile(errors, share)) if len(errors) else math.nan
+
+    @property
+    def auroc(self) -> float | None:
+        """Area under the ROC curve of P(lost) for being off the map; ``None`` unless views of both kinds exist."""
+        return auroc(self.lost[self.off_map], self.lost[self.on_map])
+
+    @property
+    def calibration_error(self) -> float:
+        """Expected calibration error of the top place's probability over the views on the map, ``nan`` without any.
+
+        The event that the probability should match is that the top place is the one nearest to the truth: a place a
+        step farther on may be within the tolerance, but it is another place with a probability of its own.
+        """
+        return calibration_error(self.top[self.on_map], self.top_nearest[self.on_map])
+
+    @cached_property
+    def retrieval(self) -> Retrieval | None:
+        """Precision and recall of the answers by their score; ``None`` without a view on the map."""
+        scored = self.on_map | self.off_map
+        if not self.on_map.any():
+            return None
+        return retrieval(
+            ((1 - self.lost) * self.top)[scored], (self.top_right & self.on_map)[scored], int(self.on_map.sum())
+        )
+
+
+def auroc(positives: NDArray[np.float64], negatives: NDArray[np.float64]) -> float | None:
+    """Chance that a positive scores above a negative, ties counting half (Mann & Whitney); ``None`` without both."""
+    if not (len(positives) and len(negatives)):
+        return None
+    ordered = np.sort(negatives)
+    below = np.searchsorted(ordered, positives, side="left")
+    not_above = np.searchsorted(ordered, positives, side="right")
+    return float((below + not_above).sum() / (2 * len(positives) * len(negatives)))
+
+
+def calibration_error(probabilities: NDArray[np.float64], hits: NDArray[np.bool_], bins: int = 10) -> float:
+    """Average |mean probability − share of hits| over equal bins, weighted by their counts (ECE)."""
+    if not len(probabilities):
+        return math.nan
+    index = np.minimum((probabilities * bins).astype(int), bins - 1)
+    surplus = np.bincount(index, weights=probabilities - hits, minlength=bins)
+    return float(np.abs(surplus).sum() / len(probabilities))
+
+
+def retrieval(scores: NDArray[np.float64], right: NDArray[np.bool_], relevant: int) -> Retrieval:
+    """Precision and recall when all answers with at least a score are taken, for every distinct score.
+
+    ``scores`` and ``right`` are (n,); ``relevant`` is the number of views that have a right answer.
+    """
+    thresholds, taken = np.unique(-scores, return_counts=True)
+    ends = np.cumsum(taken)
+    hits = np.cumsum(right[np.argsort(-scores, kind="stable")])[ends - 1]
+    return Retrieval(-thresholds, hits / ends, hits / relevant)
+
+
+def score(comparison: Comparison, stage: Stage, tolerance: Tolerance = WIDE, lost_above: float = LOST_ABOVE) -> Score:
+    """Judge one stage's answers to a drive; raises ``ScenarioError`` for a stage that was not run."""
+    if stage not in comparison.beliefs:
+        there = ", ".join(comparison.beliefs) or "none"
+        raise ScenarioError(f"comparison {comparison.name!r} has no stage {stage.value!r}; valid are {there}")
+    beliefs = comparison.beliefs[stage]
+    path = ReferencePath(comparison.reference_views)
+    truths = [view.truth for view in comparison.query_views]
+    near = np.array([path.within(truth, tolerance) for truth in truths]).reshape(len(truths), path.size)
+    best = np.array([belief.best for belief in beliefs], dtype=int)
+    right = near[np.arange(len(best)), best]
+    says_lost = np.array([belief.lost > lost_above for belief in beliefs], dtype=bool)
+    outcomes = tuple(
+        judge(truth, bool(on_map), bool(lost), bool(hit))
+        for truth, on_map, lost, hit in zip(truths, near.any(axis=1), says_lost, right, strict=True)
+    )
+    return Score(
+        tolerance=tolerance,
+        outcomes=outcomes,
+        errors=_errors(path, truths, beliefs, outcomes),
+        lost=np.array([belief.lost for belief in beliefs], dtype=float),
+        top=np.array([belief.places[belief.best] for belief in beliefs], dtype=float),
+        top_right=right,
+        top_nearest=np.array(
+            [path.nearest(truth) == place for truth, place in zip(truths, best, strict=True)], dtype=bool
+        ),
+        first_fixes=(first_fix(comparison.query_views, outcomes),),
+    )
+
+
+def judge(truth: Pose | None, on_map: bool, says_lost: bool, right: bool) -> Outcome:
+    """Decide the outcome of one view."""
+    if truth is None:
+        return Outcome.UNSCORED
+    if not on_map:
+        return Outcome.REJECTED if says_lost else Outcome.FALSE_FIX
+    if says_lost:
+        return Outcome.MISSED
+    return Outcome.RIGHT if right else Outcome.WRONG
+
+
+def _errors(
+    path: "ReferencePath", truths: Sequence[Pose | None], beliefs: Sequence[Belief], outcomes: Sequence[Outcome]
+) -> NDArray[np.float64]:
+    """Signed along-path error of each answer given on the map, (M,) [m]; ``nan`` elsewhere."""
+    answered = (Outcome.RIGHT, Outcome.WRONG)
+    return np.array(
+        [
+            path.along[belief.best] - path.project(truth) if truth is not None and outcome in answered else math.nan
+            for truth, belief, outcome in zip(truths, beliefs, outcomes, strict=True)
+        ],
+        dtype=float,
+    )
+
+
+def first_fix(views: Sequence[View], outcomes: Sequence[Outcome]) -> float | None:
+    """Distance travelled from the first view to the first right answer [m], summed over true positions."""
+    travelled, last = 0.0, None
+    for view, outcome in zip(views, outcomes, strict=True):
+        if view.truth is None:
+            continue
+        if last is not None:
+            travelled += math.hypot(view.truth.x - last.x, view.truth.y - last.y)
+        last = view.truth
+        if outcome is Outcome.RIGHT:
+            return travelled
+    return None
+
+
+def pool(scores: Sequence[Score]) -> Score:
+    """All views of several runs as one; raises ``ScenarioError`` for none, or for runs judged at other tolerances."""
+    tolerances = {one.tolerance for one in scores}
+    if len(tolerances) != 1:
+        raise ScenarioError(f"{len(scores)} runs judged at {len(tolerances)} tolerances; valid is one tolerance")
+    return Score(
+        tolerance=scores[0].tolerance,
+        outcomes=tuple(outcome for one in scores for outcome in one.outcomes),
+        errors=np.concatenate([one.errors for one in scores]),
+        lost=np.concatenate([one.lost for one in scores]),
+        top=np.concatenate([one.top for one in scores]),
+        top_right=np.concatenate([one.top_right for one in scores]),
+        top_nearest=np.concatenate([one.top_nearest for one in scores]),
+        first_fixes=tuple(fix for one in scores for fix in one.first_fixes),
+    )
+
+
+def harm(sequence: Score, single: Score) -> Proportion:
+    """Count the views where the sequence answered wrong, among those that a single view had answered right."""
+    pairs = list(zip(sequence.outcomes, single.outcomes, strict=True))
+    return Proportion(pairs.count((Outcome.WRONG, Outcome.RIGHT)), single.outcomes.count(Outcome.RIGHT))
+
+
+class ReferencePath:
+    """The true poses of a reference drive as a path: ``size`` K places, ``along`` (K,) [m] from the first known pose.
+
+    The path runs straight from each known pose to the next. A place without a pose has ``along`` nan and is near to
+    nothing.
+    """
+
+    def __init__(self, views: Sequence[View]) -> None:
+        poses = [view.truth for view in views]
+        if not any(poses):
+            raise ScenarioError("the reference drive has no true pose; valid is a drive with one, to be scored against")
+        table = [(pose.x, pose.y, pose.heading) if pose else (math.nan,) * 3 for pose in poses]
+        self.size = len(table)
+        self.points: NDArray[np.float64] = np.array(table)[:, :2]
+        self.headings: NDArray[np.float64] = np.array(table)[:, 2]
+        self._known = np.flatnonzero(np.isfinite(self.headings))
+        steps = np.linalg.norm(np.diff(self.points[self._known], axis=0), axis=1)
+        self.along: NDArray[np.float64] = np.full(self.size, math.nan)
+        self.along[self._known] = np.concatenate([[0.0], np.cumsum(steps)])
+
+    def within(self, pose: Pose | None, tolerance: Tolerance) -> NDArray[np.bool_]:
+        """Which places lie within the tolerance of a pose, (K,); none when it is not known."""
+        if pose is None:
+            return np.zeros(self.size, dtype=bool)
+        near = np.hypot(*(self.points - (pose.x, pose.y)).T) <= tolerance.distance
+        return near & (angle_between(self.headings, pose.heading) <= tolerance.heading)
+
+    def nearest(self, pose: Pose | None) -> int | None:
+        """Find the place nearest to a pose, among those that look the same way (within 90°), else among all."""
+        if pose is None:
+            return None
+        distances = np.hypot(*(self.points - (pose.x, pose.y)).T)
+        same_way = angle_between(self.headings, pose.heading) < math.pi / 2
+        candidates = np.where(same_way if same_way.any() else True, distances, np.nan)
+        return int(np.nanargmin(candidates))
+
+    def project(self, pose: Pose) -> float:
+        """Distance along the path [m] of its point nearest to a pose, on stretches driven the same way if any."""
+        starts, ends = self._known[:-1], self._known[1:]
+        if not len(starts):
+            return float(self.along[self._known[0]])
+        leg = self.points[ends] - self.points[starts]
+        length = np.linalg.norm(leg, axis=1)
+        offset = np.array([pose.x, pose.y]) - self.points[starts]
+        share = np.clip(np.einsum("ij,ij->i", offset, leg) / np.maximum(length, 1e-12) ** 2, 0, 1)
+        miss = np.linalg.norm(offset - share[:, None] * leg, axis=1)
+        same_way = angle_between(self.headings[starts], pose.heading) < math.pi / 2
+        leg_number = int(np.argmin(np.where(same_way, miss, np.inf) if same_way.any() else miss))
+        return float(self.along[starts[leg_number]] + share[leg_number] * length[leg_number])
+
+
+def angle_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
+    """Size of the turn between headings, (K,), in [0, π] [rad]."""
+    return np.abs((headings - heading + math.pi) % (2 * math.pi) - math.pi)
