@@ -1,0 +1,81 @@
+"""Bits of the scan's boundary: free area, longest and shortest dimension (B.3, Table B.3)."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.features.extractor import Observed
+from refseq.view import LASER, Scan, View
+
+AREAS = (2.0, 4.0, 8.0)
+"""Thresholds of the free area [m²]."""
+LENGTHS = (4.0, 8.0, 16.0)
+"""Thresholds of the longest dimension [m]."""
+RATIOS = (1.0, 4.0, 8.0)
+"""Thresholds of longest over shortest; the first is always met, carries nothing, and is kept as the table has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Boundary:
+    """What the free space of a scan measures: ``area`` [m²], ``longest`` and ``shortest`` dimension [m]."""
+
+    area: float
+    longest: float
+    shortest: float
+
+    @property
+    def ratio(self) -> float:
+        """Longest over shortest dimension, at least 1."""
+        return self.longest / max(self.shortest, 1e-6)
+
+
+def boundary_of(scan: Scan) -> Boundary:
+    """Measure the polygon of the scanner and the end points of the beams that came back.
+
+    Beams without return are left out: indoors they mean glass, black or slanting surfaces, and counting them at the
+    maximum range would drown the room. The dimensions are the extents along the principal axes of the end points.
+    """
+    points = np.concatenate([np.zeros((1, 2)), scan.points[np.isfinite(scan.ranges)]])
+    x, y = points.T
+    # The shoelace formula; its closing term vanishes, for the first corner is the scanner itself, the origin.
+    area = 0.5 * abs(float(np.dot(x[:-1], y[1:]) - np.dot(x[1:], y[:-1])))
+    centred = points - points.mean(axis=0)
+    _, axes = np.linalg.eigh(centred.T @ centred)
+    extents = np.ptp(points @ axes, axis=0)
+    return Boundary(area, float(extents.max()), float(extents.min()))
+
+
+class ScanBoundary:
+    """Table B.3's nine bits."""
+
+    key = "boundary/laser"
+    sensor = LASER
+
+    @property
+    def size(self) -> int:
+        """Always nine."""
+        return len(AREAS) + len(LENGTHS) + len(RATIOS)
+
+    def learn(self, view: View) -> NDArray[np.intp]:
+        """Bits of a reference view: the table is fixed, nothing is added."""
+        return self.observe(view).ids
+
+    def observe(self, view: View) -> Observed:
+        """Ids of the bits that are set."""
+        start = time.perf_counter()
+        assert view.scan is not None, "the localiser asks only where the sensor is there"
+        found = boundary_of(view.scan)
+        met = [value >= limit for value, limits in _rows(found) for limit in limits]
+        return Observed(np.flatnonzero(met), time.perf_counter() - start)
+
+    def state(self) -> Mapping[str, NDArray[Any]]:
+        """Nothing was learnt."""
+        return {}
+
+
+def _rows(found: Boundary) -> tuple[tuple[float, tuple[float, ...]], ...]:
+    return ((found.area, AREAS), (found.longest, LENGTHS), (found.ratio, RATIOS))

@@ -1,0 +1,203 @@
+"""Localising views in a reference sequence, at any of the thesis' three stages."""
+
+import time
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.belief import LOST, Belief, Stage, Timings
+from refseq.chain import Observation, entropy, normalised_entropy, viterbi
+from refseq.errors import MapError
+from refseq.motion import motion_prior
+from refseq.sequence import ReferenceSequence
+from refseq.view import View
+
+
+class SequenceLocaliser:
+    """Finds each view's place in a reference sequence: reset, then one update a view.
+
+    ``stage`` is how much context is used, ``sensors`` a subset of the map's (default: all). A view that lacks a sensor
+    is matched by the others. The same views with the same ``seed`` give the same beliefs, bit for bit.
+
+    Raises ``MapError`` for a sensor that the map does not have.
+    """
+
+    def __init__(
+        self,
+        sequence: ReferenceSequence,
+        *,
+        stage: Stage = Stage.CHAIN,
+        sensors: Sequence[str] | None = None,
+        seed: int = 0,
+    ) -> None:
+        self._matcher = Matcher(sequence, sensors=sensors, seed=seed)
+        self._tracker = tracker_for(stage, sequence)
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._matcher.reset()
+        self._tracker.reset()
+
+    def update(self, view: View) -> Belief:
+        """Take the next view and answer from the views up to it."""
+        return self._tracker.update(self._matcher.match(view))
+
+
+def localise(
+    sequence: ReferenceSequence,
+    views: Iterable[View],
+    *,
+    stages: Sequence[Stage] = tuple(Stage),
+    sensors: Sequence[str] | None = None,
+    seed: int = 0,
+) -> Mapping[Stage, list[Belief]]:
+    """Localise a whole drive at several stages; each view is matched once for all of them."""
+    matcher = Matcher(sequence, sensors=sensors, seed=seed)
+    trackers = {stage: tracker_for(stage, sequence) for stage in stages}
+    beliefs: dict[Stage, list[Belief]] = {stage: [] for stage in stages}
+    for view in views:
+        sighting = matcher.match(view)
+        for stage, tracker in trackers.items():
+            beliefs[stage].append(tracker.update(sighting))
+    return beliefs
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A view after matching: the likelihood of each place (K,), sum 1; the motion since the last view [m]; the cost."""
+
+    likelihood: NDArray[np.float64]
+    distance: float
+    timings: Timings
+
+
+class Matcher:
+    """Views to likelihoods over places: features, their matching, and the mixture."""
+
+    def __init__(self, sequence: ReferenceSequence, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
+        wanted = sequence.sensors if sensors is None else frozenset(sensors)
+        check_among(wanted, sequence.sensors)
+        self._sequence = sequence
+        self._extractors = tuple(e for e in sequence.extractors if e.sensor in wanted)
+        self._seed = seed
+        self._count = 0
+
+    def reset(self) -> None:
+        """Start counting views anew; the count is part of the seed."""
+        self._count = 0
+
+    def match(self, view: View) -> Sighting:
+        """Compare a view with all places."""
+        observed = {e.key: e.observe(view) for e in self._extractors if e.sensor in view.sensors}
+        blocks = self._sequence.matrix.blocks
+        rows = [blocks[key].start + seen.ids for key, seen in observed.items()]
+        start = time.perf_counter()
+        match = self._sequence.match(np.concatenate([*rows, np.zeros(0, np.intp)]), (self._seed, self._count))
+        timings = Timings(
+            features=sum(seen.extraction for seen in observed.values()),
+            matching=sum(seen.matching for seen in observed.values()),
+            mixture=time.perf_counter() - start,
+        )
+        self._count += 1
+        return Sighting(match.likelihood, view.distance, timings)
+
+
+def check_among(wanted: Iterable[str], there: Iterable[str]) -> None:
+    """Raise ``MapError`` for the first sensor wanted that the map does not have."""
+    known = sorted(there)
+    for sensor in sorted(set(wanted)):
+        if sensor not in known:
+            raise MapError(f"sensor {sensor!r} is not in the map; valid are {', '.join(known)}")
+
+
+class Tracker(Protocol):
+    """One stage: sightings to beliefs."""
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+
+    def update(self, sighting: Sighting) -> Belief:
+        """Take the next sighting and answer."""
+
+
+def tracker_for(stage: Stage, sequence: ReferenceSequence) -> Tracker:
+    """A fresh tracker of a stage."""
+    match stage:
+        case Stage.UNIFORM:
+            return SingleView()
+        case Stage.PRIOR:
+            return MotionFilter(sequence)
+        case Stage.CHAIN:
+            return ChainDecoder(sequence)
+
+
+class SingleView:
+    """The mixture's posterior under a uniform prior, each view for itself."""
+
+    def reset(self) -> None:
+        """Nothing is kept."""
+
+    def update(self, sighting: Sighting) -> Belief:
+        """The likelihood itself."""
+        return posterior_belief(sighting.likelihood, sighting.timings)
+
+
+class MotionFilter:
+    """The mixture's posterior under the motion prior: the last posterior, moved by the odometer (2.17)."""
+
+    def __init__(self, sequence: ReferenceSequence) -> None:
+        self._along = sequence.along
+        self._settings = sequence.profile.motion
+        self._last: NDArray[np.float64] | None = None
+
+    def reset(self) -> None:
+        """The next prior is uniform."""
+        self._last = None
+
+    def update(self, sighting: Sighting) -> Belief:
+        """Prior times likelihood, normalised (2.12)."""
+        posterior = sighting.likelihood
+        if self._last is not None:
+            posterior = posterior * motion_prior(self._last, self._along, sighting.distance, self._settings)
+            posterior = posterior / posterior.sum()
+        self._last = posterior
+        return posterior_belief(posterior, sighting.timings)
+
+
+def posterior_belief(posterior: NDArray[np.float64], timings: Timings) -> Belief:
+    """The belief of a single posterior, which has no Lost_Place: its normalised entropy stands in for ``lost``."""
+    best = int(np.argmax(posterior))
+    return Belief(posterior, normalised_entropy(posterior), best, (best,), entropy(posterior), timings)
+
+
+class ChainDecoder:
+    """Viterbi over the last T views (H4): causal, and started anew from Lost_0 for every view."""
+
+    def __init__(self, sequence: ReferenceSequence) -> None:
+        self._along = sequence.along
+        self._profile = sequence.profile
+        self._emissions = sequence.emissions
+        self._window: deque[Observation] = deque(maxlen=int(sequence.profile.chain.window))
+
+    def reset(self) -> None:
+        """Forget the window."""
+        self._window.clear()
+
+    def update(self, sighting: Sighting) -> Belief:
+        """Decode the window that ends with this sighting."""
+        start = time.perf_counter()
+        places, lost = self._emissions.log_likelihood(sighting.likelihood)
+        self._window.append(Observation(sighting.distance, places, lost))
+        decoding = viterbi(tuple(self._window), self._along, self._profile.motion, self._profile.chain)
+        on_path = decoding.places.sum()
+        posterior = decoding.places / on_path
+        K = len(posterior)
+        path = tuple(state if state < K else LOST for state in decoding.path)
+        timings = replace(sighting.timings, chain=time.perf_counter() - start)
+        # A rounding error must not make the probability negative.
+        lost_probability = float(min(1.0, max(0.0, 1.0 - on_path)))
+        return Belief(posterior, lost_probability, int(np.argmax(posterior)), path, entropy(posterior), timings)

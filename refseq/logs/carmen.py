@@ -1,0 +1,212 @@
+"""CARMEN text logs: one message a line, fields apart by spaces, metres, radians and seconds.
+
+Read are the front laser (FLASER, ROBOTLASER1, RAWLASER1), ODOM, TRUEPOS and PARAM; other kinds, the rear laser among
+them, are counted and passed over. The layouts are those of CARMEN's logger.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+from refseq.files import replace_text
+from refseq.logs.recording import Recording
+from refseq.view import Pose, Scan, View, motion_between
+
+NO_RETURN = 81.83
+"""Ranges from here on mean 'nothing came back': the LMS 200's first error code in centimetre mode [m]."""
+
+HALF_DEGREE = math.pi / 360
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """The fields of one line, with its place for messages."""
+
+    path: Path
+    number: int
+    fields: Sequence[str]
+
+    @property
+    def kind(self) -> str:
+        return self.fields[0]
+
+    def error(self, what: str) -> LogError:
+        return LogError(f"{self.path}: line {self.number}: {self.kind}: {what}")
+
+    def floats(self, start: int, stop: int) -> NDArray[np.float64]:
+        try:
+            values = np.array(self.fields[start:stop], dtype=float)
+        except ValueError as error:
+            raise self.error(f"{error}; valid are numbers in fields {start} to {stop - 1}") from error
+        if not np.isfinite(values).all():
+            bad = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise self.error(f"field {start + bad} is {self.fields[start + bad]}; valid are finite numbers")
+        return values
+
+    def count(self, index: int) -> int:
+        """The whole number in field ``index``, which says how many values follow."""
+        if len(self.fields) <= index or not self.fields[index].isdigit():
+            found = self.fields[index] if len(self.fields) > index else "nothing"
+            raise self.error(f"field {index} is {found}; valid is the number of ranges")
+        return int(self.fields[index])
+
+    def expect(self, length: int, ranges: int | None = None) -> None:
+        if len(self.fields) != length:
+            why = "" if ranges is None else f" for {ranges} ranges"
+            raise self.error(f"has {len(self.fields)} fields; valid are {length}{why}")
+
+
+@dataclass(slots=True)
+class _State:
+    """What has been read so far and concerns the scans to come."""
+
+    odometry: Pose | None = None
+    truth: Pose | None = None
+    metadata: dict[str, str] = field(default_factory=dict)
+    skipped: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class _Sighting:
+    """One front-laser message: its time, scan, corrected pose and odometer pose."""
+
+    time: float
+    scan: Scan
+    truth: Pose | None
+    odometry: Pose | None
+
+
+def read_carmen(path: Path) -> Recording:
+    """Read the front laser's scans of a CARMEN log as views.
+
+    A view's truth is the pose that the log itself corrected (FLASER's and ROBOTLASER1's laser pose) or the last
+    TRUEPOS; its motion comes from the odometer pose. Raises ``LogError`` with file and line for a line whose count of
+    fields does not fit, for a value that is no number, and when there is no scan.
+    """
+    state = _State()
+    sightings = [sighting for line in _lines(path) if (sighting := _read_line(line, state)) is not None]
+    if not sightings:
+        seen = ", ".join(sorted(state.skipped)) or "none"
+        raise LogError(f"{path}: holds no scan (kinds of lines seen: {seen}); valid are FLASER, ROBOTLASER1, RAWLASER1")
+    return Recording(tuple(_views(sightings)), state.metadata, skipped=state.skipped)
+
+
+def _lines(path: Path) -> Iterator[_Line]:
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for number, text in enumerate(file, start=1):
+            fields = text.split()
+            if fields and not fields[0].startswith("#"):
+                yield _Line(path, number, fields)
+
+
+def _read_line(line: _Line, state: _State) -> _Sighting | None:
+    """Take one line into the state; a line of the front laser is returned."""
+    match line.kind:
+        case "FLASER":
+            return _flaser(line)
+        case "ROBOTLASER1":
+            return _robotlaser(line)
+        case "RAWLASER1":
+            return _rawlaser(line, state)
+        case "ODOM":
+            line.expect(10)
+            state.odometry = Pose(*map(float, line.floats(1, 4)))
+        case "TRUEPOS":
+            line.expect(10)
+            state.truth = Pose(*map(float, line.floats(1, 4)))
+        case "PARAM":
+            if len(line.fields) < 3:
+                raise line.error(f"has {len(line.fields)} fields; valid are at least 3: PARAM, a name and a value")
+            state.metadata[line.fields[1]] = line.fields[2]
+        case kind:
+            state.skipped[kind] = state.skipped.get(kind, 0) + 1
+    return None
+
+
+def _flaser(line: _Line) -> _Sighting:
+    n = line.count(1)
+    line.expect(n + 11, n)
+    truth, odometry = line.floats(n + 2, n + 5), line.floats(n + 5, n + 8)
+    # The message has no angles: 360 beams and more come every half degree, fewer every degree.
+    step = HALF_DEGREE if n >= 360 else 2 * HALF_DEGREE
+    scan = _scan(line.floats(2, n + 2), -math.pi / 2, step, NO_RETURN)
+    return _Sighting(float(line.floats(n + 8, n + 9)[0]), scan, Pose(*map(float, truth)), Pose(*map(float, odometry)))
+
+
+def _laser_head(line: _Line) -> tuple[Scan, int]:
+    """The part that RAWLASER and ROBOTLASER share: the scan, and the index of the field behind the remissions."""
+    start, _, step, max_range = line.floats(2, 6)
+    n = line.count(8)
+    behind_ranges = 9 + n
+    if len(line.fields) <= behind_ranges:
+        raise line.error(f"has {len(line.fields)} fields; valid are at least {behind_ranges + 1} for {n} ranges")
+    remissions = line.count(behind_ranges)
+    scan = _scan(line.floats(9, behind_ranges), float(start), float(step), float(max_range))
+    return scan, behind_ranges + 1 + remissions
+
+
+def _robotlaser(line: _Line) -> _Sighting:
+    scan, at = _laser_head(line)
+    line.expect(at + 14, len(scan.ranges))
+    poses = line.floats(at, at + 6)
+    time = float(line.floats(at + 11, at + 12)[0])
+    return _Sighting(time, scan, Pose(*map(float, poses[:3])), Pose(*map(float, poses[3:])))
+
+
+def _rawlaser(line: _Line, state: _State) -> _Sighting:
+    scan, at = _laser_head(line)
+    line.expect(at + 3, len(scan.ranges))
+    return _Sighting(float(line.floats(at, at + 1)[0]), scan, state.truth, state.odometry)
+
+
+def _scan(ranges: NDArray[np.float64], start: float, step: float, max_range: float) -> Scan:
+    limit = min(max_range, NO_RETURN)
+    seen = np.where(ranges < limit, ranges, np.inf).astype(np.float32)
+    return Scan(seen, start, step, limit)
+
+
+def _views(sightings: Sequence[_Sighting]) -> Iterator[View]:
+    before: Pose | None = None
+    for sighting in sightings:
+        now = sighting.odometry
+        distance, turn = motion_between(before, now) if before and now else (0.0, 0.0)
+        before = now or before
+        yield View(sighting.time, scan=sighting.scan, distance=distance, turn=turn, truth=sighting.truth)
+
+
+def write_carmen(path: Path, views: Sequence[View], metadata: Mapping[str, str] | None = None) -> None:
+    """Write the scans of ``views`` as a CARMEN log of FLASER lines, replacing ``path`` in one step.
+
+    Images have no place in the format. The odometer pose is the sum of the views' motions from the first one's truth.
+    Raises ``LogError`` when no view has a scan.
+    """
+    scanned = [view for view in views if view.scan is not None]
+    if not scanned:
+        raise LogError(f"{path}: a CARMEN log holds laser scans; none of the {len(views)} views has one")
+    lines = [f"PARAM {name} {value.replace(' ', '_')} 0 refseq 0" for name, value in (metadata or {}).items() if value]
+    odometry = scanned[0].truth or Pose(0.0, 0.0, 0.0)
+    for index, view in enumerate(views):
+        if index:
+            odometry = _advance(odometry, view.distance, view.turn)
+        if view.scan is not None:
+            lines.append(_flaser_text(view, view.scan, odometry))
+    replace_text(path, "\n".join(lines) + "\n")
+
+
+def _advance(pose: Pose, distance: float, turn: float) -> Pose:
+    """The inverse of ``motion_between``."""
+    along = pose.heading + turn / 2
+    return Pose(pose.x + distance * math.cos(along), pose.y + distance * math.sin(along), pose.heading + turn)
+
+
+def _flaser_text(view: View, scan: Scan, odometry: Pose) -> str:
+    reach = np.where(np.isfinite(scan.ranges), scan.ranges, NO_RETURN)
+    ranges = " ".join(f"{r:.2f}" for r in reach)
+    truth = view.truth or odometry
+    poses = " ".join(f"{value:.6f}" for p in (truth, odometry) for value in (p.x, p.y, p.heading))
+    return f"FLASER {len(reach)} {ranges} {poses} {view.time:.6f} refseq {view.time:.6f}"

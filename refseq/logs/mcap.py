@@ -1,0 +1,240 @@
+"""Drives as MCAP files with Foxglove schemas: written view by view, readable up to the last one when cut off.
+
+Topics: ``/<camera>`` CompressedImage (PNG), ``/laser`` LaserScan, ``/odometry`` Odometry, ``/truth`` PoseInFrame. All
+messages of one view carry the same log time. One metadata record, written first, says how the drive was made.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType, TracebackType
+from typing import Any, Self
+
+import cv2
+import foxglove
+import numpy as np
+from foxglove import messages
+from foxglove.channels import CompressedImageChannel, LaserScanChannel, OdometryChannel, PoseInFrameChannel
+from foxglove.mcap import MCAPWriteOptions
+from mcap.exceptions import McapError
+from mcap.records import Channel, Footer, Message, Metadata, Schema
+from mcap.stream_reader import StreamReader
+from mcap_protobuf.decoder import DecoderFactory
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+from refseq.logs.recording import Recording
+from refseq.view import LASER, Pose, Scan, View, motion_between
+
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+METADATA_NAME = "refseq"
+ODOMETRY_TOPIC = "/odometry"
+TRUTH_TOPIC = "/truth"
+NANOSECONDS = 1_000_000_000
+FAST_PNG = (int(cv2.IMWRITE_PNG_COMPRESSION), 1)
+
+
+class RecordingWriter:
+    """Writes a drive to ``path``, one chunk a view.
+
+    While it is open the file is ``<name>.partial.mcap`` beside ``path``, and readable up to the last view even if the
+    process is killed; closing it renames it to ``path``, which replaces an older recording in one step.
+    """
+
+    def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
+        self.path = path
+        self.partial = path.with_name(f"{path.stem}.partial.mcap")
+        self._context = foxglove.Context()
+        self._images: dict[str, CompressedImageChannel] = {}
+        try:
+            self._writer = foxglove.open_mcap(
+                str(self.partial),
+                allow_overwrite=True,
+                context=self._context,
+                # PNG does not shrink further, and an uncompressed chunk survives a cut in its middle the best.
+                writer_options=MCAPWriteOptions(compression=None, profile="refseq"),
+            )
+        except (OSError, RuntimeError, ValueError) as error:
+            raise LogError(f"{path}: cannot be written: {error}") from error
+        self._writer.write_metadata(METADATA_NAME, dict(metadata))
+        self._laser = LaserScanChannel(f"/{LASER}", context=self._context)
+        self._odometry = OdometryChannel(ODOMETRY_TOPIC, context=self._context)
+        self._truth = PoseInFrameChannel(TRUTH_TOPIC, context=self._context)
+
+    def write(self, view: View, odometry: Pose) -> None:
+        """Add a view; ``odometry`` is the pose that the robot's odometer shows, from which motion is read back."""
+        nanoseconds = round(view.time * NANOSECONDS)
+        stamp = messages.Timestamp(sec=nanoseconds // NANOSECONDS, nsec=nanoseconds % NANOSECONDS)
+        for camera, image in view.images.items():
+            channel = self._images.get(camera)
+            if channel is None:
+                channel = self._images[camera] = CompressedImageChannel(f"/{camera}", context=self._context)
+            data = cv2.imencode(".png", image, FAST_PNG)[1].tobytes()
+            channel.log(
+                messages.CompressedImage(timestamp=stamp, frame_id=camera, data=data, format="png"),
+                log_time=nanoseconds,
+            )
+        if view.scan is not None:
+            self._laser.log(_laser_message(view.scan, stamp), log_time=nanoseconds)
+        if view.truth is not None:
+            self._truth.log(
+                messages.PoseInFrame(timestamp=stamp, frame_id="world", pose=_pose_message(view.truth)),
+                log_time=nanoseconds,
+            )
+        self._odometry.log(
+            messages.Odometry(
+                timestamp=stamp, frame_id="odometry", body_frame_id="robot", pose=_pose_message(odometry)
+            ),
+            log_time=nanoseconds,
+        )
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Finish the file and give it its name."""
+        self._writer.close()
+        self.partial.replace(self.path)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _laser_message(scan: Scan, stamp: messages.Timestamp) -> messages.LaserScan:
+    bearings = scan.bearings
+    return messages.LaserScan(
+        timestamp=stamp,
+        frame_id=LASER,
+        start_angle=float(bearings[0]),
+        end_angle=float(bearings[-1]),
+        ranges=scan.ranges.astype(float).tolist(),
+    )
+
+
+def _pose_message(pose: Pose) -> messages.Pose:
+    half = pose.heading / 2
+    return messages.Pose(
+        position=messages.Vector3(x=pose.x, y=pose.y, z=0.0),
+        orientation=messages.Quaternion(x=0.0, y=0.0, z=float(np.sin(half)), w=float(np.cos(half))),
+    )
+
+
+@dataclass(slots=True)
+class _Moment:
+    """Everything in the log that carries one time stamp."""
+
+    images: dict[str, NDArray[np.uint8]] = field(default_factory=dict)
+    scan: Scan | None = None
+    odometry: Pose | None = None
+    truth: Pose | None = None
+
+
+def read_mcap(path: Path) -> Recording:
+    """Read a drive; one that was cut off yields its views up to the cut, and ``complete`` is False.
+
+    A view's distance and turn come from the odometer poses of it and the view before. Topics of other schemas are
+    counted in ``skipped``. Raises ``LogError`` when the file is not MCAP or holds no view.
+    """
+    moments: dict[int, _Moment] = {}
+    metadata: dict[str, str] = {}
+    skipped: dict[str, int] = {}
+    complete = False
+    try:
+        for record in _records(path):
+            match record:
+                case Metadata(name=name) if name == METADATA_NAME:
+                    metadata.update(record.metadata)
+                case Footer():
+                    complete = True
+                case (topic, schema, time, message):
+                    moment = moments.setdefault(time, _Moment())
+                    if not _take(moment, topic.removeprefix("/"), schema, message, path):
+                        skipped[schema] = skipped.get(schema, 0) + 1
+    except McapError as error:
+        if not moments:
+            raise LogError(
+                f"{path}: is cut off or damaged before its first view: {_reason(error)}; "
+                "valid is a recording of at least one view"
+            ) from error
+    views = tuple(_views(moments))
+    if not views:
+        raise LogError(f"{path}: holds no view; valid are Foxglove CompressedImage, LaserScan and Odometry messages")
+    return Recording(views, metadata, complete, skipped)
+
+
+def _reason(error: McapError) -> str:
+    return str(error) or "unexpected end of file"
+
+
+def _records(path: Path) -> Iterator[Any]:
+    """Yield the file's metadata and footer records, and its messages as (topic, schema name, time, content)."""
+    factory = DecoderFactory()
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    with path.open("rb") as file:
+        for record in StreamReader(file).records:
+            match record:
+                case Schema():
+                    schemas[record.id] = record
+                case Channel():
+                    channels[record.id] = record
+                case Message():
+                    channel = channels[record.channel_id]
+                    schema = schemas.get(channel.schema_id)
+                    decode = factory.decoder_for(channel.message_encoding, schema)
+                    if schema is None or decode is None:
+                        yield (channel.topic, channel.message_encoding, record.log_time, None)
+                    else:
+                        yield (channel.topic, schema.name, record.log_time, decode(record.data))
+                case Metadata() | Footer():
+                    yield record
+
+
+def _take(moment: _Moment, name: str, schema: str, message: Any, path: Path) -> bool:
+    """Put one message where it belongs in its moment; False when its schema is none that is read."""
+    match schema:
+        case "foxglove.CompressedImage":
+            moment.images[name] = _decode_image(message.data, name, path)
+        case "foxglove.LaserScan":
+            moment.scan = _decode_scan(message)
+        case "foxglove.Odometry":
+            moment.odometry = _decode_pose(message.pose)
+        case "foxglove.PoseInFrame":
+            moment.truth = _decode_pose(message.pose)
+        case _:
+            return False
+    return True
+
+
+def _decode_image(data: bytes, name: str, path: Path) -> NDArray[np.uint8]:
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
+    if image is None:
+        raise LogError(f"{path}: topic /{name}: an image cannot be decoded; valid are PNG and JPEG")
+    return np.asarray(image, np.uint8)
+
+
+def _decode_scan(message: Any) -> Scan:
+    ranges = np.asarray(message.ranges, np.float32)
+    step = (message.end_angle - message.start_angle) / max(1, len(ranges) - 1)
+    return Scan(ranges, float(message.start_angle), float(step))
+
+
+def _decode_pose(message: Any) -> Pose:
+    rotation = message.orientation
+    return Pose(message.position.x, message.position.y, 2.0 * float(np.arctan2(rotation.z, rotation.w)))
+
+
+def _views(moments: Mapping[int, _Moment]) -> Iterator[View]:
+    before: Pose | None = None
+    for time in sorted(moments):
+        moment = moments[time]
+        if not moment.images and moment.scan is None:
+            continue
+        now = moment.odometry or moment.truth
+        distance, turn = motion_between(before, now) if before and now else (0.0, 0.0)
+        before = now or before
+        images = MappingProxyType(moment.images)
+        yield View(time / NANOSECONDS, images, moment.scan, distance, turn, moment.truth)

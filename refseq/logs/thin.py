@@ -1,0 +1,53 @@
+"""Making a dense recording look like one of the bench's: fewer views, and the odometry of a real robot."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from refseq.view import View
+
+
+@dataclass(frozen=True, slots=True)
+class OdometryNoise:
+    """Standard deviations of Gaussian odometry noise.
+
+    ``distance`` as a share of the distance, ``turn`` as a share of the turn, ``drift`` [rad/m]. The defaults are ten
+    times better than CARMEN's own, as facts.md has it for a calibrated differential drive.
+    """
+
+    distance: float = 0.02
+    turn: float = 0.02
+    drift: float = 0.001
+
+
+def with_odometry_noise(
+    views: Sequence[View], rng: np.random.Generator, noise: OdometryNoise | None = None
+) -> tuple[View, ...]:
+    """The same views with noise on their distance and turn, for logs whose odometry was replaced by corrected poses."""
+    noise = noise or OdometryNoise()
+    errors = rng.standard_normal((len(views), 2))
+    return tuple(
+        replace(
+            view,
+            distance=view.distance * (1 + noise.distance * distance_error),
+            turn=view.turn + turn_error * (noise.turn * abs(view.turn) + noise.drift * abs(view.distance)),
+        )
+        for view, (distance_error, turn_error) in zip(views, errors, strict=True)
+    )
+
+
+def every(views: Sequence[View], distance: float = 0.85, turn: float = math.inf) -> tuple[View, ...]:
+    """Keep the first view, and then one whenever ``distance`` [m] or ``turn`` [rad] has been added up since the last.
+
+    The motion of views that go is added to the next one that stays.
+    """
+    kept: list[View] = []
+    moved = turned = 0.0
+    for view in views:
+        moved, turned = moved + view.distance, turned + view.turn
+        if not kept or abs(moved) >= distance or abs(turned) >= turn:
+            kept.append(replace(view, distance=moved if kept else 0.0, turn=turned if kept else 0.0))
+            moved = turned = 0.0
+    return tuple(kept)

@@ -1,0 +1,42 @@
+"""All parameters of the localiser in one place; a map carries the profile that it was learnt with."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any, Self
+
+from refseq.chain import ChainSettings
+from refseq.features.sift import SiftSettings
+from refseq.features.walls import WallSettings
+from refseq.mixture import MixtureSettings
+from refseq.motion import MotionSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The defaults are the thesis' values where it gives any; each part says which are choices."""
+
+    sift: SiftSettings = field(default_factory=SiftSettings)
+    walls: WallSettings = field(default_factory=WallSettings)
+    mixture: MixtureSettings = field(default_factory=MixtureSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    chain: ChainSettings = field(default_factory=ChainSettings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for a map's header."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+        """The inverse of ``to_dict``. Raises ``ValueError`` for a part or a parameter that is missing, unknown or no number."""
+        return cls(**{part.name: _part(part.name, part.default_factory, content) for part in fields(cls)})  # type: ignore[arg-type]
+
+
+def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
+    values = content.get(name)
+    known = {field.name for field in fields(kind)}
+    if not isinstance(values, dict) or set(values) != known:
+        raise ValueError(f"profile.{name} is {values!r:.60}; valid is a table of {', '.join(sorted(known))}")
+    for key, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ValueError(f"profile.{name}.{key} is {value!r:.60}; valid is a number")
+    return kind(**values)

@@ -1,0 +1,103 @@
+"""The reference sequence: what a first drive becomes, and what later drives are localised in."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.chain import Emissions
+from refseq.errors import MapError
+from refseq.features import Extractor, ScanBoundary, SiftWords, WallLines
+from refseq.incidence import IncidenceMatrix
+from refseq.mixture import Match, match_view
+from refseq.profile import Profile
+from refseq.view import LASER, Pose, View
+
+
+@dataclass(frozen=True)
+class ReferenceSequence:
+    """Places along a path.
+
+    ``matrix`` is the feature incidence matrix (N, K), ``extractors`` give its features in the order of its rows,
+    ``along`` (K,) is each place's odometric distance from the first [m], rising; ``poses`` the true poses of the places
+    where they are known (for scoring and drawing only); ``metadata`` says which drive it was.
+    """
+
+    matrix: IncidenceMatrix
+    extractors: tuple[Extractor, ...]
+    along: NDArray[np.float64]
+    poses: tuple[Pose | None, ...]
+    profile: Profile = field(default_factory=Profile)
+    metadata: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __len__(self) -> int:
+        return self.matrix.K
+
+    @property
+    def sensors(self) -> frozenset[str]:
+        """Sensors that the map can be asked with."""
+        return frozenset(extractor.sensor for extractor in self.extractors)
+
+    def match(self, ids: NDArray[np.intp], seed: tuple[int, ...]) -> Match:
+        """Compare features (rows of the matrix) with all places; ``seed`` starts the mixture's random components."""
+        return match_view(self.matrix.rows(ids), self.profile.mixture, np.random.default_rng(seed))
+
+    @cached_property
+    def emissions(self) -> Emissions:
+        """What each place emits: the sequence compared with itself (H3)."""
+        similarity = [
+            self.match(ids, (EMISSION_SEED, place)).likelihood for place, ids in enumerate(self.matrix.columns())
+        ]
+        return Emissions(np.array(similarity), self.profile.chain)
+
+
+EMISSION_SEED = 20080
+"""Any number will do: it keeps the same map's emissions the same wherever it is loaded."""
+
+
+def extractors_for(sensors: Sequence[str], profile: Profile) -> tuple[Extractor, ...]:
+    """The features of each sensor: words of a camera, walls and boundary of the laser."""
+    extractors: list[Extractor] = []
+    for sensor in sensors:
+        if sensor == LASER:
+            extractors += [WallLines(profile.walls), ScanBoundary()]
+        else:
+            extractors.append(SiftWords(sensor, profile.sift))
+    return tuple(extractors)
+
+
+def learn(
+    views: Sequence[View],
+    *,
+    sensors: Sequence[str] | None = None,
+    profile: Profile | None = None,
+    metadata: Mapping[str, str] | None = None,
+) -> ReferenceSequence:
+    """Make a reference sequence of a drive, one place a view, with all its sensors or only ``sensors``.
+
+    Raises ``MapError`` when there is no view, or when a sensor asked for is in none of them.
+    """
+    profile = profile or Profile()
+    extractors = extractors_for(check_sensors(views, sensors, "the drive"), profile)
+    columns = [
+        {extractor.key: extractor.learn(view) for extractor in extractors if extractor.sensor in view.sensors}
+        for view in views
+    ]
+    matrix = IncidenceMatrix.from_columns(columns, {extractor.key: extractor.size for extractor in extractors})
+    along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
+    poses = tuple(view.truth for view in views)
+    return ReferenceSequence(matrix, extractors, along, poses, profile, MappingProxyType(dict(metadata or {})))
+
+
+def check_sensors(views: Sequence[View], wanted: Sequence[str] | None, what: str) -> tuple[str, ...]:
+    """The sensors to use, sorted; raises ``MapError`` for one that no view has."""
+    if not views:
+        raise MapError(f"{what} holds no view; valid is at least one")
+    there = frozenset().union(*(view.sensors for view in views))
+    for sensor in wanted or ():
+        if sensor not in there:
+            raise MapError(f"sensor {sensor!r} is not in {what}; valid are {', '.join(sorted(there)) or 'none'}")
+    return tuple(sorted(set(wanted or there)))
