@@ -1,0 +1,206 @@
+"""The house rules that no linter knows: what is tracked, what is locked, what is documented, and how `run` behaves."""
+
+import itertools
+import os
+import re
+import shutil
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.version import Version
+
+ROOT = Path(__file__).resolve().parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+ROOMS = {"sim", "worlds", "refseq", "robots", "scenarios", "tests"}
+
+FOREIGN = {
+    "machine path": re.compile(r"(?<![\w.~-])/(?:(?:home|Users)/\w|(?:root|work|mnt)/)"),
+    "registry address": re.compile(
+        r"(?:https?|file)://\S*(?:/simple\b|pypi\.|pythonhosted)|index[-_]url", re.IGNORECASE
+    ),
+}
+
+
+def foreign(text: str) -> list[str]:
+    return [f"{kind}: {found.group()}" for kind, pattern in FOREIGN.items() for found in pattern.finditer(text)]
+
+
+def tracked() -> list[Path]:
+    if shutil.which("git") is None or not (ROOT / ".git").exists():
+        pytest.skip("not a git checkout, so nothing tells what is tracked")
+    names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True, text=True).stdout
+    return [ROOT / name for name in names.split("\0") if name and (ROOT / name).is_file()]
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["cd /{}/ann/bench", "open('/{}/x.toml')"],
+)
+@pytest.mark.parametrize("folder", ["home", "root"])
+def test_the_search_for_machine_paths_finds_one(line, folder):
+    # Put together here, so that this file does not hold what it looks for.
+    assert foreign(line.format(folder if "ann" in line or folder == "root" else "home/ann"))
+
+
+@pytest.mark.parametrize(
+    "line", ["--extra-index" + "-url=x", "https" + "://pypi.org/p/numpy", "file" + ":///srv/simple"]
+)
+def test_the_search_for_registries_finds_one(line):
+    assert foreign(line)
+
+
+@pytest.mark.parametrize("line", ["~/home/x", "docs/work/x.md", "numpy==2.0", "https://mujoco.org", "/usr/bin/env"])
+def test_the_search_passes_what_is_no_ones_machine(line):
+    assert foreign(line) == []
+
+
+def test_nothing_tracked_names_a_machine_or_a_registry():
+    found = {str(path.relative_to(ROOT)): foreign(path.read_text(errors="replace")) for path in tracked()}
+    here = [str(path) for path in tracked() if f"{ROOT}/" in path.read_text(errors="replace")]
+    assert {name: kinds for name, kinds in found.items() if kinds} == {}
+    assert here == []
+
+
+def test_python_lives_in_the_rooms():
+    assert {path.relative_to(ROOT).parts[0] for path in tracked() if path.suffix == ".py"} <= ROOMS
+
+
+def test_every_room_is_shipped_and_watched_over():
+    rooms = ROOMS - {"tests"}
+    contracts = PROJECT["tool"]["importlinter"]
+    layers = [re.split(r"\s*\|\s*", layer) for layer in contracts["contracts"][0]["layers"]]
+    assert set(PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]) == rooms
+    assert set(contracts["root_packages"]) == rooms
+    assert set(itertools.chain(*layers)) == rooms
+
+
+@pytest.mark.parametrize("page", sorted(ROOMS - {"tests"}) + ["house", "index"])
+def test_every_room_has_a_page(page):
+    text = (ROOT / "docs" / f"{page}.md").read_text()
+    assert text.startswith("# ")
+    assert len(text.split()) > 50
+
+
+def test_the_index_leads_to_every_page():
+    links = set(re.findall(r"\]\(([\w/-]+\.md)\)", (ROOT / "docs" / "index.md").read_text()))
+    assert {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"} <= links
+    assert [link for link in links if not (ROOT / "docs" / link).is_file()] == []
+
+
+def test_the_newest_version_in_the_changelog_is_the_project_s():
+    versions = re.findall(r"^## \[(\d+\.\d+\.\d+)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert versions[0] == PROJECT["project"]["version"]
+    assert versions == sorted(versions, key=Version, reverse=True)
+
+
+# The lock
+
+
+def pins() -> list[Requirement]:
+    """The pins of the lock; any line that is neither a pin with hashes nor a hash fails."""
+    text = (ROOT / "requirements.lock").read_text().replace("\\\n", "")
+    lines = [line.split(" --hash=") for line in text.splitlines()]
+    for line in lines:
+        assert re.fullmatch(r"[a-z0-9-]+==[\w.]+(?: ; [^#@]+)?\s*", line[0]), line[0]
+        assert line[1:], f"{line[0]} has no hash"
+        assert all(re.fullmatch(r"sha256:[0-9a-f]{64}\s*", digest) for digest in line[1:]), line[0]
+    return [Requirement(line[0]) for line in lines]
+
+
+MACHINES = [
+    {
+        "python_version": version,
+        "python_full_version": f"{version}.4",
+        "platform_machine": machine,
+        "sys_platform": "linux",
+        "platform_system": "Linux",
+        "os_name": "posix",
+        "implementation_name": "cpython",
+        "platform_python_implementation": "CPython",
+    }
+    for version in ("3.11", "3.12", "3.13")
+    for machine in ("x86_64", "aarch64")
+]
+
+
+@pytest.mark.parametrize("machine", MACHINES, ids=lambda m: f"{m['python_version']}-{m['platform_machine']}")
+def test_the_lock_gives_each_machine_one_version_that_the_project_accepts(machine):
+    locked = [pin for pin in pins() if pin.marker is None or pin.marker.evaluate(machine)]
+    versions = {pin.name: str(pin.specifier).removeprefix("==") for pin in locked}
+    demands = PROJECT["project"]["dependencies"] + PROJECT["dependency-groups"]["dev"]
+    assert len(versions) == len(locked)
+    for demand in map(Requirement, demands):
+        assert demand.specifier.contains(versions[demand.name]), demand
+
+
+# `run`
+
+
+def call(script: Path, *arguments: str, **options) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        ["sh", script, *arguments], capture_output=True, text=True, timeout=60, check=False, **options
+    )
+
+
+def test_scripts_are_executable_and_have_no_syntax_error():
+    for shell, script in (("sh", ROOT / "run"), ("bash", ROOT / ".ci" / "run")):
+        assert os.access(script, os.X_OK)
+        assert subprocess.run([shell, "-n", script], check=False).returncode == 0
+
+
+def test_help_is_printed_through_a_symbolic_link_in_another_folder(tmp_path):
+    (tmp_path / "bench").symlink_to(ROOT / "run")
+    told = call(Path("bench"), "help", cwd=tmp_path)
+    assert told.returncode == 0
+    assert all(command in told.stdout for command in ("demo", "tests", "refseq", "lint", "help"))
+
+
+def test_an_unknown_command_is_named_with_the_valid_ones():
+    told = call(ROOT / "run", "demmo")
+    assert told.returncode == 2
+    assert told.stderr == "run: unknown command 'demmo'; valid: demo, tests, refseq, lint, help\n"
+
+
+@pytest.fixture
+def bare(tmp_path):
+    """A checkout on a machine that has a shell and its small tools, and nothing else."""
+    for name in ("run", "pyproject.toml", "requirements.lock"):
+        shutil.copy(ROOT / name, tmp_path / name)
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    for name in ("sh", "cat", "cksum", "date", "dirname", "id", "readlink"):
+        (tools / name).symlink_to(shutil.which(name))
+    return tmp_path
+
+
+def put_python(bare: Path, name: str, script: str) -> None:
+    (bare / "tools" / name).write_text(f"#!/bin/sh\n{script}\n")
+    (bare / "tools" / name).chmod(0o755)
+
+
+def type_line(bare: Path) -> str:
+    told = call(bare / "run", "tests", env={"PATH": str(bare / "tools")})
+    assert told.returncode == 2
+    assert not (bare / ".venv").exists()
+    return told.stderr.replace("type: sudo ", "type: ")
+
+
+def test_without_python_the_line_to_type_is_told(bare):
+    assert type_line(bare) == ("run: no Python 3.11, 3.12 or 3.13; type: apt-get install -y python3 python3-venv\n")
+
+
+def test_an_old_python_is_not_taken(bare):
+    put_python(bare, "python3", "exit 1")
+    assert type_line(bare) == (
+        "run: no Python 3.11, 3.12 or 3.13; type: apt-get install -y python3.11 python3.11-venv\n"
+    )
+
+
+def test_a_python_without_venv_is_told_how_to_get_it(bare):
+    put_python(bare, "python3.12", 'case "$*" in *ensurepip*) exit 1 ;; esac')
+    assert type_line(bare) == (
+        "run: python3.12 cannot make a virtual environment; type: apt-get install -y python3.12-venv\n"
+    )
