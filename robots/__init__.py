@@ -55,7 +55,7 @@ def names() -> tuple[str, ...]:
 
 
 def load(name: str) -> Robot:
-    """A fresh robot by its name; raises ``RobotsError`` for an unknown one."""
+    """Build a fresh robot by its name; raises ``RobotsError`` for an unknown one."""
     if name not in _LOADERS:
         raise RobotsError(f"unknown robot '{name}': valid are {', '.join(names())}")
     return _LOADERS[name]()

@@ -79,7 +79,7 @@ class _Mount:
 
 
 def add_camera_mast(spec: mujoco.MjSpec, body: mujoco.MjsBody, foot: Point) -> None:
-    """Stand a column with both cameras on ``body``; ``foot`` [m] is in the robot's frame, whose origin is on the floor."""
+    """Stand a column with both cameras on ``body`` at ``foot`` [m] above the floor in the robot's frame."""
     mount = _Mount(spec, body, foot)
     mount.material("mast-column", 0.4, roughness=0.4, metallic=0.8)
     mount.material("mast-camera", 0.12, roughness=0.6, metallic=0.0)
@@ -93,7 +93,7 @@ def add_camera_mast(spec: mujoco.MjSpec, body: mujoco.MjsBody, foot: Point) -> N
 
 
 def add_laser_scanner(spec: mujoco.MjSpec, body: mujoco.MjsBody, foot: Point) -> None:
-    """Stand a LMS 200 on ``body``; its site ``laser`` is in the scan plane, x along the middle beam."""
+    """Stand a LMS 200 on ``body`` at ``foot`` [m]; its site ``laser`` is in the scan plane, x along the middle beam."""
     mount = _Mount(spec, body, foot)
     mount.material("laser-shell", 0.35, roughness=0.5, metallic=0.0)
     mount.material("laser-window", 0.03, roughness=0.15, metallic=0.0)

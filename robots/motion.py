@@ -51,7 +51,7 @@ class DifferentialDrive:
                 raise RobotsError(f"{key} = {value} is no differential drive: it must be positive and finite")
 
     def wheel_speeds(self, twist: Twist) -> WheelSpeeds:
-        """Wheel speeds for ``twist``; a twist that is too fast is slowed with its curvature kept."""
+        """Return wheel speeds for ``twist``; one that is too fast is slowed with its curvature kept."""
         half = twist.angular * self.track / 2
         left, right = (twist.linear - half) / self.wheel_radius, (twist.linear + half) / self.wheel_radius
         # Scaling both wheels alike keeps the path's shape; clipping one of them would bend it.
@@ -59,10 +59,10 @@ class DifferentialDrive:
         return WheelSpeeds(left * scale, right * scale)
 
     def twist(self, speeds: WheelSpeeds) -> Twist:
-        """The motion of a robot whose wheels roll with ``speeds`` and do not slip."""
+        """Return the motion of a robot whose wheels roll with ``speeds`` and do not slip."""
         left, right = speeds.left * self.wheel_radius, speeds.right * self.wheel_radius
         return Twist((left + right) / 2, (right - left) / self.track)
 
     def limited(self, twist: Twist) -> Twist:
-        """``twist`` as the wheels can drive it: itself, or slower along the same arc."""
+        """Return ``twist`` as the wheels can drive it: itself, or slower along the same arc."""
         return self.twist(self.wheel_speeds(twist))

@@ -1,7 +1,7 @@
 """SICK LMS 200 in the range of 80 m, half-degree steps: ranges by ray casting, then what the device does to them.
 
-Sources: resolution, codes and error figures as in `docs/robots.md`. Not in here yet: the two interlaced one-degree turns
-of the half-degree mode (all beams leave at the same instant), mixed pixels at edges, remission (glass and matt black).
+The sources of its figures are in ``docs/robots.md``. Not in here yet: the two interlaced one-degree turns of the
+half-degree mode (all beams leave at the same instant), mixed pixels at edges, remission (glass and matt black).
 """
 
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class LaserModel:
 
 
 class Laser:
-    """One device: a model with the bias that this one left the factory with."""
+    """One device: a model with the bias that this one left the factory with, drawn from ``rng`` as its noise is."""
 
     def __init__(self, model: LaserModel, rng: np.random.Generator) -> None:
         self.model = model
@@ -75,7 +75,7 @@ class Laser:
     def distances(
         self, mj_model: mujoco.MjModel, mj_data: mujoco.MjData, site: str, exclude_body: str
     ) -> NDArray[np.float64]:
-        """True distances along the beams, (beams,) [m]; infinite where nothing is within reach."""
+        """Cast the beams: true distances along the beams, (beams,) [m]; infinite where nothing is within reach."""
         frame = mj_data.site(site)
         rays = self._directions @ frame.xmat.reshape(3, 3).T  # (beams, 3) in the world's frame
         mujoco.mj_multiRay(
@@ -95,7 +95,7 @@ class Laser:
         return np.where(self._hit >= 0, self._distance, np.inf)
 
     def _measured(self, distances: NDArray[np.float64]) -> NDArray[np.float32]:
-        """What the device says: bias, noise, resolution and limits."""
+        """Turn distances into what the device says: bias, noise, resolution and limits."""
         model = self.model
         # Noise is drawn for every beam, hit or not, so that the stream of numbers does not depend on the scene.
         noisy = distances + self.bias + self._rng.normal(0.0, model.sigma, model.beams)
@@ -104,5 +104,5 @@ class Laser:
 
 
 def _rounded(values: NDArray[np.float64], resolution: float) -> NDArray[np.float64]:
-    """Nearest multiples of ``resolution``; the values themselves when it is 0."""
+    """Return the nearest multiples of ``resolution``; the values themselves when it is 0."""
     return np.round(values / resolution) * resolution if resolution > 0 else values

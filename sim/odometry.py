@@ -28,12 +28,12 @@ class Encoders:
             raise SimError(f"encoders: pulses_per_turn = {self.pulses_per_turn}: at least 1 is needed")
 
     def read(self, left: float, right: float) -> Pulses:
-        """Counters at the wheels' angles [rad]: a pulse is counted when the wheel has passed it."""
+        """Return the counters at the wheels' angles [rad]: a pulse is counted when the wheel has passed it."""
         scale = self.pulses_per_turn / (2 * np.pi)
         return Pulses(int(np.floor(left * scale)), int(np.floor(right * scale)))
 
     def angle(self, pulses: int) -> float:
-        """Turn of a wheel [rad] that makes so many pulses."""
+        """Return the turn of a wheel [rad] that makes so many pulses."""
         return 2 * np.pi * pulses / self.pulses_per_turn
 
 
@@ -67,12 +67,12 @@ class Geometry:
 
 
 def true_geometry(drive: DifferentialDrive) -> Geometry:
-    """What a robot without any error would believe."""
+    """Return what a robot without any error would believe."""
     return Geometry(drive.wheel_radius, drive.wheel_radius, drive.track)
 
 
 def believed_geometry(drive: DifferentialDrive, errors: CalibrationErrors, rng: np.random.Generator) -> Geometry:
-    """What one robot believes after its calibration: drawn once, the same for all its drives."""
+    """Draw what one robot believes after its calibration: once, for all its drives."""
     size, mismatch, track = rng.normal(0.0, 1.0, 3) * (errors.size, errors.mismatch, errors.track)
     return Geometry(
         left_radius=drive.wheel_radius * (1 + size - mismatch / 2),
@@ -81,10 +81,13 @@ def believed_geometry(drive: DifferentialDrive, errors: CalibrationErrors, rng: 
     )
 
 
+_ZERO = Pulses(0, 0)
+
+
 class Odometry:
     """Integrates the pose from pulses; starts at the origin, with the counters at ``start``."""
 
-    def __init__(self, geometry: Geometry, encoders: Encoders, start: Pulses = Pulses(0, 0)) -> None:
+    def __init__(self, geometry: Geometry, encoders: Encoders, start: Pulses = _ZERO) -> None:
         self.pose = Pose(0.0, 0.0, 0.0)
         self.distance = 0.0
         """Signed path length since the start [m]: backwards counts negative."""
@@ -93,7 +96,7 @@ class Odometry:
         self._last = start
 
     def update(self, pulses: Pulses) -> Pose:
-        """The pose after the counters have moved on to ``pulses``; its heading is not wrapped."""
+        """Move on to counters at ``pulses`` and return the pose there; its heading is not wrapped."""
         geometry = self._geometry
         left = self._encoders.angle(pulses.left - self._last.left) * geometry.left_radius
         right = self._encoders.angle(pulses.right - self._last.right) * geometry.right_radius
@@ -105,7 +108,7 @@ class Odometry:
 
 
 def along_arc(pose: Pose, length: float, turn: float) -> Pose:
-    """The pose after an arc of ``length`` [m] that turns by ``turn`` [rad]: exact, its chord is length · sinc(turn/2)."""
+    """Drive an arc of ``length`` [m] that turns by ``turn`` [rad]: exact, its chord is length · sinc(turn/2)."""
     chord = length * np.sinc(turn / (2 * np.pi))  # numpy's sinc has π inside
     middle = pose.heading + turn / 2
     return Pose(

@@ -5,6 +5,7 @@ side; wander, heading error and speed are Ornstein–Uhlenbeck processes, the fi
 time.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -86,7 +87,7 @@ class Operator:
     @property
     def progress(self) -> float:
         """How far along the route the robot has come [m]."""
-        return sum(leg.length for leg in self._legs[: self._leg]) + (0.0 if self.finished else self._along)
+        return sum(leg.length for leg in self._legs[: self._leg]) + self._along
 
     @property
     def finished(self) -> bool:
@@ -94,7 +95,7 @@ class Operator:
         return self._leg == len(self._legs)
 
     def command(self, time: float, pose: Pose) -> Twist:
-        """The twist to drive with from ``time`` [s] on, seeing the robot at ``pose``."""
+        """Return the twist to drive with from ``time`` [s] on, seeing the robot at ``pose``."""
         elapsed = self._elapsed(time)
         self._advance(pose, elapsed)
         wanted = Twist() if self.finished else self._steer(pose)
@@ -102,7 +103,7 @@ class Operator:
         return self._last
 
     def _elapsed(self, time: float) -> float:
-        """Time since the last command [s]."""
+        """Return the time since the last command [s]."""
         if self._time is not None and time < self._time:
             raise SimError(f"operator: time {time} s is before the last command's {self._time} s")
         elapsed = 0.0 if self._time is None else time - self._time
@@ -124,7 +125,7 @@ class Operator:
             self._leg, self._along = self._leg + 1, 0.0
 
     def _steer(self, pose: Pose) -> Twist:
-        """Pure pursuit of the wandering route."""
+        """Pursue a point ahead on the wandering route."""
         style, leg = self._style, self._legs[self._leg]
         ahead = self._along + style.lookahead
         side = style.wander_limit * math.tanh(self._wander.value / style.wander_limit)
@@ -139,13 +140,13 @@ class Operator:
         return Twist(speed, curvature * speed)
 
     def _wanted_speed(self, remaining: float) -> float:
-        """An uneven speed, from which the robot can still stop at the end of the leg [m/s]."""
+        """Choose an uneven speed, from which the robot can still stop at the end of the leg [m/s]."""
         style = self._style
         uneven = min(max(style.speed + self._speed.value, style.speed / 3), style.max_speed)
         return min(uneven, math.sqrt(2 * style.acceleration * remaining))
 
     def _eased(self, wanted: Twist, elapsed: float) -> Twist:
-        """``wanted`` as far as the accelerations allow to reach it."""
+        """Go towards ``wanted`` as far as the accelerations allow."""
         style = self._style
         return Twist(
             _moved(self._last.linear, wanted.linear, style.acceleration * elapsed),
@@ -178,17 +179,18 @@ class _Leg:
         self.length = float(self._starts[-1])
 
     def point(self, along: float) -> NDArray[np.float64]:
-        """The point at path length ``along`` [m], (2,)."""
+        """Return the point at path length ``along`` [m], (2,)."""
         i = self._segment(along)
-        return self._points[i] + (along - self._starts[i]) * self._tangents[i]
+        point: NDArray[np.float64] = self._points[i] + (along - self._starts[i]) * self._tangents[i]
+        return point
 
     def normal(self, along: float) -> NDArray[np.float64]:
-        """Unit vector to the left of the path at ``along`` [m], (2,)."""
+        """Return the unit vector to the left of the path at ``along`` [m], (2,)."""
         x, y = self._tangents[self._segment(along)]
         return np.array([-y, x])
 
     def project(self, pose: Pose, near: float, reach: float = 1.0) -> float:
-        """Path length of the nearest point within ``reach`` of ``near`` [m]: where paths cross, the same pass."""
+        """Return the path length of the nearest point, of those within ``reach`` of ``near`` [m]: the same pass."""
         low, high = max(near - reach, 0.0), min(near + reach, self.length)
         offset = np.array([pose.x, pose.y]) - self._points[:-1]  # (n - 1, 2)
         along = self._starts[:-1] + np.sum(offset * self._tangents, axis=1)
@@ -202,7 +204,7 @@ class _Leg:
 
 
 def _checked(route: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A private copy of ``route`` without repeated points."""
+    """Return a private copy of ``route`` without repeated points."""
     points = np.array(route, float)
     if points.ndim != 2 or points.shape[1:] != (2,):
         raise SimError(f"operator: a route has shape (n, 2), not {points.shape}")
@@ -216,18 +218,18 @@ def _checked(route: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _split_at_reversals(points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """The parts of a polyline between bends that are too sharp to be driven through."""
+    """Return the parts of a polyline between bends that are too sharp to be driven through."""
     steps = np.diff(points, axis=0)
     bends = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0])))
     cuts = [0, *(np.flatnonzero(np.abs(bends) > REVERSAL) + 1), len(points) - 1]
-    return [points[a : b + 1] for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    return [points[a : b + 1] for a, b in itertools.pairwise(cuts)]
 
 
 def _moved(value: float, target: float, most: float) -> float:
-    """``value``, moved towards ``target`` by at most ``most``."""
+    """Return ``value``, moved towards ``target`` by at most ``most``."""
     return value + min(max(target - value, -most), most)
 
 
 def _wrapped(angle: float) -> float:
-    """The same direction within ±π."""
+    """Return the same direction within ±π."""
     return math.remainder(angle, 2 * math.pi)

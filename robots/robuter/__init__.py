@@ -21,7 +21,7 @@ _MODEL = Path(__file__).with_name("robuter.xml")
 
 
 def get_spec() -> mujoco.MjSpec:
-    """A fresh model of the robot with its sensors mounted; nobody else holds a reference to it."""
+    """Build a fresh model of the robot with its sensors mounted; nobody else holds a reference to it."""
     spec = mujoco.MjSpec.from_file(str(_MODEL))
     base = spec.body(BASE)
     add_laser_scanner(spec, base, LASER_FOOT)
