@@ -1,0 +1,168 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from refseq.view import Pose
+from robots import DifferentialDrive, Twist
+from sim.errors import SimError
+from sim.odometry import (
+    CalibrationErrors,
+    Encoders,
+    Geometry,
+    Odometry,
+    Pulses,
+    along_arc,
+    believed_geometry,
+    true_geometry,
+)
+from tests.robots.driving import Driven, ramped
+
+DRIVE = DifferentialDrive(track=0.62, wheel_radius=0.12, max_wheel_speed=8.0)
+FINE = Encoders(10**11)
+ROBUTER = Encoders(8024)
+PERFECT = true_geometry(DRIVE)
+
+
+def rolled(geometry: Geometry, encoders: Encoders, left: np.ndarray, right: np.ndarray) -> Odometry:
+    """Odometry after the wheels went through these angles [rad]."""
+    odometry = Odometry(geometry, encoders)
+    for a, b in zip(left, right, strict=True):
+        odometry.update(encoders.read(a, b))
+    return odometry
+
+
+def test_a_turn_makes_as_many_pulses_as_the_encoder_has() -> None:
+    assert ROBUTER.read(2 * math.pi + 1e-9, -2 * math.pi + 1e-9) == Pulses(8024, -8024)
+
+
+@given(st.floats(-1e4, 1e4))
+def test_a_reading_is_never_more_than_a_pulse_behind(angle: float) -> None:
+    behind = angle - ROBUTER.angle(ROBUTER.read(angle, 0.0).left)
+    assert -1e-9 <= behind <= 2 * math.pi / 8024 + 1e-9
+
+
+def test_a_pulse_is_94_micrometres() -> None:
+    assert ROBUTER.angle(1) * 0.12 == pytest.approx(94.0e-6, abs=0.05e-6)
+
+
+@given(st.floats(-2, 2), st.floats(-3, 3), st.integers(1, 40))
+def test_wheels_that_do_not_slip_are_integrated_exactly(linear: float, angular: float, samples: int) -> None:
+    speeds = np.array([linear - angular * 0.31, linear + angular * 0.31]) / 0.12
+    times = np.linspace(0, 5, samples + 1)[1:]
+    odometry = rolled(PERFECT, FINE, speeds[0] * times, speeds[1] * times)
+    turn = 5 * angular
+    x = linear / angular * math.sin(turn) if abs(angular) > 1e-6 else 5 * linear
+    y = linear / angular * (1 - math.cos(turn)) if abs(angular) > 1e-6 else 12.5 * linear * angular
+    assert (odometry.pose.x, odometry.pose.y) == (pytest.approx(x, abs=1e-6), pytest.approx(y, abs=1e-6))
+    assert odometry.pose.heading == pytest.approx(turn, abs=1e-7)
+    assert odometry.distance == pytest.approx(5 * linear, abs=1e-7)
+
+
+def test_arcs_compose() -> None:
+    whole = along_arc(Pose(1, 2, 0.3), 4.0, 2.0)
+    half = along_arc(along_arc(Pose(1, 2, 0.3), 2.0, 1.0), 2.0, 1.0)
+    assert (half.x, half.y, half.heading) == pytest.approx((whole.x, whole.y, whole.heading))
+
+
+def test_pulses_lost_between_updates_are_not_lost_for_good() -> None:
+    angles = np.linspace(0, 100, 10_001)
+    odometry = rolled(PERFECT, ROBUTER, angles, angles)
+    assert odometry.pose.x == pytest.approx(12.0, abs=1e-4)
+
+
+def test_it_starts_where_the_counters_stand() -> None:
+    start = Pulses(123_456, -777)
+    odometry = Odometry(PERFECT, ROBUTER, start)
+    assert odometry.update(start) == Pose(0, 0, 0)
+
+
+def test_reversing_counts_negative() -> None:
+    odometry = rolled(PERFECT, FINE, np.array([-5.0]), np.array([-5.0]))
+    assert odometry.distance == pytest.approx(-0.6)
+
+
+def test_a_wrong_belief_shows_as_theory_says() -> None:
+    angle = np.array([20 / 0.12])
+    longer = rolled(Geometry(0.1212, 0.1212, 0.62), FINE, angle, angle)
+    assert longer.pose.x == pytest.approx(20.2)
+    bent = rolled(Geometry(0.12 * 0.9995, 0.12 * 1.0005, 0.62), FINE, angle, angle)
+    assert bent.pose.heading == pytest.approx(20 * 0.001 / 0.62)
+    narrow = rolled(Geometry(0.12, 0.12, 0.62 * 1.01), FINE, -angle, angle)
+    assert narrow.pose.heading == pytest.approx(40 / 0.62 / 1.01)
+
+
+def test_beliefs_spread_as_asked() -> None:
+    rng = np.random.default_rng(0)
+    drawn = [believed_geometry(DRIVE, CalibrationErrors(), rng) for _ in range(4000)]
+    left, right, track = np.array([(g.left_radius, g.right_radius, g.track) for g in drawn]).T
+    assert np.std((left + right) / 0.24) == pytest.approx(0.003, rel=0.05)
+    assert np.std((right - left) / 0.12) == pytest.approx(0.0006, rel=0.05)
+    assert np.std(track / 0.62) == pytest.approx(0.003, rel=0.05)
+    assert np.mean(track) == pytest.approx(0.62, rel=3e-4)
+
+
+def test_without_errors_a_robot_believes_the_truth() -> None:
+    assert believed_geometry(DRIVE, CalibrationErrors(0, 0, 0), np.random.default_rng(0)) == PERFECT
+
+
+def test_beliefs_repeat_by_seed() -> None:
+    first, again, other = (
+        believed_geometry(DRIVE, CalibrationErrors(), np.random.default_rng(seed)) for seed in (1, 1, 2)
+    )
+    assert first == again != other
+
+
+@pytest.fixture(scope="module")
+def driven_slalom() -> tuple[Driven, list[tuple[float, float]]]:
+    """A robot that went 10 m in bends, and its wheel angles on the way."""
+    driven, angles = Driven(), []
+    bends = ramped(Twist(0.5, 0.0), 21.0)
+    driven.drive(
+        22.0,
+        lambda t: Twist(bends(t).linear, 0.3 * bends(t).linear * math.sin(t)),
+        lambda: angles.append(driven.wheel_angles),
+    )
+    return driven, angles
+
+
+def test_a_driven_path_within_the_slip(driven_slalom: tuple[Driven, list[tuple[float, float]]]) -> None:
+    driven, angles = driven_slalom
+    pose = rolled(true_geometry(driven.robot.drive), ROBUTER, *np.array(angles).T).pose
+    gap = math.hypot(pose.x - driven.pose.x, pose.y - driven.pose.y)
+    assert 1e-4 < gap < 0.1  # it slips, by less than a hundredth of the way
+    assert abs(pose.heading - driven.turned) < math.radians(1)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_driven_path_within_the_calibration(
+    driven_slalom: tuple[Driven, list[tuple[float, float]]], seed: int
+) -> None:
+    driven, angles = driven_slalom
+    believed = believed_geometry(driven.robot.drive, CalibrationErrors(), np.random.default_rng(seed))
+    pose = rolled(believed, ROBUTER, *np.array(angles).T).pose
+    gap = math.hypot(pose.x - driven.pose.x, pose.y - driven.pose.y)
+    # Three deviations each: 10 m too long or short, and a heading that runs away with the mismatch.
+    assert gap < 3 * (10 * 0.003 + 0.5 * 10**2 * 0.0006 / 0.62) + 0.1
+
+
+def test_a_robot_is_not_told_the_truth(driven_slalom: tuple[Driven, list[tuple[float, float]]]) -> None:
+    driven, angles = driven_slalom
+    twice = rolled(Geometry(0.24, 0.24, 1.24), ROBUTER, *np.array(angles).T)
+    assert twice.distance == pytest.approx(2 * rolled(PERFECT, ROBUTER, *np.array(angles).T).distance)
+    assert twice.pose.x > 1.5 * driven.pose.x
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Encoders(0), "encoders: pulses_per_turn = 0: at least 1 is needed"),
+        (lambda: CalibrationErrors(track=0.5), "calibration: track = 0.5 must be in [0, 0.1)"),
+    ],
+)
+def test_impossible_figures_are_refused(make: type, message: str) -> None:
+    with pytest.raises(SimError) as error:
+        make()
+    assert str(error.value) == message
