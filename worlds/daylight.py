@@ -1,0 +1,96 @@
+"""Where the sun stands, and how much light it and the sky give.
+
+The illuminance formulas are the daylight availability model of the IES Lighting Handbook (DiLaura), with its
+constants for clear and overcast skies: common knowledge, not looked up again (tag M).
+"""
+
+import datetime
+from dataclasses import dataclass
+from enum import StrEnum
+from zoneinfo import ZoneInfo
+
+import numpy as np
+from astral import Observer
+from astral import sun as astral_sun
+from numpy.typing import NDArray
+
+from worlds.schema import Place
+
+SOLAR_CONSTANT = 127_500.0
+"""Illuminance of the sun above the air, yearly mean [lx]."""
+NIGHT_SKY = 0.1
+"""What a town's sky gives on level ground after dusk [lx]; a choice."""
+DUSK = 3.4
+"""Illuminance at the end of civil dusk, the sun 6° below the horizon [lx] (facts: teckxpert)."""
+
+
+class Sky(StrEnum):
+    """How much cloud there is."""
+
+    CLEAR = "clear"
+    OVERCAST = "overcast"
+
+
+EXTINCTION = {Sky.CLEAR: 0.21, Sky.OVERCAST: np.inf}
+"""Optical depth of the air for direct sun, one air mass."""
+SKY_TERMS = {Sky.CLEAR: (800.0, 15_500.0, 0.5), Sky.OVERCAST: (300.0, 21_000.0, 1.0)}
+"""A, B [lx] and C of the sky's horizontal illuminance A + B sin^C(elevation)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Daylight:
+    """Light outdoors at one moment; angles in [rad], illuminances in [lx].
+
+    ``azimuth`` is a compass bearing (clockwise from north); ``direct`` falls on a surface that faces the sun, ``sky``
+    on level ground from the sky alone.
+    """
+
+    elevation: float
+    azimuth: float
+    direct: float
+    sky: float
+
+    @property
+    def ground(self) -> float:
+        """Sun and sky on level ground [lx]."""
+        return self.sky + self.direct * max(0.0, float(np.sin(self.elevation)))
+
+
+def daylight(place: Place, date: datetime.date, hour: float, sky: Sky) -> Daylight:
+    """Compute the light at ``hour`` (0..24, local clock time) of ``date``."""
+    elevation, azimuth = sun_position(place, date, hour)
+    return Daylight(elevation, azimuth, _direct(elevation, date, sky), _sky(elevation, sky))
+
+
+def sun_position(place: Place, date: datetime.date, hour: float) -> tuple[float, float]:
+    """Return elevation (with refraction) and compass azimuth of the sun [rad], by ``astral``."""
+    midnight = datetime.datetime.combine(date, datetime.time(), tzinfo=ZoneInfo(place.timezone))
+    moment = midnight + datetime.timedelta(hours=hour)
+    observer = Observer(place.latitude, place.longitude)
+    elevation = astral_sun.elevation(observer, moment)
+    return float(np.radians(elevation)), float(np.radians(astral_sun.azimuth(observer, moment)))
+
+
+def sun_direction(light: Daylight, x_azimuth: float) -> NDArray[np.float64]:
+    """Unit vector from the sun to the ground in the world's frame, (3,); ``x_azimuth`` [deg] as in the plan."""
+    bearing = np.radians(x_azimuth) - light.azimuth
+    level = np.cos(light.elevation)
+    return -np.array([level * np.cos(bearing), level * np.sin(bearing), np.sin(light.elevation)])
+
+
+def _direct(elevation: float, date: datetime.date, sky: Sky) -> float:
+    """E = E0 (1 + 0.034 cos(2π (J − 2) / 365)) exp(−c m), air mass m = 1 / sin(elevation)."""
+    if elevation <= 0.0:
+        return 0.0
+    day = date.timetuple().tm_yday
+    above_air = SOLAR_CONSTANT * (1.0 + 0.034 * np.cos(2 * np.pi * (day - 2) / 365))
+    return float(above_air * np.exp(-EXTINCTION[sky] / np.sin(elevation)))
+
+
+def _sky(elevation: float, sky: Sky) -> float:
+    """IES sky by day; below the horizon an exponential through ``DUSK`` at −6°, down to ``NIGHT_SKY``."""
+    a, b, c = SKY_TERMS[sky]
+    if elevation > 0.0:
+        return float(a + b * np.sin(elevation) ** c)
+    decay = np.log(a / DUSK) / np.radians(6.0)
+    return float(max(NIGHT_SKY, a * np.exp(decay * elevation)))

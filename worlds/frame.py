@@ -1,0 +1,67 @@
+"""A wall's own frame: along it, out of it into the room, and up."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from worlds.schema import Wall
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Origin at the wall's start on the floor, (2,); ``along`` and ``inward`` are unit vectors, (2,)."""
+
+    origin: NDArray[np.float64]
+    along: NDArray[np.float64]
+    inward: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, wall: Wall) -> "Frame":
+        """Return the frame of a wall of the plan."""
+        start, end = np.array(wall.start), np.array(wall.end)
+        along = (end - start) / np.linalg.norm(end - start)
+        left = np.array([-along[1], along[0]])
+        return cls(start, along, left if wall.inside == "left" else -left)
+
+    def point(self, s: float, out: float, z: float) -> NDArray[np.float64]:
+        """Return the world point ``s`` along the wall, ``out`` into the room and ``z`` up, (3,) [m]."""
+        return np.append(self.origin + s * self.along + out * self.inward, z)
+
+    @property
+    def box_quat(self) -> NDArray[np.float64]:
+        """Rotation (w x y z) of a box whose x runs along the wall and whose z is up."""
+        return quaternion(np.append(self.along, 0.0), UP)
+
+    @property
+    def panel_quat(self) -> NDArray[np.float64]:
+        """Rotation (w x y z) of a picture on the wall: z looks into the room, y is up."""
+        out = np.append(self.inward, 0.0)
+        return quaternion(np.cross(UP, out), out)
+
+    @property
+    def handed(self) -> float:
+        """+1 when a box's y axis points into the room, −1 when it points out of it."""
+        return float(np.sign(self.along[0] * self.inward[1] - self.along[1] * self.inward[0]))
+
+    def turned(self, s: float, out: float, angle: float) -> "Frame":
+        """Return a frame at (s, out) whose ``along`` is swung by ``angle`` [rad] away from the room."""
+        cos, sin = np.cos(angle), np.sin(angle)
+        origin = self.point(s, out, 0.0)[:2]
+        return Frame(origin, cos * self.along - sin * self.inward, cos * self.inward + sin * self.along)
+
+    def reversed(self) -> "Frame":
+        """Return the same place with ``along`` pointing the other way."""
+        return Frame(self.origin, -self.along, self.inward)
+
+
+def quaternion(x: ArrayLike, z: ArrayLike) -> NDArray[np.float64]:
+    """Return the rotation (w x y z) that has these axes x and z, unit and at right angles."""
+    x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
+    matrix = np.stack([x, np.cross(z, x), z], axis=1)
+    quat = np.zeros(4)
+    mujoco.mju_mat2Quat(quat, matrix.flatten())
+    return quat

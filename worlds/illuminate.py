@@ -1,0 +1,159 @@
+"""The lights of a world, in photometric units, and what glows: lamps, and the picture outside the windows.
+
+The panes themselves are not built: glass takes its share of the light (``GLAZING``) but no geom, so the sun falls
+through the openings and what is outside moves behind them as the robot passes.
+"""
+
+import mujoco
+import numpy as np
+
+from worlds import textures
+from worlds.daylight import sun_direction
+from worlds.frame import Frame, quaternion
+from worlds.light import NIGHT_PEAK, LightSetting, Photometry, glass_area
+from worlds.schema import FloorPlan, Material, Wall
+from worlds.site import Site
+
+EXPOSED = 1.2 * 16.0**2 * 125.0
+"""Filament's radiance at its default exposure: a pixel of 1.0 stands for so many cd/m² (f/16, 1/125 s, ISO 100)."""
+DIM = {"sun": 0.5, "window": 0.1, "lamp": 0.15}
+"""Brightness of each light's colour. Filament multiplies it with the intensity, which is divided by it to make up; the
+classic renderer, which knows no intensities, takes it alone."""
+REACH = 10.0
+"""How far a window or lamp shines [m]; a choice: there it gives less than 1 % of what it gives close by."""
+FAINTEST = 0.01
+"""Windows of less intensity than this [cd] are left out."""
+BACKDROP = 20.0
+"""Distance of the picture outside from the wall [m]."""
+OVERHANG = 70.0
+"""How far the picture goes on past the wall's ends [m]: a window 0.3 m deep shows no more."""
+STOREY = 5.0
+"""How far the picture goes down below the floor [m]: the hallway is on the first floor."""
+SKYLINE = 20.0
+"""Height of the picture [m]."""
+DAY_SKY = 0.9
+"""Share of the picture's brightest value that its day sky has."""
+
+
+def illuminate(site: Site, plan: FloorPlan, light: LightSetting, numbers: Photometry) -> None:
+    """Add the sun, the windows, the lamps, the light between the walls and the picture outside."""
+    # Emission is then given in cd/m², and not in Filament's scale for classic materials.
+    site.spec.add_numeric(name="filament.phong.emissive_multiplier", data=[1.0 / EXPOSED])
+    site.spec.visual.quality.shadowsize = 2048
+    _sun(site, plan, numbers)
+    _between_walls(site, numbers)
+    _windows(site, plan, numbers)
+    _lamps(site, plan, light.lamps)
+    _outside(site, plan, numbers)
+
+
+def _light(site: Site, name: str, kind: str, intensity: float, **options: object) -> None:
+    dim = DIM[kind]
+    site.spec.worldbody.add_light(
+        name=name, intensity=intensity / dim, diffuse=[dim] * 3, specular=[0.0] * 3, ambient=[0.0] * 3, **options
+    )
+
+
+def _sun(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
+    """One directional light that casts shadows; its intensity is an illuminance [lx]."""
+    if numbers.sun <= 0.0:
+        return
+    _light(
+        site,
+        "sun",
+        "sun",
+        numbers.sun,
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=[0.0, 0.0, 30.0],
+        dir=sun_direction(numbers.outdoors, plan.place.x_azimuth),
+        castshadow=True,
+    )
+
+
+def _between_walls(site: Site, numbers: Photometry) -> None:
+    """Light from all sides alike: an image light of radiance E / π all around."""
+    grey = np.full((96, 16, 3), 255, np.uint8)
+    texture = site.spec.add_texture(
+        name="even", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3
+    )
+    texture.data = grey.tobytes()
+    site.spec.worldbody.add_light(
+        name="between_walls",
+        type=mujoco.mjtLightType.mjLIGHT_IMAGE,
+        texture="even",
+        intensity=numbers.indirect / np.pi,
+        diffuse=[0.0] * 3,
+        specular=[0.0] * 3,
+        castshadow=False,
+    )
+
+
+def _windows(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
+    """One spot in each pane, pointing in: I = L A on its axis."""
+    for window in plan.window:
+        wall = plan.wall_named(window.wall)
+        candela = numbers.window_luminance * glass_area(window)
+        if candela < FAINTEST:
+            continue
+        frame = Frame.of(wall)
+        _spot(
+            site,
+            f"window_{window.name}",
+            "window",
+            candela,
+            frame.point(window.at, -wall.thickness, window.sill + window.height / 2),
+            np.append(frame.inward, 0.0),
+        )
+
+
+def _spot(site: Site, name: str, kind: str, candela: float, pos: np.ndarray, direction: np.ndarray) -> None:
+    _light(
+        site,
+        name,
+        kind,
+        candela,
+        type=mujoco.mjtLightType.mjLIGHT_SPOT,
+        pos=pos,
+        dir=direction,
+        cutoff=89.9,
+        softness=1.0,
+        range=REACH,
+        castshadow=False,
+    )
+
+
+def _lamps(site: Site, plan: FloorPlan, on: bool) -> None:
+    """Flat lamps whose intensity falls with cos²: Φ = 2 π I / 3; their faces have the luminance Φ / (π A)."""
+    level = Frame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
+    for row in plan.lamp:
+        width, depth = row.size
+        material = f"lamp_{row.name}"
+        if on:
+            site.glowing(material, row.lumen / (np.pi * width * depth))
+        else:
+            site.plain(material, Material(albedo=0.75, roughness=0.6))
+        for i, (x, y) in enumerate(row.positions):
+            z = plan.ceiling.height - 0.06
+            block = ((x - width / 2, x + width / 2), (y - depth / 2, y + depth / 2), (z, plan.ceiling.height))
+            site.shown(f"lamp_{row.name}_{i}", level, block, material)
+            if on:
+                candela = 3.0 * row.lumen / (2.0 * np.pi)
+                _spot(site, f"lamp_{row.name}_{i}", "lamp", candela, np.array([x, y, z]), np.array([0.0, 0.0, -1.0]))
+
+
+def _outside(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
+    day = numbers.outdoors.sky > 50.0
+    peak = numbers.sky_luminance / DAY_SKY if day else NIGHT_PEAK
+    for wall in plan.wall:
+        if any(w.wall == wall.name for w in plan.window):
+            _backdrop(site, wall, peak, day)
+
+
+def _backdrop(site: Site, wall: Wall, peak: float, day: bool) -> None:
+    key, frame = f"outside_{wall.name}", Frame.of(wall)
+    width, pixels = wall.length + 2 * OVERHANG, (8192, 640)
+    image = textures.outside(*pixels, horizon=STOREY / SKYLINE, day=day, rng=site.rng(key))
+    site.glowing(key, peak, image)
+    centre = frame.point(wall.length / 2, -wall.thickness - BACKDROP, SKYLINE / 2 - STOREY)
+    out = np.append(frame.inward, 0.0)
+    site.plane(key, centre, quaternion(np.cross([0.0, 0.0, 1.0], out), out), (width, SKYLINE), key)

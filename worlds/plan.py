@@ -1,0 +1,203 @@
+"""From a TOML file to a checked floor plan; every mistake in it becomes one line that says what to write instead."""
+
+import tomllib
+import types
+import typing
+from collections.abc import Iterator
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from worlds.errors import PlanError
+from worlds.schema import Door, FloorPlan, OnWall, Wall, Window
+
+__all__ = ["FloorPlan", "load_plan", "names", "parse_plan"]
+
+ON_WALL = ("window", "door", "poster", "board", "cabinet", "bin", "fixture")
+"""Tables of the plan whose entries hang on a wall or stand against one."""
+
+
+def names() -> tuple[str, ...]:
+    """Return the worlds that come with this package."""
+    library = resources.files("worlds") / "library"
+    return tuple(sorted(Path(f.name).stem for f in library.iterdir() if f.name.endswith(".toml")))
+
+
+def load_plan(name_or_path: str | Path) -> FloorPlan:
+    """Read a world of the library by its name, or a plan file by its path (one that ends in ``.toml``).
+
+    Raises ``PlanError`` with one line: file, key, value and what is valid.
+    """
+    path = Path(name_or_path)
+    if path.suffix == ".toml":
+        return parse_plan(_read(path), path.name)
+    if str(name_or_path) not in names():
+        raise PlanError(f"unknown world '{name_or_path}'; known are {', '.join(names())}, or a path ending in .toml")
+    text = (resources.files("worlds") / "library" / f"{name_or_path}.toml").read_text(encoding="utf-8")
+    return parse_plan(text, f"{name_or_path}.toml")
+
+
+def parse_plan(text: str, file: str = "plan.toml") -> FloorPlan:
+    """Turn the text of a plan into a checked plan; ``file`` is what the errors call it."""
+    try:
+        plan = FloorPlan.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise PlanError(f"{file}: not valid TOML: {error}") from None
+    except ValidationError as error:
+        raise PlanError(f"{file}: {_first(error)}") from None
+    for mistake in _mistakes(plan):
+        raise PlanError(f"{file}: {mistake}")
+    return plan
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise PlanError(f"{path}: cannot be read: {reason}") from None
+
+
+# --- the schema's own complaints, in our words ---
+
+
+def _first(error: ValidationError) -> str:
+    first = error.errors()[0]
+    where, value = _key(first["loc"]), _short(first["input"])
+    match first["type"]:
+        case "extra_forbidden":
+            valid = ", ".join(_valid_keys(first["loc"][:-1]))
+            return f"{where}: unknown key; valid keys are {valid}"
+        case "missing":
+            return f"{where}: missing; it is required"
+        case "value_error":
+            return f"{where}: {value} is not valid; it should be {first['ctx']['error']}"
+    reason = first["msg"].removeprefix("Input should be ").removeprefix("String should ")
+    return f"{where}: {value} is not valid; it should be {reason[0].lower()}{reason[1:]}"
+
+
+def _key(loc: tuple[int | str, ...]) -> str:
+    key = ""
+    for part in loc:
+        key += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return key.removeprefix(".").removesuffix(".[key]")
+
+
+def _short(value: Any) -> str:
+    text = repr(value).replace("\n", " ")
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _valid_keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
+    """Walk the schema down to the table at ``loc`` and return its keys."""
+    kind: Any = FloorPlan
+    for part in loc:
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            kind = kind.model_fields[str(part)].annotation
+        else:
+            kind = next(a for a in reversed(typing.get_args(kind)) if not isinstance(a, types.EllipsisType))
+    return tuple(kind.model_fields)
+
+
+# --- what a schema cannot see: things that must fit together ---
+
+
+def _mistakes(plan: FloorPlan) -> Iterator[str]:
+    yield from _repeated_names(plan)
+    yield from _unknown_materials(plan)
+    yield from _flat_walls(plan)
+    for key, item in _on_walls(plan):
+        yield from _off_its_wall(plan, key, item)
+    yield from _overlaps(plan)
+    yield from _routes_outside(plan)
+
+
+def _on_walls(plan: FloorPlan) -> Iterator[tuple[str, Any]]:
+    for table in ON_WALL:
+        for i, item in enumerate(getattr(plan, table)):
+            yield f"{table}[{i}]", item
+
+
+def _repeated_names(plan: FloorPlan) -> Iterator[str]:
+    for table in ("wall", *ON_WALL, "lamp"):
+        seen: set[str] = set()
+        for i, item in enumerate(getattr(plan, table)):
+            if item.name in seen:
+                yield f"{table}[{i}].name: '{item.name}' is already taken; every {table} needs its own name"
+            seen.add(item.name)
+
+
+def _unknown_materials(plan: FloorPlan) -> Iterator[str]:
+    known = ", ".join(plan.material)
+    users = [("floor", plan.floor), ("ceiling", plan.ceiling), *((f"wall[{i}]", w) for i, w in enumerate(plan.wall))]
+    for key, item in [*users, *_on_walls(plan)]:
+        name = getattr(item, "material", None)
+        if name is not None and name not in plan.material:
+            yield f"{key}.material: unknown material '{name}'; known are {known}"
+
+
+def _flat_walls(plan: FloorPlan) -> Iterator[str]:
+    for i, wall in enumerate(plan.wall):
+        if wall.length < 0.1:
+            yield f"wall[{i}].end: wall '{wall.name}' is {wall.length:g} m long; it should be at least 0.1 m"
+
+
+def _off_its_wall(plan: FloorPlan, key: str, item: Any) -> Iterator[str]:
+    known = [w.name for w in plan.wall]
+    if item.wall not in known:
+        yield f"{key}.wall: unknown wall '{item.wall}'; known are {', '.join(known)}"
+        return
+    wall, kind = plan.wall_named(item.wall), key.partition("[")[0]
+    yield from _off_sideways(key, kind, item, wall)
+    top = item.rise[1]
+    if top > plan.ceiling.height:
+        yield (
+            f"{key}: {kind} '{item.name}' ends {top:g} m above the floor, outside wall '{wall.name}', "
+            f"which is {plan.ceiling.height:g} m high; lower or shorten it"
+        )
+    if isinstance(item, Door) and item.recess >= wall.thickness:
+        yield f"{key}.recess: {item.recess:g} is not valid; wall '{wall.name}' is {wall.thickness:g} m thick"
+
+
+def _off_sideways(key: str, kind: str, item: OnWall, wall: Wall) -> Iterator[str]:
+    first, last = item.extent
+    if first >= 0.0 and last <= wall.length:
+        return
+    lies = f"{kind} '{item.name}' spans {first:g} to {last:g} m, outside wall '{wall.name}' (0 to {wall.length:g} m)"
+    if item.width > wall.length:
+        yield f"{key}.width: {item.width:g}: {lies}; a width of at most {wall.length:g} fits"
+        return
+    yield f"{key}.at: {item.at:g}: {lies}; valid is {item.width / 2:g} to {wall.length - item.width / 2:g}"
+
+
+def _overlaps(plan: FloorPlan) -> Iterator[str]:
+    """Find things on one wall that cover each other; openings also collide where one is above the other."""
+    items = list(_on_walls(plan))
+    for i, (key, item) in enumerate(items):
+        for _, other in items[:i]:
+            if item.wall != other.wall or not _meet(item.extent, other.extent):
+                continue
+            both_open = isinstance(item, Door | Window) and isinstance(other, Door | Window)
+            if both_open or _meet(item.rise, other.rise):
+                first, last = other.extent
+                yield (
+                    f"{key}.at: {item.at:g}: '{item.name}' overlaps '{other.name}', which takes {first:g} to "
+                    f"{last:g} m of wall '{item.wall}'"
+                )
+
+
+def _meet(a: tuple[float, float], b: tuple[float, float]) -> bool:
+    return min(a[1], b[1]) - max(a[0], b[0]) > 1e-9
+
+
+def _routes_outside(plan: FloorPlan) -> Iterator[str]:
+    low, high = plan.bounds
+    for name, points in plan.routes.items():
+        for i, point in enumerate(points):
+            if not all(low < point) or not all(point < high):
+                yield (
+                    f"routes.{name}[{i}]: {list(point)} lies outside the walls; valid is x {low[0]:g} to {high[0]:g}, "
+                    f"y {low[1]:g} to {high[1]:g}"
+                )

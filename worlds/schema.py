@@ -1,0 +1,244 @@
+"""Floor plans: what people write in TOML about a world, read into a frozen schema.
+
+Lengths are in metres, angles in degrees (as on a drawing), light in lumen. Everything on a wall is placed by ``at``:
+the distance of its centre from the wall's ``start``, along the wall.
+"""
+
+import datetime
+from typing import Annotated, Literal
+from zoneinfo import available_timezones
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+Number = Annotated[float, Field(strict=True)]
+Length = Annotated[float, Field(strict=True, gt=0.0)]
+Height = Annotated[float, Field(strict=True, ge=0.0)]
+Share = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
+Count = Annotated[int, Field(strict=True, ge=1)]
+Point = tuple[Number, Number]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$")]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Place(_Table):
+    """Where on Earth the world lies, and how it is turned."""
+
+    latitude: Annotated[float, Field(strict=True, ge=-90.0, le=90.0)]
+    longitude: Annotated[float, Field(strict=True, ge=-180.0, le=180.0)]
+    timezone: str
+    date: datetime.date
+    x_azimuth: Annotated[float, Field(strict=True, ge=0.0, lt=360.0)]
+    """Compass bearing of the world's x axis [deg], clockwise from north."""
+    ground_albedo: Share = 0.2
+
+    @field_validator("timezone")
+    @classmethod
+    def _is_known(cls, value: str) -> str:
+        if value not in available_timezones():
+            raise ValueError("a time zone of the IANA list, such as Europe/Lisbon")
+        return value
+
+
+class Material(_Table):
+    """A grey surface: ``albedo`` is the share of light that it reflects, ``roughness`` 0 is a mirror, 1 is matt."""
+
+    albedo: Share
+    roughness: Share
+
+
+class Floor(_Table):
+    """The floor: square tiles of ``tile`` metres."""
+
+    material: Name
+    tile: Length = 0.4
+
+
+class Ceiling(_Table):
+    """The ceiling: square panels of ``panel`` metres at ``height`` above the floor."""
+
+    height: Length
+    material: Name
+    panel: Length = 0.6
+
+
+class Wall(_Table):
+    """A straight wall; ``start`` to ``end`` is the line of its inner face, seen from the side named by ``inside``."""
+
+    name: Name
+    start: Point
+    end: Point
+    inside: Literal["left", "right"]
+    thickness: Length = 0.15
+    material: Name
+
+    @property
+    def length(self) -> float:
+        """Length of the inner face [m]."""
+        return float(np.hypot(*np.subtract(self.end, self.start)))
+
+
+class OnWall(_Table):
+    """What all things on a wall have in common."""
+
+    name: Name
+    wall: Name
+    at: Number
+    width: Length
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Where it begins and ends along the wall [m]."""
+        return self.at - self.width / 2, self.at + self.width / 2
+
+
+class Window(OnWall):
+    """An opening with a glazed frame; ``sill`` is the height of its lower edge."""
+
+    width: Length = 1.6
+    height: Length = 1.5
+    sill: Height = 0.9
+    panes: Count = 2
+
+    @property
+    def rise(self) -> tuple[float, float]:
+        """Lower and upper edge above the floor [m]."""
+        return self.sill, self.sill + self.height
+
+
+class Door(OnWall):
+    """A door whose leaf lies ``recess`` behind the wall's face; ``open`` is the leaf's angle [deg], away from us."""
+
+    width: Length = 0.9
+    height: Length = 2.05
+    recess: Length = 0.08
+    open: Annotated[float, Field(strict=True, ge=0.0, le=110.0)] = 0.0
+    hinge: Literal["start", "end"] = "start"
+    label: str = ""
+    material: Name = "door"
+
+    @property
+    def rise(self) -> tuple[float, float]:
+        """Lower and upper edge above the floor [m]."""
+        return 0.0, self.height
+
+
+class Sheet(OnWall):
+    """Something flat on a wall, ``bottom`` above the floor."""
+
+    height: Length
+    bottom: Height
+
+    @property
+    def rise(self) -> tuple[float, float]:
+        """Lower and upper edge above the floor [m]."""
+        return self.bottom, self.bottom + self.height
+
+
+class Poster(Sheet):
+    """A printed poster."""
+
+    width: Length = 0.841
+    height: Length = 1.189
+    bottom: Height = 0.85
+    style: Literal["text", "plots", "photo", "mixed", "diagram"] = "mixed"
+
+
+class Board(Sheet):
+    """A notice board with pinned papers."""
+
+    width: Length = 1.8
+    height: Length = 1.0
+    bottom: Height = 0.95
+    sheets: Count = 8
+
+
+class Cabinet(OnWall):
+    """A cabinet that stands against a wall."""
+
+    width: Length = 0.8
+    height: Length = 1.8
+    depth: Length = 0.35
+    material: Name = "metal"
+
+    @property
+    def rise(self) -> tuple[float, float]:
+        """Lower and upper edge above the floor [m]."""
+        return 0.0, self.height
+
+
+class Bin(OnWall):
+    """A round bin that stands against a wall; ``width`` is its diameter."""
+
+    width: Length = 0.28
+    height: Length = 0.6
+    material: Name = "metal"
+
+    @property
+    def rise(self) -> tuple[float, float]:
+        """Lower and upper edge above the floor [m]."""
+        return 0.0, self.height
+
+
+class Fixture(OnWall):
+    """A small thing on a wall: a fire extinguisher, a radiator, a switch, a sign; it stands out by ``depth``."""
+
+    kind: Literal["extinguisher", "radiator", "switch", "sign"]
+    height: Length
+    bottom: Height
+    depth: Length
+    material: Name = "metal"
+
+    @property
+    def rise(self) -> tuple[float, float]:
+        """Lower and upper edge above the floor [m]."""
+        return self.bottom, self.bottom + self.height
+
+
+class LampRow(_Table):
+    """``count`` equal lamps on the ceiling, the first at ``first``, each ``step`` on from the one before."""
+
+    name: Name
+    first: Point
+    step: Point
+    count: Count
+    size: tuple[Length, Length] = (1.2, 0.3)
+    lumen: Length
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Centres of the lamps, (count, 2) [m]."""
+        return np.asarray(self.first) + np.arange(self.count)[:, None] * np.asarray(self.step)
+
+
+class FloorPlan(_Table):
+    """A whole world as its author wrote it."""
+
+    name: Name
+    place: Place
+    floor: Floor
+    ceiling: Ceiling
+    material: dict[Name, Material]
+    wall: Annotated[tuple[Wall, ...], Field(min_length=1)]
+    window: tuple[Window, ...] = ()
+    door: tuple[Door, ...] = ()
+    poster: tuple[Poster, ...] = ()
+    board: tuple[Board, ...] = ()
+    cabinet: tuple[Cabinet, ...] = ()
+    bin: tuple[Bin, ...] = ()
+    fixture: tuple[Fixture, ...] = ()
+    lamp: tuple[LampRow, ...] = ()
+    routes: dict[Name, Annotated[tuple[Point, ...], Field(min_length=2)]]
+
+    def wall_named(self, name: str) -> Wall:
+        """Return the wall of that name; the loader has made sure that there is one."""
+        return next(w for w in self.wall if w.name == name)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Smallest and largest corner of the walls' inner faces, (2,) each [m]."""
+        corners = np.array([p for w in self.wall for p in (w.start, w.end)])
+        return corners.min(axis=0), corners.max(axis=0)

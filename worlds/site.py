@@ -1,0 +1,155 @@
+"""Where a world is put up: an ``MjSpec`` with the few kinds of parts that worlds are made of.
+
+Solid geoms are in group ``SOLID``: things touch them and laser beams end on them. Geoms in group ``SEEN`` are for
+cameras only. All materials are grey and set up for physically based shading.
+"""
+
+import zlib
+
+import mujoco
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import ArrayLike, NDArray
+
+from worlds.frame import Frame
+from worlds.schema import Material
+from worlds.textures import Image, srgb
+
+SOLID, SEEN = 0, 2
+RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+EMISSIVE = int(mujoco.mjtTextureRole.mjTEXROLE_EMISSIVE)
+UNIT_BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+BOX_FACES = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4]]
+    + [[1, 5, 7], [1, 7, 3]]
+)
+
+Span = tuple[float, float]
+Block = tuple[Span, Span, Span]
+"""A box in a wall's frame: spans along the wall, out of it and up [m]."""
+
+
+class Site:
+    """A spec under construction; ``seed`` and a part's name fix the drawing of its texture."""
+
+    def __init__(self, name: str, seed: int) -> None:
+        self.spec = mujoco.MjSpec()
+        self.spec.modelname = name
+        self.spec.compiler.degree = False
+        self._seed = seed
+
+    def rng(self, name: str) -> Generator:
+        """Return the generator of the part called ``name``: adding a part does not redraw the others."""
+        return np.random.default_rng([self._seed, zlib.crc32(name.encode())])
+
+    # --- materials ---
+
+    def plain(self, name: str, material: Material) -> str:
+        """Add a material of one albedo."""
+        grey = float(srgb(material.albedo))
+        self.spec.add_material(name=name, rgba=[grey, grey, grey, 1.0], **_matt(material.roughness))
+        return name
+
+    def picture(self, name: str, image: Image, roughness: float) -> str:
+        """Add a texture and a material that shows it once."""
+        self.texture(name, image)
+        return self.papered(name, name, roughness)
+
+    def papered(self, name: str, texture: str, roughness: float, repeat: ArrayLike = (1.0, 1.0)) -> str:
+        """Add a material that repeats a texture over each face."""
+        roles = [""] * int(mujoco.mjtTextureRole.mjNTEXROLE)
+        roles[RGB] = texture
+        self.spec.add_material(name=name, textures=roles, texrepeat=repeat, **_matt(roughness))
+        return name
+
+    def glowing(self, name: str, luminance: float, image: Image | None = None) -> str:
+        """Add a dark material that gives light of its own [cd/m²], over the picture where there is one."""
+        roles = [""] * int(mujoco.mjtTextureRole.mjNTEXROLE)
+        if image is not None:
+            self.texture(name, image)
+            roles[RGB] = roles[EMISSIVE] = name
+        self.spec.add_material(name=name, textures=roles, rgba=[0.05] * 3 + [1.0], emission=luminance, **_matt(1.0))
+        return name
+
+    def texture(self, name: str, image: Image) -> None:
+        """Add a grey picture; row 0 is its upper edge."""
+        height, width = image.shape
+        texture = self.spec.add_texture(
+            name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=3
+        )
+        texture.colorspace = mujoco.mjtColorSpace.mjCOLORSPACE_SRGB
+        texture.data = np.repeat(image, 3).tobytes()  # Filament takes no one-channel textures
+
+    # --- geometry ---
+
+    def solid(self, name: str, frame: Frame, block: Block, material: str, cast: bool = True) -> None:
+        """Add a box that things bump into and beams end on."""
+        self._box(name, frame, block, material, cast, group=SOLID, contype=1, conaffinity=1)
+
+    def shown(self, name: str, frame: Frame, block: Block, material: str, cast: bool = False) -> None:
+        """Add a box that only cameras see."""
+        self._box(name, frame, block, material, cast, group=SEEN, contype=0, conaffinity=0, mass=0.0)
+
+    def _box(self, name: str, frame: Frame, block: Block, material: str, cast: bool, **options: float) -> None:
+        spans = np.array(block)
+        size = np.diff(spans, axis=1)[:, 0] / 2
+        self.spec.worldbody.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            pos=frame.point(*spans.mean(axis=1)),
+            quat=frame.box_quat,
+            size=size,
+            material=material,
+            castshadow=cast,
+            **options,
+        )
+
+    def panel(self, name: str, frame: Frame, s: Span, out: float, z: Span, material: str) -> None:
+        """Add a picture flat on a wall, ``out`` metres in front of it."""
+        self.plane(name, frame.point(np.mean(s), out, np.mean(z)), frame.panel_quat, (s[1] - s[0], z[1] - z[0]), material)
+
+    def plane(self, name: str, pos: ArrayLike, quat: ArrayLike, extent: Span, material: str) -> None:
+        """Add a rectangle that only cameras see, of (width, height) ``extent`` [m]."""
+        self.spec.worldbody.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            pos=pos,
+            quat=quat,
+            size=[extent[0] / 2, extent[1] / 2, 1.0],
+            material=material,
+            group=SEEN,
+            contype=0,
+            conaffinity=0,
+            castshadow=False,
+        )
+
+    def lattice(self, name: str, frame: Frame, blocks: list[Block], material: str, cast: bool = True) -> None:
+        """Add several boxes as one geom that only cameras see; sparing geoms spares rendering time."""
+        corners = np.concatenate([_corners(frame, block) for block in blocks])
+        faces = np.concatenate([BOX_FACES + 8 * i for i in range(len(blocks))])
+        if frame.handed < 0:
+            faces = faces[:, ::-1]  # a mirrored frame would turn the faces inside out
+        mesh = self.spec.add_mesh(name=name, uservert=corners.flatten(), userface=faces.flatten())
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+        mesh.smoothnormal = False
+        self.spec.worldbody.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            material=material,
+            group=SEEN,
+            contype=0,
+            conaffinity=0,
+            mass=0.0,
+            castshadow=cast,
+        )
+
+
+def _matt(roughness: float) -> dict[str, float]:
+    return {"roughness": roughness, "metallic": 0.0, "specular": 0.0}
+
+
+def _corners(frame: Frame, block: Block) -> NDArray[np.float64]:
+    spans = np.array(block)
+    local = spans[:, 0] + UNIT_BOX * np.diff(spans, axis=1)[:, 0]
+    return np.array([frame.point(*corner) for corner in local])
