@@ -125,7 +125,7 @@ def _python() -> Check:
         f"{version}, {_short(Path(sys.executable))}",
         SpecifierSet(wanted).contains(version, prereleases=True),
         f"nothing is promised: the packages are locked for Python {wanted}",
-        f"{_sudo()}apt-get install -y python3 python3-venv",
+        _apt(("python3", "python3-venv")),
     )
 
 
@@ -283,8 +283,7 @@ def _pip(what: str) -> str:
 
 
 def _apt(packages: tuple[str, ...]) -> str:
-    return f"{_sudo()}apt-get install -y {' '.join(packages)}"
-
-
-def _sudo() -> str:
-    return "" if os.geteuid() == 0 else "sudo "
+    line = f"apt-get install -y {' '.join(packages)}"
+    if os.geteuid() == 0:
+        return line
+    return f"sudo {line}" if shutil.which("sudo") else f"su -c '{line}'"
