@@ -1,0 +1,237 @@
+"""The report's plots, as SVG text that takes the colour of the page around it."""
+
+import io
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import PowerNorm
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from refseq.belief import Belief, Stage
+from refseq.view import Pose, View
+from scenarios.comparison import Comparison
+from scenarios.score import LOST_ABOVE, NARROW, WIDE, Outcome, ReferencePath, Score
+
+FloorOutline = Sequence[NDArray[np.float64]]
+"""Walls as polylines of (m, 2) points [m]."""
+
+INK = "#010203"
+"""Stands for the colour of the page's text; no plot uses it for anything else."""
+
+STAGE_STYLES: Mapping[Stage, tuple[str, str, str]] = {
+    Stage.UNIFORM: ("#8a8a8a", ":", "o"),
+    Stage.PRIOR: ("#2a8fd4", "--", "s"),
+    Stage.CHAIN: ("#d55e00", "-", "x"),
+}
+"""Colour, line and marker of each stage: told apart with any colour vision, and without colour."""
+
+REFERENCE, QUERY, WALL = "#2a8fd4", "#d55e00", "#8a8a8a"
+
+OUTCOME_STYLES: Mapping[Outcome, tuple[str, str]] = {
+    Outcome.WRONG: ("X", "#d6409f"),
+    Outcome.MISSED: ("v", "#d6409f"),
+    Outcome.FALSE_FIX: ("P", "#d6409f"),
+    Outcome.REJECTED: ("d", "#2a9d6f"),
+}
+
+STRIP = 4.0
+"""A path this many times longer than wide (or wider than long) is stretched, or it would be drawn as a hair."""
+
+_STYLE = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "refseq",
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial", "sans-serif"],
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "savefig.facecolor": "none",
+    **dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color"), INK),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A drawing as SVG text, and what a reader must know about its scale."""
+
+    svg: str
+    note: str = ""
+
+
+def plan(comparison: Comparison, score: Score, outline: FloorOutline | None) -> Plot:
+    """Both true paths in the plan, with the views that the judged stage did not get right."""
+    lines = [_positions(comparison.reference_views), _positions(comparison.query_views), *(outline or ())]
+    points = np.concatenate([line for line in lines if len(line)])
+    width, height = np.maximum(np.ptp(points[np.isfinite(points).all(axis=1)], axis=0), 1.0)
+    stretched = not 1 / STRIP < width / height < STRIP
+    with mpl.rc_context(_STYLE):
+        figure = Figure(
+            figsize=(10, 2.9 if stretched else float(np.clip(9 * height / width, 3, 9))), layout="constrained"
+        )
+        axes = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", aspect="auto" if stretched else "equal")
+        _draw_walls(axes, outline)
+        _draw_drives(axes, lines[0], lines[1])
+        _draw_outcomes(axes, comparison, score)
+        axes.margins(0.02, 0.1)
+        figure.legend(loc="outside upper center", ncols=7)
+        svg = _svg(figure)
+        factor = _stretch(axes)
+    return Plot(svg, f"The y axis is drawn {factor:.1f} times as large as the x axis." if stretched else "")
+
+
+def _draw_walls(axes: Axes, outline: FloorOutline | None) -> None:
+    for number, wall in enumerate(outline or ()):
+        axes.plot(wall[:, 0], wall[:, 1], color=WALL, linewidth=1.2, label=None if number else "walls")
+
+
+def _draw_drives(axes: Axes, reference: NDArray[np.float64], query: NDArray[np.float64]) -> None:
+    axes.plot(*reference.T, color=REFERENCE, linewidth=0.8, marker=".", markersize=4, label="reference views")
+    axes.plot(*query.T, color=QUERY, linewidth=0.8, marker=".", markersize=4, label="query views")
+
+
+def _draw_outcomes(axes: Axes, comparison: Comparison, score: Score) -> None:
+    positions = _positions(comparison.query_views)
+    for outcome, (marker, colour) in OUTCOME_STYLES.items():
+        chosen = [i for i, found in enumerate(score.outcomes) if found is outcome]
+        if chosen:
+            label = f"{outcome.value} ({len(chosen)})"
+            axes.plot(*positions[chosen].T, marker, color=colour, markersize=7, markeredgewidth=0, label=label)
+
+
+def _stretch(axes: Axes) -> float:
+    """Size of a metre of y on the page over that of a metre of x."""
+    box = axes.get_window_extent()
+    return float(box.height / abs(np.ptp(axes.get_ylim())) / (box.width / abs(np.ptp(axes.get_xlim()))))
+
+
+def posterior(comparison: Comparison, path: ReferencePath | None) -> Plot:
+    """Probability of every place at every view, one panel a stage, with the band of right answers drawn on it."""
+    stages, places = list(comparison.beliefs), len(comparison.reference_views)
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(10, 11 / max(len(stages), 2) + 0.6), layout="constrained")
+        panels = figure.subplots(1, len(stages), sharey=True, squeeze=False)[0]
+        for axes, stage in zip(panels, stages, strict=True):
+            image = _draw_posterior(axes, comparison.beliefs[stage], places)
+            if path is not None:
+                _draw_truth(axes, comparison.query_views, path)
+            axes.set(
+                title=stage.label, xlabel="query view", xlim=(-1, len(comparison.query_views)), ylim=(-1, places * 1.05)
+            )
+        panels[0].set_ylabel("reference place")
+        bar = figure.colorbar(image, ax=panels, label="P(place | on the path)", shrink=0.8, pad=0.01)
+        bar.outline.set_visible(False)
+        return Plot(_svg(figure))
+
+
+def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> object:
+    shares = np.stack([belief.places for belief in beliefs], axis=1)
+    norm = PowerNorm(0.5, 0, 1)
+    image = axes.imshow(shares, norm=norm, cmap="magma", origin="lower", aspect="auto", interpolation="none")
+    lost = [t for t, belief in enumerate(beliefs) if belief.lost > LOST_ABOVE]
+    axes.plot(lost, [places * 1.02] * len(lost), "v", color="#d55e00", markersize=3.5, markeredgewidth=0)
+    return image
+
+
+def _draw_truth(axes: Axes, views: Sequence[View], path: ReferencePath) -> None:
+    """Two lines, the tolerance before and after the true position; broken where the view is off the map."""
+    known = np.flatnonzero(np.isfinite(path.along))
+    true = np.array([_true_along(view.truth, path) for view in views])
+    for offset in (-WIDE.distance, WIDE.distance):
+        place = np.interp(true + offset, path.along[known], known)
+        axes.plot(np.where(np.isfinite(true), place, np.nan), color="#4fd1ff", linewidth=0.7)
+
+
+def lost(comparison: Comparison, path: ReferencePath | None) -> Plot:
+    """Probability of being lost, and entropy of the places, over the views."""
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(10, 4.2), layout="constrained")
+        top, bottom = figure.subplots(2, 1, sharex=True)
+        for stage, beliefs in comparison.beliefs.items():
+            colour, line, _ = STAGE_STYLES[stage]
+            style = {"color": colour, "linestyle": line, "linewidth": 1.3}
+            top.plot([belief.lost for belief in beliefs], label=stage.label, **style)
+            bottom.plot([belief.entropy for belief in beliefs], **style)
+        _threshold(top, LOST_ABOVE, "above: says lost")
+        _threshold(bottom, math.log(len(comparison.reference_views)), "knows nothing (ln K)")
+        if path is not None:
+            _shade_off_map(top, comparison.query_views, path)
+        top.set(ylabel="P(lost)", ylim=(-0.03, 1.03))
+        bottom.set(ylabel="entropy [nats]", xlabel="query view", xlim=(-1, len(comparison.query_views)))
+        bottom.set_ylim(0, 1.15 * max(1.0, math.log(len(comparison.reference_views))))
+        _grid(top, bottom)
+        figure.legend(loc="outside upper center", ncols=4)
+        return Plot(_svg(figure))
+
+
+def _threshold(axes: Axes, height: float, text: str) -> None:
+    axes.axhline(height, color=INK, linewidth=0.7, alpha=0.6)
+    axes.annotate(
+        text, (1, height), (-2, 2), ("axes fraction", "data"), "offset points", ha="right", va="bottom", fontsize=8
+    )
+
+
+def _shade_off_map(axes: Axes, views: Sequence[View], path: ReferencePath) -> None:
+    off = [t for t, view in enumerate(views) if view.truth is not None and not path.within(view.truth, WIDE).any()]
+    for number, t in enumerate(off):
+        axes.axvspan(
+            t - 0.5, t + 0.5, color="#2a9d6f", alpha=0.25, linewidth=0, label=None if number else "off the map"
+        )
+
+
+def errors(comparison: Comparison, scores: Mapping[Stage, Score], path: ReferencePath) -> Plot:
+    """Absolute error along the path of every answer given, over the true position."""
+    true = np.array([_true_along(view.truth, path) for view in comparison.query_views])
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(10, 3.4), layout="constrained")
+        axes = figure.add_subplot(
+            xlabel="true position along the reference path [m]", ylabel="error along the path [m]"
+        )
+        for stage, score in scores.items():
+            colour, _, marker = STAGE_STYLES[stage]
+            style = {"color": colour, "markersize": 4, "markerfacecolor": "none", "label": stage.label}
+            axes.plot(true, np.abs(score.errors), marker, **style)
+        axes.set_yscale("symlog", linthresh=1.0, linscale=1.0)
+        top = max(2.0, *(np.nanmax(np.abs(s.errors), initial=0.0) for s in scores.values())) * 1.2
+        ticks = [t for t in (0, 0.5, 1.5, 5, 10, 20, 50, 100, 200, 500) if t <= top]
+        axes.set(ylim=(-0.05, top), yticks=ticks, yticklabels=[f"{tick:g}" for tick in ticks])
+        axes.minorticks_off()
+        for tolerance in (WIDE, NARROW):
+            axes.axhspan(0, tolerance.distance, color="#2a9d6f", alpha=0.12, linewidth=0)
+        _grid(axes)
+        figure.legend(loc="outside upper center", ncols=3)
+        return Plot(_svg(figure))
+
+
+def _true_along(pose: Pose | None, path: ReferencePath) -> float:
+    """Find the true position along the reference path [m], nan for a view that is off the map or has no truth."""
+    if pose is None or not path.within(pose, WIDE).any():
+        return math.nan
+    return path.project(pose)
+
+
+def _positions(views: Sequence[View]) -> NDArray[np.float64]:
+    """Collect the true positions (n, 2) [m], nan where unknown."""
+    truths = [view.truth for view in views]
+    return np.array([(pose.x, pose.y) if pose else (math.nan, math.nan) for pose in truths]).reshape(-1, 2)
+
+
+def _grid(*panels: Axes) -> None:
+    for axes in panels:
+        axes.grid(color=INK, alpha=0.12, linewidth=0.6)
+
+
+def _svg(figure: Figure) -> str:
+    """Write the figure as an ``<svg>`` element in the page's own ink."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :].replace(INK, "currentColor")

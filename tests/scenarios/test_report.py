@@ -1,0 +1,196 @@
+import base64
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from refseq.belief import Stage, Timings
+from refseq.view import Pose, View
+from scenarios.comparison import Comparison
+from scenarios.errors import ScenarioError
+from scenarios.plots import INK, plan
+from scenarios.report import write_report
+from scenarios.score import NARROW, ReferencePath, pool, score
+from tests.support import CORRIDOR, certain, corridor_comparison
+
+COUNT = 30
+VOID = {"meta", "img", "br"}
+
+
+class Page(HTMLParser):
+    """Rows of the tables, sources of the pictures, and everything that a browser would fetch."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.rows: list[list[str]] = []
+        self.pictures: list[tuple[str, str]] = []
+        self.fetched: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = {key: value or "" for key, value in attrs}
+        self.fetched += [v for k, v in values.items() if k in ("src", "href", "xlink:href", "srcset", "data")]
+        if tag == "img":
+            self.pictures.append((values["alt"], values["src"]))
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+    def row(self, label: str) -> list[str]:
+        return next(row for row in self.rows if row[0] == label)
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[Comparison]:
+    return [corridor_comparison(seed, count=COUNT, size=48) for seed in range(3)]
+
+
+@pytest.fixture(scope="module")
+def text(runs: list[Comparison], tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(path, runs, title="Three seeds", outline=CORRIDOR)
+    return path.read_text()
+
+
+def written(tmp_path: Path, *comparisons: Comparison, title: str = "a") -> str:
+    write_report(tmp_path / "r.html", comparisons, title=title, outline=None)
+    return (tmp_path / "r.html").read_text()
+
+
+def test_page_is_whole_and_needs_nothing_beside_it(text: str) -> None:
+    page = Page(text)
+    assert page.open == []
+    assert all(source.startswith(("data:", "#")) for source in page.fetched)
+    assert not re.search(r"@import|url\((?!#)", text)
+    assert not re.search(r"<script|<link|<iframe|<object", text)
+    assert INK not in text
+
+
+def test_table_has_the_scorer_s_figures(text: str, runs: list[Comparison]) -> None:
+    page = Page(text)
+    for stage in Stage:
+        wide = pool([score(run, stage) for run in runs])
+        narrow = pool([score(run, stage, NARROW) for run in runs])
+        row = page.row(stage.label)
+        low, high = (100 * bound for bound in wide.success.interval)
+        assert row[1] == str(3 * COUNT)
+        assert row[2] == f"{100 * wide.success.value:.1f} % [{low:.1f}, {high:.1f}]"
+        assert row[3].startswith(f"{100 * narrow.success.value:.1f} % [")
+        assert row[3].endswith(f"n = {narrow.success.trials}")
+        assert row[4] == f"{wide.failures} of {3 * COUNT}"
+        assert row[5] == f"{np.nanmedian(np.abs(wide.errors)):.2f} m"
+
+
+def test_what_was_driven_is_said(text: str) -> None:
+    page = Page(text)
+    assert page.row("light") == ["light", "16:00", "18:00"]
+    assert page.row("seed") == ["seed", "0, 1, 2", "1000, 1001, 1002"]
+    assert page.row("versions.mujoco") == ["versions.mujoco", "4.0.0"]
+
+
+def test_frames_show_matching_places_of_both_drives(text: str, runs: list[Comparison]) -> None:
+    pictures = Page(text).pictures
+    assert len(pictures) == 4 * 2 * 2
+    for alt, source in pictures:
+        camera, which, t, k = re.match(r"(\w+), (\w+), query view (\d+), reference place (\d+)", alt).groups()  # type: ignore[union-attr]
+        views = runs[0].reference_views if which == "reference" else runs[0].query_views
+        original = views[int(k if which == "reference" else t)].images[camera]
+        data = np.frombuffer(base64.b64decode(source.split(",")[1]), np.uint8)
+        shown = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+        assert shown.shape == (240, 320)
+        assert abs(shown.mean() - original.mean()) < 3
+        truth = runs[0].query_views[int(t)].truth
+        assert ReferencePath(runs[0].reference_views).nearest(truth) == int(k)
+
+
+def test_same_input_gives_the_same_bytes(text: str, runs: list[Comparison], tmp_path: Path) -> None:
+    write_report(tmp_path / "again.html", runs, title="Three seeds", outline=CORRIDOR)
+    assert (tmp_path / "again.html").read_text() == text
+
+
+def test_full_size_report_stays_small(tmp_path: Path) -> None:
+    text = written(tmp_path, corridor_comparison(0), corridor_comparison(1, name="16:00 → late evening"))
+    assert len(text.encode()) < 4_000_000
+    assert text.count("<h2>") == 2
+
+
+def test_text_from_outside_is_escaped(tmp_path: Path, runs: list[Comparison]) -> None:
+    nasty = replace(runs[0], name="<b>A & B</b>", query_metadata={"light": "<script>alert(1)</script>"})
+    text = written(tmp_path, nasty, title="<i>t</i>")
+    assert "<script" not in text
+    assert "<b>A" not in text
+    assert "&lt;b&gt;A &amp; B&lt;/b&gt;" in text
+
+
+def test_long_metadata_is_folded_away(tmp_path: Path, runs: list[Comparison]) -> None:
+    text = written(tmp_path, replace(runs[0], query_metadata={"config": "speed = 0.5; " * 50}))
+    assert "<summary>query: config</summary>" in text
+    assert "config" not in [row[0] for row in Page(text).rows]
+
+
+def test_cost_is_in_milliseconds(tmp_path: Path, runs: list[Comparison]) -> None:
+    seconds = [replace(certain(COUNT, 0), timings=Timings(features=0.001 * t)) for t in range(COUNT)]
+    page = Page(written(tmp_path, replace(runs[0], beliefs={Stage.CHAIN: seconds})))
+    assert page.row("features") == ["features", "14.50 / 27.55"]
+    assert page.row("total") == ["total", "14.50 / 27.55"]
+    assert page.row("mixture") == ["mixture", "0.00 / 0.00"]
+
+
+def test_drives_without_truth_are_shown_but_not_scored(tmp_path: Path, runs: list[Comparison]) -> None:
+    blind = replace(runs[0], query_views=[replace(view, truth=None) for view in runs[0].query_views])
+    text = written(tmp_path, blind)
+    assert "nothing can be scored" in text
+    assert text.count("<svg") == 2  # belief and lost need no truth
+    assert len(Page(text).pictures) == 16
+    assert "%]" not in text
+
+
+def test_views_off_the_map_without_truth_or_pictures_are_fine(tmp_path: Path) -> None:
+    reference = [View(float(k), truth=Pose(float(k), 0.0, 0.0)) for k in range(5)]
+    query = [View(0.0, truth=Pose(1.0, 0.0, 0.0)), View(1.0), View(2.0, truth=Pose(1.0, 50.0, 0.0))]
+    beliefs = {Stage.CHAIN: [certain(5, 1), certain(5, 1), certain(5, 1, lost=0.9)]}
+    page = Page(text := written(tmp_path, Comparison("sparse", reference, {}, query, {}, beliefs)))
+    assert "1 view has no true pose" in text
+    assert page.pictures == []
+    label = Stage.CHAIN.label
+    further = [row for row in page.rows if row[0] == label][1]
+    assert further[1] == "0 / 0 / 0 / 1"
+    assert further[4] == "1.000"
+
+
+def test_only_a_narrow_plan_is_stretched() -> None:
+    corridor = corridor_comparison(0, count=COUNT, size=24)
+    drawn = plan(corridor, score(corridor, Stage.CHAIN), CORRIDOR)
+    assert re.fullmatch(r"The y axis is drawn \d+\.\d times as large as the x axis\.", drawn.note)
+
+    def squeezed(views: Any) -> list[View]:
+        return [replace(v, truth=Pose(v.truth.x / 10, v.truth.y * 10, 0.0)) for v in views]
+
+    square = replace(
+        corridor, reference_views=squeezed(corridor.reference_views), query_views=squeezed(corridor.query_views)
+    )
+    assert plan(square, score(square, Stage.CHAIN), None).note == ""
+
+
+def test_an_empty_report_is_refused_and_leaves_the_old_one(tmp_path: Path) -> None:
+    path = tmp_path / "r.html"
+    path.write_text("old")
+    with pytest.raises(ScenarioError, match="0 comparisons; valid is at least one"):
+        write_report(path, [], title="none", outline=None)
+    assert path.read_text() == "old"
