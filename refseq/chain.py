@@ -28,7 +28,7 @@ class ChainSettings:
     lost: float = 0.5
     near: float = 10.0
     noise: float = 0.1
-    lost_view_entropy: float = 0.5
+    lost_view_entropy: float = 0.8
     lost_view_at_place: float = 0.1
     lost_view_at_lost: float = 0.5
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import LOST, Belief, Stage, Timings
-from refseq.chain import Observation, entropy, normalised_entropy, viterbi
+from refseq.chain import Decoding, Observation, entropy, viterbi
 from refseq.errors import MapError
 from refseq.motion import motion_prior
 from refseq.sequence import ReferenceSequence
@@ -162,42 +162,62 @@ class MotionFilter:
         """Prior times likelihood, normalised (2.12)."""
         posterior = sighting.likelihood
         if self._last is not None:
-            posterior = posterior * motion_prior(self._last, self._along, sighting.distance, self._settings)
-            posterior = posterior / posterior.sum()
+            prior = motion_prior(self._last, self._along, sighting.distance, self._settings)
+            posterior = under_prior(posterior, prior)
         self._last = posterior
         return posterior_belief(posterior, sighting.timings)
 
 
+def under_prior(likelihood: NDArray[np.float64], prior: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Posterior of a likelihood under a prior (2.12), (K,)."""
+    joint = likelihood * prior
+    posterior: NDArray[np.float64] = joint / joint.sum()
+    return posterior
+
+
 def posterior_belief(posterior: NDArray[np.float64], timings: Timings) -> Belief:
-    """The belief of a single posterior, which has no Lost_Place: its normalised entropy stands in for ``lost``."""
+    """The belief of a posterior alone.
+
+    The mixture has no Lost_Place: it says lost only where it knows nothing at all, as after a view without features.
+    """
     best = int(np.argmax(posterior))
-    return Belief(posterior, normalised_entropy(posterior), best, (best,), entropy(posterior), timings)
+    lost = float(np.ptp(posterior) == 0 and len(posterior) > 1)
+    return Belief(posterior, lost, best, (best,), entropy(posterior), timings)
 
 
 class ChainDecoder:
-    """Viterbi over the last T views (H4): causal, and started anew from Lost_0 for every view."""
+    """Viterbi over the last T views (H4): causal, and started anew from Lost_0 for every view.
+
+    As in Fig. 3.11c the chain observes the mixture's posterior under the motion prior, not the bare likelihood. That
+    prior must not come from the chain's own answer: a wrong answer would then confirm itself.
+    """
 
     def __init__(self, sequence: ReferenceSequence) -> None:
         self._along = sequence.along
         self._profile = sequence.profile
         self._emissions = sequence.emissions
+        self._filter = MotionFilter(sequence)
         self._window: deque[Observation] = deque(maxlen=int(sequence.profile.chain.window))
 
     def reset(self) -> None:
-        """Forget the window."""
+        """Forget the window, and where the robot was."""
+        self._filter.reset()
         self._window.clear()
 
     def update(self, sighting: Sighting) -> Belief:
         """Decode the window that ends with this sighting."""
         start = time.perf_counter()
-        places, lost = self._emissions.log_likelihood(sighting.likelihood)
+        places, lost = self._emissions.log_likelihood(self._filter.update(sighting).places)
         self._window.append(Observation(sighting.distance, places, lost))
         decoding = viterbi(tuple(self._window), self._along, self._profile.motion, self._profile.chain)
-        on_path = decoding.places.sum()
-        posterior = decoding.places / on_path
-        K = len(posterior)
-        path = tuple(state if state < K else LOST for state in decoding.path)
-        timings = replace(sighting.timings, chain=time.perf_counter() - start)
-        # A rounding error must not make the probability negative.
-        lost_probability = float(min(1.0, max(0.0, 1.0 - on_path)))
-        return Belief(posterior, lost_probability, int(np.argmax(posterior)), path, entropy(posterior), timings)
+        return decoded_belief(decoding, replace(sighting.timings, chain=time.perf_counter() - start))
+
+
+def decoded_belief(decoding: Decoding, timings: Timings) -> Belief:
+    """Viterbi's last scores as a belief: places given that the robot is at one, and the share of the Lost_Places."""
+    on_path = float(decoding.places.sum())
+    places = decoding.places / on_path
+    path = tuple(state if state < len(places) else LOST for state in decoding.path)
+    # A rounding error must not make the probability negative.
+    lost = min(1.0, max(0.0, 1.0 - on_path))
+    return Belief(places, lost, int(np.argmax(places)), path, entropy(places), timings)

@@ -1,8 +1,9 @@
 """Degenerate Bernoulli mixture over the visible features (card B5, eq. 2.15, Algorithm 1).
 
-Letters as in the thesis: K views, C components Θ (columns of zeros and ones), mixture weights α, hidden data Z (K, C),
-``cost`` the penalty of a feature that differs. Two misprints of Algorithm 1 are mended: it loops while the residual
-still changes, and its Θ update averages the reference views V_k.
+Letters as in the thesis: K views V_k, C components Θ_c (columns of zeros and ones), hidden data Z (whose view is whose
+component), ``cost`` the penalty of a feature that differs. Two misprints of Algorithm 1 are mended: it loops while the
+residual still changes, and its Θ update averages the reference views. Z is rounded to zeros and ones like Θ, because
+soft shares wear sparse components down to nothing (docs/decisions/0002 has the figures).
 """
 
 from dataclasses import dataclass
@@ -44,6 +45,9 @@ def match_view(visible: NDArray[np.bool_], settings: MixtureSettings, rng: np.ra
     ``visible`` is the reduced incidence matrix (n, K): the rows of the n features that the view shows. The observed
     column is therefore all ones. Without visible features, or when EM does not settle, the answer is uniform.
 
+    Each view belongs to one component, so (2.13)'s sum over components has one term, cost to the power of the features
+    that the component lacks. Its factor α_c is left out: Z holds it already (docs/decisions/0002).
+
     Identical columns are merged and counted: exact, and much cheaper, since most places share none of the features.
     """
     n, K = visible.shape
@@ -54,8 +58,7 @@ def match_view(visible: NDArray[np.bool_], settings: MixtureSettings, rng: np.ra
     if fit is None:
         return Match(np.full(K, 1 / K), failed=True, iterations=settings.iterations)
     missing = n - fit.theta.sum(axis=1)
-    log_observed = fit.log_alpha + missing * np.log(settings.cost)
-    log_likelihood = logsumexp(fit.log_z + log_observed, axis=1)[group]
+    log_likelihood = (missing * np.log(settings.cost))[fit.owner][group]
     likelihood = np.exp(log_likelihood - logsumexp(log_likelihood))
     return Match(likelihood, failed=False, iterations=fit.iterations)
 
@@ -72,11 +75,10 @@ def _distinct_columns(
 
 @dataclass(frozen=True, slots=True)
 class _Fit:
-    """Parameters at the end of EM: ``theta`` (C, n), ``log_alpha`` (C,), ``log_z`` (D, C)."""
+    """The end of EM: components ``theta`` (C, n) of zeros and ones, and the ``owner`` of each distinct view (D,)."""
 
     theta: NDArray[np.float64]
-    log_alpha: NDArray[np.float64]
-    log_z: NDArray[np.float64]
+    owner: NDArray[np.intp]
     iterations: int
 
 
@@ -87,36 +89,35 @@ def _fit(
     K, n = multiplicity.sum(), views.shape[1]
     C = max(1, round(settings.components * K))
     theta = _initial_components(views, multiplicity, C, settings.from_views, rng)
-    log_alpha = np.full(C, -np.log(C))
     residual = np.inf
     for iteration in range(1, settings.iterations + 1):
-        # E step: how far each view is from each component, and whose it therefore is.
+        # E step: each view belongs to the component that it differs from the least.
         distance = _hamming(views, theta)
-        joint = log_alpha + distance * np.log(settings.cost)
-        log_z = joint - logsumexp(joint, axis=1, keepdims=True)
-        z = np.exp(log_z)
-        # The mean share of features in which a view differs from its components.
-        previous, residual = residual, float(multiplicity @ (z * distance).sum(axis=1)) / (K * n)
+        owner = np.argmin(distance, axis=1)
+        # The mean share of features in which a view differs from its component.
+        previous, residual = residual, float(multiplicity @ distance.min(axis=1)) / (K * n)
         if abs(previous - residual) < settings.tolerance:
-            return _Fit(theta, log_alpha, log_z, iteration)
-        # M step: weights, and components rounded to zeros and ones.
-        weight = multiplicity[:, None] * z
-        total = weight.sum(axis=0)
-        with np.errstate(divide="ignore"):
-            log_alpha = np.log(total / K)
-        theta = np.round((weight.T @ views) / np.maximum(total, np.finfo(float).tiny)[:, None])
+            return _Fit(theta, owner, iteration)
+        # M step: the mean of its views, rounded to zeros and ones; a component without views stays as it is.
+        z = np.zeros((len(views), C))
+        z[np.arange(len(views)), owner] = multiplicity
+        total = z.sum(axis=0)[:, None]
+        theta = np.where(total > 0, np.round((z.T @ views) / np.maximum(total, 1)), theta)
     return None
 
 
 def _initial_components(
     views: NDArray[np.float64], multiplicity: NDArray[np.float64], C: int, from_views: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Some components copy a view each (without repetition while there are enough), the rest are random (C, n)."""
+    """Components to start from (C, n): copies of the views that share the most with the observed one, the rest random.
+
+    A view that shares little needs no component of its own, for it differs little from an empty one.
+    """
     copies = min(round(from_views * C), int(multiplicity.sum()))
-    owners = np.repeat(np.arange(len(views)), multiplicity.astype(int))
-    chosen = rng.choice(owners, size=copies, replace=False)
+    richest = np.argsort(-views.sum(axis=1), kind="stable")
+    owners = np.repeat(richest, multiplicity[richest].astype(int))
     drawn = rng.integers(0, 2, size=(C - copies, views.shape[1]))
-    return np.concatenate([views[chosen], drawn.astype(float)])
+    return np.concatenate([views[owners[:copies]], drawn.astype(float)])
 
 
 def _hamming(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

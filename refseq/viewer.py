@@ -25,6 +25,8 @@ from refseq.view import Pose, View
 APPLICATION = "refseq"
 JPEG_QUALITY = 75
 LOST_ABOVE = 0.5
+NEAR = 1.5
+"""A drive farther than this from every place [m] is off the path: no place is the true one."""
 WIDE_PLAN = 4.0
 """A plan this many times wider than high gets a row of its own."""
 BAND = 2
@@ -223,7 +225,7 @@ class _Show:
 
     @property
     def nearest_places(self) -> list[int | None]:
-        """For each query view the place nearest to its true position that looks the same way, where truth is known."""
+        """For each query view the place that its true pose belongs to, ``None`` off the path and without truth."""
         return [_nearest(view.truth, self.reference_poses) for view in self.query]
 
     # --- lost ---
@@ -495,15 +497,16 @@ def _usual_reach(views: Sequence[View]) -> float:
 
 
 def _nearest(pose: Pose | None, places: Sequence[Pose | None]) -> int | None:
-    """Find the place nearest to a pose that looks the same way within 90°, if any."""
+    """Find the place nearest to a pose that looks the same way within 90°, if there is one within reach."""
     if pose is None:
         return None
-    candidates = [
+    candidates: list[tuple[float, int | None]] = [
         (math.hypot(place.x - pose.x, place.y - pose.y), k)
         for k, place in enumerate(places)
         if place and math.cos(place.heading - pose.heading) > 0
     ]
-    return min(candidates)[1] if candidates else None
+    distance, place = min(candidates, default=(math.inf, None))
+    return place if distance <= NEAR else None
 
 
 def _dead_reckoning(views: Sequence[View]) -> Iterable[Pose]:
