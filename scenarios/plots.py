@@ -68,7 +68,7 @@ class Plot:
 
 
 def plan(comparison: Comparison, score: Score, outline: FloorOutline | None) -> Plot:
-    """Both true paths in the plan, with the views that the judged stage did not get right."""
+    """Both true paths in the plan, with what became of the views that are not simply right."""
     lines = [_positions(comparison.reference_views), _positions(comparison.query_views), *(outline or ())]
     points = np.concatenate([line for line in lines if len(line)])
     width, height = np.maximum(np.ptp(points[np.isfinite(points).all(axis=1)], axis=0), 1.0)
@@ -104,7 +104,8 @@ def _draw_outcomes(axes: Axes, comparison: Comparison, score: Score) -> None:
         chosen = [i for i, found in enumerate(score.outcomes) if found is outcome]
         if chosen:
             label = f"{outcome.value} ({len(chosen)})"
-            axes.plot(*positions[chosen].T, marker, color=colour, markersize=7, markeredgewidth=0, label=label)
+            size = 4 if outcome is Outcome.REJECTED else 7
+            axes.plot(*positions[chosen].T, marker, color=colour, markersize=size, markeredgewidth=0, label=label)
 
 
 def _stretch(axes: Axes) -> float:

@@ -353,4 +353,5 @@ class ReferencePath:
 
 def angle_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
     """Size of the turn between headings, (K,), in [0, π] [rad]."""
-    return np.abs((headings - heading + math.pi) % (2 * math.pi) - math.pi)
+    turn = np.abs(headings - heading) % (2 * math.pi)
+    return np.minimum(turn, 2 * math.pi - turn)

@@ -4,7 +4,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from refseq.belief import Belief, Stage
@@ -78,6 +78,12 @@ def test_tolerances_are_inclusive_and_turn_with_the_circle() -> None:
     assert narrow == (Outcome.WRONG, Outcome.WRONG, Outcome.RIGHT, Outcome.WRONG, Outcome.RIGHT, Outcome.FALSE_FIX)
 
 
+def test_a_heading_on_the_edge_counts_as_within() -> None:
+    edge = [at(5.0, 0.0, heading) for heading in (0.6, -0.6)]
+    assert judged(*edge, beliefs=[certain(PLACES, 5)] * 2, tolerance=Tolerance(1.0, 0.6)).failures == 0
+    assert judged(*edge, beliefs=[certain(PLACES, 5)] * 2, tolerance=Tolerance(1.0, 0.6)).success.trials == 2
+
+
 def test_a_place_seen_from_behind_is_not_on_the_map() -> None:
     result = judged(at(5.0, 0.0, math.pi), beliefs=[certain(PLACES, 5)])
     assert result.outcomes == (Outcome.FALSE_FIX,)
@@ -138,7 +144,10 @@ def test_outcomes_agree_with_a_plain_reading_of_the_rules(
     tolerance = Tolerance(reach, 0.6)
     result = judged(*[at(*pose) for pose in poses], beliefs=beliefs, tolerance=tolerance)
     for (x, y, heading), belief, outcome in zip(poses, beliefs, result.outcomes, strict=True):
-        same_way = math.acos(min(1.0, math.cos(heading))) <= 0.6
+        angle = math.acos(max(-1.0, min(1.0, math.cos(heading))))
+        edges = [abs(angle - 0.6), *(abs(math.dist((x, y), (k, 0)) - reach) for k in range(PLACES))]
+        assume(min(edges) > 1e-6)  # on the very edge, rounding decides
+        same_way = angle <= 0.6
         good = [same_way and math.dist((x, y), (k, 0)) <= reach for k in range(PLACES)]
         expected = (
             (Outcome.MISSED if any(good) else Outcome.REJECTED)
