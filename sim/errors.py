@@ -3,3 +3,7 @@
 
 class SimError(Exception):
     """A bench cannot be built or run as asked: the message names the value and what is valid, in one line."""
+
+
+class RendererError(SimError):
+    """A renderer cannot be opened: the message names the packages that it needs."""

@@ -1,0 +1,132 @@
+"""What this machine has to draw with: a Vulkan device for Filament, software or hardware GL for the classic renderer."""
+
+import contextlib
+import ctypes
+import importlib
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from types import ModuleType
+from typing import IO
+
+from sim.errors import RendererError
+
+VULKAN_PACKAGES = "libvulkan1 mesa-vulkan-drivers"
+"""Debian and Ubuntu packages that bring a Vulkan device to any machine."""
+GL_PACKAGES = "libegl1 libgl1-mesa-dri"
+"""Debian and Ubuntu packages for EGL; ``libosmesa6`` alone does as well."""
+GL_BACKENDS = ("egl", "osmesa")
+"""Ways to a GL context without a screen, in the order tried; ``MUJOCO_GL`` picks one."""
+
+_SUCCESS = 0
+_STRUCTURE_INSTANCE_CREATE_INFO = 1
+_INSTANCE_CREATE_INFO_BYTES = 64
+_MOST_DEVICES = 16
+_PROPERTIES_BYTES = 4096  # VkPhysicalDeviceProperties has 824; drivers only ever write that much
+_NAME_OFFSET, _NAME_BYTES = 20, 256  # behind five 32-bit numbers
+
+
+@contextlib.contextmanager
+def quiet_terminal() -> Iterator[IO[bytes]]:
+    """Send what native code writes to the terminal into a file, which is handed out for error messages.
+
+    Native libraries write to the descriptors 1 and 2, past ``sys.stdout``: these are redirected and always put back.
+    What other threads print meanwhile is lost.
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    with tempfile.TemporaryFile() as caught, contextlib.ExitStack() as undo:
+        for descriptor in (1, 2):
+            kept = os.dup(descriptor)
+            undo.callback(os.close, kept)
+            undo.callback(os.dup2, kept, descriptor)
+            os.dup2(caught.fileno(), descriptor)
+        yield caught
+
+
+def vulkan_device() -> str | None:
+    """Name of the first Vulkan device, or None: loader, driver or device is missing.
+
+    Filament ends the process where it finds no Vulkan, so this asks the loader itself.
+    """
+    try:
+        vulkan = ctypes.CDLL("libvulkan.so.1")
+    except OSError:
+        return None
+    with quiet_terminal():
+        return _first_device(vulkan)
+
+
+def _first_device(vulkan: ctypes.CDLL) -> str | None:
+    create_info = ctypes.create_string_buffer(_INSTANCE_CREATE_INFO_BYTES)
+    create_info[0] = _STRUCTURE_INSTANCE_CREATE_INFO
+    instance = ctypes.c_void_p()
+    if vulkan.vkCreateInstance(create_info, None, ctypes.byref(instance)) != _SUCCESS:
+        return None
+    try:
+        count, devices = ctypes.c_uint32(_MOST_DEVICES), (ctypes.c_void_p * _MOST_DEVICES)()
+        found = vulkan.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), devices)
+        if found < _SUCCESS or count.value == 0:
+            return None
+        properties = ctypes.create_string_buffer(_PROPERTIES_BYTES)
+        vulkan.vkGetPhysicalDeviceProperties(ctypes.c_void_p(devices[0]), properties)
+        return properties.raw[_NAME_OFFSET : _NAME_OFFSET + _NAME_BYTES].split(b"\0")[0].decode(errors="replace")
+    finally:
+        vulkan.vkDestroyInstance(instance, None)
+
+
+def require_vulkan() -> None:
+    """Raise ``RendererError`` where no Vulkan device is to be had."""
+    if vulkan_device() is None:
+        raise RendererError(
+            "renderer 'filament' found no Vulkan device: install the Debian packages "
+            f"{VULKAN_PACKAGES} ('refseq doctor' tells more), or choose 'classic' or 'none'"
+        )
+
+
+def gl_backend() -> str | None:
+    """Name of the first way to a GL context that works here, or None."""
+    with contextlib.suppress(RendererError):
+        name, context = open_gl(16, 16)
+        context.free()
+        return name
+    return None
+
+
+def open_gl(width: int, height: int) -> tuple[str, object]:
+    """A GL context without a screen: its backend's name and MuJoCo's context object.
+
+    MuJoCo itself reads ``MUJOCO_GL`` once, when it is imported; asking its backends directly spares the user that.
+    Raises ``RendererError``.
+    """
+    reasons = []
+    for name in _gl_backends():
+        try:
+            with quiet_terminal():
+                context = _gl_module(name).GLContext(width, height)
+                context.make_current()
+        except (Exception, SystemExit) as error:  # noqa: BLE001, PERF203 - each backend fails in its own way
+            reasons.append(f"{name}: {_one_line(error)}")
+        else:
+            return name, context
+    raise RendererError(
+        f"renderer 'classic' found no GL ({'; '.join(reasons)}): install the Debian packages {GL_PACKAGES}, "
+        "or libosmesa6 ('refseq doctor' tells more), or choose 'filament' or 'none'"
+    )
+
+
+def _gl_backends() -> tuple[str, ...]:
+    asked = os.environ.get("MUJOCO_GL", "").strip().lower()
+    return (asked,) if asked in GL_BACKENDS else GL_BACKENDS
+
+
+def _gl_module(name: str) -> ModuleType:
+    # PyOpenGL serves one platform a process; a first, failed choice must not bind the second one.
+    if f"mujoco.{name}" not in sys.modules and "OpenGL" not in sys.modules:
+        os.environ["PYOPENGL_PLATFORM"] = name
+    return importlib.import_module(f"mujoco.{name}")
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

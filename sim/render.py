@@ -1,0 +1,352 @@
+"""What a camera sees before it becomes an image: luminance [cd/m²] of every pixel, by one of three renderers."""
+
+from enum import StrEnum
+from types import TracebackType
+from typing import NamedTuple, Protocol, Self
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.drivers import open_gl, quiet_terminal, require_vulkan
+from sim.errors import RendererError, SimError
+
+LUMINANCE_OF_ONE = 1.2 * 2.0 ** np.log2(16.0**2 * 125.0)
+"""Luminance [cd/m²] of a Filament pixel of 1.0: 38400.
+
+Filament multiplies with the exposure 1 / (1.2 · 2^EV100); a camera that nobody set has f/16, 1/125 s and ISO 100, hence
+EV100 = log2(16² · 125) (Filament's documentation, 'Physically based camera')."""
+CLASSIC_WHITE = 200.0
+"""Luminance [cd/m²] that the classic renderer's white stands for: a choice, its light is not photometric."""
+CLASSIC_GAMMA = 2.2
+"""The classic renderer's colours are made for a screen: luminance is their power (usual value)."""
+GREY_OF_RGB = np.array([0.2126, 0.7152, 0.0722], np.float32)
+"""Luminance of the primaries (ITU-R BT.709)."""
+CLIP_NEAR = 0.05
+"""Nothing nearer to a camera [m] is drawn; a choice. MuJoCo's own limit grows with the size of the world."""
+FILAMENT_SETTINGS = {
+    "filament.ao.enabled": 0.0,
+    "filament.fallback.head_light_intensity": 0.0,
+    "filament.fallback.scene_light_intensity": 0.0,
+    "filament.fallback.environment_light_intensity": 0.0,
+    "filament.phong.emissive_multiplier": 1.0 / LUMINANCE_OF_ONE,
+}
+"""Custom numbers of a model that Filament reads; ``prepare_spec`` gives the reasons."""
+
+
+class RendererKind(StrEnum):
+    """The ways to draw that a user can ask for."""
+
+    FILAMENT = "filament"
+    CLASSIC = "classic"
+    NONE = "none"
+
+
+class Renderer(Protocol):
+    """Draws what a model's cameras see."""
+
+    kind: RendererKind
+
+    def radiance(
+        self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480
+    ) -> NDArray[np.float32]:
+        """Luminance [cd/m²] of each pixel, (height, width), a fresh array; the row 0 is the top one."""
+        ...
+
+    def close(self) -> None:
+        """Give the device back; closing twice is fine, drawing afterwards is a ``RendererError``."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *error: object) -> None: ...
+
+
+class _Closing:
+    """What the renderers share: ``with`` closes them."""
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def open_renderer(kind: RendererKind | str, model: mujoco.MjModel) -> Renderer:
+    """The renderer of that kind for a compiled model.
+
+    Raises ``SimError`` for an unknown kind, ``RendererError`` where its driver is missing: no other one steps in.
+    """
+    try:
+        return _RENDERERS[RendererKind(kind)](model)
+    except ValueError:
+        valid = ", ".join(RendererKind)
+        raise SimError(f"unknown renderer '{kind}': valid are {valid}") from None
+
+
+def prepare_spec(spec: mujoco.MjSpec) -> None:
+    """Set what the renderers want to know of a world before it is compiled; numbers that are there already stay.
+
+    Ambient occlusion off: it is reckoned from the pixels of the frame, so it would change with the view and its size.
+    Fallback lights off: Filament lights a world without lamps by itself, but such a night is dark. Emission of a
+    material then counts in cd/m² (for white), not in Filament's scale for classic materials.
+    """
+    present = {number.name for number in spec.numerics}
+    for name, value in FILAMENT_SETTINGS.items():
+        if name not in present:
+            spec.add_numeric(name=name, data=[value])
+
+
+def frustum(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> mujoco.MjvGLCamera:
+    """Pose and frustum of a named camera, its near plane at ``CLIP_NEAR``; raises ``SimError`` for an unknown name."""
+    names = [model.camera(i).name for i in range(model.ncam)]
+    if camera not in names:
+        raise SimError(f"unknown camera '{camera}': the model has {', '.join(names) or 'none'}")
+    view = mujoco.MjvCamera()
+    view.type, view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, model.camera(camera).id
+    seen = mujoco.mjv_camera2GLCamera(model, data, view)
+    scale = CLIP_NEAR / seen.frustum_near
+    seen.frustum_near = CLIP_NEAR
+    for side in ("frustum_bottom", "frustum_top", "frustum_center", "frustum_width"):
+        setattr(seen, side, scale * getattr(seen, side))
+    return seen
+
+
+class FilamentRenderer(_Closing):
+    """MuJoCo's Filament through Vulkan: linear luminance under photometric lights.
+
+    Light adds up, so lights with shadows and those without are drawn apart and added: together, every lamp that throws
+    no shadow would run through the shadow's part of the shader too, which takes 1.5 times as long on a CPU.
+    """
+
+    kind = RendererKind.FILAMENT
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        require_vulkan()
+        self._model = model
+        with quiet_terminal() as written:
+            try:
+                self._open()
+            except Exception as error:
+                written.seek(0)
+                said = " ".join(written.read().decode(errors="replace").split())
+                raise RendererError(f"renderer 'filament' could not start: {error} {said}".rstrip()) from error
+
+    def _open(self) -> None:
+        # Registers Filament's materials; without it the context fails to open them.
+        import mujoco.studio._studio  # noqa: F401
+        from mujoco import mjrf
+
+        self._mjrf = mjrf
+        config = mjrf.ContextConfig()
+        config.graphics_api = mjrf.GraphicsApi.GRAPHICS_API_VULKAN  # its OpenGL needs an X server
+        self._context = mjrf.Context(config)
+        # One set of resources for all scenes: a context takes no second one.
+        resources = mjrf.ModelResources(self._context, self._model)
+        self._passes = [_Pass(self._context, resources, self._model, split) for split in split_lights(self._model)]
+        self._targets: dict[tuple[int, int], _Target] = {}
+        self._target(16, 16)
+        self._context.flush()
+
+    def radiance(
+        self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480
+    ) -> NDArray[np.float32]:
+        """See ``Renderer``. Mirrors (``reflectance``) show no image; colours count by their red channel: use greys."""
+        if self._context is None:
+            raise RendererError("renderer 'filament' is closed")
+        seen, target = frustum(self._model, data, camera), self._target(width, height)
+        total = np.zeros((height, width), np.float32)
+        for drawn in self._passes:
+            drawn.update(data)
+            request = self._request(seen, target, drawn)
+            self._context.wait_for_frame(self._context.render([request], [target.read]))
+            total += target.pixels
+        total *= LUMINANCE_OF_ONE
+        return total
+
+    def _target(self, width: int, height: int) -> "_Target":
+        size = (width, height)
+        if size not in self._targets:
+            self._targets[size] = _Target(self._context, width, height)
+        return self._targets[size]
+
+    def _request(self, seen: mujoco.MjvGLCamera, target: "_Target", drawn: "_Pass") -> object:
+        request = self._mjrf.RenderRequest()
+        request.scene, request.target = drawn.scene, target.target
+        request.camera = self._mjrf.Camera(
+            pos=seen.pos,
+            forward=seen.forward,
+            up=seen.up,
+            frustum_bottom=seen.frustum_bottom,
+            frustum_top=seen.frustum_top,
+            frustum_center=seen.frustum_center,
+            frustum_width=seen.frustum_width,
+            frustum_near=seen.frustum_near,
+            frustum_far=seen.frustum_far,
+        )
+        request.viewport.width, request.viewport.height = target.size
+        # With post-processing a pixel would be tone-mapped, clipped at one and dithered anew in every frame.
+        request.post_processing = request.reflections = request.haze = False
+        request.shadows, request.skybox = drawn.shadows, drawn.glows
+        return request
+
+    def close(self) -> None:
+        """See ``Renderer``."""
+        # The context frees the device when the last object made by it is gone: it has no close of its own.
+        self._targets = {}
+        self._passes = []
+        self._context = None
+
+
+class _Target:
+    """A float picture of one size on the device, and the buffer that it is read into."""
+
+    def __init__(self, context: object, width: int, height: int) -> None:
+        from mujoco import mjrf
+
+        config = mjrf.RenderTargetConfig()
+        config.color_format = mjrf.PixelFormat.PIXEL_FORMAT_R32F
+        self.size = (width, height)
+        self.target = context.create_render_target(config)
+        self.target.resize(width, height)
+        self.pixels = np.zeros((height, width), np.float32)
+        self.read = mjrf.ReadRequest()
+        self.read.target = self.target
+        self.read.set_buffer(self.pixels)
+
+
+class _Pass:
+    """A scene with some of the model's lights; only one pass ``glows``: has emission and sky, which count once."""
+
+    def __init__(self, context: object, resources: object, model: mujoco.MjModel, split: "LightSplit") -> None:
+        from mujoco import mjrf
+
+        self.glows, self.shadows = split.glows, bool(np.any(casts_shadow(model) & split.lights))
+        self.scene = context.create_scene(mjrf.SceneParams())
+        self.scene.configure_from_model(model)
+        self._lights = mjrf.ModelLights(self.scene, resources)
+        self._renderables = mjrf.ModelRenderables(self.scene, resources)
+        for index in np.flatnonzero(~split.lights):
+            self.scene.remove_light(self._lights.get_light(int(index)))
+        self._glowing = [] if split.glows else _glowing_geoms(model)
+
+    def update(self, data: mujoco.MjData) -> None:
+        """Move everything to where it is now."""
+        self._lights.update(data)
+        self._renderables.update(data)  # this also sets every material anew, from the model
+        for geom in self._glowing:
+            self._darken(self._renderables.get_renderable(mujoco.mjtObj.mjOBJ_GEOM, geom))
+
+    def _darken(self, renderable: object) -> None:
+        if renderable is not None:
+            material = renderable.get_material()
+            material.emissive = 0.0
+            renderable.set_material(material)
+
+
+class LightSplit(NamedTuple):
+    """One drawing pass: ``lights`` (nlight,) that shine in it, and whether what ``glows`` by itself does so here."""
+
+    lights: NDArray[np.bool_]
+    glows: bool
+
+
+def split_lights(model: mujoco.MjModel) -> list[LightSplit]:
+    """The passes that draw a model: lights without shadows and all that glows, then lights with shadows."""
+    shadowed = casts_shadow(model)
+    if shadowed.any() and not shadowed.all():
+        return [LightSplit(~shadowed, glows=True), LightSplit(shadowed, glows=False)]
+    return [LightSplit(np.ones(model.nlight, bool), glows=True)]
+
+
+def casts_shadow(model: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Which lights throw shadows, (nlight,)."""
+    image = model.light_type == mujoco.mjtLightType.mjLIGHT_IMAGE
+    return (model.light_castshadow != 0) & ~image & (model.light_active != 0) & (model.light_intensity > 0)
+
+
+def _glowing_geoms(model: mujoco.MjModel) -> list[int]:
+    material = model.geom_matid
+    glows = np.append(model.mat_emission, 0.0)[material] > 0.0  # a geom without material has index -1
+    return [int(geom) for geom in np.flatnonzero(glows)]
+
+
+class ClassicRenderer(_Closing):
+    """MuJoCo's classic OpenGL renderer: quick, but its light is neither photometric nor computed at every pixel.
+
+    Sets ``offsamples`` to 0 and ``shadowsize`` to 1024 in the given model's ``vis.quality``: 4 to 30 times faster than
+    MuJoCo's defaults on a CPU. A pixel's grey g of 255 is taken for (g / 255)^2.2 · ``CLASSIC_WHITE`` cd/m².
+    """
+
+    kind = RendererKind.CLASSIC
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._model, self._gl, self._context = model, None, None
+        model.vis.quality.offsamples = 0
+        model.vis.quality.shadowsize = min(int(model.vis.quality.shadowsize), 1024)
+        size = model.vis.global_
+        self.backend, self._gl = open_gl(size.offwidth, size.offheight)
+        with quiet_terminal():
+            self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nlight + 100)
+        self._options = mujoco.MjvOption()
+
+    def radiance(
+        self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480
+    ) -> NDArray[np.float32]:
+        """See ``Renderer``; raises ``SimError`` for a size beyond the model's off-screen buffer."""
+        if self._context is None:
+            raise RendererError("renderer 'classic' is closed")
+        size = self._model.vis.global_
+        if width > size.offwidth or height > size.offheight:
+            raise SimError(f"image of {width}×{height} is beyond the model's {size.offwidth}×{size.offheight}")
+        self._look(data, camera)
+        self._gl.make_current()
+        rgb, viewport = np.empty((height, width, 3), np.uint8), mujoco.MjrRect(0, 0, width, height)
+        mujoco.mjr_render(viewport, self._scene, self._context)
+        mujoco.mjr_readPixels(rgb, None, viewport, self._context)
+        return CLASSIC_WHITE * (rgb[::-1] / np.float32(255) @ GREY_OF_RGB) ** np.float32(CLASSIC_GAMMA)
+
+    def _look(self, data: mujoco.MjData, camera: str) -> None:
+        seen, free, everything = frustum(self._model, data, camera), mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL
+        free.type, free.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._model.camera(camera).id
+        mujoco.mjv_updateScene(self._model, data, self._options, None, free, everything, self._scene)
+        for eye in self._scene.camera:
+            for name in ("near", "bottom", "top", "center", "width"):
+                setattr(eye, f"frustum_{name}", getattr(seen, f"frustum_{name}"))
+
+    def close(self) -> None:
+        """See ``Renderer``."""
+        if self._context is not None:
+            self._gl.make_current()
+            self._context.free()
+            self._gl.free()
+        self._context = None
+
+
+class NullRenderer(_Closing):
+    """Draws nothing: the bench takes no images with it."""
+
+    kind = RendererKind.NONE
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        del model
+
+    def radiance(
+        self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480
+    ) -> NDArray[np.float32]:
+        """Raise ``SimError``: there is nothing to see."""
+        raise SimError(f"renderer 'none' has no image of camera '{camera}': choose 'filament' or 'classic'")
+
+
+_RENDERERS = {
+    RendererKind.FILAMENT: FilamentRenderer,
+    RendererKind.CLASSIC: ClassicRenderer,
+    RendererKind.NONE: NullRenderer,
+}
