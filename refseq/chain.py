@@ -115,7 +115,7 @@ class Transitions:
         self._log_found_anywhere = np.log(1 - settings.lost) - np.log(K)
 
     def best(self, places: NDArray[np.float64], lost: NDArray[np.float64]) -> Step:
-        """max over the states before of log score + log transition, for every state."""
+        """Maximum over the states before of log score + log transition, for every state."""
         K = len(places)
         on, on_from = self._window.best(places + self._log_go)
         found, found_from = self._best_found(lost)

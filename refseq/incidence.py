@@ -23,17 +23,12 @@ class IncidenceMatrix:
     blocks: Mapping[str, range]
 
     @classmethod
-    def from_columns(
-        cls, columns: Sequence[Mapping[str, NDArray[np.intp]]], sizes: Mapping[str, int]
-    ) -> Self:
+    def from_columns(cls, columns: Sequence[Mapping[str, NDArray[np.intp]]], sizes: Mapping[str, int]) -> Self:
         """Pack the columns of K places, each a mapping from extractor to the ids of its active features.
 
         ``sizes`` is the number of features of each extractor; a place may lack an extractor whose sensor was missing.
         """
-        blocks: dict[str, range] = {}
-        for key, size in sizes.items():
-            start = max((block.stop for block in blocks.values()), default=0)
-            blocks[key] = range(start, start + size)
+        blocks = _blocks(sizes)
         pairs = [
             (blocks[key].start + ids, np.full(len(ids), place))
             for place, column in enumerate(columns)
@@ -45,6 +40,23 @@ class IncidenceMatrix:
         n = sum(sizes.values())
         pointers = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=n))]).astype(np.int64)
         return cls(pointers, places[order].astype(np.int32), len(columns), blocks)
+
+    @classmethod
+    def from_rows(
+        cls, pointers: NDArray[np.int64], places: NDArray[np.int32], K: int, sizes: Mapping[str, int]
+    ) -> Self:
+        """Take rows that were packed before. Raises ``ValueError`` when they are no incidence matrix."""
+        n = sum(sizes.values())
+        if (
+            pointers.shape != (n + 1,)
+            or pointers[0] != 0
+            or pointers[-1] != len(places)
+            or (np.diff(pointers) < 0).any()
+        ):
+            raise ValueError(f"pointers do not rise from 0 to {len(places)} in {n} steps")
+        if len(places) and not 0 <= int(places.min()) <= int(places.max()) < K:
+            raise ValueError(f"a feature is at place {int(places.max())}; valid are 0 to {K - 1}")
+        return cls(pointers.astype(np.int64), places.astype(np.int32), K, _blocks(sizes))
 
     @property
     def N(self) -> int:
@@ -70,3 +82,9 @@ class IncidenceMatrix:
         order = np.argsort(self.places, kind="stable")
         ends = np.cumsum(np.bincount(self.places, minlength=self.K))
         return np.split(features[order], ends[:-1])
+
+
+def _blocks(sizes: Mapping[str, int]) -> dict[str, range]:
+    """Rows of each extractor, one after the other."""
+    stops = np.cumsum([0, *sizes.values()])
+    return {key: range(int(start), int(start) + size) for (key, size), start in zip(sizes.items(), stops, strict=False)}

@@ -92,9 +92,7 @@ class _MaximumTable:
             self.levels.append(np.where(values[left] >= values[right], left, right))
             width *= 2
 
-    def over(
-        self, start: NDArray[np.intp], stop: NDArray[np.intp]
-    ) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    def over(self, start: NDArray[np.intp], stop: NDArray[np.intp]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
         """Maximum over ``start:stop`` and where it is, for many stretches; −∞ at 0 for an empty one."""
         length = stop - start
         best = np.full(len(start), -np.inf)

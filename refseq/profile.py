@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Self
 
 from refseq.chain import ChainSettings
+from refseq.features.sectors import SectorSettings
 from refseq.features.sift import SiftSettings
 from refseq.features.walls import WallSettings
 from refseq.mixture import MixtureSettings
@@ -17,6 +18,7 @@ class Profile:
 
     sift: SiftSettings = field(default_factory=SiftSettings)
     walls: WallSettings = field(default_factory=WallSettings)
+    sectors: SectorSettings = field(default_factory=SectorSettings)
     mixture: MixtureSettings = field(default_factory=MixtureSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     chain: ChainSettings = field(default_factory=ChainSettings)
@@ -27,8 +29,8 @@ class Profile:
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
-        """The inverse of ``to_dict``. Raises ``ValueError`` for a part or a parameter that is missing, unknown or no number."""
-        return cls(**{part.name: _part(part.name, part.default_factory, content) for part in fields(cls)})  # type: ignore[arg-type]
+        """The inverse of ``to_dict``; ``ValueError`` for a part or parameter that is missing, unknown or no number."""
+        return cls(**{part.name: _part(part.name, part.default_factory, content) for part in fields(cls)})
 
 
 def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:

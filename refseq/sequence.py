@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from refseq.chain import Emissions
 from refseq.errors import MapError
-from refseq.features import Extractor, ScanBoundary, SiftWords, WallLines
+from refseq.features import DEFAULT_FEATURES, Extractor, make_extractors
 from refseq.incidence import IncidenceMatrix
 from refseq.mixture import Match, match_view
 from refseq.profile import Profile
-from refseq.view import LASER, Pose, View
+from refseq.view import Pose, View
 
 
 @dataclass(frozen=True)
@@ -58,30 +58,21 @@ EMISSION_SEED = 20080
 """Any number will do: it keeps the same map's emissions the same wherever it is loaded."""
 
 
-def extractors_for(sensors: Sequence[str], profile: Profile) -> tuple[Extractor, ...]:
-    """The features of each sensor: words of a camera, walls and boundary of the laser."""
-    extractors: list[Extractor] = []
-    for sensor in sensors:
-        if sensor == LASER:
-            extractors += [WallLines(profile.walls), ScanBoundary()]
-        else:
-            extractors.append(SiftWords(sensor, profile.sift))
-    return tuple(extractors)
-
-
 def learn(
     views: Sequence[View],
     *,
     sensors: Sequence[str] | None = None,
+    features: Sequence[str] = DEFAULT_FEATURES,
     profile: Profile | None = None,
     metadata: Mapping[str, str] | None = None,
 ) -> ReferenceSequence:
     """Make a reference sequence of a drive, one place a view, with all its sensors or only ``sensors``.
 
-    Raises ``MapError`` when there is no view, or when a sensor asked for is in none of them.
+    ``features`` are names of ``refseq.features.FEATURES``. Raises ``MapError`` when there is no view, when a sensor
+    asked for is in none of them, and when a feature is unknown or none fits the sensors.
     """
     profile = profile or Profile()
-    extractors = extractors_for(check_sensors(views, sensors, "the drive"), profile)
+    extractors = make_extractors(features, check_sensors(views, sensors, "the drive"), profile)
     columns = [
         {extractor.key: extractor.learn(view) for extractor in extractors if extractor.sensor in view.sensors}
         for view in views

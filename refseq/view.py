@@ -54,13 +54,14 @@ class Scan:
     @property
     def bearings(self) -> NDArray[np.float64]:
         """Directions of the beams, (n,) [rad]."""
-        return self.start + self.step * np.arange(len(self.ranges))
+        return self.start + self.step * np.arange(len(self.ranges), dtype=np.float64)
 
     @property
     def points(self) -> NDArray[np.float64]:
         """End points of all beams in the scanner's frame, (n, 2) [m]; a beam without return ends at ``max_range``."""
-        reach = np.minimum(self.ranges, self.max_range).astype(float)
-        return reach[:, None] * np.stack([np.cos(self.bearings), np.sin(self.bearings)], axis=1)
+        reach = np.minimum(self.ranges, self.max_range).astype(np.float64)
+        points: NDArray[np.float64] = reach[:, None] * np.stack([np.cos(self.bearings), np.sin(self.bearings)], axis=1)
+        return points
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from refseq.view import LASER, Scan, View
 
 @dataclass(frozen=True, slots=True)
 class SectorSettings:
-    """``sectors`` over the half turn in front; ``nearest`` [m] is the first bin's end, each next one ``growth`` wider."""
+    """``sectors`` over the half turn in front; ``nearest`` [m] ends the first bin, each next is ``growth`` wider."""
 
     sectors: int = 36
     bins: int = 12

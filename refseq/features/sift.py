@@ -36,7 +36,7 @@ class SiftWords:
         self.vocabulary = Vocabulary(settings.alias_distance)
         if words is not None:
             self.vocabulary.words = words
-        self._sift = cv2.SIFT_create(contrastThreshold=settings.contrast)
+        self._sift = cv2.SIFT.create(contrastThreshold=settings.contrast)
 
     @property
     def size(self) -> int:

@@ -1,0 +1,138 @@
+"""The ``.refseq`` file: one reference sequence, with a format version and a checksum of every array.
+
+A zip archive of ``map.json`` and ``.npy`` arrays. Reading parses numbers and JSON, nothing else: nothing in a file is
+ever executed or unpickled.
+"""
+
+import hashlib
+import io
+import json
+import math
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import MapError
+from refseq.features import make_extractor
+from refseq.files import replace_bytes
+from refseq.incidence import IncidenceMatrix
+from refseq.profile import Profile
+from refseq.sequence import ReferenceSequence
+from refseq.view import Pose
+
+FORMAT = "refseq-map"
+VERSION = 1
+HEADER = "map.json"
+EPOCH = (1980, 1, 1, 0, 0, 0)  # zip's earliest date: the same map gives the same bytes
+
+
+def save_map(sequence: ReferenceSequence, path: Path) -> None:
+    """Write a map, replacing ``path`` in one step. Raises ``MapError`` when it cannot be written."""
+    arrays = _arrays(sequence)
+    encoded = {name: _encode(array) for name, array in arrays.items()}
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "profile": sequence.profile.to_dict(),
+        "blocks": {key: len(block) for key, block in sequence.matrix.blocks.items()},
+        "metadata": dict(sequence.metadata),
+        "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in encoded.items()},
+    }
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(zipfile.ZipInfo(HEADER, EPOCH), json.dumps(header, indent=1))
+        for name, content in encoded.items():
+            archive.writestr(zipfile.ZipInfo(f"{name}.npy", EPOCH), content, zipfile.ZIP_DEFLATED)
+    try:
+        replace_bytes(path, buffer.getvalue())
+    except OSError as error:
+        raise MapError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def _arrays(sequence: ReferenceSequence) -> dict[str, NDArray[Any]]:
+    poses = [(p.x, p.y, p.heading) if p else (math.nan,) * 3 for p in sequence.poses]
+    arrays: dict[str, NDArray[Any]] = {
+        "pointers": sequence.matrix.pointers,
+        "places": sequence.matrix.places,
+        "along": sequence.along,
+        "poses": np.array(poses),
+    }
+    for extractor in sequence.extractors:
+        arrays |= {f"features/{extractor.key}/{name}": array for name, array in extractor.state().items()}
+    return arrays
+
+
+def _encode(array: NDArray[Any]) -> bytes:
+    buffer = io.BytesIO()
+    np.lib.format.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
+    return buffer.getvalue()
+
+
+def load_map(path: Path) -> ReferenceSequence:
+    """Read a map. Raises ``MapError`` for a file that is none, is damaged, or is of another format version."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            header = _header(archive, path)
+            arrays = {name: _array(archive, name, digest, path) for name, digest in header["sha256"].items()}
+    except OSError as error:
+        raise MapError(f"{path}: cannot be read: {error.strerror}") from error
+    except (zipfile.BadZipFile, NotImplementedError, EOFError) as error:
+        raise MapError(f"{path}: is not a .refseq map, or is damaged: {error}") from error
+    try:
+        return _sequence(header, arrays)
+    except (KeyError, ValueError, TypeError, MapError) as error:
+        raise MapError(f"{path}: {HEADER} and arrays do not make a map: {error}") from error
+
+
+def _header(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
+    try:
+        header = json.loads(archive.read(HEADER))
+    except (KeyError, ValueError) as error:
+        raise MapError(f"{path}: is not a .refseq map: {HEADER} is missing or no JSON") from error
+    if not isinstance(header, dict) or header.get("format") != FORMAT:
+        raise MapError(f"{path}: is not a .refseq map: {HEADER} has no format {FORMAT!r}")
+    if header.get("version") != VERSION:
+        raise MapError(f"{path}: is of map format version {header.get('version')!r}; valid is {VERSION}: learn it anew")
+    digests = header.get("sha256")
+    if not isinstance(digests, dict) or not all(isinstance(digest, str) for digest in digests.values()):
+        raise MapError(f"{path}: {HEADER}: sha256 is no table of checksums")
+    return header
+
+
+def _array(archive: zipfile.ZipFile, name: str, digest: str, path: Path) -> NDArray[Any]:
+    try:
+        content = archive.read(f"{name}.npy")
+    except KeyError as error:
+        raise MapError(f"{path}: array {name} is missing") from error
+    if hashlib.sha256(content).hexdigest() != digest:
+        raise MapError(f"{path}: array {name} does not match its checksum: the file is damaged")
+    try:
+        array: NDArray[Any] = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+    except ValueError as error:
+        raise MapError(f"{path}: array {name} is no array of numbers: {error}") from error
+    return array
+
+
+def _sequence(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> ReferenceSequence:
+    profile = Profile.from_dict(header["profile"])
+    along = np.asarray(arrays["along"], np.float64)
+    sizes = {str(key): int(size) for key, size in header["blocks"].items()}
+    matrix = IncidenceMatrix.from_rows(arrays["pointers"], arrays["places"], len(along), sizes)
+    extractors = []
+    for key, size in sizes.items():
+        prefix = f"features/{key}/"
+        state = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+        extractor = make_extractor(key, profile, state)
+        if extractor.size != size:
+            raise ValueError(f"{key} has {extractor.size} features; the matrix has {size} rows for it")
+        extractors.append(extractor)
+    poses = tuple(None if math.isnan(row[0]) else Pose(*row) for row in arrays["poses"].tolist())
+    if len(poses) != len(along):
+        raise ValueError(f"{len(poses)} poses for {len(along)} places")
+    metadata = {str(key): str(value) for key, value in header["metadata"].items()}
+    return ReferenceSequence(matrix, tuple(extractors), along, poses, profile, MappingProxyType(metadata))
