@@ -1,6 +1,5 @@
 """What this machine offers the bench, what each missing piece costs the user, and the one line that mends it."""
 
-import ctypes
 import importlib.metadata
 import os
 import platform
@@ -18,9 +17,11 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from sim.drivers import VULKAN_PACKAGES, vulkan_device
+
 DISTRIBUTION = "refseq-bench"
-VULKAN_PACKAGES = ("libvulkan1", "mesa-vulkan-drivers")
 GL_PACKAGES = ("libegl1", "libopengl0", "libgl1-mesa-dri")
+"""Debian packages for the classic renderer: EGL, the functions that PyOpenGL looks up by name, Mesa's drivers."""
 
 DISK_GIB = 1.0
 """Free disk that the demo's recordings, map and report fit into with room to spare [GiB]; a choice."""
@@ -150,18 +151,18 @@ def _package(demand: Requirement) -> Check:
 
 
 def _graphics() -> list[Check]:
-    vulkan, classic = _vulkan_device(), _gl_renderer()
+    vulkan, classic = vulkan_device(), _gl_renderer()
     return [
         Check(
             "Vulkan",
             vulkan or "no device",
             vulkan is not None,
             "no camera images from Filament: record with --renderer classic, or none (laser only)",
-            _apt(VULKAN_PACKAGES),
-            packages=VULKAN_PACKAGES,
+            _apt(tuple(VULKAN_PACKAGES.split())),
+            packages=tuple(VULKAN_PACKAGES.split()),
         ),
         Check(
-            "OpenGL through EGL",
+            "OpenGL",
             classic or "no device",
             classic is not None,
             "no --renderer classic, the faster and plainer one",
@@ -172,65 +173,17 @@ def _graphics() -> list[Check]:
     ]
 
 
-class _InstanceInfo(ctypes.Structure):
-    """``VkInstanceCreateInfo`` of the Vulkan 1.0 specification; everything but its type may stay zero."""
-
-    _fields_ = (
-        ("type", ctypes.c_uint32),
-        ("next", ctypes.c_void_p),
-        ("flags", ctypes.c_uint32),
-        ("application", ctypes.c_void_p),
-        ("layer_count", ctypes.c_uint32),
-        ("layers", ctypes.c_void_p),
-        ("extension_count", ctypes.c_uint32),
-        ("extensions", ctypes.c_void_p),
-    )
-
-
-def _vulkan_device() -> str | None:
-    """Name of the first Vulkan device, or None; asks the loader itself, so that it works without MuJoCo."""
-    try:
-        vulkan = ctypes.CDLL("libvulkan.so.1")
-    except OSError:
-        return None
-    instance = ctypes.c_void_p()
-    if vulkan.vkCreateInstance(ctypes.byref(_InstanceInfo(type=1)), None, ctypes.byref(instance)) != 0:
-        return None
-    try:
-        return _first_device_name(vulkan, instance)
-    finally:
-        vulkan.vkDestroyInstance(instance, None)
-
-
-def _first_device_name(vulkan: ctypes.CDLL, instance: ctypes.c_void_p) -> str | None:
-    count, device = ctypes.c_uint32(1), ctypes.c_void_p()
-    vulkan.vkEnumeratePhysicalDevices(instance, ctypes.byref(count), ctypes.byref(device))
-    if not device:
-        return None
-    # VkPhysicalDeviceProperties is about 0.8 kB; its name follows five 32-bit numbers and has 256 bytes.
-    properties = ctypes.create_string_buffer(4096)
-    vulkan.vkGetPhysicalDeviceProperties(device, properties)
-    return properties.raw[20:276].split(b"\0", 1)[0].decode(errors="replace")
-
-
 def _gl_renderer() -> str | None:
     """Name of the OpenGL renderer that MuJoCo's classic renderer gets, or None.
 
     A broken driver ends the process that tries it, so a second process does.
     """
     program = (
-        "import mujoco; context = mujoco.GLContext(16, 16); context.make_current(); "
-        "from OpenGL import GL; print(GL.glGetString(GL.GL_RENDERER).decode())"
+        "from sim.drivers import open_gl; name, context = open_gl(16, 16); "
+        "from OpenGL import GL; print(f'{GL.glGetString(GL.GL_RENDERER).decode()}, {name}')"
     )
     try:
-        run = subprocess.run(
-            [sys.executable, "-c", program],
-            env={"MUJOCO_GL": "egl", **os.environ},
-            capture_output=True,
-            text=True,
-            timeout=60,
-            check=True,
-        )
+        run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
     except (subprocess.SubprocessError, OSError):
         return None
     return run.stdout.strip() or None

@@ -22,7 +22,7 @@ NEEDED = Check("Vulkan", "no device", False, "no camera images", "apt-get instal
 @pytest.fixture
 def machine(monkeypatch):
     """A machine with this project installed and graphics that start, whatever the tests run on."""
-    monkeypatch.setattr(doctor, "_vulkan_device", lambda: "a card")
+    monkeypatch.setattr(doctor, "vulkan_device", lambda: "a card")
     monkeypatch.setattr(doctor, "_gl_renderer", lambda: "a card")
     monkeypatch.setattr(importlib.metadata, "requires", lambda _: DEPENDENCIES)
     monkeypatch.setattr(importlib.metadata, "metadata", lambda _: {"Requires-Python": ">=3.11,<3.14"})
