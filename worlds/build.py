@@ -45,7 +45,7 @@ def build(plan: FloorPlan, light: LightSetting, seed: int) -> World:
     """Put up the walls, hang everything on them and light it; ``seed`` fixes every texture."""
     site = Site(plan.name, seed)
     numbers = photometry(plan, light)
-    _view(site)
+    _view(site, plan)
     _materials(site, plan)
     _floor(site, plan)
     _ceiling(site, plan)
@@ -63,12 +63,17 @@ def _frozen(points: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
     return array
 
 
-def _view(site: Site) -> None:
-    """Set near and far plane for a corridor, and a headlight that makes do where there is no photometric light."""
+def _view(site: Site, plan: FloorPlan) -> None:
+    """Set near and far plane, and a headlight that makes do where there is no photometric light.
+
+    Filament spreads its one shadow map over all that lies before the far plane (what is behind it is drawn all the
+    same): a far plane just beyond the walls gives the sharpest sun patches.
+    """
     spec = site.spec
-    spec.stat.extent = 10.0
-    spec.visual.map.znear = 0.005
-    spec.visual.map.zfar = 30.0
+    low, high = plan.bounds
+    spec.stat.extent = float(np.linalg.norm(high - low))
+    spec.visual.map.znear = 0.05 / spec.stat.extent
+    spec.visual.map.zfar = 1.1
     spec.visual.headlight.ambient[:] = 0.35
     spec.visual.headlight.diffuse[:] = 0.35
     spec.visual.headlight.specular[:] = 0.0
@@ -187,7 +192,9 @@ def _hang(site: Site, plan: FloorPlan) -> None:
     for cabinet in plan.cabinet:
         _cabinet(site, frame(cabinet), cabinet, plan.material[cabinet.material])
     for bin_ in plan.bin:
-        _upright_cylinder(site, f"bin_{bin_.name}", frame(bin_), bin_.at, bin_.width / 2, (0.0, bin_.height), bin_.material)
+        _upright_cylinder(
+            site, f"bin_{bin_.name}", frame(bin_), bin_.at, bin_.width / 2, (0.0, bin_.height), bin_.material
+        )
     for fixture in plan.fixture:
         _fixture(site, frame(fixture), fixture)
 
@@ -196,8 +203,8 @@ def _window(site: Site, frame: Frame, window: Window, thickness: float) -> None:
     (a, b), (low, high) = window.extent, window.rise
     bar, depth = 0.06, (-thickness + 0.02, -thickness + 0.09)
     bars: list[Block] = [((a, b), depth, (low, low + bar)), ((a, b), depth, (high - bar, high))]
-    for s in np.linspace(a + bar / 2, b - bar / 2, window.panes + 1):
-        bars.append(((s - bar / 2, s + bar / 2), depth, (low, high)))
+    uprights = np.linspace(a + bar / 2, b - bar / 2, window.panes + 1)
+    bars += [((s - bar / 2, s + bar / 2), depth, (low, high)) for s in uprights]
     site.lattice(f"window_{window.name}", frame, bars, "frame")
     ledge = ((a - 0.05, b + 0.05), (-thickness + 0.09, 0.03), (low, low + 0.02))
     site.shown(f"window_{window.name}_ledge", frame, ledge, "frame", cast=True)
@@ -242,7 +249,9 @@ def _room_behind(site: Site, frame: Frame, door: Door, wall: Wall, height: float
     site.solid(f"{name}_back", frame, ((a - t, b + t), (far - t, far), (0.0, height)), wall.material)
     site.solid(f"{name}_start", frame, ((a - t, a), (far, near), (0.0, height)), wall.material)
     site.solid(f"{name}_end", frame, ((b, b + t), (far, near), (0.0, height)), wall.material)
-    site.shown(f"{name}_ceiling", frame, ((a - t, b + t), (far - t, near), (height, height + t)), wall.material, cast=True)
+    site.shown(
+        f"{name}_ceiling", frame, ((a - t, b + t), (far - t, near), (height, height + t)), wall.material, cast=True
+    )
     site.shown(f"{name}_floor", frame, ((a - t, b + t), (far - t, 0.0), (-t, -0.001)), wall.material)
 
 

@@ -72,7 +72,7 @@ def sun_position(place: Place, date: datetime.date, hour: float) -> tuple[float,
 
 
 def sun_direction(light: Daylight, x_azimuth: float) -> NDArray[np.float64]:
-    """Unit vector from the sun to the ground in the world's frame, (3,); ``x_azimuth`` [deg] as in the plan."""
+    """Return the unit vector from the sun to the world, (3,); ``x_azimuth`` [deg] as in the plan."""
     bearing = np.radians(x_azimuth) - light.azimuth
     level = np.cos(light.elevation)
     return -np.array([level * np.cos(bearing), level * np.sin(bearing), np.sin(light.elevation)])

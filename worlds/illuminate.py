@@ -10,7 +10,7 @@ import numpy as np
 from worlds import textures
 from worlds.daylight import sun_direction
 from worlds.frame import Frame, quaternion
-from worlds.light import NIGHT_PEAK, LightSetting, Photometry, glass_area
+from worlds.light import CUTOFF, LOBE, NIGHT_PEAK, REACH, LightSetting, Photometry, glass_area
 from worlds.schema import FloorPlan, Material, Wall
 from worlds.site import Site
 
@@ -19,8 +19,6 @@ EXPOSED = 1.2 * 16.0**2 * 125.0
 DIM = {"sun": 0.5, "window": 0.1, "lamp": 0.15}
 """Brightness of each light's colour. Filament multiplies it with the intensity, which is divided by it to make up; the
 classic renderer, which knows no intensities, takes it alone."""
-REACH = 10.0
-"""How far a window or lamp shines [m]; a choice: there it gives less than 1 % of what it gives close by."""
 FAINTEST = 0.01
 """Windows of less intensity than this [cd] are left out."""
 BACKDROP = 20.0
@@ -30,15 +28,19 @@ OVERHANG = 70.0
 STOREY = 5.0
 """How far the picture goes down below the floor [m]: the hallway is on the first floor."""
 SKYLINE = 20.0
-"""Height of the picture [m]."""
-DAY_SKY = 0.9
-"""Share of the picture's brightest value that its day sky has."""
+"""Height of the picture [m]; above and beside it there is bare sky."""
+SKY_HEIGHT = 120.0
+"""Height of the sky behind the picture [m]."""
+DAY_SKY, NIGHT_SKY_SHARE = textures.SKY_BY_DAY, textures.SKY_BY_NIGHT
+"""Shares of the picture's brightest value that its sky has."""
 
 
 def illuminate(site: Site, plan: FloorPlan, light: LightSetting, numbers: Photometry) -> None:
     """Add the sun, the windows, the lamps, the light between the walls and the picture outside."""
     # Emission is then given in cd/m², and not in Filament's scale for classic materials.
     site.spec.add_numeric(name="filament.phong.emissive_multiplier", data=[1.0 / EXPOSED])
+    # Screen-space occlusion costs a fifth of a frame on a software renderer, for faint shade in corners.
+    site.spec.add_numeric(name="filament.ao.enabled", data=[0.0])
     site.spec.visual.quality.shadowsize = 2048
     _sun(site, plan, numbers)
     _between_walls(site, numbers)
@@ -73,9 +75,7 @@ def _sun(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
 def _between_walls(site: Site, numbers: Photometry) -> None:
     """Light from all sides alike: an image light of radiance E / π all around."""
     grey = np.full((96, 16, 3), 255, np.uint8)
-    texture = site.spec.add_texture(
-        name="even", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3
-    )
+    texture = site.spec.add_texture(name="even", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3)
     texture.data = grey.tobytes()
     site.spec.worldbody.add_light(
         name="between_walls",
@@ -115,7 +115,7 @@ def _spot(site: Site, name: str, kind: str, candela: float, pos: np.ndarray, dir
         type=mujoco.mjtLightType.mjLIGHT_SPOT,
         pos=pos,
         dir=direction,
-        cutoff=89.9,
+        cutoff=CUTOFF,
         softness=1.0,
         range=REACH,
         castshadow=False,
@@ -123,7 +123,7 @@ def _spot(site: Site, name: str, kind: str, candela: float, pos: np.ndarray, dir
 
 
 def _lamps(site: Site, plan: FloorPlan, on: bool) -> None:
-    """Flat lamps whose intensity falls with cos²: Φ = 2 π I / 3; their faces have the luminance Φ / (π A)."""
+    """Flat lamps, Φ = π LOBE I on the axis; their faces have the luminance Φ / (π A)."""
     level = Frame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
     for row in plan.lamp:
         width, depth = row.size
@@ -137,7 +137,7 @@ def _lamps(site: Site, plan: FloorPlan, on: bool) -> None:
             block = ((x - width / 2, x + width / 2), (y - depth / 2, y + depth / 2), (z, plan.ceiling.height))
             site.shown(f"lamp_{row.name}_{i}", level, block, material)
             if on:
-                candela = 3.0 * row.lumen / (2.0 * np.pi)
+                candela = row.lumen / (np.pi * LOBE)
                 _spot(site, f"lamp_{row.name}_{i}", "lamp", candela, np.array([x, y, z]), np.array([0.0, 0.0, -1.0]))
 
 
@@ -154,6 +154,10 @@ def _backdrop(site: Site, wall: Wall, peak: float, day: bool) -> None:
     width, pixels = wall.length + 2 * OVERHANG, (8192, 640)
     image = textures.outside(*pixels, horizon=STOREY / SKYLINE, day=day, rng=site.rng(key))
     site.glowing(key, peak, image)
-    centre = frame.point(wall.length / 2, -wall.thickness - BACKDROP, SKYLINE / 2 - STOREY)
+    site.glowing(f"{key}_sky", peak * (DAY_SKY if day else NIGHT_SKY_SHARE))
     out = np.append(frame.inward, 0.0)
-    site.plane(key, centre, quaternion(np.cross([0.0, 0.0, 1.0], out), out), (width, SKYLINE), key)
+    turn = quaternion(np.cross([0.0, 0.0, 1.0], out), out)
+    away, middle = -wall.thickness - BACKDROP, wall.length / 2
+    site.plane(key, frame.point(middle, away, SKYLINE / 2 - STOREY), turn, (width, SKYLINE), key)
+    sky = frame.point(middle, away - 0.5, SKY_HEIGHT / 2 - STOREY)
+    site.plane(f"{key}_sky", sky, turn, (3 * width, SKY_HEIGHT), f"{key}_sky")

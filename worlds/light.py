@@ -19,15 +19,23 @@ GLAZING = 0.76
 """Share of light that double glazing lets through (facts: ESP-r)."""
 FRAME_SHARE = 0.15
 """Share of a window's opening that its frame takes; a choice that fits the frame that is built."""
-LOBE = 2.0 / 3.0
-"""Flux of a spot light of full softness, cos²θ, over that of a diffuse source, cosθ, of the same luminance."""
+CUTOFF = 80.0
+"""Half angle of the cone that a window or lamp shines into [deg]; wider ones would light the wall they are in."""
+LOBE = 2.0 / 3.0 * (1.0 - np.cos(np.radians(CUTOFF)))
+"""Flux of a spot light of full softness over that of a diffuse source of the same luminance.
+
+Filament's spot falls with ((cosθ - c) / (1 - c))^2, c = cos(CUTOFF), which sums to 2 π (1 - c) / 3; cosθ sums to π.
+"""
+REACH = 7.0
+"""How far a window or lamp shines [m]; a choice that keeps the number of lights that reach a pixel, and with it the
+rendering time, low: Filament lets each fade by (1 - (d / REACH)^4)^2, 5 % at the opposite wall."""
 NIGHT_PEAK = 60.0
 """Luminance of the brightest thing outside at night, a street lamp's globe [cd/m²]; a choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class LightSetting:
-    """Light as it is asked for: local clock ``hour`` (0..24), whether the lamps are on, the sky; no date: the plan's."""
+    """Light as it is asked for: local clock ``hour`` (0..24), whether lamps are on, the sky; no date: the plan's."""
 
     name: str
     hour: float

@@ -98,7 +98,7 @@ class OnWall(_Table):
 class Window(OnWall):
     """An opening with a glazed frame; ``sill`` is the height of its lower edge."""
 
-    width: Length = 1.6
+    width: Length = 2.0
     height: Length = 1.5
     sill: Height = 0.9
     panes: Count = 2

@@ -20,9 +20,12 @@ RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 EMISSIVE = int(mujoco.mjtTextureRole.mjTEXROLE_EMISSIVE)
 UNIT_BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 BOX_FACES = np.array(
-    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4]]
-    + [[1, 5, 7], [1, 7, 3]]
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ]
 )
+"""Triangles of a box over the corners of ``UNIT_BOX``, counter-clockwise from outside."""
 
 Span = tuple[float, float]
 Block = tuple[Span, Span, Span]
@@ -106,7 +109,9 @@ class Site:
 
     def panel(self, name: str, frame: Frame, s: Span, out: float, z: Span, material: str) -> None:
         """Add a picture flat on a wall, ``out`` metres in front of it."""
-        self.plane(name, frame.point(np.mean(s), out, np.mean(z)), frame.panel_quat, (s[1] - s[0], z[1] - z[0]), material)
+        self.plane(
+            name, frame.point(np.mean(s), out, np.mean(z)), frame.panel_quat, (s[1] - s[0], z[1] - z[0]), material
+        )
 
     def plane(self, name: str, pos: ArrayLike, quat: ArrayLike, extent: Span, material: str) -> None:
         """Add a rectangle that only cameras see, of (width, height) ``extent`` [m]."""

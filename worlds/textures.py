@@ -5,6 +5,7 @@ Every function takes a seeded generator and returns (height, width) uint8. The v
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -17,6 +18,8 @@ DENSITY = 640
 """Pixels a metre on what is seen from near: a camera of 45° and 640 columns, 1.2 m away, sees as much."""
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 INK, PAPER = 0.03, 0.82
+SKY_BY_DAY, SKY_BY_NIGHT = 0.9, 0.004
+"""Luminance of the sky over the brightest thing outside, by day and by night."""
 
 
 def srgb(linear: float | NDArray[np.floating]) -> NDArray[np.float64]:
@@ -42,7 +45,7 @@ def tone(albedo: float) -> int:
 
 
 def cloud(shape: tuple[int, int], rng: Generator, coarsest: int = 4, octaves: int = 5, fall: float = 0.55) -> NDArray:
-    """Fractal value noise, zero mean and unit deviation; ``coarsest`` cells across the shorter side."""
+    """Draw fractal value noise, zero mean and unit deviation; ``coarsest`` cells across the shorter side."""
     total = np.zeros(shape)
     scale = min(shape)
     for i in range(octaves):
@@ -56,7 +59,7 @@ def cloud(shape: tuple[int, int], rng: Generator, coarsest: int = 4, octaves: in
 
 
 def plaster(size: tuple[float, float], albedo: float, rng: Generator, density: int = 100) -> Image:
-    """Painted plaster of (width, height) [m]: faint mottling, a few scuffs."""
+    """Draw painted plaster of (width, height) [m]: faint mottling, a few scuffs."""
     shape = round(size[1] * density), round(size[0] * density)
     field = albedo * (1.0 + 0.006 * cloud(shape, rng, coarsest=3, octaves=6, fall=0.8))
     for _ in range(rng.poisson(0.35 * size[0])):
@@ -74,7 +77,7 @@ def _scuff(field: NDArray, rng: Generator, darken: float) -> None:
 
 
 def tiles(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 48) -> Image:
-    """Floor of (columns, rows) tiles; each a little lighter or darker than the next, with speckle and dark joints."""
+    """Draw a floor of (columns, rows) tiles; no two quite alike, speckled, with dark joints."""
     columns, rows = count
     each = np.kron(1.0 + 0.035 * rng.standard_normal((rows, columns)), np.ones((pixels, pixels)))
     speckle = cv2.GaussianBlur(rng.standard_normal(each.shape), (0, 0), 1.0)
@@ -85,7 +88,7 @@ def tiles(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 4
 
 
 def ceiling_panels(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 72) -> Image:
-    """Ceiling of (columns, rows) mineral-fibre panels: pinholes and thin metal bars."""
+    """Draw a ceiling of (columns, rows) mineral-fibre panels: pinholes and thin metal bars."""
     columns, rows = count
     field = np.full((rows * pixels, columns * pixels), albedo)
     field *= np.kron(1.0 + 0.012 * rng.standard_normal((rows, columns)), np.ones((pixels, pixels)))
@@ -96,7 +99,7 @@ def ceiling_panels(count: tuple[int, int], albedo: float, rng: Generator, pixels
 
 
 def wood(size: tuple[float, float], albedo: float, rng: Generator, density: int = 320) -> Image:
-    """A veneered door leaf of (width, height) [m]: upright grain, a kick plate, a lock with its handle."""
+    """Draw a veneered door leaf of (width, height) [m]: upright grain, a kick plate, a lock with its handle."""
     shape = round(size[1] * density), round(size[0] * density)
     grain = cv2.GaussianBlur(rng.standard_normal(shape), (0, 0), sigmaX=1.2, sigmaY=40)
     bands = cv2.GaussianBlur(rng.standard_normal((1, shape[1])), (0, 0), 14)
@@ -119,7 +122,7 @@ def _handle(image: Image, density: int) -> None:
 
 
 def metal(size: tuple[float, float], albedo: float, rng: Generator, density: int = 200) -> Image:
-    """The front of a cabinet of (width, height) [m]: two doors, a lock, louvres, a stuck label or two."""
+    """Draw the front of a cabinet of (width, height) [m]: two doors, a lock, louvres, a stuck label or two."""
     width, height = round(size[0] * density), round(size[1] * density)
     image = encode(albedo * (1.0 + 0.01 * cloud((height, width), rng)), rng)
     dark = tone(0.35 * albedo)
@@ -137,7 +140,7 @@ def metal(size: tuple[float, float], albedo: float, rng: Generator, density: int
 
 
 def number_plate(label: str, rng: Generator, density: int = DENSITY) -> Image:
-    """A door's number plate of 16 cm × 12 cm: the room, and a line with a name."""
+    """Draw a door's number plate of 16 cm × 12 cm: the room, and a line with a name."""
     width, height = round(0.16 * density), round(0.12 * density)
     image = np.full((height, width), tone(0.75), np.uint8)
     cv2.rectangle(image, (1, 1), (width - 2, height - 2), tone(0.25), 1)
@@ -157,7 +160,7 @@ def words(rng: Generator, count: int) -> str:
 
 
 def printed(shape: tuple[int, int], rng: Generator, scale: float = 0.3) -> Image:
-    """A sheet of paper with lines of text, (height, width) [px]."""
+    """Draw a sheet of paper with lines of text, (height, width) [px]."""
     image = np.full(shape, tone(PAPER * (0.85 + 0.15 * rng.random())), np.uint8)
     text_block(image, (4, 4, shape[1] - 8, shape[0] - 8), rng, scale)
     return image
@@ -239,7 +242,7 @@ def diagram(image: Image, box: tuple[int, int, int, int], rng: Generator) -> Non
     cells = [(i, j) for i in range(3) for j in range(3)]
     chosen = [cells[i] for i in rng.permutation(9)[: rng.integers(4, 8)]]
     centres = [(x + round((i + 0.5) * width / 3), y + round((j + 0.5) * height / 3)) for i, j in chosen]
-    for a, b in zip(centres, centres[1:], strict=False):
+    for a, b in pairwise(centres):
         cv2.arrowedLine(image, a, b, tone(0.1), 2, cv2.LINE_AA, tipLength=0.08)
     for u, v in centres:
         w, h = round(width * rng.uniform(0.09, 0.14)), round(height * rng.uniform(0.05, 0.1))
@@ -249,7 +252,7 @@ def diagram(image: Image, box: tuple[int, int, int, int], rng: Generator) -> Non
 
 
 def poster(size: tuple[float, float], style: str, rng: Generator, density: int = DENSITY) -> Image:
-    """A poster of (width, height) [m] in one of the plan's styles: a heading, then a grid filled by the style."""
+    """Draw a poster of (width, height) [m] in one of the plan's styles: a heading, then a grid filled by the style."""
     width, height = round(size[0] * density), round(size[1] * density)
     image = np.full((height, width), tone(PAPER * rng.uniform(0.75, 1.0)), np.uint8)
     head = round(height * rng.uniform(0.1, 0.18))
@@ -295,17 +298,19 @@ def _fill_cells(image: Image, cells: list[tuple[int, int, int, int]], style: str
 
 
 def notice_board(size: tuple[float, float], sheets: int, rng: Generator, density: int = DENSITY) -> Image:
-    """A cork board of (width, height) [m] with a dark frame and pinned, slightly askew papers."""
+    """Draw a cork board of (width, height) [m] with a dark frame and two rows of pinned, slightly askew papers."""
     width, height = round(size[0] * density), round(size[1] * density)
     image = encode(0.28 * (1.0 + 0.16 * rng.standard_normal((height, width))), rng)
     image = cv2.GaussianBlur(image, (0, 0), 0.9)
-    slots = np.linspace(0.03, 0.97, sheets + 1) * width
-    for a, b in zip(slots[:-1], slots[1:], strict=True):
-        w = min(round(0.9 * (b - a)), round(0.3 * density))
-        h = min(round(w * rng.choice([1.41, 1.41, 0.71, 1.0])), round(0.85 * height))
-        x = int(a + rng.uniform(0, max(1.0, b - a - w)))
-        y = int(rng.uniform(0.06, max(0.07, 0.94 - h / height)) * height)
-        _pin(image, _paper((h, w), rng), x, y, rng)
+    columns = (sheets + 1) // 2
+    slot = 0.94 * width / columns
+    for i in range(sheets):
+        row, column = divmod(i, columns)
+        w = round(min(rng.uniform(0.8, 1.05) * slot, 0.36 * density))
+        h = min(round(w * rng.choice([1.41, 1.41, 0.71, 1.0])), round(0.46 * height))
+        x = 0.03 * width + column * slot + rng.uniform(0, max(1.0, slot - w))
+        y = height * (0.05 + 0.45 * row) + rng.uniform(0, max(1.0, 0.45 * height - h))
+        _pin(image, _paper((h, w), rng), int(x), int(y), rng)
     cv2.rectangle(image, (0, 0), (width - 1, height - 1), tone(0.12), round(0.045 * density))
     return image
 
@@ -340,7 +345,7 @@ def _paste(image: Image, patch: Image, x: int, y: int) -> None:
 
 
 def sign(size: tuple[float, float], rng: Generator, density: int = DENSITY) -> Image:
-    """A small sign of (width, height) [m]: an arrow and a word, light on dark."""
+    """Draw a small sign of (width, height) [m]: an arrow and a word, light on dark."""
     width, height = round(size[0] * density), round(size[1] * density)
     image = np.full((height, width), tone(0.12), np.uint8)
     middle = height // 2
@@ -356,14 +361,15 @@ def sign(size: tuple[float, float], rng: Generator, density: int = DENSITY) -> I
 
 
 def outside(width: int, height: int, horizon: float, day: bool, rng: Generator) -> Image:
-    """What is seen out of the windows, (height, width) [px], as sRGB code of luminance over its maximum.
+    """Draw what is seen out of the windows, (height, width) [px], as sRGB code of luminance over its peak.
 
     ``horizon`` is the height of the horizon as a share of the picture. By day: sky, houses, trees, a lawn. By night:
     the same shapes nearly black, with some lit windows and street lamps.
     """
     line = round((1.0 - horizon) * height)
-    field = np.full((height, width), 0.9 if day else 0.004)
-    field *= 1.0 + 0.05 * cloud((height, width), rng, coarsest=2)
+    field = np.full((height, width), SKY_BY_DAY if day else SKY_BY_NIGHT)
+    fade = np.clip(np.linspace(0.0, 2.0, height), 0.0, 1.0)[:, None]  # the plain sky goes on above the picture
+    field *= 1.0 + 0.05 * fade * cloud((height, width), rng, coarsest=2)
     field[line:] = (0.28 if day else 0.002) * (1.0 + 0.15 * cloud((height - line, width), rng, coarsest=6))
     _trees(field, line, day, rng)
     x = 0

@@ -1,0 +1,148 @@
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+import pytest
+
+from worlds.build import World, build
+from worlds.frame import quaternion
+from worlds.light import light_named
+from worlds.plan import parse_plan
+from worlds.site import SEEN, SOLID
+
+
+def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[float, float, float]) -> set[str]:
+    """Return the names of the geoms that a box of half sizes ``size`` at ``pos`` touches."""
+    probe = spec.copy()
+    body = probe.worldbody.add_body(name="probe", pos=pos)
+    body.add_freejoint()
+    body.add_geom(name="probe", type=mujoco.mjtGeom.mjGEOM_BOX, size=size)
+    model = probe.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    pairs = [{model.geom(g).name for g in c.geom} for c in data.contact if c.dist < 0.0]
+    return set().union(*pairs) - {"probe"}
+
+
+@pytest.fixture(scope="module")
+def corridor() -> World:
+    from tests.worlds.conftest import SMALL
+
+    return build(parse_plan(SMALL.format(top="", end="")), light_named("18:00"), seed=0)
+
+
+def test_a_body_smaller_than_the_corridor_touches_nothing(corridor: World) -> None:
+    assert touched(corridor.spec, (4, 0, 1.4), (3, 1.19, 1.39)) == set()
+
+
+def test_a_larger_body_touches_both_walls(corridor: World) -> None:
+    assert touched(corridor.spec, (4, 0, 1.4), (3, 1.21, 1.39)) == {"wall_left_0", "wall_right_0"}
+
+
+def test_a_taller_body_touches_floor_and_ceiling(corridor: World) -> None:
+    assert touched(corridor.spec, (4, 0, 1.4), (3, 1.19, 1.41)) == {"floor", "ceiling_slab"}
+
+
+def test_the_hallway_leaves_room_for_a_wandering_robot(hallway: World) -> None:
+    # 1.1 × 0.8 m of robot that wanders by 0.25 m to each side sweeps 1.3 m; its route adds half a length at each end.
+    (first, _), (last, _) = hallway.routes["forward"]
+    half = ((last - first + 1.1) / 2, 0.4 + 0.25, 0.5)
+    assert touched(hallway.spec, ((first + last) / 2, 0.0, 0.51), half) == set()
+
+
+def test_something_does_stand_in_the_hallway(hallway: World) -> None:
+    assert any(n.startswith("cabinet") for n in touched(hallway.spec, (50, 0, 0.51), (48, 1.15, 0.5)))
+
+
+@pytest.mark.parametrize(("angle", "reach"), [(0, 1.28), (80, 3.85), (100, 3.85)])
+def test_a_beam_at_a_door_ends_on_its_leaf_or_in_the_room_behind(
+    small: Callable[..., str], angle: float, reach: float
+) -> None:
+    # Closed: the leaf lies 0.08 m behind the wall's face. Open: 0.15 m of wall and a room 2.5 m deep.
+    door = f'door = [{{ name = "d1", wall = "left", at = 4, open = {angle} }}]'
+    model = build(parse_plan(small(door)), light_named("18:00"), seed=0).spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    solid = np.zeros(6, np.uint8)
+    solid[SOLID] = 1
+    geom = np.zeros(1, np.int32)
+    start, left = np.array([4.0, 0.0, 0.3]), np.array([0.0, 1.0, 0.0])
+    assert mujoco.mj_ray(model, data, start, left, solid, 1, -1, geom) == pytest.approx(reach, abs=1e-6)
+
+
+def test_routes_cannot_be_changed(hallway: World) -> None:
+    route = hallway.routes["reverse"]
+    assert route.shape == (2, 2)
+    with pytest.raises(ValueError, match="read-only"):
+        route[0, 0] = 1.0
+
+
+def test_everything_in_the_plan_is_built_under_its_name(hallway: World) -> None:
+    plan = hallway.plan
+    names = {g.name for g in hallway.spec.geoms}
+    assert "" not in names
+    expected = {f"window_{w.name}" for w in plan.window}
+    expected |= {f"door_{d.name}_leaf" for d in plan.door} | {f"poster_{p.name}" for p in plan.poster}
+    expected |= {f"board_{b.name}" for b in plan.board} | {f"cabinet_{c.name}" for c in plan.cabinet}
+    expected |= {f"bin_{b.name}" for b in plan.bin} | {f"{f.kind}_{f.name}" for f in plan.fixture}
+    assert expected <= names
+
+
+def test_what_is_only_seen_has_no_mass_and_touches_nothing(hallway: World) -> None:
+    model = hallway.spec.compile()
+    seen = model.geom_group == SEEN
+    assert seen.any()
+    assert set(model.geom_group) == {SOLID, SEEN}
+    assert not model.geom_contype[seen].any()
+    assert not model.geom_conaffinity[seen].any()
+    assert model.geom_contype[~seen].all()
+
+
+def test_memory_stays_modest(hallway: World) -> None:
+    assert hallway.spec.compile().ntexdata < 200e6
+
+
+def compiled(text: str, seed: int, light: str = "18:00") -> mujoco.MjModel:
+    return build(parse_plan(text), light_named(light), seed).spec.compile()
+
+
+def image_of(model: mujoco.MjModel) -> bytes:
+    """Return the whole model, textures and all, as bytes."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+def pixels(model: mujoco.MjModel, texture: str) -> bytes:
+    t = model.texture(texture)
+    start = int(t.adr[0])
+    return model.tex_data[start : start + int(t.height[0] * t.width[0] * t.nchannel[0])].tobytes()
+
+
+def test_a_seed_fixes_everything_and_another_seed_draws_anew(small: Callable[..., str]) -> None:
+    text = small(
+        'poster = [{ name = "p", wall = "left", at = 2 }]\ndoor = [{ name = "d", wall = "left", at = 5, label = "7" }]'
+    )
+    first, other = compiled(text, seed=3), compiled(text, seed=4)
+    assert image_of(compiled(text, seed=3)) == image_of(first)
+    for name in ("poster_p", "door_d_plate", "floor", "plaster_plaster_0"):
+        assert pixels(first, name) != pixels(other, name)
+
+
+def test_light_does_not_redraw_the_surfaces(small: Callable[..., str]) -> None:
+    text = small('poster = [{ name = "p", wall = "left", at = 2 }]')
+    assert pixels(compiled(text, 3, "16:00"), "poster_p") == pixels(compiled(text, 3, "late-evening"), "poster_p")
+
+
+def test_another_poster_does_not_redraw_the_first(small: Callable[..., str]) -> None:
+    one = 'poster = [{ name = "p", wall = "left", at = 2 }'
+    alone, beside = one + "]", one + ', { name = "q", wall = "left", at = 5 }]'
+    assert pixels(compiled(small(alone), 1), "poster_p") == pixels(compiled(small(beside), 1), "poster_p")
+
+
+def test_quaternion_turns_the_axes_there() -> None:
+    x, z = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
+    turned = np.zeros(3)
+    for axis, there in (((1, 0, 0), x), ((0, 0, 1), z)):
+        mujoco.mju_rotVecQuat(turned, np.array(axis, float), quaternion(x, z))
+        np.testing.assert_allclose(turned, there, atol=1e-12)
