@@ -74,8 +74,8 @@ def _view(site: Site, plan: FloorPlan) -> None:
     spec.stat.extent = float(np.linalg.norm(high - low))
     spec.visual.map.znear = 0.05 / spec.stat.extent
     spec.visual.map.zfar = 1.1
-    spec.visual.headlight.ambient[:] = 0.35
-    spec.visual.headlight.diffuse[:] = 0.35
+    spec.visual.headlight.ambient[:] = 0.5
+    spec.visual.headlight.diffuse[:] = 0.4
     spec.visual.headlight.specular[:] = 0.0
 
 
