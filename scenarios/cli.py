@@ -1,0 +1,491 @@
+"""The command line: ``refseq record | learn | localise | report | view | demo | doctor``.
+
+Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line. Whatever a
+command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
+"""
+
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from enum import StrEnum
+from importlib.metadata import version as package_version
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bars
+    from rich.progress import TaskID
+
+    from refseq.belief import Belief, Stage
+    from refseq.logs import Recording
+    from refseq.view import View
+    from scenarios.comparison import Comparison
+    from scenarios.demo import Step
+    from scenarios.evaluate import StageResult
+    from scenarios.record import Progress
+    from scenarios.score import Proportion
+
+OK, BELOW, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+app = typer.Typer(
+    help="Test bench for robots that find their place along a path. All lengths are in metres, times in seconds.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    add_completion=False,
+)
+out, err = Console(), Console(stderr=True)
+
+
+class RendererChoice(StrEnum):
+    """What ``--renderer`` takes; the same as ``sim.render.RendererKind``, which is not imported just for help."""
+
+    FILAMENT = "filament"
+    CLASSIC = "classic"
+    NONE = "none"
+
+
+World = Annotated[str, typer.Argument(help="A world of the library, or a floor plan: a path ending in .toml.")]
+Light = Annotated[str, typer.Option(help="Light preset: 16:00, 18:00 or late-evening.")]
+RobotName = Annotated[str, typer.Option("--robot", help="Robot that drives.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of every random draw of the drive.")]
+Renderer = Annotated[RendererChoice, typer.Option(help="filament: photometric. classic: fast. none: no images.")]
+Sensors = Annotated[
+    str | None, typer.Option(help="Only these, commas between: camera-1,camera-2,laser. [default: all]")
+]
+Views = Annotated[str | None, typer.Option(help="Only views FIRST:LAST+1 of the recording, such as 0:160.")]
+Thin = Annotated[float | None, typer.Option(min=0.0, help="Keep one view every so many metres. [default: all]")]
+Noise = Annotated[bool, typer.Option(help="Add noise to the odometry, for logs where it was replaced by mapped poses.")]
+AtLeast = Annotated[
+    float | None, typer.Option(min=0, max=100, help="Exit 1 if the last stage is right within 1.5 m less often [%].")
+]
+
+
+@app.command(
+    epilog="""Examples:
+
+* `refseq record hallway --light 16:00 --seed 1 -o reference.mcap`
+* `refseq record hallway --light late-evening --seed 2 -o query.mcap`
+* `refseq record hallway --renderer none -o laser-only.mcap`"""
+)
+def record(
+    world: World,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Recording to write (.mcap).")],
+    light: Light = "16:00",
+    robot: RobotName = "robuter",
+    route: Annotated[str, typer.Option(help="Route of the world to follow.")] = "forward",
+    seed: Seed = 1,
+    world_seed: Annotated[int, typer.Option(min=0, help="Seed of the world's textures.")] = 0,
+    renderer: Renderer = RendererChoice.FILAMENT,
+    sensors: Sensors = None,
+    every: Annotated[
+        float, typer.Option(help="A view every so many metres by the odometer; 0: not by distance.")
+    ] = 0.85,
+    turn: Annotated[float | None, typer.Option(help="A view whenever the robot has turned so far [rad].")] = None,
+    time: Annotated[float | None, typer.Option(help="A view at least every so many seconds.")] = None,
+) -> None:
+    """Lead a robot through a world and record what it senses."""
+    from scenarios.record import Drive
+    from scenarios.record import record as record_drive
+    from sim.recorder import Trigger
+    from sim.render import RendererKind
+
+    drive = Drive(
+        world=world,
+        light=light,
+        robot=robot,
+        route=route,
+        seed=seed,
+        world_seed=world_seed,
+        renderer=RendererKind(renderer.value),
+        trigger=Trigger(distance=every or None, turn=turn, time=time),
+        sensors=_names(sensors),
+    )
+    with _progress(f"{world} at {light}") as progress:
+        try:
+            recording = record_drive(drive, output, progress)
+        except KeyboardInterrupt:
+            err.print(f"interrupted: {output} holds the views up to now and is readable", highlight=False)
+            raise typer.Exit(INTERRUPTED) from None
+    sensed = ", ".join(sorted(recording.sensors))
+    out.print(f"{output}: {len(recording.views)} views of {sensed}", highlight=False)
+
+
+@app.command(
+    epilog="""Examples:
+
+* `refseq learn reference.mcap -o map.refseq`
+* `refseq learn reference.mcap --sensors camera-1 -o one-camera.refseq`
+* `refseq learn robot.log --views 0:160 --thin 0.5 --features walls,boundary,sectors -o laser.refseq`"""
+)
+def learn(
+    recording: Annotated[Path, typer.Argument(help="First drive: an MCAP recording or a CARMEN log.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Map to write (.refseq).")],
+    sensors: Sensors = None,
+    features: Annotated[
+        str | None,
+        typer.Option(help="Features, commas between: sift, walls, boundary, sectors. [default: first three]"),
+    ] = None,
+    views: Views = None,
+    thin: Thin = None,
+    odometry_noise: Noise = False,
+    seed: Seed = 1,
+) -> None:
+    """Make a reference sequence, the map, of a first drive."""
+    from refseq.features import DEFAULT_FEATURES
+    from refseq.mapfile import save_map
+    from refseq.sequence import learn as learn_sequence
+
+    drive = _drive(recording, views, thin, seed if odometry_noise else None)
+    sequence = learn_sequence(
+        drive.views,
+        sensors=_names(sensors),
+        features=_names(features) or DEFAULT_FEATURES,
+        metadata={**drive.metadata, "source": recording.name},
+    )
+    save_map(sequence, output)
+    length = float(sequence.along[-1])
+    out.print(
+        f"{output}: {len(sequence)} places over {length:.1f} m, {sequence.matrix.N} features of "
+        f"{', '.join(sorted(sequence.sensors))}",
+        highlight=False,
+    )
+
+
+@app.command(
+    epilog="""Examples:
+
+* `refseq localise map.refseq query.mcap -o beliefs.parquet`
+* `refseq localise map.refseq query.mcap --stage chain --sensors camera-2 --at-least 80`"""
+)
+def localise(
+    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map of the first drive (.refseq).")],
+    query: Annotated[Path, typer.Argument(help="Later drive: an MCAP recording or a CARMEN log.")],
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of beliefs to write (.parquet).")] = None,
+    stage: Annotated[
+        list[str] | None, typer.Option(help="uniform, prior or chain; may be given more than once. [default: all]")
+    ] = None,
+    sensors: Sensors = None,
+    views: Views = None,
+    thin: Thin = None,
+    odometry_noise: Noise = False,
+    seed: Seed = 1,
+    at_least: AtLeast = None,
+) -> None:
+    """Localise a later drive in a map, view by view."""
+    from refseq.beliefs import write_beliefs
+    from refseq.mapfile import load_map
+    from scenarios.evaluate import compare, results
+
+    sequence = load_map(map_file)
+    drive = _drive(query, views, thin, seed + 1 if odometry_noise else None)
+    comparison = compare(
+        f"{map_file.name} ← {query.name}", sequence, drive, stages=_stages(stage), sensors=_names(sensors), seed=seed
+    )
+    if output is not None:
+        write_beliefs(output, drive.views, comparison.beliefs, drive.metadata)
+        out.print(f"{output}: beliefs of {len(drive.views)} views", highlight=False)
+    found = results([comparison])
+    _print_results(comparison.name, found, [comparison])
+    _judge(found, at_least)
+
+
+@app.command(
+    epilog="Example: `refseq report map.refseq query.mcap beliefs.parquet --reference reference.mcap -o report.html`"
+)
+def report(
+    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map of the first drive (.refseq).")],
+    query: Annotated[Path, typer.Argument(help="Later drive.")],
+    beliefs: Annotated[Path, typer.Argument(help="Table of beliefs that `refseq localise` wrote (.parquet).")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Page to write (.html).")],
+    reference: Annotated[Path | None, typer.Option(help="First drive, for its pictures.")] = None,
+    views: Views = None,
+    thin: Thin = None,
+) -> None:
+    """Write a page with plan, posterior heat maps, frames, success and cost of a localised drive."""
+    from scenarios.outline import outline_of
+    from scenarios.report import write_report
+    from worlds.plan import load_plan, names
+
+    comparison = _comparison(map_file, query, beliefs, reference, views, thin)
+    world = str(comparison.reference_metadata.get("world", ""))
+    outline = outline_of(load_plan(world)) if world in names() else None
+    write_report(output, [comparison], title=comparison.name, outline=outline)
+    out.print(f"{output}", highlight=False)
+
+
+@app.command(
+    epilog="""Examples:
+
+* `refseq view query.mcap`
+* `refseq view map.refseq query.mcap beliefs.parquet --reference reference.mcap --save show.rrd`"""
+)
+def view(
+    files: Annotated[list[Path], typer.Argument(help="A recording, a map, or map, recording and beliefs.")],
+    reference: Annotated[Path | None, typer.Option(help="First drive, for its pictures.")] = None,
+    save: Annotated[Path | None, typer.Option(help="Write a file for the Rerun viewer (.rrd) and open none.")] = None,
+    views: Views = None,
+    thin: Thin = None,
+) -> None:
+    """Show a drive, a map, or a localised drive in the Rerun viewer."""
+    from refseq.viewer import show, write_recording
+
+    reference_views, query_views, answers, name = _show(files, reference, views, thin)
+    if save is None:
+        show(reference_views, query_views, answers, name=name)
+    else:
+        write_recording(save, reference_views, query_views, answers, name=name)
+        out.print(f"{save}: open it with 'rerun {save}'", highlight=False)
+
+
+@app.command(
+    epilog="""Examples:
+
+* `refseq demo`
+* `refseq demo --to 18:00 --to late-evening --seeds 5 -o out/five`"""
+)
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to fill.")] = Path("out/demo"),
+    world: Annotated[str, typer.Option(help="World to drive in.")] = "hallway",
+    start: Annotated[str, typer.Option("--from", help="Light of the reference drive.")] = "16:00",
+    to: Annotated[
+        list[str] | None, typer.Option(help="Light of the query drive; may be repeated. [default: 18:00]")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds: pairs of drives.")] = 1,
+    robot: RobotName = "robuter",
+    renderer: Renderer = RendererChoice.FILAMENT,
+    at_least: AtLeast = None,
+) -> None:
+    """Drive twice, learn, localise, and leave report and recording to look at."""
+    from scenarios.demo import Demo, run_demo
+    from scenarios.evaluate import results
+    from scenarios.record import Drive
+    from sim.render import RendererKind
+    from worlds.light import light_named
+
+    lights = tuple(dict.fromkeys(to or ["18:00"]))
+    for light in lights:
+        light_named(light)  # a name that is wrong is told before the first drive, not after it
+    first = Drive(world=world, light=start, robot=robot, renderer=RendererKind(renderer.value))
+    with _steps() as step:
+        comparisons = run_demo(Demo(first, lights, tuple(range(1, seeds + 1))), output, step)
+    found: list[StageResult] = []
+    for name in dict.fromkeys(comparison.name for comparison in comparisons):
+        same = [comparison for comparison in comparisons if comparison.name == name]
+        found = results(same)
+        _print_results(f"{world}, {name}", found, same)
+    out.print(f"look at [bold]{output / 'report.html'}[/bold], and [bold]rerun {output / 'demo.rrd'}[/bold]")
+    _judge(found, at_least)
+
+
+@app.command()
+def doctor() -> None:
+    """Say what is there, and what each missing piece costs."""
+    from scenarios.doctor import report as report_health
+
+    raise typer.Exit(report_health(out))
+
+
+@app.callback(invoke_without_command=True)
+def version(show: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False) -> None:
+    """Test bench for robots that find their place along a path. All lengths are in metres, times in seconds."""
+    if show:
+        out.print(package_version("refseq-bench"), highlight=False)
+        raise typer.Exit
+
+
+def main() -> None:
+    """Run the command line; a known error is one line and exit code 2, an unknown one comes with its trace."""
+    try:
+        app()
+    except Exception as error:
+        if not _is_bad_input(error):
+            raise
+        err.print(f"error: {error}", highlight=False, markup=False, soft_wrap=True)
+        sys.exit(BAD_INPUT)
+
+
+def _is_bad_input(error: Exception) -> bool:
+    """Whether it is one of the rooms' own errors, each of which names value, place and what is valid."""
+    from refseq.errors import RefseqError
+    from scenarios.errors import ScenarioError
+
+    families: list[type[Exception]] = [RefseqError, ScenarioError]
+    # A room that was never imported has raised nothing, and may not be importable here.
+    for module, name in (
+        ("sim.errors", "SimError"),
+        ("worlds.errors", "WorldsError"),
+        ("robots.errors", "RobotsError"),
+    ):
+        if module in sys.modules:
+            families.append(getattr(sys.modules[module], name))
+    return isinstance(error, tuple(families))
+
+
+def _names(text: str | None) -> tuple[str, ...] | None:
+    """Words with commas between."""
+    return None if text is None else tuple(word.strip() for word in text.split(",") if word.strip())
+
+
+def _stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
+    from refseq.belief import Stage
+
+    for name in names or ():
+        if name not in set(Stage):
+            raise typer.BadParameter(f"stage {name!r} is unknown; valid are {', '.join(Stage)}")
+    return tuple(Stage(name) for name in dict.fromkeys(names or Stage))
+
+
+def _drive(path: Path, views: str | None, thin: float | None, noise_seed: int | None = None) -> "Recording":
+    """Read a recording, keep the views asked for, and thin them."""
+    import numpy as np
+
+    from refseq.logs import read_recording
+    from refseq.logs.thin import every, with_odometry_noise
+
+    recording = read_recording(path)
+    if not recording.complete:
+        err.print(f"note: {path} was cut off; its {len(recording.views)} views are used", highlight=False)
+    kept = recording.views[_slice(views, len(recording.views))]
+    if noise_seed is not None:
+        kept = with_odometry_noise(kept, np.random.default_rng(noise_seed))
+    if thin:
+        kept = every(kept, thin)
+    return replace(recording, views=kept)
+
+
+def _slice(text: str | None, count: int) -> slice:
+    """``FIRST:LAST+1`` as a slice of ``count`` views that holds at least one."""
+    match = re.fullmatch(r"(\d*):(\d*)", text or ":")
+    wanted = slice(int(match[1] or 0), int(match[2] or count)) if match else slice(0, 0)
+    if not 0 <= wanted.start < wanted.stop <= count:
+        raise typer.BadParameter(f"views {text!r} is no stretch of the recording; valid is within 0:{count}")
+    return wanted
+
+
+def _comparison(
+    map_file: Path, query: Path, beliefs: Path, reference: Path | None, views: str | None, thin: float | None
+) -> "Comparison":
+    """A localised drive put together again from its files."""
+    from refseq.beliefs import read_beliefs
+    from refseq.mapfile import load_map
+    from scenarios.comparison import Comparison
+    from scenarios.evaluate import places_as_views
+
+    sequence, drive, answers = load_map(map_file), _drive(query, views, thin), read_beliefs(beliefs)
+    places = _drive(reference, None, None).views if reference else places_as_views(sequence)
+    name = f"{map_file.name} ← {query.name}"
+    return Comparison(name, places, sequence.metadata, drive.views, drive.metadata, answers)
+
+
+def _show(
+    files: Sequence[Path], reference: Path | None, views: str | None, thin: float | None
+) -> "tuple[Sequence[View], Sequence[View], Mapping[Stage, Sequence[Belief]], str]":
+    """Reference views, query views, beliefs and title of what the files hold."""
+    from refseq.mapfile import load_map
+    from scenarios.evaluate import places_as_views
+
+    match [file.suffix for file in files]:
+        case [".refseq"]:
+            return places_as_views(load_map(files[0])), (), {}, files[0].name
+        case [_]:
+            return (), _drive(files[0], views, thin).views, {}, files[0].name
+        case [".refseq", _, ".parquet"]:
+            found = _comparison(files[0], files[1], files[2], reference, views, thin)
+            return found.reference_views, found.query_views, found.beliefs, found.name
+    given = " ".join(str(file) for file in files)
+    raise typer.BadParameter(
+        f"{given}: valid is a recording, a map (.refseq), or map, recording and beliefs (.parquet)"
+    )
+
+
+def _print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
+    """The table of the stages, with the number of views and 95 % intervals."""
+    from rich.table import Table
+
+    views = sum(len(comparison.query_views) for comparison in comparisons)
+    runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
+    table = Table(title=f"{title}: {runs}{views} views", title_justify="left", title_style="bold")
+    table.add_column("stage")
+    tolerances = list(found[0].success) if found else []
+    for tolerance in tolerances:
+        table.add_column(f"right within {tolerance.distance:g} m [95 %]", justify="right")
+    table.add_column("failures", justify="right")
+    table.add_column("says lost", justify="right")
+    for result in found:
+        shares = [_share(result.success[tolerance]) for tolerance in tolerances]
+        table.add_row(result.stage.label, *shares, str(result.failures), str(result.lost))
+    out.print(table)
+    if found and not any(result.success[tolerances[0]].trials for result in found):
+        out.print("no view has a true pose on the map: nothing to score")
+
+
+def _share(share: "Proportion") -> str:
+    if not share.trials:
+        return "n/a"
+    low, high = share.interval
+    return f"{100 * share.value:.1f} % [{100 * low:.0f}-{100 * high:.0f}] of {share.trials}"
+
+
+def _judge(found: "Sequence[StageResult]", at_least: float | None) -> None:
+    """Leave with 1 when the last stage is right less often than asked."""
+    if at_least is None or not found:
+        return
+    success = next(iter(found[-1].success.values()))
+    if not success.trials or 100 * success.value < at_least:
+        err.print(f"below what was asked: {_share(success)}, at least {at_least:g} %", highlight=False)
+        raise typer.Exit(BELOW)
+
+
+@contextmanager
+def _progress(title: str) -> "Iterator[Progress]":
+    """A bar for one drive."""
+    with _bars() as bars:
+        yield _drive_bar(bars, title)
+
+
+@contextmanager
+def _steps() -> "Iterator[Step]":
+    """A line for each step, with a bar where it drives."""
+    with _bars() as bars:
+        running: list[TaskID] = []
+
+        def step(name: str) -> "Progress | None":
+            for task in running:
+                bars.update(task, total=1, completed=1)
+            running.clear()
+            if name.startswith("drive"):
+                return _drive_bar(bars, name)
+            running.append(bars.add_task(name, total=None, seen=""))
+            return None
+
+        yield step
+        for task in running:
+            bars.update(task, total=1, completed=1)
+
+
+def _bars() -> "Bars":
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
+    columns = (
+        TextColumn("{task.description:<24}"),
+        BarColumn(24),
+        TextColumn("{task.fields[seen]:<24}"),
+        TimeElapsedColumn(),
+    )
+    return Bars(*columns, console=err)
+
+
+def _drive_bar(bars: "Bars", title: str) -> "Progress":
+    task = bars.add_task(title, total=1.0, seen="")
+
+    def show(progress: float, length: float, views: int) -> None:
+        bars.update(task, total=length, completed=progress, seen=f"{progress:5.1f} of {length:.0f} m, {views:3d} views")
+
+    return show

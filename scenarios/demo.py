@@ -1,0 +1,80 @@
+"""The bench end to end: two drives in different light, the map of the first, the second localised in it, the report."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from refseq.beliefs import write_beliefs
+from refseq.logs import Recording
+from refseq.mapfile import save_map
+from refseq.sequence import learn
+from refseq.viewer import write_recording
+from scenarios.comparison import Comparison
+from scenarios.evaluate import compare
+from scenarios.outline import outline_of
+from scenarios.record import Drive, Progress, record
+from scenarios.report import write_report
+from worlds.plan import load_plan
+
+QUERY_SEEDS = 1000
+"""Added to a reference drive's seed for the query drives: never the same drive twice."""
+
+
+@dataclass(frozen=True, slots=True)
+class Demo:
+    """A reference drive in one light and a query drive in each of ``lights``, for each of ``seeds``."""
+
+    reference: Drive
+    lights: Sequence[str]
+    seeds: Sequence[int]
+
+
+Step = Callable[[str], Progress | None]
+"""Told the name of each step as it begins; gives back what is to be told of its progress, if anything."""
+
+
+def run_demo(demo: Demo, folder: Path, step: Step) -> list[Comparison]:
+    """Record, learn, localise, and leave everything to look at in ``folder``.
+
+    The first seed and light are ``reference.mcap``, ``query.mcap``, ``map.refseq``, ``beliefs.parquet`` and
+    ``demo.rrd``; further ones lie in folders of their own. ``report.html`` holds all.
+    """
+    comparisons: list[Comparison] = []
+    for seed in demo.seeds:
+        home = folder if seed == demo.seeds[0] else folder / f"seed-{seed}"
+        comparisons += _one_seed(demo, seed, home, step)
+    step("report")
+    plan = load_plan(demo.reference.world)
+    # By light first, so that each experiment's seeds stand together.
+    comparisons.sort(key=lambda comparison: [comparison.name.endswith(light) for light in demo.lights].index(True))
+    write_report(
+        folder / "report.html",
+        comparisons,
+        title=f"{demo.reference.world}: {demo.reference.light} → {', '.join(demo.lights)}",
+        outline=outline_of(plan),
+    )
+    return comparisons
+
+
+def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]:
+    first = replace(demo.reference, seed=seed)
+    reference = record(first, home / "reference.mcap", step(f"drive at {first.light}"))
+    step("learn")
+    sequence = learn(reference.views, metadata=reference.metadata)
+    save_map(sequence, home / "map.refseq")
+    comparisons = []
+    for index, light in enumerate(demo.lights):
+        place = home if index == 0 else home / light.replace(":", "-")
+        query = record(
+            replace(first, light=light, seed=seed + QUERY_SEEDS), place / "query.mcap", step(f"drive at {light}")
+        )
+        step("localise")
+        comparison = compare(f"{first.light} → {light}", sequence, query, reference=reference.views)
+        write_beliefs(place / "beliefs.parquet", query.views, comparison.beliefs, query.metadata)
+        _write_show(place / "demo.rrd", reference, query, comparison)
+        comparisons.append(comparison)
+    return comparisons
+
+
+def _write_show(path: Path, reference: Recording, query: Recording, comparison: Comparison) -> None:
+    write_recording(path, reference.views, query.views, comparison.beliefs, name=comparison.name)

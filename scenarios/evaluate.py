@@ -1,0 +1,72 @@
+"""Localising a drive in a map and scoring the answers: what the commands and the demo share."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from refseq.belief import Stage
+from refseq.errors import MapError
+from refseq.localiser import localise
+from refseq.logs import Recording
+from refseq.sequence import ReferenceSequence
+from refseq.view import View
+from scenarios.comparison import Comparison
+from scenarios.score import NARROW, WIDE, Proportion, Tolerance, pool, score
+
+TOLERANCES = (WIDE, NARROW)
+
+
+def compare(
+    name: str,
+    sequence: ReferenceSequence,
+    query: Recording,
+    *,
+    reference: Sequence[View] | None = None,
+    stages: Sequence[Stage] = tuple(Stage),
+    sensors: Sequence[str] | None = None,
+    seed: int = 0,
+) -> Comparison:
+    """Localise every view of ``query``. ``reference`` are the map's views with images, where they are at hand.
+
+    Raises ``MapError`` when the drive has none of the map's sensors.
+    """
+    usable = sequence.sensors & query.sensors
+    if not usable & frozenset(sensors or usable):
+        raise MapError(
+            f"the drive's sensors ({', '.join(sorted(query.sensors))}) have none in common with the map's "
+            f"({', '.join(sorted(sensors or sequence.sensors))})"
+        )
+    beliefs = localise(sequence, query.views, stages=stages, sensors=sensors, seed=seed)
+    return Comparison(
+        name, reference or places_as_views(sequence), sequence.metadata, query.views, query.metadata, beliefs
+    )
+
+
+def places_as_views(sequence: ReferenceSequence) -> tuple[View, ...]:
+    """The map's places as views that have no sensor, only the true pose: all that scoring needs."""
+    steps = [0.0, *(sequence.along[1:] - sequence.along[:-1])]
+    return tuple(
+        View(time=0.0, distance=float(step), truth=pose) for step, pose in zip(steps, sequence.poses, strict=True)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class StageResult:
+    """How one stage did, pooled over seeds: right answers of the views on the map, for each tolerance."""
+
+    stage: Stage
+    success: Mapping[Tolerance, Proportion]
+    failures: int
+    lost: int
+
+
+def results(comparisons: Sequence[Comparison]) -> list[StageResult]:
+    """Every stage's result over some comparisons of one experiment."""
+    stages = [stage for stage in Stage if all(stage in comparison.beliefs for comparison in comparisons)]
+    return [_result(comparisons, stage) for stage in stages]
+
+
+def _result(comparisons: Sequence[Comparison], stage: Stage) -> StageResult:
+    pooled = {tolerance: pool([score(c, stage, tolerance) for c in comparisons]) for tolerance in TOLERANCES}
+    lost = sum(belief.lost > 0.5 for comparison in comparisons for belief in comparison.beliefs[stage])
+    success = {tolerance: total.success for tolerance, total in pooled.items()}
+    return StageResult(stage, success, pooled[WIDE].failures, int(lost))

@@ -1,0 +1,84 @@
+"""Recording one drive from names: world, light, robot, seed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import robots
+from refseq.logs import Recording, RecordingWriter
+from refseq.view import LASER, View
+from robots import Robot
+from scenarios.errors import ScenarioError
+from sim.bench import Bench, BenchSettings
+from sim.operator import OperatorStyle
+from sim.recorder import Trigger, describe, drive_and_sense, operator_for
+from sim.render import RendererKind
+from worlds.build import build
+from worlds.light import light_named
+from worlds.plan import load_plan
+
+Progress = Callable[[float, float, int], None]
+"""Told how far the robot has come [m], of how much [m], and the number of views so far."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A drive to record; equal drives give equal recordings. ``sensors`` None means all that the robot has."""
+
+    world: str = "hallway"
+    light: str = "16:00"
+    robot: str = "robuter"
+    route: str = "forward"
+    seed: int = 1
+    world_seed: int = 0
+    renderer: RendererKind = RendererKind.FILAMENT
+    trigger: Trigger = Trigger()
+    style: OperatorStyle = OperatorStyle()
+    sensors: tuple[str, ...] | None = None
+
+
+def open_bench(drive: Drive) -> Bench:
+    """The simulation of a drive, at its start. Raises the rooms' own errors for names that they do not know."""
+    robot = robots.load(drive.robot)
+    if drive.sensors is not None:
+        check_sensors(drive.sensors, robot)
+    world = build(load_plan(drive.world), light_named(drive.light), drive.world_seed)
+    settings = BenchSettings(renderer=drive.renderer)
+    return Bench(world, robot, route=drive.route, seed=drive.seed, settings=settings)
+
+
+def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
+    """Raise ``ScenarioError`` for a sensor that the robot does not carry."""
+    valid = (*robot.cameras, LASER)
+    for sensor in wanted:
+        if sensor not in valid:
+            raise ScenarioError(f"sensor {sensor!r} is not on robot {robot.name!r}; valid are {', '.join(valid)}")
+
+
+def record(drive: Drive, path: Path, progress: Progress | None = None) -> Recording:
+    """Simulate the drive and write it to ``path``; returns what was recorded.
+
+    When it is interrupted the recording is closed, readable, at ``path``, and the interruption goes on.
+    """
+    with open_bench(drive) as bench:
+        wanted = frozenset(drive.sensors or (*bench.robot.cameras, LASER))
+        if drive.renderer is RendererKind.NONE and LASER not in wanted:
+            raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
+        operator = operator_for(bench, drive.seed, drive.style)
+        metadata = describe(bench, route=drive.route, seed=drive.seed, trigger=drive.trigger, style=drive.style)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        views: list[View] = []
+        with RecordingWriter(path, metadata) as writer:
+            for taken in drive_and_sense(bench, operator, drive.trigger):
+                view = only(taken.view, wanted)
+                writer.write(view, taken.odometry)
+                views.append(view)
+                if progress is not None:
+                    progress(taken.progress, operator.length, len(views))
+        return Recording(tuple(views), metadata)
+
+
+def only(view: View, sensors: frozenset[str]) -> View:
+    """The view with some of its sensors."""
+    images = {name: image for name, image in view.images.items() if name in sensors}
+    return replace(view, images=images, scan=view.scan if LASER in sensors else None)
