@@ -17,6 +17,8 @@ _PHOTONS_PER_LUX_SECOND = 4.09e15
 _MOST = 1 << 12
 """Steps of the analogue-digital converter: 12 bits, a choice."""
 _BISECTIONS = 40
+_METER = (64, 48)
+"""Zones of the light meter, (columns, rows): a choice; larger pictures are averaged down to them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,14 +126,14 @@ def gather(
 
     Shot noise (variance n for n electrons) and read noise come from one normal draw of variance n + r². With r = 20
     electrons the exact sum, a Poisson and a normal variable, has a skewness n / (n + r²)^1.5 below 0.02 for every n:
-    nobody could tell, and the draw takes a tenth of the time. A well holds no more than ``full_well`` before reading.
+    nobody could tell, and the draw takes a tenth of the time. No pixel holds more than ``full_well``.
     """
     mean = np.multiply(radiance, np.float32(model.sensitivity * shutter), dtype=np.float32)
-    np.clip(mean, 0.0, model.full_well, out=mean)
+    np.maximum(mean, 0.0, out=mean)
     electrons = rng.standard_normal(mean.shape, dtype=np.float32)
     electrons *= np.sqrt(mean + np.float32(model.read_noise**2))
     electrons += mean
-    return electrons
+    return np.minimum(electrons, np.float32(model.full_well), out=electrons)
 
 
 def blurred(model: CameraModel, radiance: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -148,8 +150,8 @@ def wanted_exposure(model: CameraModel, radiance: NDArray[np.floating]) -> float
     The mean is taken of what the sensor could tell, so pixels beyond full scale count as full scale: a sun patch on
     the floor does not black out the hallway. It rises with the exposure; bisection on the logarithm finds it.
     """
-    weights = centre_weights(*radiance.shape)
-    signal = np.asarray(radiance, np.float64) * (model.sensitivity / model.full_well)
+    zones = _zones(radiance)
+    weights, signal = centre_weights(*zones.shape), zones * (model.sensitivity / model.full_well)
     low, high = (math.log(limit) for limit in exposure_limits(model))
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
@@ -158,6 +160,12 @@ def wanted_exposure(model: CameraModel, radiance: NDArray[np.floating]) -> float
         else:
             high = middle
     return math.exp((low + high) / 2)
+
+
+def _zones(radiance: NDArray[np.floating]) -> NDArray[np.float64]:
+    height, width = radiance.shape
+    size = (min(width, _METER[0]), min(height, _METER[1]))
+    return cv2.resize(np.asarray(radiance, np.float64), size, interpolation=cv2.INTER_AREA)
 
 
 def exposure_limits(model: CameraModel) -> tuple[float, float]:

@@ -1,5 +1,6 @@
 """What a camera sees before it becomes an image: luminance [cd/m²] of every pixel, by one of three renderers."""
 
+import copy
 from enum import StrEnum
 from types import TracebackType
 from typing import NamedTuple, Protocol, Self
@@ -47,9 +48,7 @@ class Renderer(Protocol):
 
     kind: RendererKind
 
-    def radiance(
-        self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480
-    ) -> NDArray[np.float32]:
+    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
         """Luminance [cd/m²] of each pixel, (height, width), a fresh array; the row 0 is the top one."""
         ...
 
@@ -128,7 +127,8 @@ class FilamentRenderer(_Closing):
 
     def __init__(self, model: mujoco.MjModel) -> None:
         require_vulkan()
-        self._model = model
+        self._model = copy.copy(model)  # an own one: its emission is switched on and off
+        self._emission = model.mat_emission.copy()
         with quiet_terminal() as written:
             try:
                 self._open()
@@ -141,43 +141,50 @@ class FilamentRenderer(_Closing):
         # Registers Filament's materials; without it the context fails to open them.
         import mujoco.studio._studio  # noqa: F401
         from mujoco import mjrf
+        from mujoco.rendering.filament.model_scene import ModelScene
 
         self._mjrf = mjrf
         config = mjrf.ContextConfig()
         config.graphics_api = mjrf.GraphicsApi.GRAPHICS_API_VULKAN  # its OpenGL needs an X server
         self._context = mjrf.Context(config)
-        # One set of resources for all scenes: a context takes no second one.
-        resources = mjrf.ModelResources(self._context, self._model)
-        self._passes = [_Pass(self._context, resources, self._model, split) for split in split_lights(self._model)]
+        self._scene = ModelScene(self._context, self._model)
+        self._passes = split_lights(self._model)
+        self._shining = np.ones(self._model.nlight, bool)
         self._targets: dict[tuple[int, int], _Target] = {}
-        self._target(16, 16)
         self._context.flush()
 
-    def radiance(
-        self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480
-    ) -> NDArray[np.float32]:
+    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
         """See ``Renderer``. Mirrors (``reflectance``) show no image; colours count by their red channel: use greys."""
         if self._context is None:
             raise RendererError("renderer 'filament' is closed")
-        seen, target = frustum(self._model, data, camera), self._target(width, height)
-        total = np.zeros((height, width), np.float32)
+        seen, size = frustum(self._model, data, camera), (width, height)
+        if size not in self._targets:
+            self._targets[size] = _Target(self._context, width, height)
+            # The first frame of a context differs from its repetitions in a few pixels, now and then: it is discarded.
+            self._draw(data, seen, self._targets[size])
+        return self._draw(data, seen, self._targets[size])
+
+    def _draw(self, data: mujoco.MjData, seen: mujoco.MjvGLCamera, target: "_Target") -> NDArray[np.float32]:
+        total = np.zeros_like(target.pixels)
         for drawn in self._passes:
-            drawn.update(data)
+            self._switch(drawn)
+            self._scene.update(data)
             request = self._request(seen, target, drawn)
             self._context.wait_for_frame(self._context.render([request], [target.read]))
             total += target.pixels
         total *= LUMINANCE_OF_ONE
         return total
 
-    def _target(self, width: int, height: int) -> "_Target":
-        size = (width, height)
-        if size not in self._targets:
-            self._targets[size] = _Target(self._context, width, height)
-        return self._targets[size]
+    def _switch(self, drawn: "LightSplit") -> None:
+        for index in np.flatnonzero(drawn.lights != self._shining):
+            change = self._scene.scene.add_light if drawn.lights[index] else self._scene.scene.remove_light
+            change(self._scene.get_light(int(index)))
+        self._shining = drawn.lights
+        self._model.mat_emission[:] = self._emission if drawn.glows else 0.0  # read at the scene's next update
 
-    def _request(self, seen: mujoco.MjvGLCamera, target: "_Target", drawn: "_Pass") -> object:
+    def _request(self, seen: mujoco.MjvGLCamera, target: "_Target", drawn: "LightSplit") -> object:
         request = self._mjrf.RenderRequest()
-        request.scene, request.target = drawn.scene, target.target
+        request.scene, request.target = self._scene.scene, target.target
         request.camera = self._mjrf.Camera(
             pos=seen.pos,
             forward=seen.forward,
@@ -192,14 +199,14 @@ class FilamentRenderer(_Closing):
         request.viewport.width, request.viewport.height = target.size
         # With post-processing a pixel would be tone-mapped, clipped at one and dithered anew in every frame.
         request.post_processing = request.reflections = request.haze = False
-        request.shadows, request.skybox = drawn.shadows, drawn.glows
+        request.skybox = drawn.glows
         return request
 
     def close(self) -> None:
         """See ``Renderer``."""
         # The context frees the device when the last object made by it is gone: it has no close of its own.
         self._targets = {}
-        self._passes = []
+        self._scene = None
         self._context = None
 
 
@@ -220,37 +227,8 @@ class _Target:
         self.read.set_buffer(self.pixels)
 
 
-class _Pass:
-    """A scene with some of the model's lights; only one pass ``glows``: has emission and sky, which count once."""
-
-    def __init__(self, context: object, resources: object, model: mujoco.MjModel, split: "LightSplit") -> None:
-        from mujoco import mjrf
-
-        self.glows, self.shadows = split.glows, bool(np.any(casts_shadow(model) & split.lights))
-        self.scene = context.create_scene(mjrf.SceneParams())
-        self.scene.configure_from_model(model)
-        self._lights = mjrf.ModelLights(self.scene, resources)
-        self._renderables = mjrf.ModelRenderables(self.scene, resources)
-        for index in np.flatnonzero(~split.lights):
-            self.scene.remove_light(self._lights.get_light(int(index)))
-        self._glowing = [] if split.glows else _glowing_geoms(model)
-
-    def update(self, data: mujoco.MjData) -> None:
-        """Move everything to where it is now."""
-        self._lights.update(data)
-        self._renderables.update(data)  # this also sets every material anew, from the model
-        for geom in self._glowing:
-            self._darken(self._renderables.get_renderable(mujoco.mjtObj.mjOBJ_GEOM, geom))
-
-    def _darken(self, renderable: object) -> None:
-        if renderable is not None:
-            material = renderable.get_material()
-            material.emissive = 0.0
-            renderable.set_material(material)
-
-
 class LightSplit(NamedTuple):
-    """One drawing pass: ``lights`` (nlight,) that shine in it, and whether what ``glows`` by itself does so here."""
+    """One drawing pass: ``lights`` (nlight,) that shine in it, and whether what ``glows`` (and the sky) counts in it."""
 
     lights: NDArray[np.bool_]
     glows: bool
@@ -268,12 +246,6 @@ def casts_shadow(model: mujoco.MjModel) -> NDArray[np.bool_]:
     """Which lights throw shadows, (nlight,)."""
     image = model.light_type == mujoco.mjtLightType.mjLIGHT_IMAGE
     return (model.light_castshadow != 0) & ~image & (model.light_active != 0) & (model.light_intensity > 0)
-
-
-def _glowing_geoms(model: mujoco.MjModel) -> list[int]:
-    material = model.geom_matid
-    glows = np.append(model.mat_emission, 0.0)[material] > 0.0  # a geom without material has index -1
-    return [int(geom) for geom in np.flatnonzero(glows)]
 
 
 class ClassicRenderer(_Closing):
@@ -297,9 +269,7 @@ class ClassicRenderer(_Closing):
         self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nlight + 100)
         self._options = mujoco.MjvOption()
 
-    def radiance(
-        self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480
-    ) -> NDArray[np.float32]:
+    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
         """See ``Renderer``; raises ``SimError`` for a size beyond the model's off-screen buffer."""
         if self._context is None:
             raise RendererError("renderer 'classic' is closed")
@@ -338,9 +308,7 @@ class NullRenderer(_Closing):
     def __init__(self, model: mujoco.MjModel) -> None:
         del model
 
-    def radiance(
-        self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480
-    ) -> NDArray[np.float32]:
+    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
         """Raise ``SimError``: there is nothing to see."""
         raise SimError(f"renderer 'none' has no image of camera '{camera}': choose 'filament' or 'classic'")
 
