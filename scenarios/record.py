@@ -1,7 +1,7 @@
 """Recording one drive from names: world, light, robot, seed."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import robots
@@ -32,8 +32,8 @@ class Drive:
     seed: int = 1
     world_seed: int = 0
     renderer: RendererKind = RendererKind.FILAMENT
-    trigger: Trigger = Trigger()
-    style: OperatorStyle = OperatorStyle()
+    trigger: Trigger = field(default_factory=Trigger)
+    style: OperatorStyle = field(default_factory=OperatorStyle)
     sensors: tuple[str, ...] | None = None
 
 

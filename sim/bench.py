@@ -1,7 +1,7 @@
 """World and robot as one simulation: clock, stepping, sensors, odometry."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType, TracebackType
 from typing import Self
 
@@ -20,8 +20,13 @@ from worlds.build import World
 
 CONTROL_PERIOD = 0.04
 """Time between two commands to the wheels [s]; a choice, well above the rate of a person's hand."""
-METER_SIZE = (64, 48)
-"""Pictures of this size are enough for the exposure control, whose light meter takes a mean."""
+ADAPTATION = 0.5
+"""How long before a view the cameras' exposure control has been looking at what the view shows [s]; a choice.
+
+Until then it saw what the last view showed. So the exposure trails the light by the camera's lag, as a real one's does,
+and no frame is rendered just to be metered: a small frame costs nearly half of a whole one."""
+METER_STEP = 8
+"""The exposure control's light meter takes a mean: every so many rows and columns are enough."""
 OPTIONS = ("timestep", "integrator", "cone", "impratio")
 """Physics options that the robot's model asks for: the world takes them over."""
 
@@ -31,9 +36,9 @@ class BenchSettings:
     """Sensors of the bench, and the individual robot ``unit``, which fixes its calibration errors for all drives."""
 
     renderer: RendererKind = RendererKind.FILAMENT
-    camera: CameraModel = CameraModel()
-    laser: LaserModel = LaserModel()
-    calibration: CalibrationErrors = CalibrationErrors()
+    camera: CameraModel = field(default_factory=CameraModel)
+    laser: LaserModel = field(default_factory=LaserModel)
+    calibration: CalibrationErrors = field(default_factory=CalibrationErrors)
     unit: int = 1
 
 
@@ -73,7 +78,7 @@ class Bench:
         self._encoders = Encoders(robot.pulses_per_turn)
         self._odometry = Odometry(geometry, self._encoders, self._pulses())
         self._last_view: Pose | None = None
-        self._last_meter = 0.0
+        self._last_look = 0.0
         self._steps = max(1, round(CONTROL_PERIOD / self.model.opt.timestep))
         self.renderer: Renderer = open_renderer(self.settings.renderer, self.model)
 
@@ -120,27 +125,23 @@ class Bench:
         mujoco.mj_step(self.model, self.data, nstep=self._steps)
         self._odometry.update(self._pulses())
 
-    def meter(self) -> None:
-        """Let the cameras' exposure control see what is before them, for the time since it last did."""
-        elapsed, self._last_meter = self.time - self._last_meter, self.time
-        if self.renderer.kind is RendererKind.NONE:
-            return
-        for name, camera in self._cameras.items():
-            camera.adapt(self.renderer.radiance(self.data, self._prefix + name, *METER_SIZE), elapsed)
-
     def sense(self) -> View:
         """All sensors at this moment; distance and turn count from the last view."""
-        images = {}
-        if self.renderer.kind is not RendererKind.NONE:
-            images = {
-                name: camera.expose(self.renderer.radiance(self.data, self._prefix + name))
-                for name, camera in self._cameras.items()
-            }
+        images = {} if self.renderer.kind is RendererKind.NONE else self._photograph()
         scan = self._laser.scan(self.model, self.data, self._prefix + self.robot.laser, self._prefix + self.robot.base)
         now = self.odometry
         distance, turn = motion_between(self._last_view, now) if self._last_view else (0.0, 0.0)
         self._last_view = now
         return View(self.time, MappingProxyType(images), scan, distance, turn, self.pose)
+
+    def _photograph(self) -> dict[str, NDArray[np.uint8]]:
+        elapsed, self._last_look = self.time - self._last_look, self.time
+        images = {}
+        for name, camera in self._cameras.items():
+            radiance = self.renderer.radiance(self.data, self._prefix + name)
+            camera.adapt(radiance[::METER_STEP, ::METER_STEP], min(elapsed, ADAPTATION))
+            images[name] = camera.expose(radiance)
+        return images
 
     def close(self) -> None:
         """Give the renderer's device back."""

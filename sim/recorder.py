@@ -13,11 +13,6 @@ from sim.bench import CONTROL_PERIOD, Bench
 from sim.errors import SimError
 from sim.operator import Operator, OperatorStyle
 
-METER_LEAD = 0.5
-"""The light is metered this long before a view is expected, and again when it is taken [s]; a choice.
-
-It leaves the exposure where the camera's lag lets it come in that time: a robot that drives from a window into the
-dark takes its next image a little underexposed, as a real one does."""
 PACKAGES = ("refseq-bench", "mujoco", "numpy", "opencv-python-headless")
 
 
@@ -73,35 +68,21 @@ class Taken:
 def drive_and_sense(bench: Bench, operator: Operator, trigger: Trigger, *, timeout: float = 3600.0) -> Iterator[Taken]:
     """Lead the robot to the end of the operator's route; yields the views as they are taken, the first at the start.
 
-    Raises ``SimError`` when the end is not reached within ``timeout`` [s] of simulated time, as when the robot is stuck.
+    Raises ``SimError`` when the end is not reached within ``timeout`` [s] of simulated time: the robot is stuck.
     """
-    bench.meter()
     yield Taken(bench.sense(), bench.odometry, operator.progress)
-    moved, metered = Moved(), False
+    moved = Moved()
     while not operator.finished:
         before = bench.odometry
         bench.drive(operator.command(bench.time, bench.pose))
         moved.add(before, bench.odometry, CONTROL_PERIOD)
-        soon = _ahead(moved, METER_LEAD)
-        if not metered and trigger.fires(soon):
-            bench.meter()
-            metered = True
         if trigger.fires(moved):
-            bench.meter()
             yield Taken(bench.sense(), bench.odometry, operator.progress)
-            moved, metered = Moved(), False
+            moved = Moved()
         if bench.time > timeout:
             raise SimError(
                 f"the robot came {operator.progress:.1f} m of {operator.length:.1f} m in {timeout:.0f} s: it is stuck"
             )
-
-
-def _ahead(moved: Moved, time: float) -> Moved:
-    """The motion as it will be after ``time`` [s] more at the mean speed since the last view."""
-    if moved.time == 0:
-        return moved
-    growth = 1 + time / moved.time
-    return Moved(moved.distance * growth, moved.turn * growth, moved.time * growth)
 
 
 def operator_for(bench: Bench, seed: int, style: OperatorStyle | None = None) -> Operator:
