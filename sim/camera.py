@@ -27,8 +27,8 @@ class CameraModel:
 
     ``pixel`` pitch [m]; ``f_number``; ``transmission`` of the lens and ``quantum_efficiency`` in 0…1; ``full_well``
     and ``read_noise`` [electrons]; ``gamma`` of the output; ``blur``: width σ of the lens' image of a point [pixels].
-    Exposure control: ``target`` is the mean signal aimed at, as a share of full scale before gamma; ``lag`` [s] its time
-    constant; ``shutter`` [s] and ``gain`` are (least, most).
+    Exposure control: ``target`` is the mean signal aimed at, as a share of full scale before gamma; ``lag`` [s] is its
+    time constant; ``shutter`` [s] and ``gain`` are (least, most).
     """
 
     pixel: float = 5.6e-6  # C

@@ -1,4 +1,4 @@
-"""What this machine has to draw with: a Vulkan device for Filament, software or hardware GL for the classic renderer."""
+"""What this machine has to draw with: a Vulkan device for Filament, software or hardware GL for classic drawing."""
 
 import contextlib
 import ctypes
@@ -106,7 +106,7 @@ def open_gl(width: int, height: int) -> tuple[str, object]:
             with quiet_terminal():
                 context = _gl_module(name).GLContext(width, height)
                 context.make_current()
-        except (Exception, SystemExit) as error:  # noqa: BLE001, PERF203 - each backend fails in its own way
+        except (Exception, SystemExit) as error:  # each backend fails in its own way
             reasons.append(f"{name}: {_one_line(error)}")
         else:
             return name, context

@@ -93,7 +93,7 @@ def prepare_spec(spec: mujoco.MjSpec) -> None:
 
     Ambient occlusion off: it is reckoned from the pixels of the frame, so it would change with the view and its size.
     Fallback lights off: Filament lights a world without lamps by itself, but such a night is dark. Emission of a
-    material then counts in cd/m² (for white), not in Filament's scale for classic materials.
+    material then counts in cd/m² (times its albedo for classic materials), not in Filament's scale for the latter.
     """
     present = {number.name for number in spec.numerics}
     for name, value in FILAMENT_SETTINGS.items():
@@ -228,7 +228,7 @@ class _Target:
 
 
 class LightSplit(NamedTuple):
-    """One drawing pass: ``lights`` (nlight,) that shine in it, and whether what ``glows`` (and the sky) counts in it."""
+    """One drawing pass: ``lights`` (nlight,) that shine, and whether what ``glows`` (and the sky) counts."""
 
     lights: NDArray[np.bool_]
     glows: bool
