@@ -23,6 +23,9 @@ CLASSIC_GAMMA = 2.2
 """The classic renderer's colours are made for a screen: luminance is their power (usual value)."""
 GREY_OF_RGB = np.array([0.2126, 0.7152, 0.0722], np.float32)
 """Luminance of the primaries (ITU-R BT.709)."""
+MANY_LAMPS = 30
+"""From so many lights without shadow on, those with shadows are drawn apart. Measured on 2 cores without a GPU, in a
+hallway of 100 m under a sun with shadow: 40 lamps, a third less time apart; 18, up to a third more."""
 CLIP_NEAR = 0.05
 """Nothing nearer to a camera [m] is drawn; a choice. MuJoCo's own limit grows with the size of the world."""
 FILAMENT_SETTINGS = {
@@ -119,8 +122,8 @@ def frustum(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> mujoco.M
 class FilamentRenderer(_Closing):
     """MuJoCo's Filament through Vulkan: linear luminance under photometric lights.
 
-    Light adds up, so lights with shadows and those without are drawn apart and added: together, every lamp that throws
-    no shadow would run through the shadow's part of the shader too, which takes 1.5 times as long on a CPU.
+    Light adds up, so lights with shadows and many without are drawn apart and added: together, every lamp that throws
+    no shadow would run through the shadow's part of the shader too.
     """
 
     kind = RendererKind.FILAMENT
@@ -235,9 +238,9 @@ class LightSplit(NamedTuple):
 
 
 def split_lights(model: mujoco.MjModel) -> list[LightSplit]:
-    """The passes that draw a model: lights without shadows and all that glows, then lights with shadows."""
-    shadowed = casts_shadow(model)
-    if shadowed.any() and not shadowed.all():
+    """The passes that draw a model: all at once, or lights without shadows and all that glows, then the others."""
+    shadowed, lamp = casts_shadow(model), model.light_type != mujoco.mjtLightType.mjLIGHT_IMAGE
+    if shadowed.any() and np.sum(lamp & ~shadowed) >= MANY_LAMPS:
         return [LightSplit(~shadowed, glows=True), LightSplit(shadowed, glows=False)]
     return [LightSplit(np.ones(model.nlight, bool), glows=True)]
 

@@ -10,7 +10,7 @@ import pytest
 
 from sim.drivers import gl_backend, vulkan_device
 from sim.errors import RendererError, SimError
-from sim.render import FilamentRenderer, LightSplit, Renderer, RendererKind, open_renderer, prepare_spec, split_lights
+from sim.render import FilamentRenderer, Renderer, RendererKind, open_renderer, prepare_spec, split_lights
 
 ROOT = Path(__file__).parents[2]
 GREY = 0.5
@@ -106,10 +106,11 @@ def shadowed_scene() -> tuple[mujoco.MjModel, mujoco.MjData]:
 @needs_vulkan
 def test_drawing_lights_apart_gives_what_drawing_them_together_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     model, data = shadowed_scene()
-    assert len(split_lights(model)) == 2
+    together = split_lights(model)
+    monkeypatch.setattr("sim.render.MANY_LAMPS", 1)
+    assert [len(together), len(split_lights(model))] == [1, 2]
     with open_renderer("filament", model) as renderer:
         apart = renderer.radiance(data, "down", 320, 240)
-    together = [LightSplit(np.ones(model.nlight, bool), glows=True)]
     monkeypatch.setattr("sim.render.split_lights", lambda _: together)
     with open_renderer("filament", model) as renderer:
         assert renderer.radiance(data, "down", 320, 240) == pytest.approx(apart, rel=0.01)
@@ -118,7 +119,9 @@ def test_drawing_lights_apart_gives_what_drawing_them_together_gives(monkeypatch
 
 
 @needs_vulkan
-def test_frames_repeat_bit_by_bit_in_any_order_of_cameras_and_sizes() -> None:
+@pytest.mark.parametrize("many", [1, 30])
+def test_frames_repeat_bit_by_bit_in_any_order_of_sizes(many: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sim.render.MANY_LAMPS", many)
     model, data = shadowed_scene()
     with open_renderer("filament", model) as renderer, open_renderer("filament", model) as second:
         first = renderer.radiance(data, "down")
@@ -131,7 +134,8 @@ def test_frames_repeat_bit_by_bit_in_any_order_of_cameras_and_sizes() -> None:
 
 
 @needs_vulkan
-def test_a_moved_body_is_drawn_where_it_is_and_the_model_stays_as_it_was() -> None:
+def test_a_moved_body_is_drawn_where_it_is_and_the_model_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sim.render.MANY_LAMPS", 1)
     model, data = shadowed_scene()
     emission = model.mat_emission.copy()
     with open_renderer("filament", model) as renderer:
