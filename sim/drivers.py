@@ -15,9 +15,11 @@ from sim.errors import RendererError
 VULKAN_PACKAGES = "libvulkan1 mesa-vulkan-drivers"
 """Debian and Ubuntu packages that bring a Vulkan device to any machine."""
 GL_PACKAGES = "libegl1 libgl1-mesa-dri"
-"""Debian and Ubuntu packages for EGL; ``libosmesa6`` alone does as well."""
+"""Debian and Ubuntu packages for EGL; with ``MUJOCO_GL=osmesa``, ``libosmesa6`` does instead."""
 GL_BACKENDS = ("egl", "osmesa")
-"""Ways to a GL context without a screen, in the order tried; ``MUJOCO_GL`` picks one."""
+"""Ways to a GL context without a screen; the first one unless ``MUJOCO_GL`` names the other.
+
+There is no second try: PyOpenGL binds the process to the first one asked for."""
 
 _SUCCESS = 0
 _STRUCTURE_INSTANCE_CREATE_INFO = 1
@@ -86,7 +88,7 @@ def require_vulkan() -> None:
 
 
 def gl_backend() -> str | None:
-    """Name of the first way to a GL context that works here, or None."""
+    """Name of the way to a GL context that ``classic`` takes, or None where it does not work."""
     with contextlib.suppress(RendererError):
         name, context = open_gl(16, 16)
         context.free()
@@ -100,30 +102,27 @@ def open_gl(width: int, height: int) -> tuple[str, object]:
     MuJoCo itself reads ``MUJOCO_GL`` once, when it is imported; asking its backends directly spares the user that.
     Raises ``RendererError``.
     """
-    reasons = []
-    for name in _gl_backends():
-        try:
-            with quiet_terminal():
-                context = _gl_module(name).GLContext(width, height)
-                context.make_current()
-        except (Exception, SystemExit) as error:  # each backend fails in its own way
-            reasons.append(f"{name}: {_one_line(error)}")
-        else:
-            return name, context
-    raise RendererError(
-        f"renderer 'classic' found no GL ({'; '.join(reasons)}): install the Debian packages {GL_PACKAGES}, "
-        "or libosmesa6 ('refseq doctor' tells more), or choose 'filament' or 'none'"
-    )
+    name = _gl_name()
+    try:
+        with quiet_terminal():
+            context = _gl_module(name).GLContext(width, height)
+            context.make_current()
+    except Exception as error:  # missing libraries and drivers show as errors of many kinds
+        raise RendererError(
+            f"renderer 'classic' found no GL ({name}: {_one_line(error)}): install the Debian packages {GL_PACKAGES}, "
+            "or libosmesa6 and set MUJOCO_GL=osmesa ('refseq doctor' tells more), or choose 'filament' or 'none'"
+        ) from error
+    return name, context
 
 
-def _gl_backends() -> tuple[str, ...]:
+def _gl_name() -> str:
     asked = os.environ.get("MUJOCO_GL", "").strip().lower()
-    return (asked,) if asked in GL_BACKENDS else GL_BACKENDS
+    return asked if asked in GL_BACKENDS else GL_BACKENDS[0]
 
 
 def _gl_module(name: str) -> ModuleType:
-    # PyOpenGL serves one platform a process; a first, failed choice must not bind the second one.
-    if f"mujoco.{name}" not in sys.modules and "OpenGL" not in sys.modules:
+    # MuJoCo refuses where PyOpenGL is set to another platform, but one that was never loaded binds nothing yet.
+    if "OpenGL" not in sys.modules:
         os.environ["PYOPENGL_PLATFORM"] = name
     return importlib.import_module(f"mujoco.{name}")
 
