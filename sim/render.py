@@ -28,6 +28,8 @@ MANY_LAMPS = 30
 hallway of 100 m under a sun with shadow: 40 lamps, a third less time apart; 18, up to a third more."""
 CLIP_NEAR = 0.05
 """Nothing nearer to a camera [m] is drawn; a choice. MuJoCo's own limit grows with the size of the world."""
+RAYS = (33, 25)
+"""Rays across and down that look for the farthest thing in a picture: one every 20 pixels."""
 FILAMENT_SETTINGS = {
     "filament.ao.enabled": 0.0,
     "filament.fallback.head_light_intensity": 0.0,
@@ -104,6 +106,40 @@ def prepare_spec(spec: mujoco.MjSpec) -> None:
             spec.add_numeric(name=name, data=[value])
 
 
+def farthest(model: mujoco.MjModel, data: mujoco.MjData, seen: mujoco.MjvGLCamera) -> float:
+    """Distance of the farthest thing that a grid of rays through the picture meets [m]; infinite where one meets nothing.
+
+    A shadow map is spread over all that lies before the far plane, so a far plane just behind what is there makes sun
+    patches sharp: a camera that faces a wall at 1 m needs none of the 100 m beside it.
+    """
+    right = np.cross(seen.forward, seen.up)
+    half_height = (seen.frustum_top - seen.frustum_bottom) / 2 / seen.frustum_near
+    half_width = seen.frustum_width / seen.frustum_near
+    across, down = (axis.ravel() for axis in np.meshgrid(np.linspace(-1, 1, RAYS[0]), np.linspace(-1, 1, RAYS[1])))
+    rays = (
+        np.asarray(seen.forward)[None, :]
+        + half_width * across[:, None] * right[None, :]
+        + half_height * down[:, None] * np.asarray(seen.up)[None, :]
+    )
+    lengths = np.linalg.norm(rays, axis=1)
+    distances, geoms = np.empty(len(rays)), np.empty(len(rays), np.int32)
+    mujoco.mj_multiRay(
+        model,
+        data,
+        np.asarray(seen.pos, float),
+        (rays / lengths[:, None]).ravel(),
+        None,
+        1,
+        -1,
+        geoms,
+        distances,
+        None,
+        len(rays),
+        mujoco.mjMAXVAL,
+    )
+    return float(np.inf if (distances < 0).any() else (distances / lengths).max())
+
+
 def frustum(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> mujoco.MjvGLCamera:
     """Pose and frustum of a named camera, its near plane at ``CLIP_NEAR``; raises ``SimError`` for an unknown name."""
     names = [model.camera(i).name for i in range(model.ncam)]
@@ -116,6 +152,8 @@ def frustum(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> mujoco.M
     seen.frustum_near = CLIP_NEAR
     for side in ("frustum_bottom", "frustum_top", "frustum_center", "frustum_width"):
         setattr(seen, side, scale * getattr(seen, side))
+    # Twice as far, and a little more: what shows in a gap between two rays must not be cut off.
+    seen.frustum_far = min(seen.frustum_far, 2.0 * farthest(model, data, seen) + 2.0)
     return seen
 
 

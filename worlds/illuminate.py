@@ -41,7 +41,7 @@ def illuminate(site: Site, plan: FloorPlan, light: LightSetting, numbers: Photom
     site.spec.add_numeric(name="filament.phong.emissive_multiplier", data=[1.0 / EXPOSED])
     # Screen-space occlusion costs a fifth of a frame on a software renderer, for faint shade in corners.
     site.spec.add_numeric(name="filament.ao.enabled", data=[0.0])
-    site.spec.visual.quality.shadowsize = 2048
+    site.spec.visual.quality.shadowsize = 1024
     _sun(site, plan, numbers)
     _between_walls(site, numbers)
     _windows(site, plan, numbers)
