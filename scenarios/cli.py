@@ -106,12 +106,8 @@ def record(
         trigger=Trigger(distance=every or None, turn=turn, time=time),
         sensors=_names(sensors),
     )
-    with _progress(f"{world} at {light}") as progress:
-        try:
-            recording = record_drive(drive, output, progress)
-        except KeyboardInterrupt:
-            err.print(f"interrupted: {output} holds the views up to now and is readable", highlight=False)
-            raise typer.Exit(INTERRUPTED) from None
+    with _interruptible(), _progress(f"{world} at {light}") as progress:
+        recording = record_drive(drive, output, progress)
     sensed = ", ".join(sorted(recording.sensors))
     out.print(f"{output}: {len(recording.views)} views of {sensed}", highlight=False)
 
@@ -272,7 +268,7 @@ def demo(
     for light in lights:
         light_named(light)  # a name that is wrong is told before the first drive, not after it
     first = Drive(world=world, light=start, robot=robot, renderer=RendererKind(renderer.value))
-    with _steps() as step:
+    with _interruptible(), _steps() as step:
         comparisons = run_demo(Demo(first, lights, tuple(range(1, seeds + 1))), output, step)
     found: list[StageResult] = []
     for name in dict.fromkeys(comparison.name for comparison in comparisons):
@@ -443,6 +439,16 @@ def _judge(found: "Sequence[StageResult]", at_least: float | None) -> None:
 
 
 @contextmanager
+def _interruptible() -> Iterator[None]:
+    """Say what an interruption leaves behind, where there is something."""
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        err.print(f"interrupted: {stop}" if stop.args else "interrupted", highlight=False, markup=False, soft_wrap=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
 def _progress(title: str) -> "Iterator[Progress]":
     """A bar for one drive."""
     with _bars() as bars:
@@ -469,7 +475,9 @@ def _steps() -> "Iterator[Step]":
             bars.update(task, total=1, completed=1)
 
 
-def _bars() -> "Bars":
+@contextmanager
+def _bars() -> "Iterator[Bars]":
+    """Bars on the terminal; they vanish when what they show fails, which is told in a line of its own."""
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
@@ -479,7 +487,15 @@ def _bars() -> "Bars":
         TextColumn("{task.fields[seen]:<24}"),
         TimeElapsedColumn(),
     )
-    return Bars(*columns, console=err)
+    bars = Bars(*columns, console=err)
+    bars.start()
+    try:
+        yield bars
+    except BaseException:
+        bars.live.transient = True
+        bars.live.stop()
+        raise
+    bars.stop()
 
 
 def _drive_bar(bars: "Bars", title: str) -> "Progress":

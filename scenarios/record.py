@@ -1,5 +1,6 @@
 """Recording one drive from names: world, light, robot, seed."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -37,6 +38,10 @@ class Drive:
     sensors: tuple[str, ...] | None = None
 
 
+class Interrupted(KeyboardInterrupt):
+    """The user stopped a drive of which views are already recorded; the message says where."""
+
+
 def open_bench(drive: Drive) -> Bench:
     """The simulation of a drive, at its start. Raises the rooms' own errors for names that they do not know."""
     robot = robots.load(drive.robot)
@@ -58,24 +63,41 @@ def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
 def record(drive: Drive, path: Path, progress: Progress | None = None) -> Recording:
     """Simulate the drive and write it to ``path``; returns what was recorded.
 
-    When it is interrupted the recording is closed, readable, at ``path``, and the interruption goes on.
+    When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised; before the
+    first view there is nothing to keep, and ``path`` stays as it was. Raises ``ScenarioError`` when ``path`` cannot be
+    a file.
     """
+    if path.is_dir():
+        raise ScenarioError(f"{path}: is a folder; valid is the name of a recording to write")
     with open_bench(drive) as bench:
         wanted = frozenset(drive.sensors or (*bench.robot.cameras, LASER))
         if drive.renderer is RendererKind.NONE and LASER not in wanted:
             raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
         operator = operator_for(bench, drive.seed, drive.style)
         metadata = describe(bench, route=drive.route, seed=drive.seed, trigger=drive.trigger, style=drive.style)
-        path.parent.mkdir(parents=True, exist_ok=True)
+        drive_on = drive_and_sense(bench, operator, drive.trigger)
+        first = next(drive_on)
+        _make_folder(path)
         views: list[View] = []
-        with RecordingWriter(path, metadata) as writer:
-            for taken in drive_and_sense(bench, operator, drive.trigger):
-                view = only(taken.view, wanted)
-                writer.write(view, taken.odometry)
-                views.append(view)
-                if progress is not None:
-                    progress(taken.progress, operator.length, len(views))
+        try:
+            with RecordingWriter(path, metadata) as writer:
+                for taken in itertools.chain([first], drive_on):
+                    view = only(taken.view, wanted)
+                    writer.write(view, taken.odometry)
+                    views.append(view)
+                    if progress is not None:
+                        progress(taken.progress, operator.length, len(views))
+        except KeyboardInterrupt:
+            raise Interrupted(f"{path} is readable and holds all views up to now, {len(views)}") from None
         return Recording(tuple(views), metadata)
+
+
+def _make_folder(path: Path) -> None:
+    """Make the folder of a file to write."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be written: {path.parent}: {error.strerror}") from error
 
 
 def only(view: View, sensors: frozenset[str]) -> View:
