@@ -54,8 +54,8 @@ class IncidenceMatrix:
             or (np.diff(pointers) < 0).any()
         ):
             raise ValueError(f"pointers do not rise from 0 to {len(places)} in {n} steps")
-        if len(places) and not 0 <= int(places.min()) <= int(places.max()) < K:
-            raise ValueError(f"a feature is at place {int(places.max())}; valid are 0 to {K - 1}")
+        if (outside := places[(places < 0) | (places >= K)]).size:
+            raise ValueError(f"a feature is at place {int(outside[0])}; valid are 0 to {K - 1}")
         return cls(pointers.astype(np.int64), places.astype(np.int32), K, _blocks(sizes))
 
     @property
