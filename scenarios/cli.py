@@ -4,6 +4,8 @@ Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
 """
 
+import math
+import os
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -104,7 +106,7 @@ def record(
         world_seed=world_seed,
         renderer=RendererKind(renderer.value),
         trigger=Trigger(distance=every or None, turn=turn, time=time),
-        sensors=_names(sensors),
+        sensors=_names(sensors, "sensors"),
     )
     with _interruptible(), _progress(f"{world} at {light}") as progress:
         recording = record_drive(drive, output, progress)
@@ -137,11 +139,12 @@ def learn(
     from refseq.mapfile import save_map
     from refseq.sequence import learn as learn_sequence
 
+    _check_output(output)
     drive = _drive(recording, views, thin, seed if odometry_noise else None)
     sequence = learn_sequence(
         drive.views,
-        sensors=_names(sensors),
-        features=_names(features) or DEFAULT_FEATURES,
+        sensors=_names(sensors, "sensors"),
+        features=_names(features, "features") or DEFAULT_FEATURES,
         metadata={**drive.metadata, "source": recording.name},
     )
     save_map(sequence, output)
@@ -178,10 +181,13 @@ def localise(
     from refseq.mapfile import load_map
     from scenarios.evaluate import compare, results
 
+    if output is not None:
+        _check_output(output)
+    wanted = _stages(stage)
     sequence = load_map(map_file)
     drive = _drive(query, views, thin, seed + 1 if odometry_noise else None)
     comparison = compare(
-        f"{map_file.name} ← {query.name}", sequence, drive, stages=_stages(stage), sensors=_names(sensors), seed=seed
+        f"{map_file.name} ← {query.name}", sequence, drive, stages=wanted, sensors=_names(sensors, "sensors"), seed=seed
     )
     if output is not None:
         write_beliefs(output, drive.views, comparison.beliefs, drive.metadata)
@@ -208,10 +214,12 @@ def report(
     from scenarios.report import write_report
     from worlds.plan import load_plan, names
 
+    _check_output(output)
     comparison = _comparison(map_file, query, beliefs, reference, views, thin)
     world = str(comparison.reference_metadata.get("world", ""))
     outline = outline_of(load_plan(world)) if world in names() else None
-    write_report(output, [comparison], title=comparison.name, outline=outline)
+    with _writing(output):
+        write_report(output, [comparison], title=comparison.name, outline=outline)
     out.print(f"{output}", highlight=False)
 
 
@@ -231,11 +239,14 @@ def view(
     """Show a drive, a map, or a localised drive in the Rerun viewer."""
     from refseq.viewer import show, write_recording
 
+    if save is not None:
+        _check_output(save)
     reference_views, query_views, answers, name = _show(files, reference, views, thin)
     if save is None:
         show(reference_views, query_views, answers, name=name)
     else:
-        write_recording(save, reference_views, query_views, answers, name=name)
+        with _writing(save):
+            write_recording(save, reference_views, query_views, answers, name=name)
         out.print(f"{save}: open it with 'rerun {save}'", highlight=False)
 
 
@@ -323,18 +334,49 @@ def _is_bad_input(error: Exception) -> bool:
     return isinstance(error, tuple(families))
 
 
-def _names(text: str | None) -> tuple[str, ...] | None:
-    """Words with commas between."""
-    return None if text is None else tuple(word.strip() for word in text.split(",") if word.strip())
+def _names(text: str | None, what: str) -> tuple[str, ...] | None:
+    """Words with commas between; None is left as it is."""
+    from scenarios.errors import ScenarioError
+
+    if text is None:
+        return None
+    words = tuple(word.strip() for word in text.split(","))
+    if not all(words):
+        raise ScenarioError(f"{what} {text!r}: a name is empty; valid are names with commas between")
+    return words
 
 
 def _stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
     from refseq.belief import Stage
+    from scenarios.errors import ScenarioError
 
     for name in names or ():
         if name not in set(Stage):
-            raise typer.BadParameter(f"stage {name!r} is unknown; valid are {', '.join(Stage)}")
+            raise ScenarioError(f"stage {name!r} is unknown; valid are {', '.join(Stage)}")
     return tuple(Stage(name) for name in dict.fromkeys(names or Stage))
+
+
+def _check_output(path: Path) -> None:
+    """Tell before the work begins that its result could not be written."""
+    from scenarios.errors import ScenarioError
+
+    if path.is_dir():
+        raise ScenarioError(f"{path}: is a folder; valid is the name of a file to write")
+    if not path.parent.is_dir():
+        raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Tell in one line what keeps ``path`` from being written, a full disk for one."""
+    from scenarios.errors import ScenarioError
+
+    try:
+        yield
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def _drive(path: Path, views: str | None, thin: float | None, noise_seed: int | None = None) -> "Recording":
@@ -343,24 +385,29 @@ def _drive(path: Path, views: str | None, thin: float | None, noise_seed: int | 
 
     from refseq.logs import read_recording
     from refseq.logs.thin import every, with_odometry_noise
+    from scenarios.errors import ScenarioError
 
     recording = read_recording(path)
     if not recording.complete:
         err.print(f"note: {path} was cut off; its {len(recording.views)} views are used", highlight=False)
-    kept = recording.views[_slice(views, len(recording.views))]
+    kept = recording.views[_slice(views, len(recording.views), path)]
     if noise_seed is not None:
         kept = with_odometry_noise(kept, np.random.default_rng(noise_seed))
+    if thin is not None and not math.isfinite(thin):
+        raise ScenarioError(f"thin {thin} is not valid; it should be a number of metres, 0 or more")
     if thin:
         kept = every(kept, thin)
     return replace(recording, views=kept)
 
 
-def _slice(text: str | None, count: int) -> slice:
-    """``FIRST:LAST+1`` as a slice of ``count`` views that holds at least one."""
+def _slice(text: str | None, count: int, path: Path) -> slice:
+    """``FROM:TO`` as a slice of the ``count`` views of ``path`` that holds at least one."""
+    from scenarios.errors import ScenarioError
+
     match = re.fullmatch(r"(\d*):(\d*)", text or ":")
     wanted = slice(int(match[1] or 0), int(match[2] or count)) if match else slice(0, 0)
     if not 0 <= wanted.start < wanted.stop <= count:
-        raise typer.BadParameter(f"views {text!r} is no stretch of the recording; valid is within 0:{count}")
+        raise ScenarioError(f"{path}: views {text!r} is no stretch of it; valid is FROM:TO within 0:{count}")
     return wanted
 
 
@@ -371,12 +418,20 @@ def _comparison(
     from refseq.beliefs import read_beliefs
     from refseq.mapfile import load_map
     from scenarios.comparison import Comparison
+    from scenarios.errors import ScenarioError
     from scenarios.evaluate import places_as_views
 
+    if not beliefs.is_file():
+        raise ScenarioError(f"{beliefs}: is no file; valid is a table of beliefs (.parquet)")
     sequence, drive, answers = load_map(map_file), _drive(query, views, thin), read_beliefs(beliefs)
+    if not answers:
+        raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of {query}")
     places = _drive(reference, None, None).views if reference else places_as_views(sequence)
     name = f"{map_file.name} ← {query.name}"
-    return Comparison(name, places, sequence.metadata, drive.views, drive.metadata, answers)
+    try:
+        return Comparison(name, places, sequence.metadata, drive.views, drive.metadata, answers)
+    except ScenarioError as error:
+        raise ScenarioError(f"{beliefs}: {error}") from error
 
 
 def _show(
@@ -384,6 +439,7 @@ def _show(
 ) -> "tuple[Sequence[View], Sequence[View], Mapping[Stage, Sequence[Belief]], str]":
     """Reference views, query views, beliefs and title of what the files hold."""
     from refseq.mapfile import load_map
+    from scenarios.errors import ScenarioError
     from scenarios.evaluate import places_as_views
 
     match [file.suffix for file in files]:
@@ -395,9 +451,7 @@ def _show(
             found = _comparison(files[0], files[1], files[2], reference, views, thin)
             return found.reference_views, found.query_views, found.beliefs, found.name
     given = " ".join(str(file) for file in files)
-    raise typer.BadParameter(
-        f"{given}: valid is a recording, a map (.refseq), or map, recording and beliefs (.parquet)"
-    )
+    raise ScenarioError(f"{given}: valid is a recording, a map (.refseq), or map, recording and beliefs (.parquet)")
 
 
 def _print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
