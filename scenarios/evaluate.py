@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from refseq.belief import Stage
 from refseq.errors import MapError
-from refseq.localiser import localise
+from refseq.localiser import check_among, localise
 from refseq.logs import Recording
 from refseq.sequence import ReferenceSequence
 from refseq.view import View
@@ -27,13 +27,14 @@ def compare(
 ) -> Comparison:
     """Localise every view of ``query``. ``reference`` are the map's views with images, where they are at hand.
 
-    Raises ``MapError`` when the drive has none of the map's sensors.
+    Raises ``MapError`` for a sensor that the map does not have, and when the drive has none of those that are wanted.
     """
-    usable = sequence.sensors & query.sensors
-    if not usable & frozenset(sensors or usable):
+    check_among(sensors or (), sequence.sensors)
+    wanted = sensors or sequence.sensors
+    if not query.sensors & frozenset(wanted):
         raise MapError(
-            f"the drive's sensors ({', '.join(sorted(query.sensors))}) have none in common with the map's "
-            f"({', '.join(sorted(sensors or sequence.sensors))})"
+            f"{name}: the drive's sensors ({', '.join(sorted(query.sensors)) or 'none'}) have none in common with the "
+            f"map's; valid are {', '.join(sorted(wanted))}"
         )
     beliefs = localise(sequence, query.views, stages=stages, sensors=sensors, seed=seed)
     return Comparison(
