@@ -53,19 +53,35 @@ class RendererChoice(StrEnum):
 
 
 World = Annotated[str, typer.Argument(help="A world of the library, or a floor plan: a path ending in .toml.")]
-Light = Annotated[str, typer.Option(help="Light preset: 16:00, 18:00 or late-evening.")]
-RobotName = Annotated[str, typer.Option("--robot", help="Robot that drives.")]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of every random draw of the drive.")]
-Renderer = Annotated[RendererChoice, typer.Option(help="filament: photometric. classic: fast. none: no images.")]
+Light = Annotated[str, typer.Option(metavar="LIGHT", help="Light preset: 16:00, 18:00 or late-evening.")]
+RobotName = Annotated[str, typer.Option("--robot", metavar="ROBOT", help="Robot that drives.")]
+Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw of the drive.")]
+Chance = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw of this command.")]
+Renderer = Annotated[
+    RendererChoice,
+    typer.Option(metavar="RENDERER", help="filament: photometric. classic: fast. none: no images, laser only."),
+]
 Sensors = Annotated[
-    str | None, typer.Option(help="Only these, commas between: camera-1,camera-2,laser. [default: all]")
+    str | None,
+    typer.Option(metavar="NAMES", help="Only these, commas between, of camera-1,camera-2,laser. [default: all]"),
 ]
-Views = Annotated[str | None, typer.Option(help="Only views FIRST:LAST+1 of the recording, such as 0:160.")]
-Thin = Annotated[float | None, typer.Option(min=0.0, help="Keep one view every so many metres. [default: all]")]
-Noise = Annotated[bool, typer.Option(help="Add noise to the odometry, for logs where it was replaced by mapped poses.")]
+Views = Annotated[
+    str | None, typer.Option(metavar="FROM:TO", help="Only these views of the recording, TO not among them: 0:160.")
+]
+Thin = Annotated[
+    float | None, typer.Option(min=0.0, metavar="METRES", help="Keep one view every so many metres. [default: all]")
+]
+Noise = Annotated[
+    bool,
+    typer.Option("--odometry-noise", help="Add noise to the odometry, for logs where it was replaced by mapped poses."),
+]
 AtLeast = Annotated[
-    float | None, typer.Option(min=0, max=100, help="Exit 1 if the last stage is right within 1.5 m less often [%].")
+    float | None,
+    typer.Option(
+        min=0, max=100, metavar="PERCENT", help="Exit 1 if the last stage is right within 1.5 m less often [%]."
+    ),
 ]
+Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="First drive, for its pictures.")]
 
 
 @app.command(
@@ -77,19 +93,24 @@ AtLeast = Annotated[
 )
 def record(
     world: World,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Recording to write (.mcap).")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Recording to write (.mcap).")],
     light: Light = "16:00",
     robot: RobotName = "robuter",
-    route: Annotated[str, typer.Option(help="Route of the world to follow.")] = "forward",
+    route: Annotated[str, typer.Option(metavar="ROUTE", help="Route of the world to follow.")] = "forward",
     seed: Seed = 1,
-    world_seed: Annotated[int, typer.Option(min=0, help="Seed of the world's textures.")] = 0,
+    world_seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the world's textures.")] = 0,
     renderer: Renderer = RendererChoice.FILAMENT,
     sensors: Sensors = None,
     every: Annotated[
-        float, typer.Option(help="A view every so many metres by the odometer; 0: not by distance.")
+        float,
+        typer.Option(metavar="METRES", help="A view every so many metres by the odometer; 0: not by distance."),
     ] = 0.85,
-    turn: Annotated[float | None, typer.Option(help="A view whenever the robot has turned so far [rad].")] = None,
-    time: Annotated[float | None, typer.Option(help="A view at least every so many seconds.")] = None,
+    turn: Annotated[
+        float | None, typer.Option(metavar="RADIANS", help="A view whenever the robot has turned so far.")
+    ] = None,
+    time: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="A view at least every so many seconds.")
+    ] = None,
 ) -> None:
     """Lead a robot through a world and record what it senses."""
     from scenarios.record import Drive
@@ -123,16 +144,18 @@ def record(
 )
 def learn(
     recording: Annotated[Path, typer.Argument(help="First drive: an MCAP recording or a CARMEN log.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Map to write (.refseq).")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Map to write (.refseq).")],
     sensors: Sensors = None,
     features: Annotated[
         str | None,
-        typer.Option(help="Features, commas between: sift, walls, boundary, sectors. [default: first three]"),
+        typer.Option(
+            metavar="NAMES", help="Features, commas between, of sift,walls,boundary,sectors. [default: first three]"
+        ),
     ] = None,
     views: Views = None,
     thin: Thin = None,
     odometry_noise: Noise = False,
-    seed: Seed = 1,
+    seed: Chance = 1,
 ) -> None:
     """Make a reference sequence, the map, of a first drive."""
     from refseq.features import DEFAULT_FEATURES
@@ -165,15 +188,18 @@ def learn(
 def localise(
     map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map of the first drive (.refseq).")],
     query: Annotated[Path, typer.Argument(help="Later drive: an MCAP recording or a CARMEN log.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of beliefs to write (.parquet).")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Table of beliefs to write (.parquet).")
+    ] = None,
     stage: Annotated[
-        list[str] | None, typer.Option(help="uniform, prior or chain; may be given more than once. [default: all]")
+        list[str] | None,
+        typer.Option(metavar="STAGE", help="uniform, prior or chain; may be repeated. [default: all]"),
     ] = None,
     sensors: Sensors = None,
     views: Views = None,
     thin: Thin = None,
     odometry_noise: Noise = False,
-    seed: Seed = 1,
+    seed: Chance = 1,
     at_least: AtLeast = None,
 ) -> None:
     """Localise a later drive in a map, view by view."""
@@ -204,8 +230,8 @@ def report(
     map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map of the first drive (.refseq).")],
     query: Annotated[Path, typer.Argument(help="Later drive.")],
     beliefs: Annotated[Path, typer.Argument(help="Table of beliefs that `refseq localise` wrote (.parquet).")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Page to write (.html).")],
-    reference: Annotated[Path | None, typer.Option(help="First drive, for its pictures.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Page to write (.html).")],
+    reference: Reference = None,
     views: Views = None,
     thin: Thin = None,
 ) -> None:
@@ -231,8 +257,10 @@ def report(
 )
 def view(
     files: Annotated[list[Path], typer.Argument(help="A recording, a map, or map, recording and beliefs.")],
-    reference: Annotated[Path | None, typer.Option(help="First drive, for its pictures.")] = None,
-    save: Annotated[Path | None, typer.Option(help="Write a file for the Rerun viewer (.rrd) and open none.")] = None,
+    reference: Reference = None,
+    save: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a file for the Rerun viewer (.rrd) and open none.")
+    ] = None,
     views: Views = None,
     thin: Thin = None,
 ) -> None:
@@ -257,13 +285,16 @@ def view(
 * `refseq demo --to 18:00 --to late-evening --seeds 5 -o out/five`"""
 )
 def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder to fill.")] = Path("out/demo"),
-    world: Annotated[str, typer.Option(help="World to drive in.")] = "hallway",
-    start: Annotated[str, typer.Option("--from", help="Light of the reference drive.")] = "16:00",
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder to fill.")] = Path(
+        "out/demo"
+    ),
+    world: Annotated[str, typer.Option(metavar="WORLD", help="World to drive in.")] = "hallway",
+    start: Annotated[str, typer.Option("--from", metavar="LIGHT", help="Light of the reference drive.")] = "16:00",
     to: Annotated[
-        list[str] | None, typer.Option(help="Light of the query drive; may be repeated. [default: 18:00]")
+        list[str] | None,
+        typer.Option(metavar="LIGHT", help="Light of the query drive; may be repeated. [default: 18:00]"),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds: pairs of drives.")] = 1,
+    seeds: Annotated[int, typer.Option(min=1, metavar="N", help="Number of seeds: pairs of drives.")] = 1,
     robot: RobotName = "robuter",
     renderer: Renderer = RendererChoice.FILAMENT,
     at_least: AtLeast = None,
@@ -456,20 +487,22 @@ def _show(
 
 def _print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
     """The table of the stages, with the number of views and 95 % intervals."""
+    from rich.box import SIMPLE
     from rich.table import Table
 
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
-    table = Table(title=f"{title}: {runs}{views} views", title_justify="left", title_style="bold")
+    # Five columns with intervals fit a terminal of 80 characters only without a frame.
+    table = Table(title=f"{title}: {runs}{views} views", title_justify="left", title_style="bold", box=SIMPLE)
     table.add_column("stage")
     tolerances = list(found[0].success) if found else []
     for tolerance in tolerances:
-        table.add_column(f"right within {tolerance.distance:g} m [95 %]", justify="right")
+        table.add_column(f"within {tolerance.distance:g} m [95 %]", justify="right")
     table.add_column("failures", justify="right")
     table.add_column("says lost", justify="right")
     for result in found:
         shares = [_share(result.success[tolerance]) for tolerance in tolerances]
-        table.add_row(result.stage.label, *shares, str(result.failures), str(result.lost))
+        table.add_row(result.stage.value, *shares, str(result.failures), str(result.lost))
     out.print(table)
     if found and not any(result.success[tolerances[0]].trials for result in found):
         out.print("no view has a true pose on the map: nothing to score")
