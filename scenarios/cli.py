@@ -493,13 +493,15 @@ def _print_results(title: str, found: "Sequence[StageResult]", comparisons: "Seq
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
     # Five columns with intervals fit a terminal of 80 characters only without a frame.
-    table = Table(title=f"{title}: {runs}{views} views", title_justify="left", title_style="bold", box=SIMPLE)
+    table = Table(
+        title=f"{title}: {runs}{views} views", title_justify="left", title_style="bold", box=SIMPLE, pad_edge=False
+    )
     table.add_column("stage")
     tolerances = list(found[0].success) if found else []
     for tolerance in tolerances:
         table.add_column(f"within {tolerance.distance:g} m [95 %]", justify="right")
     table.add_column("failures", justify="right")
-    table.add_column("says lost", justify="right")
+    table.add_column("lost", justify="right")
     for result in found:
         shares = [_share(result.success[tolerance]) for tolerance in tolerances]
         table.add_row(result.stage.value, *shares, str(result.failures), str(result.lost))
