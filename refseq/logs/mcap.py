@@ -4,6 +4,8 @@ Topics: ``/<camera>`` CompressedImage (PNG), ``/laser`` LaserScan, ``/odometry``
 messages of one view carry the same log time. One metadata record, written first, says how the drive was made.
 """
 
+import io
+import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +18,8 @@ import numpy as np
 from foxglove import messages
 from foxglove.channels import CompressedImageChannel, LaserScanChannel, OdometryChannel, PoseInFrameChannel
 from foxglove.mcap import MCAPWriteOptions
-from mcap.exceptions import McapError
+from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
+from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Footer, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
@@ -133,7 +136,7 @@ class _Moment:
 
 
 def read_mcap(path: Path) -> Recording:
-    """Read a drive; one that was cut off yields its views up to the cut, and ``complete`` is False.
+    """Read a drive; one that was cut off or damaged yields its views up to there, and ``complete`` is False.
 
     A view's distance and turn come from the odometer poses of it and the view before. Topics of other schemas are
     counted in ``skipped``. Raises ``LogError`` when the file is not MCAP or holds no view.
@@ -154,6 +157,7 @@ def read_mcap(path: Path) -> Recording:
                     if not _take(moment, topic.removeprefix("/"), schema, message, path):
                         skipped[schema] = skipped.get(schema, 0) + 1
     except McapError as error:
+        complete = False
         if not moments:
             raise LogError(
                 f"{path}: is cut off or damaged before its first view: {_reason(error)}; "
@@ -166,31 +170,59 @@ def read_mcap(path: Path) -> Recording:
 
 
 def _reason(error: McapError) -> str:
-    return str(error) or "unexpected end of file"
+    return next(iter(str(error).splitlines()), "unexpected end of file")
+
+
+class _WholeReads(io.BufferedReader):
+    """A file that ends with ``EndOfFile`` inside a record; MCAP's reader would take the rest for the whole."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(io.FileIO(path))
+        self._left = path.stat().st_size
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Exactly ``size`` bytes."""
+        count = self._left if size is None or size < 0 else size
+        # Asked before reading, for a damaged length may be larger than the memory.
+        if count > self._left:
+            raise EndOfFile
+        self._left -= count
+        return super().read(count)
 
 
 def _records(path: Path) -> Iterator[Any]:
-    """Yield the file's metadata and footer records, and its messages as (topic, schema name, time, content)."""
+    """Yield the file's metadata and footer records, and its messages as (topic, schema name, time, content).
+
+    Raises ``McapError`` where the file is cut off or damaged.
+    """
+    with _WholeReads(path) as file:
+        try:
+            yield from _decoded(StreamReader(file, validate_crcs=True))
+        except (struct.error, ValueError, KeyError, TypeError, DecodeError) as error:
+            # What the libraries raise for bytes that make no record or message.
+            raise McapError(f"bytes that make no record: {error}") from error
+
+
+def _decoded(reader: StreamReader) -> Iterator[Any]:
     factory = DecoderFactory()
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
-    with path.open("rb") as file:
-        for record in StreamReader(file).records:
-            match record:
-                case Schema():
-                    schemas[record.id] = record
-                case Channel():
-                    channels[record.id] = record
-                case Message():
-                    channel = channels[record.channel_id]
-                    schema = schemas.get(channel.schema_id)
-                    decode = factory.decoder_for(channel.message_encoding, schema)
-                    if schema is None or decode is None:
-                        yield (channel.topic, channel.message_encoding, record.log_time, None)
-                    else:
-                        yield (channel.topic, schema.name, record.log_time, decode(record.data))
-                case Metadata() | Footer():
-                    yield record
+    for record in reader.records:
+        match record:
+            case Schema():
+                schemas[record.id] = record
+            case Channel():
+                channels[record.id] = record
+            case Message():
+                channel = channels[record.channel_id]
+                schema = schemas.get(channel.schema_id)
+                decode = factory.decoder_for(channel.message_encoding, schema)
+                if schema is None or decode is None:
+                    yield (channel.topic, channel.message_encoding, record.log_time, None)
+                else:
+                    yield (channel.topic, schema.name, record.log_time, decode(record.data))
+            case Metadata() | Footer():
+                yield record
 
 
 def _take(moment: _Moment, name: str, schema: str, message: Any, path: Path) -> bool:
