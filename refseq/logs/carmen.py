@@ -50,7 +50,7 @@ class _Line:
 
     def count(self, index: int) -> int:
         """The whole number in field ``index``, which says how many values follow."""
-        if len(self.fields) <= index or not self.fields[index].isdigit():
+        if len(self.fields) <= index or not self.fields[index].isdecimal():
             found = self.fields[index] if len(self.fields) > index else "nothing"
             raise self.error(f"field {index} is {found}; valid is the number of ranges")
         return int(self.fields[index])
@@ -140,8 +140,8 @@ def _flaser(line: _Line) -> _Sighting:
 
 def _laser_head(line: _Line) -> tuple[Scan, int]:
     """The part that RAWLASER and ROBOTLASER share: the scan, and the index of the field behind the remissions."""
-    start, _, step, max_range = line.floats(2, 6)
     n = line.count(8)
+    start, _, step, max_range = line.floats(2, 6)
     behind_ranges = 9 + n
     if len(line.fields) <= behind_ranges:
         raise line.error(f"has {len(line.fields)} fields; valid are at least {behind_ranges + 1} for {n} ranges")
@@ -182,13 +182,15 @@ def _views(sightings: Sequence[_Sighting]) -> Iterator[View]:
 def write_carmen(path: Path, views: Sequence[View], metadata: Mapping[str, str] | None = None) -> None:
     """Write the scans of ``views`` as a CARMEN log of FLASER lines, replacing ``path`` in one step.
 
-    Images have no place in the format. The odometer pose is the sum of the views' motions from the first one's truth.
+    Images have no place in the format, nor spaces and line ends in a metadata value: they become underscores. The
+    odometer pose is the sum of the views' motions from the first one's truth.
     Raises ``LogError`` when no view has a scan.
     """
     scanned = [view for view in views if view.scan is not None]
     if not scanned:
         raise LogError(f"{path}: a CARMEN log holds laser scans; none of the {len(views)} views has one")
-    lines = [f"PARAM {name} {value.replace(' ', '_')} 0 refseq 0" for name, value in (metadata or {}).items() if value]
+    words = {name: "_".join(value.split()) for name, value in (metadata or {}).items()}
+    lines = [f"PARAM {name} {word} 0 refseq 0" for name, word in words.items() if word]
     odometry = scanned[0].truth or Pose(0.0, 0.0, 0.0)
     for index, view in enumerate(views):
         if index:
