@@ -1,0 +1,235 @@
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import foxglove
+import numpy as np
+import pytest
+from foxglove import messages
+from foxglove.channels import LogChannel
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from refseq.errors import LogError
+from refseq.logs import RecordingWriter, read_mcap, read_recording
+from refseq.view import Pose, Scan, View, motion_between
+
+quick = settings(deadline=None, max_examples=60, derandomize=True)
+METADATA = {"world": "hallway", "seed": "3", "config": '{"a": "ü"}'}
+COUNT = 6
+
+
+def drive() -> tuple[list[View], list[Pose]]:
+    """Views with noise as images and scans, and the odometer's poses; the third view has no scan, the fourth one camera."""
+    rng = np.random.default_rng(5)
+    views, odometry, pose = [], [], Pose(2.0, -1.0, 3.0)
+    for k in range(COUNT):
+        distance, turn = (0.0, 0.0) if k == 0 else (float(rng.uniform(-1, 1)), float(rng.uniform(-1, 1)))
+        along = pose.heading + turn / 2
+        pose = Pose(pose.x + distance * math.cos(along), pose.y + distance * math.sin(along), pose.heading + turn)
+        images = {name: rng.integers(0, 256, (24, 32), np.uint8) for name in ("camera-1", "camera-2")[: 1 + (k != 3)]}
+        ranges = np.where(rng.random(361) < 0.03, np.inf, rng.uniform(0, 80, 361)).astype(np.float32)
+        scan = None if k == 2 else Scan(ranges)
+        views.append(
+            View(0.4 * k, images, scan, distance, turn, Pose(k + 0.5, float(rng.normal()), float(rng.uniform(-3, 3))))
+        )
+        odometry.append(pose)
+    return views, odometry
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A recording, what was put into it, and how long the file was after each view."""
+
+    path: Path
+    views: list[View]
+    sizes: list[int]
+
+    def __repr__(self) -> str:
+        return f"Recorded({self.path})"
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
+    path = tmp_path_factory.mktemp("mcap") / "run.mcap"
+    views, odometry = drive()
+    sizes = []
+    with RecordingWriter(path, METADATA) as writer:
+        for view, pose in zip(views, odometry, strict=True):
+            writer.write(view, pose)
+            sizes.append(writer.partial.stat().st_size)
+    return Recorded(path, views, sizes)
+
+
+def assert_same_view(read: View, written: View) -> None:
+    assert read.time == pytest.approx(written.time, abs=1e-9)
+    assert set(read.images) == set(written.images)
+    for name, image in written.images.items():
+        assert read.images[name].dtype == np.uint8
+        np.testing.assert_array_equal(read.images[name], image)
+    assert (read.scan is None) == (written.scan is None)
+    if read.scan and written.scan:
+        assert read.scan.ranges.dtype == np.float32
+        assert read.scan.ranges.tobytes() == written.scan.ranges.tobytes()
+        assert (read.scan.start, read.scan.step) == pytest.approx((written.scan.start, written.scan.step), abs=1e-12)
+    assert (read.distance, read.turn) == pytest.approx((written.distance, written.turn), abs=1e-9)
+    assert read.truth and written.truth
+    assert (read.truth.x, read.truth.y) == (written.truth.x, written.truth.y)
+    assert read.truth.heading == pytest.approx(written.truth.heading, abs=1e-12)
+
+
+def test_round_trip(recorded: Recorded) -> None:
+    recording = read_recording(recorded.path)
+    assert recording.complete
+    assert recording.metadata == METADATA
+    assert recording.skipped == {}
+    assert recording.sensors == {"camera-1", "camera-2", "laser"}
+    assert len(recording.views) == COUNT
+    for read, written in zip(recording.views, recorded.views, strict=True):
+        assert_same_view(read, written)
+
+
+def cut_at(recorded: Recorded, length: int) -> Path:
+    path = recorded.path.with_name("cut.mcap")
+    path.write_bytes(recorded.path.read_bytes()[:length])
+    return path
+
+
+@quick
+@given(share=st.floats(0, 1, exclude_max=True))
+def test_a_cut_recording_is_a_prefix_of_the_views(recorded: Recorded, share: float) -> None:
+    length = int(share * recorded.path.stat().st_size)
+    path = cut_at(recorded, length)
+    written = sum(size <= length for size in recorded.sizes)
+    try:
+        recording = read_recording(path)
+    except LogError as error:
+        assert written == 0
+        assert str(error).startswith(f"{path}: is ")
+        assert "\n" not in str(error)
+        return
+    assert not recording.complete
+    assert recording.metadata == METADATA
+    # Of a view whose chunk is whole only the chunk's index may be cut off.
+    assert written <= len(recording.views) <= written + 1
+    for read, view in zip(recording.views, recorded.views, strict=False):
+        assert_same_view(read, view)
+
+
+@quick
+@given(share=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
+def test_damage_is_found_and_costs_only_what_comes_after(recorded: Recorded, share: float, flip: int) -> None:
+    content = bytearray(recorded.path.read_bytes())
+    place = int(share * len(content))
+    content[place] ^= flip
+    path = recorded.path.with_name("flip.mcap")
+    path.write_bytes(content)
+    try:
+        recording = read_recording(path)
+    except LogError as error:
+        assert place < recorded.sizes[0]
+        assert str(error).startswith(f"{path}: ")
+        assert "\n" not in str(error)
+        return
+    assert len(recording.views) >= sum(size <= place for size in recorded.sizes)
+    for read, view in zip(recording.views, recorded.views, strict=False):
+        assert_same_view(read, view)
+
+
+def test_while_open_the_file_is_partial_and_readable(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_bytes(b"an older recording")
+    views, odometry = drive()
+    writer = RecordingWriter(path, METADATA)
+    for count, (view, pose) in enumerate(zip(views[:3], odometry, strict=False), start=1):
+        writer.write(view, pose)
+        partial = read_mcap(tmp_path / "run.partial.mcap")
+        assert not partial.complete
+        assert len(partial.views) == count
+        assert path.read_bytes() == b"an older recording"
+    writer.close()
+    assert list(tmp_path.iterdir()) == [path]
+    recording = read_mcap(path)
+    assert recording.complete
+    assert len(recording.views) == 3
+
+
+def test_an_interrupted_drive_is_kept(tmp_path: Path) -> None:
+    views, odometry = drive()
+    with pytest.raises(KeyboardInterrupt), RecordingWriter(tmp_path / "run.mcap", METADATA) as writer:
+        writer.write(views[0], odometry[0])
+        raise KeyboardInterrupt
+    assert len(read_mcap(tmp_path / "run.mcap").views) == 1
+
+
+def test_two_writers_do_not_mix(tmp_path: Path) -> None:
+    views, odometry = drive()
+    with RecordingWriter(tmp_path / "a.mcap", {}) as a, RecordingWriter(tmp_path / "b.mcap", {}) as b:
+        a.write(views[0], odometry[0])
+        b.write(views[1], odometry[1])
+        b.write(views[2], odometry[2])
+    assert [len(read_mcap(tmp_path / name).views) for name in ("a.mcap", "b.mcap")] == [1, 2]
+
+
+def write_foreign(path: Path, with_scan: bool) -> None:
+    """A log of someone else: log lines, and perhaps a scan without odometry."""
+    context = foxglove.Context()
+    with foxglove.open_mcap(str(path), allow_overwrite=True, context=context):
+        channel = LogChannel("/log", context=context)
+        for k in range(3):
+            channel.log(messages.Log(message=f"line {k}"), log_time=k)
+        if with_scan:
+            laser = foxglove.channels.LaserScanChannel("/front", context=context)
+            laser.log(messages.LaserScan(start_angle=-1.0, end_angle=1.0, ranges=[1.0, 2.0, 3.0]), log_time=7)
+
+
+def test_other_schemas_are_counted(tmp_path: Path) -> None:
+    write_foreign(tmp_path / "log.mcap", with_scan=True)
+    recording = read_mcap(tmp_path / "log.mcap")
+    assert recording.skipped == {"foxglove.Log": 3}
+    (view,) = recording.views
+    assert view.scan
+    assert view.scan.bearings == pytest.approx([-1.0, 0.0, 1.0])
+    assert (view.distance, view.truth) == (0.0, None)
+
+
+def test_motion_comes_from_the_odometer_not_from_truth(tmp_path: Path) -> None:
+    scan = Scan(np.ones(3, np.float32))
+    odometry = [Pose(0, 0, 0), Pose(1, 0, 0.1)]
+    with RecordingWriter(tmp_path / "run.mcap", {}) as writer:
+        for k, pose in enumerate(odometry):
+            writer.write(View(float(k), scan=scan, truth=Pose(5.0 * k, 0, 0)), pose)
+    last = read_mcap(tmp_path / "run.mcap").views[-1]
+    assert (last.distance, last.turn) == pytest.approx(motion_between(*odometry))
+
+
+def error_of(path: Path) -> str:
+    with pytest.raises(LogError) as caught:
+        read_recording(path)
+    return str(caught.value)
+
+
+def test_messages(tmp_path: Path, recorded: Recorded) -> None:
+    path = tmp_path / "x.mcap"
+    assert error_of(path) == f"{path}: cannot be read: No such file or directory"
+    path.write_bytes(b"")
+    assert error_of(path) == f"{path}: is empty; valid are an MCAP recording and a CARMEN log"
+    path.write_bytes(b"\x7fELF\0\0")
+    assert error_of(path) == (
+        f"{path}: is neither MCAP (its magic bytes are missing) nor text; valid are an MCAP recording and a CARMEN log"
+    )
+    path.write_bytes(recorded.path.read_bytes()[:600])
+    assert error_of(path) == (
+        f"{path}: is cut off or damaged before its first view: unexpected end of file; "
+        "valid is a recording of at least one view"
+    )
+    write_foreign(path, with_scan=False)
+    assert error_of(path) == (
+        f"{path}: holds no view; valid are Foxglove CompressedImage, LaserScan and Odometry messages"
+    )
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"run\.mcap: cannot be written: .*") as caught:
+        RecordingWriter(tmp_path / "no" / "run.mcap", {})
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,92 @@
+"""Rooms of known geometry and what a laser sees in them, and drives whose features are set bit by bit."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.features import Observed
+from refseq.incidence import IncidenceMatrix
+from refseq.profile import Profile
+from refseq.sequence import ReferenceSequence
+from refseq.view import Pose, Scan, View
+
+Wall = tuple[float, float, float, float]
+"""A wall from (x0, y0) to (x1, y1) [m]."""
+
+
+def rectangle(x0: float, y0: float, x1: float, y1: float) -> list[Wall]:
+    return [(x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0)]
+
+
+def cast(
+    walls: Sequence[Wall], pose: Pose, beams: int = 361, rng: np.random.Generator | None = None, noise: float = 0.005
+) -> Scan:
+    """Ranges to the first wall met, from the crossing of ray and segment; with noise and 1 cm steps if ``rng``."""
+    step = np.pi / (beams - 1)
+    angles = pose.heading - np.pi / 2 + step * np.arange(beams)
+    rays = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    nearest = np.full(beams, np.inf)
+    for x0, y0, x1, y1 in walls:
+        a, b = np.array([x0 - pose.x, y0 - pose.y]), np.array([x1 - x0, y1 - y0])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            cross = rays[:, 0] * b[1] - rays[:, 1] * b[0]
+            reach = (a[0] * b[1] - a[1] * b[0]) / cross
+            share = (a[0] * rays[:, 1] - a[1] * rays[:, 0]) / cross
+        hit = (reach > 0) & (share >= 0) & (share <= 1)
+        nearest = np.where(hit, np.minimum(nearest, np.where(hit, reach, np.inf)), nearest)
+    if rng is not None:
+        nearest = np.round(nearest + noise * rng.standard_normal(beams), 2)
+    return Scan(nearest.astype(np.float32), -np.pi / 2, step)
+
+
+class Bits:
+    """A sensor whose image is the row of its features itself: not zero where one is seen."""
+
+    def __init__(self, sensor: str, size: int) -> None:
+        self.key = f"bits/{sensor}"
+        self.sensor = sensor
+        self.size = size
+
+    def learn(self, view: View) -> NDArray[np.intp]:
+        return self.observe(view).ids
+
+    def observe(self, view: View) -> Observed:
+        return Observed(np.flatnonzero(view.images[self.sensor]), 0.0)
+
+    def state(self) -> Mapping[str, NDArray[Any]]:
+        return {}
+
+
+def bits_drive(
+    bits: Mapping[str, NDArray[np.bool_]], distances: Sequence[float] | None = None, start: float = 0.0
+) -> list[View]:
+    """Views of a straight drive; ``bits`` are (views, features) for each sensor, ``distances`` 1 m if not given."""
+    count = len(next(iter(bits.values())))
+    distances = [0.0] + [1.0] * (count - 1) if distances is None else distances
+    x = start + np.cumsum(distances)
+    return [
+        View(
+            float(k),
+            {sensor: seen[k][None].astype(np.uint8) for sensor, seen in bits.items()},
+            distance=float(distances[k]),
+            truth=Pose(float(x[k]), 0.0, 0.0),
+        )
+        for k in range(count)
+    ]
+
+
+def bits_sequence(views: Sequence[View], profile: Profile | None = None) -> ReferenceSequence:
+    """The reference sequence of a drive of ``bits_drive``."""
+    extractors = tuple(Bits(name, image.shape[1]) for name, image in views[0].images.items())
+    columns = [{e.key: e.learn(view) for e in extractors} for view in views]
+    matrix = IncidenceMatrix.from_columns(columns, {e.key: e.size for e in extractors})
+    along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
+    return ReferenceSequence(matrix, extractors, along, tuple(v.truth for v in views), profile or Profile())
+
+
+def without(view: View, *sensors: str) -> View:
+    """The view without some of its cameras."""
+    return replace(view, images={name: image for name, image in view.images.items() if name not in sensors})
