@@ -1,4 +1,4 @@
-"""The scan itself, discretised: the way to a bit that 2.2.1 names and the thesis leaves unused for the laser.
+"""The scan itself, discretised: a way to a bit that 2.2.1 names and the thesis leaves unused for the laser.
 
 The nine wall bits and nine boundary bits say what kind of place it is, not which one; a robot that has nothing but a
 laser needs more. This feature is not the thesis', so it is on only where it is asked for.
@@ -15,53 +15,73 @@ from numpy.typing import NDArray
 from refseq.features.extractor import Observed
 from refseq.view import LASER, Scan, View
 
+SHIFTS = (0.0, 0.5)
+"""The grid of sectors and range bins is laid four times, shifted by half a cell either way or not: a robot that comes
+by a little turned or to the side leaves some cells, but not all of them."""
+
 
 @dataclass(frozen=True, slots=True)
 class SectorSettings:
-    """``sectors`` over the half turn in front; ``nearest`` [m] ends the first bin, each next is ``growth`` wider."""
+    """``sectors`` over the half turn in front; range ``bins`` begin at ``nearest`` [m], each ``growth`` times the last.
 
-    sectors: int = 36
+    Choices: of the settings tried they found the most revisits among single scans of a real office log (fr079).
+    """
+
+    sectors: int = 24
     bins: int = 12
-    nearest: float = 0.5
-    growth: float = 1.35
+    nearest: float = 0.4
+    growth: float = 1.5
 
 
 class SectorRanges:
-    """One bit for each sector and each bin of its median range; a sector without returns sets none."""
+    """One bit for each cell that a sector's median range falls in; a sector without returns sets none."""
 
     key = "sectors/laser"
     sensor = LASER
 
     def __init__(self, settings: SectorSettings) -> None:
         self.settings = settings
-        self._edges = settings.nearest * settings.growth ** np.arange(settings.bins - 1)
+        # A shifted grid needs one more sector, and a bin for what is nearer than the first.
+        self._grid = (len(SHIFTS), len(SHIFTS), int(settings.sectors) + 1, int(settings.bins) + 2)
 
     @property
     def size(self) -> int:
-        """Sectors times bins."""
-        return int(self.settings.sectors * self.settings.bins)
+        """Cells of all grids."""
+        return int(np.prod(self._grid))
 
     def learn(self, view: View) -> NDArray[np.intp]:
-        """Bits of a reference view: the bins are fixed, nothing is added."""
+        """Bits of a reference view: the grids are fixed, nothing is added."""
         return self.observe(view).ids
 
     def observe(self, view: View) -> Observed:
         """Ids of the bits that are set."""
         start = time.perf_counter()
         assert view.scan is not None, "the localiser asks only where the sensor is there"
-        medians = sector_ranges(view.scan, int(self.settings.sectors))
+        cells = [
+            np.ravel_multi_index((i, j, *self._cells(view.scan, turn, reach)), self._grid)
+            for i, turn in enumerate(SHIFTS)
+            for j, reach in enumerate(SHIFTS)
+        ]
+        return Observed(np.sort(np.concatenate(cells)), time.perf_counter() - start)
+
+    def _cells(self, scan: Scan, turn: float, reach: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Sector and bin of each sector that sees something, in a grid shifted by shares of a cell."""
+        medians = sector_ranges(scan, int(self.settings.sectors), turn)
         seen = np.flatnonzero(np.isfinite(medians))
-        bins = np.searchsorted(self._edges, medians[seen], side="right")
-        return Observed(seen * int(self.settings.bins) + bins, time.perf_counter() - start)
+        ratio = np.maximum(medians[seen], 1e-3) / self.settings.nearest
+        bins = np.floor(np.log(ratio) / np.log(self.settings.growth) + 1 + reach)
+        return seen, np.clip(bins, 0, self.settings.bins + 1).astype(np.intp)
 
     def state(self) -> Mapping[str, NDArray[Any]]:
         """Nothing was learnt."""
         return {}
 
 
-def sector_ranges(scan: Scan, sectors: int) -> NDArray[np.float64]:
-    """Median range of the beams in each sector from −90° to 90°, (sectors,) [m]; inf where half of them see nothing."""
-    index = np.floor((scan.bearings + np.pi / 2) / np.pi * sectors).astype(int).clip(0, sectors - 1)
-    return np.array(
-        [np.median(scan.ranges[index == sector]) if (index == sector).any() else np.inf for sector in range(sectors)]
-    )
+def sector_ranges(scan: Scan, sectors: int, shift: float = 0.0) -> NDArray[np.float64]:
+    """Median range in each sector, (sectors + 1,) [m]; inf where half of its beams see nothing.
+
+    Sector ``i`` begins ``i − shift`` sectors' widths after −90°; the last one lies behind 90° unless shifted.
+    """
+    index = np.floor((scan.bearings + np.pi / 2) / np.pi * sectors + shift).astype(int).clip(0, sectors)
+    ranges = scan.ranges.astype(np.float64)
+    return np.array([np.median(ranges[index == i]) if (index == i).any() else np.inf for i in range(sectors + 1)])
