@@ -8,7 +8,9 @@ import hashlib
 import io
 import json
 import math
+import struct
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -29,6 +31,8 @@ FORMAT = "refseq-map"
 VERSION = 1
 HEADER = "map.json"
 EPOCH = (1980, 1, 1, 0, 0, 0)  # zip's earliest date: the same map gives the same bytes
+DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError, EOFError, ValueError, OverflowError)
+"""What ``zipfile`` raises for bytes that make no archive; RuntimeError includes methods that it does not know."""
 
 
 def save_map(sequence: ReferenceSequence, path: Path) -> None:
@@ -81,11 +85,13 @@ def load_map(path: Path) -> ReferenceSequence:
             arrays = {name: _array(archive, name, digest, path) for name, digest in header["sha256"].items()}
     except OSError as error:
         raise MapError(f"{path}: cannot be read: {error.strerror}") from error
-    except (zipfile.BadZipFile, NotImplementedError, EOFError) as error:
+    except DAMAGE as error:
         raise MapError(f"{path}: is not a .refseq map, or is damaged: {error}") from error
     try:
         return _sequence(header, arrays)
-    except (KeyError, ValueError, TypeError, MapError) as error:
+    except KeyError as error:
+        raise MapError(f"{path}: {HEADER} and arrays do not make a map: {error} is missing") from error
+    except (ValueError, TypeError, IndexError, MapError) as error:
         raise MapError(f"{path}: {HEADER} and arrays do not make a map: {error}") from error
 
 
@@ -98,6 +104,9 @@ def _header(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
         raise MapError(f"{path}: is not a .refseq map: {HEADER} has no format {FORMAT!r}")
     if header.get("version") != VERSION:
         raise MapError(f"{path}: is of map format version {header.get('version')!r}; valid is {VERSION}: learn it anew")
+    for name in ("profile", "blocks", "metadata"):
+        if not isinstance(header.get(name), dict):
+            raise MapError(f"{path}: {HEADER}: {name} is no table")
     digests = header.get("sha256")
     if not isinstance(digests, dict) or not all(isinstance(digest, str) for digest in digests.values()):
         raise MapError(f"{path}: {HEADER}: sha256 is no table of checksums")
