@@ -30,6 +30,9 @@ CLIP_NEAR = 0.05
 """Nothing nearer to a camera [m] is drawn; a choice. MuJoCo's own limit grows with the size of the world."""
 RAYS = (33, 25)
 """Rays across and down that look for the farthest thing in a picture: one every 20 pixels."""
+NEARBY = 10.0
+"""Only a picture in which all rays end nearer than this [m] gets a far plane of its own. In a deep one, as down a hallway,
+the farthest things are the smallest, and a grid of rays would miss them."""
 FILAMENT_SETTINGS = {
     "filament.ao.enabled": 0.0,
     "filament.fallback.head_light_intensity": 0.0,
@@ -152,8 +155,10 @@ def frustum(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> mujoco.M
     seen.frustum_near = CLIP_NEAR
     for side in ("frustum_bottom", "frustum_top", "frustum_center", "frustum_width"):
         setattr(seen, side, scale * getattr(seen, side))
-    # Twice as far, and a little more: what shows in a gap between two rays must not be cut off.
-    seen.frustum_far = min(seen.frustum_far, 2.0 * farthest(model, data, seen) + 2.0)
+    reach = farthest(model, data, seen)
+    if reach < NEARBY:
+        # Twice as far, and a little more: what shows in a gap between two rays must not be cut off.
+        seen.frustum_far = min(seen.frustum_far, 2.0 * reach + 2.0)
     return seen
 
 

@@ -10,7 +10,16 @@ import pytest
 
 from sim.drivers import gl_backend, vulkan_device
 from sim.errors import RendererError, SimError
-from sim.render import FilamentRenderer, Renderer, RendererKind, open_renderer, prepare_spec, split_lights
+from sim.render import (
+    FilamentRenderer,
+    Renderer,
+    RendererKind,
+    farthest,
+    frustum,
+    open_renderer,
+    prepare_spec,
+    split_lights,
+)
 
 ROOT = Path(__file__).parents[2]
 GREY = 0.5
@@ -145,6 +154,24 @@ def test_a_moved_body_is_drawn_where_it_is_and_the_model_stays_as_it_was(monkeyp
         after = renderer.radiance(data, "down", 160, 120)
     assert np.abs(after - before).max() > 10
     assert np.array_equal(model.mat_emission, emission)
+
+
+@needs_vulkan
+def test_the_far_plane_comes_close_to_a_near_wall_but_never_cuts_off_a_deep_picture() -> None:
+    near, deep = (card("", more=f'<geom type="box" size="9 9 .1" pos="0 0 {z}"/>') for z in (1.5, 40.0))
+    assert farthest(*near, mujoco_camera(*near)) == pytest.approx(1.4, abs=0.01)  # the box's top, 1.4 m below
+    assert frustum(*near, "down").frustum_far == pytest.approx(4.8, abs=0.05)
+    model, data = deep
+    model.cam_quat[0] = (0, 1, 0, 0)  # looks up, at a lid 37 m away
+    mujoco.mj_forward(model, data)
+    assert frustum(model, data, "down").frustum_far == mujoco_camera(model, data).frustum_far
+
+
+def mujoco_camera(model: mujoco.MjModel, data: mujoco.MjData) -> mujoco.MjvGLCamera:
+    """MuJoCo's own view of the camera, before its planes are moved."""
+    view = mujoco.MjvCamera()
+    view.type, view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, 0
+    return mujoco.mjv_camera2GLCamera(model, data, view)
 
 
 @needs_vulkan
