@@ -132,7 +132,7 @@ def record(
     with _interruptible(), _progress(f"{world} at {light}") as progress:
         recording = record_drive(drive, output, progress)
     sensed = ", ".join(sorted(recording.sensors))
-    out.print(f"{output}: {len(recording.views)} views of {sensed}", highlight=False)
+    _say(out, f"{output}: {len(recording.views)} views of {sensed}")
 
 
 @app.command(
@@ -172,10 +172,10 @@ def learn(
     )
     save_map(sequence, output)
     length = float(sequence.along[-1])
-    out.print(
+    _say(
+        out,
         f"{output}: {len(sequence)} places over {length:.1f} m, {sequence.matrix.N} features of "
         f"{', '.join(sorted(sequence.sensors))}",
-        highlight=False,
     )
 
 
@@ -217,7 +217,7 @@ def localise(
     )
     if output is not None:
         write_beliefs(output, drive.views, comparison.beliefs, drive.metadata)
-        out.print(f"{output}: beliefs of {len(drive.views)} views", highlight=False)
+        _say(out, f"{output}: beliefs of {len(drive.views)} views")
     found = results([comparison])
     _print_results(comparison.name, found, [comparison])
     _judge(found, at_least)
@@ -246,7 +246,7 @@ def report(
     outline = outline_of(load_plan(world)) if world in names() else None
     with _writing(output):
         write_report(output, [comparison], title=comparison.name, outline=outline)
-    out.print(f"{output}", highlight=False)
+    _say(out, f"{output}")
 
 
 @app.command(
@@ -275,7 +275,7 @@ def view(
     else:
         with _writing(save):
             write_recording(save, reference_views, query_views, answers, name=name)
-        out.print(f"{save}: open it with 'rerun {save}'", highlight=False)
+        _say(out, f"{save}: open it with 'rerun {save}'")
 
 
 @app.command(
@@ -317,7 +317,7 @@ def demo(
         same = [comparison for comparison in comparisons if comparison.name == name]
         found = results(same)
         _print_results(f"{world}, {name}", found, same)
-    out.print(f"look at [bold]{output / 'report.html'}[/bold], and [bold]rerun {output / 'demo.rrd'}[/bold]")
+    _say(out, f"look at {output / 'report.html'}, and: rerun {output / 'demo.rrd'}")
     _judge(found, at_least)
 
 
@@ -333,7 +333,7 @@ def doctor() -> None:
 def version(show: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False) -> None:
     """Test bench for robots that find their place along a path. All lengths are in metres, times in seconds."""
     if show:
-        out.print(package_version("refseq-bench"), highlight=False)
+        _say(out, package_version("refseq-bench"))
         raise typer.Exit
 
 
@@ -344,8 +344,13 @@ def main() -> None:
     except Exception as error:
         if not _is_bad_input(error):
             raise
-        err.print(f"error: {error}", highlight=False, markup=False, soft_wrap=True)
+        _say(err, f"error: {error}")
         sys.exit(BAD_INPUT)
+
+
+def _say(console: Console, line: str) -> None:
+    """Print one line as it is: a file's name may be long, and may hold what rich takes for markup."""
+    console.print(line.replace("\n", " "), highlight=False, markup=False, soft_wrap=True)
 
 
 def _is_bad_input(error: Exception) -> bool:
@@ -420,7 +425,7 @@ def _drive(path: Path, views: str | None, thin: float | None, noise_seed: int | 
 
     recording = read_recording(path)
     if not recording.complete:
-        err.print(f"note: {path} was cut off; its {len(recording.views)} views are used", highlight=False)
+        _say(err, f"note: {path} was cut off; its {len(recording.views)} views are used")
     kept = recording.views[_slice(views, len(recording.views), path)]
     if noise_seed is not None:
         kept = with_odometry_noise(kept, np.random.default_rng(noise_seed))
@@ -489,12 +494,17 @@ def _print_results(title: str, found: "Sequence[StageResult]", comparisons: "Seq
     """The table of the stages, with the number of views and 95 % intervals."""
     from rich.box import SIMPLE
     from rich.table import Table
+    from rich.text import Text
 
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
     # Five columns with intervals fit a terminal of 80 characters only without a frame.
     table = Table(
-        title=f"{title}: {runs}{views} views", title_justify="left", title_style="bold", box=SIMPLE, pad_edge=False
+        title=Text(f"{title}: {runs}{views} views"),
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE,
+        pad_edge=False,
     )
     table.add_column("stage")
     tolerances = list(found[0].success) if found else []
@@ -507,7 +517,7 @@ def _print_results(title: str, found: "Sequence[StageResult]", comparisons: "Seq
         table.add_row(result.stage.value, *shares, str(result.failures), str(result.lost))
     out.print(table)
     if found and not any(result.success[tolerances[0]].trials for result in found):
-        out.print("no view has a true pose on the map: nothing to score")
+        _say(out, "no view has a true pose on the map: nothing to score")
 
 
 def _share(share: "Proportion") -> str:
@@ -523,7 +533,7 @@ def _judge(found: "Sequence[StageResult]", at_least: float | None) -> None:
         return
     success = next(iter(found[-1].success.values()))
     if not success.trials or 100 * success.value < at_least:
-        err.print(f"below what was asked: {_share(success)}, at least {at_least:g} %", highlight=False)
+        _say(err, f"below what was asked: {_share(success)}, at least {at_least:g} %")
         raise typer.Exit(BELOW)
 
 
@@ -533,7 +543,7 @@ def _interruptible() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as stop:
-        err.print(f"interrupted: {stop}" if stop.args else "interrupted", highlight=False, markup=False, soft_wrap=True)
+        _say(err, f"interrupted: {stop}" if stop.args else "interrupted")
         raise typer.Exit(INTERRUPTED) from None
 
 
@@ -571,7 +581,7 @@ def _bars() -> "Iterator[Bars]":
     from rich.progress import Progress as Bars
 
     columns = (
-        TextColumn("{task.description:<24}"),
+        TextColumn("{task.description:<24}", markup=False),
         BarColumn(24),
         TextColumn("{task.fields[seen]:<24}"),
         TimeElapsedColumn(),
