@@ -1,1 +1,1 @@
-"""."""
+"""Experiments: recording, scoring, reports, and the command line over all rooms."""
