@@ -39,14 +39,12 @@ def run_demo(demo: Demo, folder: Path, step: Step) -> list[Comparison]:
     The first seed and light are ``reference.mcap``, ``query.mcap``, ``map.refseq``, ``beliefs.parquet`` and
     ``demo.rrd``; further ones lie in folders of their own. ``report.html`` holds all.
     """
-    comparisons: list[Comparison] = []
-    for seed in demo.seeds:
-        home = folder if seed == demo.seeds[0] else folder / f"seed-{seed}"
-        comparisons += _one_seed(demo, seed, home, step)
+    homes = [folder if seed == demo.seeds[0] else folder / f"seed-{seed}" for seed in demo.seeds]
+    by_seed = [_one_seed(demo, seed, home, step) for seed, home in zip(demo.seeds, homes, strict=True)]
+    # By light first, so that the seeds of each experiment stand together.
+    comparisons = [comparison for of_one_light in zip(*by_seed, strict=True) for comparison in of_one_light]
     step("report")
     plan = load_plan(demo.reference.world)
-    # By light first, so that each experiment's seeds stand together.
-    comparisons.sort(key=lambda comparison: [comparison.name.endswith(light) for light in demo.lights].index(True))
     write_report(
         folder / "report.html",
         comparisons,
