@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from refseq.beliefs import write_beliefs
-from refseq.logs import Recording
 from refseq.mapfile import save_map
 from refseq.sequence import learn
 from refseq.viewer import write_recording
@@ -69,10 +68,6 @@ def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]
         step("localise")
         comparison = compare(f"{first.light} → {light}", sequence, query, reference=reference.views)
         write_beliefs(place / "beliefs.parquet", query.views, comparison.beliefs, query.metadata)
-        _write_show(place / "demo.rrd", reference, query, comparison)
+        write_recording(place / "demo.rrd", reference.views, query.views, comparison.beliefs, name=comparison.name)
         comparisons.append(comparison)
     return comparisons
-
-
-def _write_show(path: Path, reference: Recording, query: Recording, comparison: Comparison) -> None:
-    write_recording(path, reference.views, query.views, comparison.beliefs, name=comparison.name)
