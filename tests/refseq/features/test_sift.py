@@ -1,0 +1,81 @@
+import cv2
+import numpy as np
+import pytest
+
+from refseq.features.sift import SiftSettings, SiftWords
+from refseq.view import View
+
+
+def texture(seed: int = 0, height: int = 160, width: int = 213) -> np.ndarray:
+    """Blobs of several sizes."""
+    rng = np.random.default_rng(seed)
+    layers = [cv2.resize(rng.random((n, n)), (width, height), interpolation=cv2.INTER_CUBIC) for n in (8, 20, 45)]
+    return np.clip(sum(layers) / 3 * 255, 0, 255).astype(np.uint8)
+
+
+def sift(**settings: float) -> SiftWords:
+    return SiftWords("camera", SiftSettings(**settings))
+
+
+def seen(image: np.ndarray) -> View:
+    return View(0.0, {"camera": image})
+
+
+@pytest.mark.parametrize("value", [0, 128, 255])
+def test_a_blank_image_gives_nothing(value: int) -> None:
+    blank = np.full((120, 160), value, np.uint8)
+    words = sift()
+    assert words.descriptors(blank).shape == (0, 128)
+    assert len(words.learn(seen(blank))) == 0
+    assert len(words.observe(seen(blank)).ids) == 0
+    assert words.size == 0
+
+
+def test_the_cap_keeps_the_strongest() -> None:
+    image = texture()
+    everything, some = sift(cap=10_000).descriptors(image), sift(cap=40).descriptors(image)
+    assert len(everything) > 80
+    assert len(some) == 40
+    np.testing.assert_array_equal(some, everything[:40])
+
+
+def test_only_the_full_and_the_half_resolution_are_used() -> None:
+    """OpenCV doubles the image first; its keys there (octave −1) and below the half resolution are left out."""
+    image = texture()
+    keys, descriptors = cv2.SIFT.create(contrastThreshold=SiftSettings().contrast).detectAndCompute(image, None)
+    octaves = np.array([key.octave & 0xFF for key in keys], np.uint8).view(np.int8)
+    assert {-1, 0, 1, 2} <= set(octaves.tolist())  # or this test would show nothing
+    expected = descriptors[(octaves == 0) | (octaves == 1)].astype(np.uint8)
+    ours = sift(cap=10_000).descriptors(image)
+    assert sorted(map(bytes, ours)) == sorted(map(bytes, expected))
+
+
+def test_the_same_image_gives_the_same_words() -> None:
+    image = texture(3)
+    first, second = sift(), sift()
+    np.testing.assert_array_equal(first.learn(seen(image)), second.learn(seen(image)))
+    np.testing.assert_array_equal(first.vocabulary.words, second.vocabulary.words)
+    np.testing.assert_array_equal(first.observe(seen(image)).ids, first.learn(seen(image)))
+
+
+def test_words_survive_a_small_shift_and_less_light_and_differ_between_scenes() -> None:
+    words = sift()
+    learnt = words.learn(seen(texture(1)))
+    moved = cv2.warpAffine(texture(1), np.array([[1.0, 0, 4], [0, 1, 3]]), (213, 160), borderMode=cv2.BORDER_REFLECT)
+    darker = (moved * 0.7).astype(np.uint8)
+    again = np.intersect1d(learnt, words.observe(seen(moved)).ids)
+    dark = np.intersect1d(learnt, words.observe(seen(darker)).ids)
+    other = np.intersect1d(learnt, words.observe(seen(texture(2))).ids)
+    assert len(learnt) > 50
+    assert len(again) > 0.7 * len(learnt)
+    assert len(dark) > 0.5 * len(learnt)
+    assert len(other) < 0.3 * len(learnt)
+
+
+def test_state_makes_the_same_extractor_again() -> None:
+    words = sift()
+    words.learn(seen(texture(1)))
+    again = SiftWords("camera", words.settings, words.state()["words"])
+    assert (again.key, again.sensor, again.size) == ("sift/camera", "camera", words.size)
+    view = seen(texture(1)[2:, 3:].copy())
+    np.testing.assert_array_equal(again.observe(view).ids, words.observe(view).ids)
