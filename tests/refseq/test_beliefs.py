@@ -74,7 +74,7 @@ def test_files_that_are_no_beliefs(tmp_path: Path) -> None:
 
 def test_an_unknown_stage(tmp_path: Path) -> None:
     path = tmp_path / "b.parquet"
-    row = {name: None for name in SCHEMA.names} | {"stage": "magic", "view": 0}
+    row = dict.fromkeys(SCHEMA.names) | {"stage": "magic", "view": 0}
     pq.write_table(pa.Table.from_pylist([row], schema=SCHEMA), path)
     assert error_of(path) == f"{path}: stage 'magic' is unknown; valid are uniform, prior, chain"
 

@@ -127,7 +127,7 @@ def test_viterbi_is_the_best_of_all_paths(along: np.ndarray, s: ChainSettings, d
     best, scored = brute_force(observations, along, s)
     assert_decodes(decoding, best)
     # Rounding may choose among equals, so the path's own score is compared.
-    assert dict((states, score) for score, states in scored)[decoding.path] == pytest.approx(max(scored)[0])
+    assert {states: score for score, states in scored}[decoding.path] == pytest.approx(max(scored)[0])
 
 
 def test_viterbi_is_the_best_of_all_paths_of_four_places_and_four_views() -> None:

@@ -1,4 +1,3 @@
-import os
 from pathlib import Path
 
 import pytest
@@ -20,10 +19,15 @@ def test_replaces_the_whole_file(tmp_path: Path) -> None:
 def test_an_error_leaves_the_old_content_and_no_rubbish(tmp_path: Path, error: type[BaseException]) -> None:
     path = tmp_path / "a"
     path.write_bytes(b"old")
-    with pytest.raises(error), replacing(path) as file:
-        file.write(b"half of the new")
-        file.flush()
-        raise error
+
+    def fail() -> None:
+        with replacing(path) as file:
+            file.write(b"half of the new")
+            file.flush()
+            raise error
+
+    with pytest.raises(error):
+        fail()
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -42,7 +46,7 @@ def test_mode_is_that_of_any_new_file(tmp_path: Path) -> None:
     plain = tmp_path / "plain"
     plain.write_bytes(b"")
     replace_bytes(tmp_path / "replaced", b"")
-    assert os.stat(tmp_path / "replaced").st_mode == os.stat(plain).st_mode
+    assert (tmp_path / "replaced").stat().st_mode == plain.stat().st_mode
 
 
 def test_a_missing_folder_is_an_error(tmp_path: Path) -> None:

@@ -155,7 +155,7 @@ def test_context_helps() -> None:
     That the chain beats the prior is not asserted: with few features a view its posteriors are wide, many views become
     the Lost View, and then it is behind.
     """
-    right = {stage: 0 for stage in STAGES}
+    right = dict.fromkeys(STAGES, 0)
     for seed in range(3):
         views, query = noisy_drives(seed, features=400, flips=0.85)
         for stage, beliefs in localise(bits_sequence(views), query).items():
@@ -177,7 +177,7 @@ def test_a_kidnapped_robot_is_found_again(stage: Stage) -> None:
 
 
 def test_where_nothing_is_known_the_chain_becomes_lost_and_comes_back() -> None:
-    """Blank views: the odometer carries the belief for a while, then it is too wide, and the path is at a Lost_Place."""
+    """Blank views: the odometer carries the belief until it is too wide; then the path is at a Lost_Place."""
     views, _ = noisy_drives(6)
     blank = [View(float(t), {"camera": np.zeros((1, 60), np.uint8)}, None, 1.0) for t in range(12)]
     beliefs = localise(bits_sequence(views), [*views[:8], *blank, *views[22:34]], stages=[Stage.CHAIN])[Stage.CHAIN]

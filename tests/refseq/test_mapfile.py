@@ -35,7 +35,9 @@ def views() -> list[View]:
 @pytest.fixture(scope="module")
 def sequence(views: list[View]) -> ReferenceSequence:
     profile = replace(Profile(), mixture=MixtureSettings(cost=0.9))
-    return learn(views, profile=profile, metadata={"world": "Gang 1", "seed": "3"}, features=("sift", "walls", "sectors"))
+    return learn(
+        views, profile=profile, metadata={"world": "Gang 1", "seed": "3"}, features=("sift", "walls", "sectors")
+    )
 
 
 @pytest.fixture
@@ -70,9 +72,7 @@ def test_the_same_map_gives_the_same_bytes(sequence: ReferenceSequence, saved: P
     assert saved.with_name("again.refseq").read_bytes() == saved.read_bytes()
 
 
-def test_saving_is_in_one_step(
-    sequence: ReferenceSequence, saved: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_saving_is_in_one_step(sequence: ReferenceSequence, saved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = saved.read_bytes()
 
     def full(*_: object) -> None:
@@ -142,6 +142,13 @@ def test_truncated(saved: Path, share: float) -> None:
     assert error_of(saved) == f"{saved}: is not a .refseq map, or is damaged: File is not a zip file"
 
 
+def loaded_or_reason(path: Path) -> tuple[ReferenceSequence | None, str]:
+    try:
+        return load_map(path), ""
+    except MapError as error:
+        return None, str(error)
+
+
 @quick
 @given(share=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
 def test_damage_is_found(
@@ -153,11 +160,10 @@ def test_damage_is_found(
     content = bytearray(path.read_bytes())
     content[int(share * len(content))] ^= flip
     path.write_bytes(content)
-    try:
-        loaded = load_map(path)
-    except MapError as error:
-        assert str(error).startswith(f"{path}: ")
-        assert "\n" not in str(error)
+    loaded, refusal = loaded_or_reason(path)
+    if loaded is None:
+        assert refusal.startswith(f"{path}: ")
+        assert "\n" not in refusal
         return
     np.testing.assert_array_equal(loaded.matrix.places, sequence.matrix.places)
     np.testing.assert_array_equal(loaded.along, sequence.along)

@@ -93,7 +93,5 @@ def test_reversing_goes_back() -> None:
 
 def test_the_window_widens_with_the_distance() -> None:
     along = np.arange(0, 100, 0.5)
-    spread = [
-        np.count_nonzero(MotionWindow(along, d, DEFAULTS).shift(np.eye(200)[20])) for d in (0.5, 2.0, 8.0)
-    ]
+    spread = [np.count_nonzero(MotionWindow(along, d, DEFAULTS).shift(np.eye(200)[20])) for d in (0.5, 2.0, 8.0)]
     assert spread == sorted(set(spread))

@@ -30,7 +30,8 @@ def test_defaults_are_the_thesis_values_where_it_gives_them() -> None:
         (
             "motion",
             {"slack": 1, "drift": 1, "thin": 1},
-            "profile.motion is {'slack': 1, 'drift': 1, 'thin': 1}; valid is a table of drift, regularisation, slack, thin",
+            "profile.motion is {'slack': 1, 'drift': 1, 'thin': 1}; "
+            "valid is a table of drift, regularisation, slack, thin",
         ),
         (
             "motion",

@@ -1,4 +1,5 @@
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -25,7 +26,7 @@ def test_motion_is_conserved_and_views_are_apart(motions: list[tuple[float, floa
     assert [(v.distance, v.turn) for v in kept[:1]] == [(0.0, 0.0)] * len(kept[:1])
     for view in kept[1:]:
         assert abs(view.distance) >= spacing
-    for before, after in zip(kept, kept[1:], strict=False):
+    for before, after in pairwise(kept):
         between = views[int(before.time) + 1 : int(after.time) + 1]
         assert after.distance == pytest.approx(sum(view.distance for view in between), abs=1e-9)
         assert after.turn == pytest.approx(sum(view.turn for view in between), abs=1e-9)
