@@ -1,0 +1,80 @@
+"""What a view costs the localiser, step by step.
+
+``REFSEQ_REFERENCE`` and ``REFSEQ_QUERY`` name recordings to measure on; without them it is a corridor whose pictures
+are drawn from random spots of several sizes, and give as many keys as a real one's.
+"""
+
+import os
+import time
+from dataclasses import fields, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from refseq.belief import Stage, Timings
+from refseq.localiser import localise
+from refseq.logs import read_recording
+from refseq.sequence import ReferenceSequence, learn
+from refseq.view import View
+from tests.support import corridor_drive
+
+pytestmark = pytest.mark.benchmark
+COUNT = 118
+STEPS = [step.name for step in fields(Timings)]
+
+
+@pytest.fixture(scope="module")
+def drives() -> tuple[list[View], list[View]]:
+    names = [os.environ.get(key) for key in ("REFSEQ_REFERENCE", "REFSEQ_QUERY")]
+    if all(names):
+        reference, query = (list(read_recording(Path(str(name))).views) for name in names)
+        return reference, query
+    rng = np.random.default_rng(0)
+    return [spotted(view, rng, 1.0) for view in corridor_drive(rng, COUNT, size=24)], [
+        spotted(view, rng, 0.6) for view in corridor_drive(rng, COUNT, size=24)
+    ]
+
+
+def spotted(view: View, noise: np.random.Generator, brightness: float) -> View:
+    """The view with pictures of 640 × 480 that belong to its place, and fresh noise on them."""
+    assert view.truth is not None
+    images = {}
+    for number, name in enumerate(view.images):
+        rng = np.random.default_rng([round(view.truth.x / 0.85), number])
+        layers = [cv2.resize(rng.random((480 // size, 640 // size)), (640, 480)) for size in (8, 20, 60)]
+        picture = 255 * brightness * np.mean(layers, axis=0) + noise.normal(0, 2, (480, 640))
+        images[name] = np.clip(picture, 0, 255).astype(np.uint8)
+    return replace(view, images=images)
+
+
+def milliseconds(sequence: ReferenceSequence, views: list[View]) -> tuple[dict[str, float], float]:
+    """Mean cost of a view by step, and of a view of the whole run, which answers at the chain's stage only."""
+    start = time.perf_counter()
+    beliefs = localise(sequence, views, stages=(Stage.CHAIN,))[Stage.CHAIN]
+    whole = time.perf_counter() - start
+    costs = {step: 1e3 * float(np.mean([getattr(belief.timings, step) for belief in beliefs])) for step in STEPS}
+    return costs, 1e3 * whole / len(views)
+
+
+def test_the_cost_of_a_view(drives: tuple[list[View], list[View]]) -> None:
+    reference, query = drives
+    print(
+        "\nplaces  features of map  " + "  ".join(f"{step:>8}" for step in STEPS) + "     total     whole  [ms a view]"
+    )
+    found = []
+    for count in (len(reference) // 2, len(reference)):
+        sequence = learn(reference[:count])
+        _ = sequence.emissions  # reckoned once for a map, before the first view
+        costs, whole = milliseconds(sequence, query)
+        total = sum(costs.values())
+        numbers = "  ".join(f"{costs[step]:8.2f}" for step in STEPS)
+        print(f"{count:6d}  {sequence.matrix.N:15d}  {numbers}  {total:8.2f}  {whole:8.2f}")
+        # What is told is what it takes: nothing of weight is left out of the clocks.
+        assert total <= whole < 1.5 * total
+        found.append(costs)
+    half, full = found
+    assert full["features"] < 2 * half["features"], "extraction does not depend on the map"
+    # The chain's transitions are a matrix of places by places.
+    assert full["mixture"] + full["chain"] < 6 * (half["mixture"] + half["chain"])
