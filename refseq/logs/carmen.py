@@ -91,9 +91,15 @@ def read_carmen(path: Path) -> Recording:
     state = _State()
     sightings = [sighting for line in _lines(path) if (sighting := _read_line(line, state)) is not None]
     if not sightings:
-        seen = ", ".join(sorted(state.skipped)) or "none"
+        seen = _some(sorted(state.skipped))
         raise LogError(f"{path}: holds no scan (kinds of lines seen: {seen}); valid are FLASER, ROBOTLASER1, RAWLASER1")
     return Recording(tuple(_views(sightings)), state.metadata, skipped=state.skipped)
+
+
+def _some(kinds: Sequence[str], most: int = 5) -> str:
+    """The first few kinds, shortened: a text that is no log has as many as it has lines."""
+    named = [f"{kind:.20}" for kind in kinds[:most]] + ([f"and {len(kinds) - most} more"] if len(kinds) > most else [])
+    return ", ".join(named) or "none"
 
 
 def _lines(path: Path) -> Iterator[_Line]:

@@ -39,7 +39,7 @@ def read_recording(path: Path) -> Recording:
             head = file.read(4096)
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror}") from error
-    if head.startswith(MCAP_MAGIC):
+    if head and head[: len(MCAP_MAGIC)] == MCAP_MAGIC[: len(head)]:
         return read_mcap(path)
     if b"\0" in head or not head.strip():
         kind = "empty" if not head.strip() else "neither MCAP (its magic bytes are missing) nor text"
