@@ -123,6 +123,14 @@ def test_a_log_without_scans(tmp_path: Path) -> None:
     )
 
 
+def test_a_text_that_is_no_log_is_not_repeated(tmp_path: Path) -> None:
+    path = log(tmp_path, *(f"{word * 9} in a row" for word in "abcdefgh"), "z" * 99)
+    with pytest.raises(LogError) as caught:
+        read_recording(path)
+    kinds = ", ".join(word * 9 for word in "abcde")
+    assert f"(kinds of lines seen: {kinds}, and 4 more);" in str(caught.value)
+
+
 def drive(beams: int) -> list[View]:
     """Views as a 1 cm laser sees them; the robot turns, reverses, and has no scan once."""
     rng = np.random.default_rng(beams)
