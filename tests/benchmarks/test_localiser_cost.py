@@ -22,6 +22,7 @@ from tests.support import corridor_drive
 
 pytestmark = pytest.mark.benchmark
 COUNT = 118
+QUERIES = 24
 STEPS = [step.name for step in fields(Timings)]
 
 
@@ -50,31 +51,29 @@ def spotted(view: View, noise: np.random.Generator, brightness: float) -> View:
 
 
 def milliseconds(sequence: ReferenceSequence, views: list[View]) -> tuple[dict[str, float], float]:
-    """Mean cost of a view by step, and of a view of the whole run, which answers at the chain's stage only."""
+    """Median cost of a view by step, and the clocks' share of the whole run, which answers at the chain's stage."""
     start = time.perf_counter()
     beliefs = localise(sequence, views, stages=(Stage.CHAIN,))[Stage.CHAIN]
     whole = time.perf_counter() - start
-    costs = {step: 1e3 * float(np.mean([getattr(belief.timings, step) for belief in beliefs])) for step in STEPS}
-    return costs, 1e3 * whole / len(views)
+    costs = {step: 1e3 * float(np.median([getattr(belief.timings, step) for belief in beliefs])) for step in STEPS}
+    return costs, sum(belief.timings.total for belief in beliefs) / whole
 
 
 def test_the_cost_of_a_view(drives: tuple[list[View], list[View]]) -> None:
     reference, query = drives
-    print(
-        "\nplaces  features of map  " + "  ".join(f"{step:>8}" for step in STEPS) + "     total     whole  [ms a view]"
-    )
+    print("\nplaces  features of map  " + "  ".join(f"{step:>8}" for step in STEPS) + "     total  [ms a view, median]")
     found = []
     for count in (len(reference) // 2, len(reference)):
         sequence = learn(reference[:count])
         _ = sequence.emissions  # reckoned once for a map, before the first view
-        costs, whole = milliseconds(sequence, query)
+        costs, share = milliseconds(sequence, query[:QUERIES])
         total = sum(costs.values())
         numbers = "  ".join(f"{costs[step]:8.2f}" for step in STEPS)
-        print(f"{count:6d}  {sequence.matrix.N:15d}  {numbers}  {total:8.2f}  {whole:8.2f}")
+        print(f"{count:6d}  {sequence.matrix.N:15d}  {numbers}  {total:8.2f}")
         # What is told is what it takes: nothing of weight is left out of the clocks.
-        assert total <= whole < 1.5 * total
+        assert 0.7 < share <= 1
         found.append(costs)
     half, full = found
     assert full["features"] < 2 * half["features"], "extraction does not depend on the map"
     # The chain's transitions are a matrix of places by places.
-    assert full["mixture"] + full["chain"] < 6 * (half["mixture"] + half["chain"])
+    assert full["mixture"] + full["chain"] < 8 * (half["mixture"] + half["chain"])
