@@ -70,6 +70,8 @@ def test_a_loaded_map_gives_the_same_beliefs(sequence: ReferenceSequence, saved:
 def test_the_same_map_gives_the_same_bytes(sequence: ReferenceSequence, saved: Path, views: list[View]) -> None:
     save_map(load_map(saved), saved.with_name("again.refseq"))
     assert saved.with_name("again.refseq").read_bytes() == saved.read_bytes()
+    with zipfile.ZipFile(saved) as archive:
+        assert {member.date_time[0] for member in archive.infolist()} == {1980}  # no clock is in it
 
 
 def test_saving_is_in_one_step(sequence: ReferenceSequence, saved: Path, monkeypatch: pytest.MonkeyPatch) -> None:

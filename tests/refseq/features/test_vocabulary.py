@@ -80,6 +80,14 @@ def test_duplicates_are_aliases() -> None:
     assert len(vocabulary) == 1
 
 
+def test_of_two_words_equally_near_the_older_is_meant() -> None:
+    old, new, between = (np.array([[value] + [0] * 127], np.uint8) for value in (0, 100, 50))
+    vocabulary = Vocabulary(60.0)
+    vocabulary.learn(old)
+    assert list(vocabulary.learn(np.concatenate([new, between]))) == [1, 0]
+    assert list(vocabulary.match(between)) == [0]
+
+
 def test_an_empty_vocabulary_knows_nothing() -> None:
     vocabulary = Vocabulary(250.0)
     assert len(vocabulary.match(near_duplicates(1, 3, 1))) == 0

@@ -107,9 +107,10 @@ def test_a_gap_wider_than_the_limit_ends_a_segment() -> None:
     assert [found.length for found in lines] == pytest.approx([3.4, 3.4], abs=0.3)
 
 
-def test_beams_without_return_are_in_no_wall() -> None:
+@pytest.mark.parametrize("max_range", [8.0, 80.0])
+def test_beams_without_return_are_in_no_wall(max_range: float) -> None:
     """Their end points at the maximum range form an arc that must not become walls."""
-    assert grow_segments(Scan(np.full(361, np.inf, np.float32)), SETTINGS) == []
+    assert grow_segments(Scan(np.full(361, np.inf, np.float32), max_range=max_range), SETTINGS) == []
 
 
 def test_a_round_wall_is_no_wall() -> None:
