@@ -75,9 +75,12 @@ def read_beliefs(path: Path) -> dict[Stage, list[Belief]]:
         table = pq.read_table(path)
     except (OSError, pa.ArrowInvalid) as error:
         raise LogError(f"{path}: is no table of beliefs: {str(error).splitlines()[0]}") from error
-    missing = [name for name in SCHEMA.names if name not in table.column_names]
-    if missing:
-        raise LogError(f"{path}: is no table of beliefs: column {missing[0]!r} is missing")
+    for wanted in SCHEMA:
+        if wanted.name not in table.column_names:
+            raise LogError(f"{path}: is no table of beliefs: column {wanted.name!r} is missing")
+        if table.schema.field(wanted.name).type != wanted.type:
+            found = table.schema.field(wanted.name).type
+            raise LogError(f"{path}: column {wanted.name!r} holds {found}; valid is {wanted.type}")
     beliefs: dict[Stage, list[Belief]] = {}
     for row in table.sort_by([("stage", "ascending"), ("view", "ascending")]).to_pylist():
         if row["stage"] not in set(Stage):

@@ -90,8 +90,7 @@ class Transitions:
     """The moves of the complete reference sequence (3.3 to 3.6), for one travelled distance.
 
     * P_i → P_k by the motion window, and P_i → Lost_{i+1}, in the shares 1 − ``lost`` and ``lost``. Staying (k = i) is
-      allowed where the window allows it, or a standing robot would be lost. From the last place, or where the window
-      holds no place, all probability goes to the Lost_Place; behind the last place that is the last Lost_Place.
+      allowed, or a standing robot would be lost. No Lost_Place lies behind the last place: it leads to the last one.
     * Lost_i → Lost_i with probability ``lost``, to no other Lost_Place (3.4).
     * Lost_i → P_k for k ≥ i, since Lost_i lies before P_i; nearer ones are likelier, as exp(−distance / ``near``).
       From Lost_0, where nothing is known, to all places alike (3.3).
@@ -104,10 +103,8 @@ class Transitions:
     ) -> None:
         self._window = MotionWindow(along, distance, motion)
         K = len(along)
-        reachable = self._window.reachable
-        self._log_go = np.where(reachable, np.log(1 - settings.lost), -np.inf)
-        self._log_leave = np.where(reachable, np.log(settings.lost), 0.0)
-        self._log_stay = np.log(settings.lost)
+        self._log_go = np.log(1 - settings.lost)
+        self._log_leave = self._log_stay = np.log(settings.lost)
         self._decay = along / settings.near
         # log Σ_{k ≥ i} exp(−(s_k − s_i) / near), from the end of the path.
         tail = np.logaddexp.accumulate(-self._decay[::-1])[::-1]

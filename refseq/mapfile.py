@@ -130,6 +130,8 @@ def _array(archive: zipfile.ZipFile, name: str, digest: str, path: Path) -> NDAr
 def _sequence(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> ReferenceSequence:
     profile = Profile.from_dict(header["profile"])
     along = np.asarray(arrays["along"], np.float64)
+    if along.ndim != 1 or not len(along) or not np.isfinite(along).all() or (np.diff(along) < 0).any():
+        raise ValueError("along is no list of distances that do not fall")
     sizes = {str(key): int(size) for key, size in header["blocks"].items()}
     matrix = IncidenceMatrix.from_rows(arrays["pointers"], arrays["places"], len(along), sizes)
     extractors = []

@@ -24,8 +24,8 @@ class MotionWindow:
     """P(k | j, d): probability of place k after ``distance`` [m] from place j, for all j and k.
 
     Equation (3.2) as printed weights by the distance itself and is not normalised; this is Fig. 3.7's window instead,
-    normalised over k for every j. ``along`` (K,) is each place's distance along the path [m], rising. A row without any
-    place in its window (behind the end of the path) is all zero. Negative distances work: the robot reversed.
+    normalised over k for every j. ``along`` (K,) is each place's distance along the path [m], rising. The thin bars
+    reach back to where the robot was, so no row is empty. Negative distances work: the robot reversed.
 
     The rows are never formed: the places that reach k are neighbours, so sums and maxima over them cost O(K log K).
     """
@@ -38,16 +38,10 @@ class MotionWindow:
             for half_width, share in ((wide, 1 - settings.thin), (wide + abs(distance), settings.thin))
         )
         mass = sum((level.share * level.targets for level in self._levels), np.zeros(len(along)))
-        self._norm = np.divide(1.0, mass, out=np.zeros_like(mass), where=mass > 0)
-        self._log_norm = np.log(self._norm, out=np.full_like(mass, -np.inf), where=mass > 0)
-
-    @property
-    def reachable(self) -> NDArray[np.bool_]:
-        """Whether a place's window holds any place, (K,)."""
-        return self._norm > 0
+        self._norm = 1.0 / mass
 
     def shift(self, belief: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Σ_j P(j) P(k | j, d), (K,): the belief after the motion; it sums to 1 less what ran off the path."""
+        """Σ_j P(j) P(k | j, d), (K,): the belief after the motion, with the same sum."""
         outgoing = belief * self._norm
         total: NDArray[np.float64] = np.zeros(len(belief))
         cumulated = np.concatenate([[0.0], np.cumsum(outgoing)])
@@ -57,7 +51,7 @@ class MotionWindow:
 
     def best(self, score: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
         """max_j score(j) + log P(k | j, d) and the j that reaches it, (K,) each; −∞ where nothing reaches k."""
-        outgoing = score + self._log_norm
+        outgoing = score + np.log(self._norm)
         table = _MaximumTable(outgoing)
         wide, thin = self._levels
         # Inside the wide window the two levels add up.
@@ -109,10 +103,7 @@ class _MaximumTable:
 def motion_prior(
     belief: NDArray[np.float64], along: NDArray[np.float64], distance: float, settings: MotionSettings
 ) -> NDArray[np.float64]:
-    """P(k) = α_reg · P(k | d) + (1 − α_reg) / K, (K,), for the view after ``belief`` (2.17).
-
-    What ran off the path's end is given to all places alike.
-    """
-    moved = settings.regularisation * MotionWindow(along, distance, settings).shift(belief)
-    prior: NDArray[np.float64] = moved + (1 - moved.sum()) / len(belief)
+    """P(k) = α_reg · P(k | d) + (1 − α_reg) / K, (K,), for the view after ``belief`` (2.17)."""
+    moved = MotionWindow(along, distance, settings).shift(belief)
+    prior: NDArray[np.float64] = settings.regularisation * moved + (1 - settings.regularisation) / len(belief)
     return prior

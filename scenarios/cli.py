@@ -4,33 +4,21 @@ Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
 """
 
-import math
-import os
-import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from enum import StrEnum
 from importlib.metadata import version as package_version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
+
+from scenarios.console import err, out, print_results, progress_bar, say, share_text, step_bars
+from scenarios.inputs import check_output, read_comparison, read_drive, read_show, stages, words, writing
 
 if TYPE_CHECKING:
-    from rich.progress import Progress as Bars
-    from rich.progress import TaskID
-
-    from refseq.belief import Belief, Stage
-    from refseq.logs import Recording
-    from refseq.view import View
-    from scenarios.comparison import Comparison
-    from scenarios.demo import Step
     from scenarios.evaluate import StageResult
-    from scenarios.record import Progress
-    from scenarios.score import Proportion
 
 OK, BELOW, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -41,7 +29,6 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     add_completion=False,
 )
-out, err = Console(), Console(stderr=True)
 
 
 class RendererChoice(StrEnum):
@@ -127,12 +114,12 @@ def record(
         world_seed=world_seed,
         renderer=RendererKind(renderer.value),
         trigger=Trigger(distance=every or None, turn=turn, time=time),
-        sensors=_names(sensors, "sensors"),
+        sensors=words(sensors, "sensors"),
     )
-    with _interruptible(), _progress(f"{world} at {light}") as progress:
+    with _interruptible(), progress_bar(f"{world} at {light}") as progress:
         recording = record_drive(drive, output, progress)
     sensed = ", ".join(sorted(recording.sensors))
-    _say(out, f"{output}: {len(recording.views)} views of {sensed}")
+    say(out, f"{output}: {len(recording.views)} views of {sensed}")
 
 
 @app.command(
@@ -162,17 +149,17 @@ def learn(
     from refseq.mapfile import save_map
     from refseq.sequence import learn as learn_sequence
 
-    _check_output(output)
-    drive = _drive(recording, views, thin, seed if odometry_noise else None)
+    check_output(output)
+    drive = read_drive(recording, views, thin, seed if odometry_noise else None)
     sequence = learn_sequence(
         drive.views,
-        sensors=_names(sensors, "sensors"),
-        features=_names(features, "features") or DEFAULT_FEATURES,
+        sensors=words(sensors, "sensors"),
+        features=words(features, "features") or DEFAULT_FEATURES,
         metadata={**drive.metadata, "source": recording.name},
     )
     save_map(sequence, output)
     length = float(sequence.along[-1])
-    _say(
+    say(
         out,
         f"{output}: {len(sequence)} places over {length:.1f} m, {sequence.matrix.N} features of "
         f"{', '.join(sorted(sequence.sensors))}",
@@ -208,18 +195,18 @@ def localise(
     from scenarios.evaluate import compare, results
 
     if output is not None:
-        _check_output(output)
-    wanted = _stages(stage)
+        check_output(output)
+    wanted = stages(stage)
     sequence = load_map(map_file)
-    drive = _drive(query, views, thin, seed + 1 if odometry_noise else None)
+    drive = read_drive(query, views, thin, seed + 1 if odometry_noise else None)
     comparison = compare(
-        f"{map_file.name} ← {query.name}", sequence, drive, stages=wanted, sensors=_names(sensors, "sensors"), seed=seed
+        f"{map_file.name} ← {query.name}", sequence, drive, stages=wanted, sensors=words(sensors, "sensors"), seed=seed
     )
     if output is not None:
         write_beliefs(output, drive.views, comparison.beliefs, drive.metadata)
-        _say(out, f"{output}: beliefs of {len(drive.views)} views")
+        say(out, f"{output}: beliefs of {len(drive.views)} views")
     found = results([comparison])
-    _print_results(comparison.name, found, [comparison])
+    print_results(comparison.name, found, [comparison])
     _judge(found, at_least)
 
 
@@ -240,13 +227,13 @@ def report(
     from scenarios.report import write_report
     from worlds.plan import load_plan, names
 
-    _check_output(output)
-    comparison = _comparison(map_file, query, beliefs, reference, views, thin)
+    check_output(output)
+    comparison = read_comparison(map_file, query, beliefs, reference, views, thin)
     world = str(comparison.reference_metadata.get("world", ""))
     outline = outline_of(load_plan(world)) if world in names() else None
-    with _writing(output):
+    with writing(output):
         write_report(output, [comparison], title=comparison.name, outline=outline)
-    _say(out, f"{output}")
+    say(out, f"{output}")
 
 
 @app.command(
@@ -268,14 +255,14 @@ def view(
     from refseq.viewer import show, write_recording
 
     if save is not None:
-        _check_output(save)
-    reference_views, query_views, answers, name = _show(files, reference, views, thin)
+        check_output(save)
+    reference_views, query_views, answers, name = read_show(files, reference, views, thin)
     if save is None:
         show(reference_views, query_views, answers, name=name)
     else:
-        with _writing(save):
+        with writing(save):
             write_recording(save, reference_views, query_views, answers, name=name)
-        _say(out, f"{save}: open it with 'rerun {save}'")
+        say(out, f"{save}: open it with 'rerun {save}'")
 
 
 @app.command(
@@ -310,14 +297,14 @@ def demo(
     for light in lights:
         light_named(light)  # a name that is wrong is told before the first drive, not after it
     first = Drive(world=world, light=start, robot=robot, renderer=RendererKind(renderer.value))
-    with _interruptible(), _steps() as step:
+    with _interruptible(), step_bars() as step:
         comparisons = run_demo(Demo(first, lights, tuple(range(1, seeds + 1))), output, step)
     found: list[StageResult] = []
     for name in dict.fromkeys(comparison.name for comparison in comparisons):
         same = [comparison for comparison in comparisons if comparison.name == name]
         found = results(same)
-        _print_results(f"{world}, {name}", found, same)
-    _say(out, f"look at {output / 'report.html'}, and: rerun {output / 'demo.rrd'}")
+        print_results(f"{world}, {name}", found, same)
+    say(out, f"look at {output / 'report.html'}, and: rerun {output / 'demo.rrd'}")
     _judge(found, at_least)
 
 
@@ -333,7 +320,7 @@ def doctor() -> None:
 def version(show: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False) -> None:
     """Test bench for robots that find their place along a path. All lengths are in metres, times in seconds."""
     if show:
-        _say(out, package_version("refseq-bench"))
+        say(out, package_version("refseq-bench"))
         raise typer.Exit
 
 
@@ -344,13 +331,8 @@ def main() -> None:
     except Exception as error:
         if not _is_bad_input(error):
             raise
-        _say(err, f"error: {error}")
+        say(err, f"error: {error}")
         sys.exit(BAD_INPUT)
-
-
-def _say(console: Console, line: str) -> None:
-    """Print one line as it is: a file's name may be long, and may hold what rich takes for markup."""
-    console.print(line.replace("\n", " "), highlight=False, markup=False, soft_wrap=True)
 
 
 def _is_bad_input(error: Exception) -> bool:
@@ -370,170 +352,13 @@ def _is_bad_input(error: Exception) -> bool:
     return isinstance(error, tuple(families))
 
 
-def _names(text: str | None, what: str) -> tuple[str, ...] | None:
-    """Words with commas between; None is left as it is."""
-    from scenarios.errors import ScenarioError
-
-    if text is None:
-        return None
-    words = tuple(word.strip() for word in text.split(","))
-    if not all(words):
-        raise ScenarioError(f"{what} {text!r}: a name is empty; valid are names with commas between")
-    return words
-
-
-def _stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
-    from refseq.belief import Stage
-    from scenarios.errors import ScenarioError
-
-    for name in names or ():
-        if name not in set(Stage):
-            raise ScenarioError(f"stage {name!r} is unknown; valid are {', '.join(Stage)}")
-    return tuple(Stage(name) for name in dict.fromkeys(names or Stage))
-
-
-def _check_output(path: Path) -> None:
-    """Tell before the work begins that its result could not be written."""
-    from scenarios.errors import ScenarioError
-
-    if path.is_dir():
-        raise ScenarioError(f"{path}: is a folder; valid is the name of a file to write")
-    if not path.parent.is_dir():
-        raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK):
-        raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
-
-
-@contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    """Tell in one line what keeps ``path`` from being written, a full disk for one."""
-    from scenarios.errors import ScenarioError
-
-    try:
-        yield
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be written: {error.strerror or error}") from error
-
-
-def _drive(path: Path, views: str | None, thin: float | None, noise_seed: int | None = None) -> "Recording":
-    """Read a recording, keep the views asked for, and thin them."""
-    import numpy as np
-
-    from refseq.logs import read_recording
-    from refseq.logs.thin import every, with_odometry_noise
-    from scenarios.errors import ScenarioError
-
-    recording = read_recording(path)
-    if not recording.complete:
-        _say(err, f"note: {path} was cut off; its {len(recording.views)} views are used")
-    kept = recording.views[_slice(views, len(recording.views), path)]
-    if noise_seed is not None:
-        kept = with_odometry_noise(kept, np.random.default_rng(noise_seed))
-    if thin is not None and not math.isfinite(thin):
-        raise ScenarioError(f"thin {thin} is not valid; it should be a number of metres, 0 or more")
-    if thin:
-        kept = every(kept, thin)
-    return replace(recording, views=kept)
-
-
-def _slice(text: str | None, count: int, path: Path) -> slice:
-    """``FROM:TO`` as a slice of the ``count`` views of ``path`` that holds at least one."""
-    from scenarios.errors import ScenarioError
-
-    match = re.fullmatch(r"(\d*):(\d*)", text or ":")
-    wanted = slice(int(match[1] or 0), int(match[2] or count)) if match else slice(0, 0)
-    if not 0 <= wanted.start < wanted.stop <= count:
-        raise ScenarioError(f"{path}: views {text!r} is no stretch of it; valid is FROM:TO within 0:{count}")
-    return wanted
-
-
-def _comparison(
-    map_file: Path, query: Path, beliefs: Path, reference: Path | None, views: str | None, thin: float | None
-) -> "Comparison":
-    """A localised drive put together again from its files."""
-    from refseq.beliefs import read_beliefs
-    from refseq.mapfile import load_map
-    from scenarios.comparison import Comparison
-    from scenarios.errors import ScenarioError
-    from scenarios.evaluate import places_as_views
-
-    if not beliefs.is_file():
-        raise ScenarioError(f"{beliefs}: is no file; valid is a table of beliefs (.parquet)")
-    sequence, drive, answers = load_map(map_file), _drive(query, views, thin), read_beliefs(beliefs)
-    if not answers:
-        raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of {query}")
-    places = _drive(reference, None, None).views if reference else places_as_views(sequence)
-    name = f"{map_file.name} ← {query.name}"
-    try:
-        return Comparison(name, places, sequence.metadata, drive.views, drive.metadata, answers)
-    except ScenarioError as error:
-        raise ScenarioError(f"{beliefs}: {error}") from error
-
-
-def _show(
-    files: Sequence[Path], reference: Path | None, views: str | None, thin: float | None
-) -> "tuple[Sequence[View], Sequence[View], Mapping[Stage, Sequence[Belief]], str]":
-    """Reference views, query views, beliefs and title of what the files hold."""
-    from refseq.mapfile import load_map
-    from scenarios.errors import ScenarioError
-    from scenarios.evaluate import places_as_views
-
-    match [file.suffix for file in files]:
-        case [".refseq"]:
-            return places_as_views(load_map(files[0])), (), {}, files[0].name
-        case [_]:
-            return (), _drive(files[0], views, thin).views, {}, files[0].name
-        case [".refseq", _, ".parquet"]:
-            found = _comparison(files[0], files[1], files[2], reference, views, thin)
-            return found.reference_views, found.query_views, found.beliefs, found.name
-    given = " ".join(str(file) for file in files)
-    raise ScenarioError(f"{given}: valid is a recording, a map (.refseq), or map, recording and beliefs (.parquet)")
-
-
-def _print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
-    """The table of the stages, with the number of views and 95 % intervals."""
-    from rich.box import SIMPLE
-    from rich.table import Table
-    from rich.text import Text
-
-    views = sum(len(comparison.query_views) for comparison in comparisons)
-    runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
-    # Five columns with intervals fit a terminal of 80 characters only without a frame.
-    table = Table(
-        title=Text(f"{title}: {runs}{views} views"),
-        title_justify="left",
-        title_style="bold",
-        box=SIMPLE,
-        pad_edge=False,
-    )
-    table.add_column("stage")
-    tolerances = list(found[0].success) if found else []
-    for tolerance in tolerances:
-        table.add_column(f"within {tolerance.distance:g} m [95 %]", justify="right")
-    table.add_column("failures", justify="right")
-    table.add_column("lost", justify="right")
-    for result in found:
-        shares = [_share(result.success[tolerance]) for tolerance in tolerances]
-        table.add_row(result.stage.value, *shares, str(result.failures), str(result.lost))
-    out.print(table)
-    if found and not any(result.success[tolerances[0]].trials for result in found):
-        _say(out, "no view has a true pose on the map: nothing to score")
-
-
-def _share(share: "Proportion") -> str:
-    if not share.trials:
-        return "n/a"
-    low, high = share.interval
-    return f"{100 * share.value:.1f} % [{100 * low:.0f}-{100 * high:.0f}] of {share.trials}"
-
-
 def _judge(found: "Sequence[StageResult]", at_least: float | None) -> None:
     """Leave with 1 when the last stage is right less often than asked."""
     if at_least is None or not found:
         return
     success = next(iter(found[-1].success.values()))
     if not success.trials or 100 * success.value < at_least:
-        _say(err, f"below what was asked: {_share(success)}, at least {at_least:g} %")
+        say(err, f"below what was asked: {share_text(success)}, at least {at_least:g} %")
         raise typer.Exit(BELOW)
 
 
@@ -543,64 +368,5 @@ def _interruptible() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as stop:
-        _say(err, f"interrupted: {stop}" if stop.args else "interrupted")
+        say(err, f"interrupted: {stop}" if stop.args else "interrupted")
         raise typer.Exit(INTERRUPTED) from None
-
-
-@contextmanager
-def _progress(title: str) -> "Iterator[Progress]":
-    """A bar for one drive."""
-    with _bars() as bars:
-        yield _drive_bar(bars, title)
-
-
-@contextmanager
-def _steps() -> "Iterator[Step]":
-    """A line for each step, with a bar where it drives."""
-    with _bars() as bars:
-        running: list[TaskID] = []
-
-        def step(name: str) -> "Progress | None":
-            for task in running:
-                bars.update(task, total=1, completed=1)
-            running.clear()
-            if name.startswith("drive"):
-                return _drive_bar(bars, name)
-            running.append(bars.add_task(name, total=None, seen=""))
-            return None
-
-        yield step
-        for task in running:
-            bars.update(task, total=1, completed=1)
-
-
-@contextmanager
-def _bars() -> "Iterator[Bars]":
-    """Bars on the terminal; they vanish when what they show fails, which is told in a line of its own."""
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bars
-
-    columns = (
-        TextColumn("{task.description:<24}", markup=False),
-        BarColumn(24),
-        TextColumn("{task.fields[seen]:<24}"),
-        TimeElapsedColumn(),
-    )
-    bars = Bars(*columns, console=err)
-    bars.start()
-    try:
-        yield bars
-    except BaseException:
-        bars.live.transient = True
-        bars.live.stop()
-        raise
-    bars.stop()
-
-
-def _drive_bar(bars: "Bars", title: str) -> "Progress":
-    task = bars.add_task(title, total=1.0, seen="")
-
-    def show(progress: float, length: float, views: int) -> None:
-        bars.update(task, total=length, completed=progress, seen=f"{progress:5.1f} of {length:.0f} m, {views:3d} views")
-
-    return show

@@ -31,8 +31,8 @@ CLIP_NEAR = 0.05
 RAYS = (33, 25)
 """Rays across and down that look for the farthest thing in a picture: one every 20 pixels."""
 NEARBY = 10.0
-"""Only a picture in which all rays end nearer than this [m] gets a far plane of its own. In a deep one, as down a hallway,
-the farthest things are the smallest, and a grid of rays would miss them."""
+"""Only a picture in which all rays end nearer than this [m] gets a far plane of its own. In a deep one, as down a
+hallway, the farthest things are the smallest, and a grid of rays would miss them."""
 FILAMENT_SETTINGS = {
     "filament.ao.enabled": 0.0,
     "filament.fallback.head_light_intensity": 0.0,
@@ -110,7 +110,7 @@ def prepare_spec(spec: mujoco.MjSpec) -> None:
 
 
 def farthest(model: mujoco.MjModel, data: mujoco.MjData, seen: mujoco.MjvGLCamera) -> float:
-    """Distance of the farthest thing that a grid of rays through the picture meets [m]; infinite where one meets nothing.
+    """Distance of the farthest thing that a grid of rays through the picture meets [m]; infinite if one meets nothing.
 
     A shadow map is spread over all that lies before the far plane, so a far plane just behind what is there makes sun
     patches sharp: a camera that faces a wall at 1 m needs none of the 100 m beside it.

@@ -56,7 +56,8 @@ def make_extractors(features: Iterable[str], sensors: Sequence[str], profile: "P
     made = [FEATURES[name](sensor, profile, {}) for name, sensor in pairs]
     extractors = tuple(extractor for extractor in made if extractor is not None)
     if not extractors:
-        raise MapError(f"features {', '.join(names)} need other sensors than {', '.join(sensors)}")
+        fitting = ", ".join(name for name in FEATURES if any(FEATURES[name](sensor, profile, {}) for sensor in sensors))
+        raise MapError(f"features {', '.join(names)} do not fit sensors {', '.join(sensors)}; valid are {fitting}")
     return extractors
 
 

@@ -68,7 +68,7 @@ def test_files_that_are_no_beliefs(tmp_path: Path) -> None:
     assert error_of(path).startswith(f"{path}: is no table of beliefs: ")
     path.write_text("stage,view")
     assert error_of(path).startswith(f"{path}: is no table of beliefs: ")
-    pq.write_table(pa.table({"stage": ["chain"], "view": [0]}), path)
+    pq.write_table(pa.table({"stage": ["chain"], "view": pa.array([0], pa.int32())}), path)
     assert error_of(path) == f"{path}: is no table of beliefs: column 'time_s' is missing"
 
 
@@ -84,3 +84,10 @@ def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(LogError) as caught:
         write_beliefs(path, [], {})
     assert str(caught.value) == f"{path}: cannot be written: No such file or directory"
+
+
+def test_a_column_of_another_type_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "beliefs.parquet"
+    columns = {field.name: pa.nulls(1, field.type) for field in SCHEMA}
+    pq.write_table(pa.table(columns | {"best": pa.array(["7"])}), path)
+    assert error_of(path) == f"{path}: column 'best' holds string; valid is int32"

@@ -65,7 +65,7 @@ def test_emissions_are_the_sequence_compared_with_itself(views: list[View]) -> N
         (0, None, ("sift",), "the drive holds no view; valid is at least one"),
         (2, ["nose"], ("sift",), "sensor 'nose' is not in the drive; valid are forward, laser, lateral"),
         (2, None, ("smell",), "feature 'smell' is unknown; valid are sift, walls, boundary, sectors"),
-        (2, [LASER], ("sift",), "features sift need other sensors than laser"),
+        (2, [LASER], ("sift",), "features sift do not fit sensors laser; valid are walls, boundary, sectors"),
     ],
 )
 def test_messages(

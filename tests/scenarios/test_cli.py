@@ -131,7 +131,7 @@ BAD_INPUT = [
     ("learn run.mcap -o new.refseq --sensors sonar", "sensor 'sonar' is not in the drive; valid are laser"),
     ("learn run.mcap -o new.refseq --features magic", "feature 'magic' is unknown; valid are sift, walls, boundary"),
     ("learn run.mcap -o new.refseq --features ,", "features ',': a name is empty; valid are names with commas"),
-    ("learn run.mcap -o new.refseq --features sift", "features sift need other sensors than laser"),
+    ("learn run.mcap -o new.refseq --features sift", "features sift do not fit sensors laser; valid are walls"),
     ("localise map.refseq run.mcap --stage magic", "stage 'magic' is unknown; valid are uniform, prior, chain"),
     ("localise map.refseq run.mcap --sensors sonar", "sensor 'sonar' is not in the map; valid are laser"),
     ("demo --world nowhere -o new", "unknown world 'nowhere'; known are hallway"),

@@ -1,0 +1,122 @@
+"""What the commands show on the terminal: lines, the table of results, bars."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bars
+    from rich.progress import TaskID
+
+    from scenarios.comparison import Comparison
+    from scenarios.demo import Step
+    from scenarios.evaluate import StageResult
+    from scenarios.record import Progress
+    from scenarios.score import Proportion
+
+out, err = Console(), Console(stderr=True)
+
+
+def say(console: Console, line: str) -> None:
+    """Print one line as it is: a file's name may be long, and may hold what rich takes for markup."""
+    console.print(line.replace("\n", " "), highlight=False, markup=False, soft_wrap=True)
+
+
+def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
+    """The table of the stages, with the number of views and 95 % intervals."""
+    from rich.box import SIMPLE
+    from rich.table import Table
+    from rich.text import Text
+
+    views = sum(len(comparison.query_views) for comparison in comparisons)
+    runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
+    # Five columns with intervals fit a terminal of 80 characters only without a frame.
+    table = Table(
+        title=Text(f"{title}: {runs}{views} views"),
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE,
+        pad_edge=False,
+    )
+    table.add_column("stage")
+    tolerances = list(found[0].success) if found else []
+    for tolerance in tolerances:
+        table.add_column(f"within {tolerance.distance:g} m [95 %]", justify="right")
+    table.add_column("failures", justify="right")
+    table.add_column("lost", justify="right")
+    for result in found:
+        shares = [share_text(result.success[tolerance]) for tolerance in tolerances]
+        table.add_row(result.stage.value, *shares, str(result.failures), str(result.lost))
+    out.print(table)
+    if found and not any(result.success[tolerances[0]].trials for result in found):
+        say(out, "no view has a true pose on the map: nothing to score")
+
+
+def share_text(share: "Proportion") -> str:
+    """A share in percent with its 95 % interval and the number of views."""
+    if not share.trials:
+        return "n/a"
+    low, high = share.interval
+    return f"{100 * share.value:.1f} % [{100 * low:.0f}-{100 * high:.0f}] of {share.trials}"
+
+
+@contextmanager
+def progress_bar(title: str) -> "Iterator[Progress]":
+    """A bar for one drive."""
+    with bars_on_terminal() as bars:
+        yield drive_bar(bars, title)
+
+
+@contextmanager
+def step_bars() -> "Iterator[Step]":
+    """A line for each step, with a bar where it drives."""
+    with bars_on_terminal() as bars:
+        running: list[TaskID] = []
+
+        def step(name: str) -> "Progress | None":
+            for task in running:
+                bars.update(task, total=1, completed=1)
+            running.clear()
+            if name.startswith("drive"):
+                return drive_bar(bars, name)
+            running.append(bars.add_task(name, total=None, seen=""))
+            return None
+
+        yield step
+        for task in running:
+            bars.update(task, total=1, completed=1)
+
+
+@contextmanager
+def bars_on_terminal() -> "Iterator[Bars]":
+    """Bars on the terminal; they vanish when what they show fails, which is told in a line of its own."""
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
+    columns = (
+        TextColumn("{task.description:<24}", markup=False),
+        BarColumn(24),
+        TextColumn("{task.fields[seen]:<24}"),
+        TimeElapsedColumn(),
+    )
+    bars = Bars(*columns, console=err)
+    bars.start()
+    try:
+        yield bars
+    except BaseException:
+        bars.live.transient = True
+        bars.live.stop()
+        raise
+    bars.stop()
+
+
+def drive_bar(bars: "Bars", title: str) -> "Progress":
+    """A bar that fills as the robot comes along its route."""
+    task = bars.add_task(title, total=1.0, seen="")
+
+    def show(progress: float, length: float, views: int) -> None:
+        bars.update(task, total=length, completed=progress, seen=f"{progress:5.1f} of {length:.0f} m, {views:3d} views")
+
+    return show

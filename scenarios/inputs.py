@@ -1,0 +1,128 @@
+"""What the commands are given: names, files, stretches of recordings; what is wrong is told in one line."""
+
+import math
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.console import err, say
+from scenarios.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from refseq.belief import Belief, Stage
+    from refseq.logs import Recording
+    from refseq.view import View
+    from scenarios.comparison import Comparison
+
+
+def words(text: str | None, what: str) -> tuple[str, ...] | None:
+    """Words with commas between; None is left as it is."""
+    if text is None:
+        return None
+    found = tuple(word.strip() for word in text.split(","))
+    if not all(found):
+        raise ScenarioError(f"{what} {text!r}: a name is empty; valid are names with commas between")
+    return found
+
+
+def stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
+    """Stages by their names, each once; without names all of them."""
+    from refseq.belief import Stage
+
+    for name in names or ():
+        if name not in set(Stage):
+            raise ScenarioError(f"stage {name!r} is unknown; valid are {', '.join(Stage)}")
+    return tuple(Stage(name) for name in dict.fromkeys(names or Stage))
+
+
+def check_output(path: Path) -> None:
+    """Tell before the work begins that its result could not be written."""
+    if path.is_dir():
+        raise ScenarioError(f"{path}: is a folder; valid is the name of a file to write")
+    if not path.parent.is_dir():
+        raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Tell in one line what keeps ``path`` from being written, a full disk for one."""
+    try:
+        yield
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def read_drive(path: Path, views: str | None, thin: float | None, noise_seed: int | None = None) -> "Recording":
+    """Read a recording, keep the views asked for, and thin them."""
+    import numpy as np
+
+    from refseq.logs import read_recording
+    from refseq.logs.thin import every, with_odometry_noise
+
+    recording = read_recording(path)
+    if not recording.complete:
+        say(err, f"note: {path} was cut off; its {len(recording.views)} views are used")
+    kept = recording.views[stretch(views, len(recording.views), path)]
+    if noise_seed is not None:
+        kept = with_odometry_noise(kept, np.random.default_rng(noise_seed))
+    if thin is not None and not math.isfinite(thin):
+        raise ScenarioError(f"thin {thin} is not valid; it should be a number of metres, 0 or more")
+    if thin:
+        kept = every(kept, thin)
+    return replace(recording, views=kept)
+
+
+def stretch(text: str | None, count: int, path: Path) -> slice:
+    """``FROM:TO`` as a slice of the ``count`` views of ``path`` that holds at least one."""
+    match = re.fullmatch(r"(\d*):(\d*)", text or ":")
+    wanted = slice(int(match[1] or 0), int(match[2] or count)) if match else slice(0, 0)
+    if not 0 <= wanted.start < wanted.stop <= count:
+        raise ScenarioError(f"{path}: views {text!r} is no stretch of it; valid is FROM:TO within 0:{count}")
+    return wanted
+
+
+def read_comparison(
+    map_file: Path, query: Path, beliefs: Path, reference: Path | None, views: str | None, thin: float | None
+) -> "Comparison":
+    """A localised drive put together again from its files."""
+    from refseq.beliefs import read_beliefs
+    from refseq.mapfile import load_map
+    from scenarios.comparison import Comparison
+    from scenarios.evaluate import places_as_views
+
+    if not beliefs.is_file():
+        raise ScenarioError(f"{beliefs}: is no file; valid is a table of beliefs (.parquet)")
+    sequence, drive, answers = load_map(map_file), read_drive(query, views, thin), read_beliefs(beliefs)
+    if not answers:
+        raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of {query}")
+    places = read_drive(reference, None, None).views if reference else places_as_views(sequence)
+    name = f"{map_file.name} ← {query.name}"
+    try:
+        return Comparison(name, places, sequence.metadata, drive.views, drive.metadata, answers)
+    except ScenarioError as error:
+        raise ScenarioError(f"{beliefs}: {error}") from error
+
+
+def read_show(
+    files: Sequence[Path], reference: Path | None, views: str | None, thin: float | None
+) -> "tuple[Sequence[View], Sequence[View], Mapping[Stage, Sequence[Belief]], str]":
+    """Reference views, query views, beliefs and title of what the files hold."""
+    from refseq.mapfile import load_map
+    from scenarios.evaluate import places_as_views
+
+    match [file.suffix for file in files]:
+        case [".refseq"]:
+            return places_as_views(load_map(files[0])), (), {}, files[0].name
+        case [_]:
+            return (), read_drive(files[0], views, thin).views, {}, files[0].name
+        case [".refseq", _, ".parquet"]:
+            found = read_comparison(files[0], files[1], files[2], reference, views, thin)
+            return found.reference_views, found.query_views, found.beliefs, found.name
+    given = " ".join(str(file) for file in files)
+    raise ScenarioError(f"{given}: valid is a recording, a map (.refseq), or map, recording and beliefs (.parquet)")
