@@ -66,7 +66,9 @@ def share_text(share: "Proportion") -> str:
 def progress_bar(title: str) -> "Iterator[Progress]":
     """A bar for one drive."""
     with bars_on_terminal() as bars:
-        yield drive_bar(bars, title)
+        task = bars.add_task(title, total=1.0, seen="")
+        yield drive_progress(bars, task)
+        bars.update(task, total=1, completed=1)
 
 
 @contextmanager
@@ -75,18 +77,18 @@ def step_bars() -> "Iterator[Step]":
     with bars_on_terminal() as bars:
         running: list[TaskID] = []
 
-        def step(name: str) -> "Progress | None":
+        def finish() -> None:
             for task in running:
                 bars.update(task, total=1, completed=1)
             running.clear()
-            if name.startswith("drive"):
-                return drive_bar(bars, name)
-            running.append(bars.add_task(name, total=None, seen=""))
-            return None
+
+        def step(name: str) -> "Progress | None":
+            finish()
+            running.append(bars.add_task(name, total=1.0 if name.startswith("drive") else None, seen=""))
+            return drive_progress(bars, running[-1]) if name.startswith("drive") else None
 
         yield step
-        for task in running:
-            bars.update(task, total=1, completed=1)
+        finish()
 
 
 @contextmanager
@@ -112,9 +114,8 @@ def bars_on_terminal() -> "Iterator[Bars]":
     bars.stop()
 
 
-def drive_bar(bars: "Bars", title: str) -> "Progress":
-    """A bar that fills as the robot comes along its route."""
-    task = bars.add_task(title, total=1.0, seen="")
+def drive_progress(bars: "Bars", task: "TaskID") -> "Progress":
+    """What fills a bar as the robot comes along its route."""
 
     def show(progress: float, length: float, views: int) -> None:
         bars.update(task, total=length, completed=progress, seen=f"{progress:5.1f} of {length:.0f} m, {views:3d} views")

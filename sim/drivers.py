@@ -36,14 +36,18 @@ def quiet_terminal() -> Iterator[IO[bytes]]:
     Native libraries write to the descriptors 1 and 2, past ``sys.stdout``: these are redirected and always put back.
     What other threads print meanwhile is lost.
     """
+    libc = ctypes.CDLL(None)
     sys.stdout.flush()
     sys.stderr.flush()
+    libc.fflush(None)
     with tempfile.TemporaryFile() as caught, contextlib.ExitStack() as undo:
         for descriptor in (1, 2):
             kept = os.dup(descriptor)
             undo.callback(os.close, kept)
             undo.callback(os.dup2, kept, descriptor)
             os.dup2(caught.fileno(), descriptor)
+        # Where standard output is no terminal, C holds lines back: they must come out while they are caught.
+        undo.callback(libc.fflush, None)
         yield caught
 
 

@@ -197,6 +197,19 @@ def test_filament_writes_nothing_to_the_terminal(capfd: pytest.CaptureFixture[st
 
 
 @needs_vulkan
+def test_filament_leaves_nothing_in_a_pipe_for_the_end() -> None:
+    """C's standard output holds lines back where it is no terminal, and would let them go when the process ends."""
+    program = (
+        "import mujoco; from sim.render import open_renderer;"
+        "model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><camera name=\"c\"/></worldbody></mujoco>');"
+        "data = mujoco.MjData(model); mujoco.mj_forward(model, data);"
+        "open_renderer('filament', model).radiance(data, 'c', 16, 16)"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert (ended.stdout, ended.stderr) == ("", "")
+
+
+@needs_vulkan
 def test_a_closed_renderer_says_so() -> None:
     model, data = card("")
     renderer = open_renderer("filament", model)
