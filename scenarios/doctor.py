@@ -35,6 +35,7 @@ COSTS = {
     "foxglove-sdk": "no recording: nothing writes the .mcap file",
     "mcap": "no recording can be read; CARMEN logs still can",
     "mcap-protobuf-support": "no recording can be read; CARMEN logs still can",
+    "protobuf": "no recording can be read; CARMEN logs still can",
     "pyarrow": "no beliefs.parquet: results cannot be kept",
     "rerun-sdk": "no viewer: the report still shows the result",
     "mujoco": "no simulated drives: only logs of real robots can be learnt and localised",
