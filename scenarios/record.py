@@ -47,8 +47,11 @@ def open_bench(drive: Drive) -> Bench:
     robot = robots.load(drive.robot)
     if drive.sensors is not None:
         check_sensors(drive.sensors, robot)
+    cameras = tuple(name for name in robot.cameras if drive.sensors is None or name in drive.sensors)
+    if drive.renderer is RendererKind.NONE and drive.sensors is not None and LASER not in drive.sensors:
+        raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
     world = build(load_plan(drive.world), light_named(drive.light), drive.world_seed)
-    settings = BenchSettings(renderer=drive.renderer)
+    settings = BenchSettings(renderer=drive.renderer if cameras else RendererKind.NONE, cameras=cameras)
     return Bench(world, robot, route=drive.route, seed=drive.seed, settings=settings)
 
 
@@ -70,9 +73,7 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
     if path.is_dir():
         raise ScenarioError(f"{path}: is a folder; valid is the name of a recording to write")
     with open_bench(drive) as bench:
-        wanted = frozenset(drive.sensors or (*bench.robot.cameras, LASER))
-        if drive.renderer is RendererKind.NONE and LASER not in wanted:
-            raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
+        scanning = drive.sensors is None or LASER in drive.sensors
         operator = operator_for(bench, drive.seed, drive.style)
         metadata = describe(bench, route=drive.route, seed=drive.seed, trigger=drive.trigger, style=drive.style)
         drive_on = drive_and_sense(bench, operator, drive.trigger)
@@ -82,7 +83,7 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
         try:
             with RecordingWriter(path, metadata) as writer:
                 for taken in itertools.chain([first], drive_on):
-                    view = only(taken.view, wanted)
+                    view = taken.view if scanning else replace(taken.view, scan=None)
                     writer.write(view, taken.odometry)
                     views.append(view)
                     if progress is not None:
@@ -98,9 +99,3 @@ def _make_folder(path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be written: {path.parent}: {error.strerror}") from error
-
-
-def only(view: View, sensors: frozenset[str]) -> View:
-    """The view with some of its sensors."""
-    images = {name: image for name, image in view.images.items() if name in sensors}
-    return replace(view, images=images, scan=view.scan if LASER in sensors else None)

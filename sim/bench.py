@@ -33,9 +33,13 @@ OPTIONS = ("timestep", "integrator", "cone", "impratio")
 
 @dataclass(frozen=True, slots=True)
 class BenchSettings:
-    """Sensors of the bench, and the individual robot ``unit``, which fixes its calibration errors for all drives."""
+    """Sensors of the bench, and the individual robot ``unit``, which fixes its calibration errors for all drives.
+
+    ``cameras`` are those that take images, None for all of the robot's: rendering is the cost of the bench.
+    """
 
     renderer: RendererKind = RendererKind.FILAMENT
+    cameras: tuple[str, ...] | None = None
     camera: CameraModel = field(default_factory=CameraModel)
     laser: LaserModel = field(default_factory=LaserModel)
     calibration: CalibrationErrors = field(default_factory=CalibrationErrors)
@@ -72,7 +76,9 @@ class Bench:
         self._laser = Laser(self.settings.laser, np.random.default_rng(laser_seed))
         self._cameras = {
             name: Camera(self.settings.camera, np.random.default_rng(camera_seed))
+            # Seeds go by the robot's cameras, so that one's noise does not depend on which others take images.
             for name, camera_seed in zip(robot.cameras, camera_seeds, strict=True)
+            if self.settings.cameras is None or name in self.settings.cameras
         }
         geometry = believed_geometry(robot.drive, self.settings.calibration, np.random.default_rng(self.settings.unit))
         self._encoders = Encoders(robot.pulses_per_turn)

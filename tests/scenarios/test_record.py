@@ -11,12 +11,11 @@ from refseq.logs import Recording, read_recording
 from refseq.sequence import learn
 from refseq.view import View
 from scenarios.errors import ScenarioError
-from scenarios.record import Drive, Interrupted, Progress, check_sensors, only, open_bench, record
+from scenarios.record import Drive, Interrupted, Progress, check_sensors, open_bench, record
 from sim.bench import Bench
-from sim.drivers import vulkan_device
+from sim.drivers import gl_backend, vulkan_device
 from sim.recorder import Trigger, drive_and_sense, operator_for
 from sim.render import RendererKind
-from tests.support import corridor_drive
 from tests.worlds.conftest import SMALL
 
 needs_vulkan = pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device on this machine")
@@ -89,11 +88,24 @@ def test_the_same_seed_gives_the_same_pictures_within_one_grey_level(plan: str) 
     assert max(int(np.abs(a - b).max()) for a, b in zip(*pictures, strict=True)) <= 1
 
 
-def test_only_the_sensors_asked_for_are_kept() -> None:
-    view = corridor_drive(np.random.default_rng(0), count=1, size=24)[0]
-    assert only(view, frozenset({"forward"})).sensors == {"forward"}
-    assert only(view, frozenset({"laser"})).sensors == {"laser"}
-    assert only(view, view.sensors).sensors == view.sensors == {"forward", "lateral", "laser"}
+@needs_vulkan
+def test_only_the_sensors_asked_for_are_recorded_and_a_camera_takes_the_same_pictures_alone(plan: str) -> None:
+    pictures = []
+    for sensors in (("camera-2",), None):
+        with open_bench(Drive(world=plan, trigger=STEPS, sensors=sensors)) as bench:
+            pictures.append(bench.sense().images)
+    assert set(pictures[0]) == {"camera-2"}
+    assert set(pictures[1]) == {"camera-1", "camera-2"}
+    assert np.abs(pictures[0]["camera-2"].astype(int) - pictures[1]["camera-2"]).max() <= 1
+
+
+@pytest.mark.skipif(gl_backend() is None, reason="no EGL or OSMesa on this machine")
+def test_without_a_camera_nothing_is_rendered_and_without_the_laser_there_is_no_scan(plan: str, tmp_path: Path) -> None:
+    with open_bench(Drive(world=plan, sensors=("laser",))) as bench:
+        assert bench.renderer.kind is RendererKind.NONE
+    short = Trigger(distance=4.0)
+    alone = Drive(world=plan, renderer=RendererKind.CLASSIC, trigger=short, sensors=("camera-1",))
+    assert record(alone, tmp_path / "images.mcap").sensors == {"camera-1"}
 
 
 def test_a_sensor_that_the_robot_has_not_is_told_with_those_that_it_has() -> None:
