@@ -13,6 +13,10 @@ LOST = -1
 """Stands in ``Belief.path`` where the best path is at a Lost_Place."""
 
 
+LOST_ABOVE = 0.5
+"""A belief whose ``lost`` is above this says that the robot is lost, where nothing else was asked for."""
+
+
 class Stage(StrEnum):
     """The thesis' three stages, each one more step of context."""
 

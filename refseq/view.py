@@ -38,6 +38,12 @@ def motion_between(before: Pose, after: Pose) -> tuple[float, float]:
     return math.copysign(math.hypot(east, north), forward), turn
 
 
+def after_motion(pose: Pose, distance: float, turn: float) -> Pose:
+    """The inverse of ``motion_between``: where a motion leads from ``pose``."""
+    along = pose.heading + turn / 2
+    return Pose(pose.x + distance * math.cos(along), pose.y + distance * math.sin(along), pose.heading + turn)
+
+
 @dataclass(frozen=True, slots=True)
 class Scan:
     """One turn of a laser scanner.

@@ -6,10 +6,9 @@ Rerun's plane has y downwards; everything is drawn with north up, so the second 
 import math
 import os
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from pathlib import Path
 
 import cv2
@@ -18,13 +17,13 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Stage
+from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.errors import RefseqError
-from refseq.view import Pose, View
+from refseq.files import replacing_at
+from refseq.view import Pose, View, after_motion
 
 APPLICATION = "refseq"
 JPEG_QUALITY = 75
-LOST_ABOVE = 0.5
 NEAR = 1.5
 """A drive farther than this from every place [m] is off the path: no place is the true one."""
 WIDE_PLAN = 4.0
@@ -53,18 +52,11 @@ def write_recording(
     ``RefseqError`` when there is nothing to show, or when the answers do not fit the views.
     """
     show = _Show(reference_views, query_views, beliefs)
-    descriptor, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".rrd", dir=path.parent)
-    os.close(descriptor)
-    try:
-        with rr.RecordingStream(APPLICATION) as stream:
-            stream.save(temporary)
-            show.send(stream, name)
-            stream.flush()
-            stream.disconnect()
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    finally:
-        Path(temporary).unlink(missing_ok=True)
+    with replacing_at(path) as temporary, rr.RecordingStream(APPLICATION) as stream:
+        stream.save(temporary)
+        show.send(stream, name)
+        stream.flush()
+        stream.disconnect()
 
 
 def show(reference_views: Sequence[View], query_views: Sequence[View], beliefs: Answers, *, name: str) -> None:
@@ -510,11 +502,7 @@ def _nearest(pose: Pose | None, places: Sequence[Pose | None]) -> int | None:
 
 
 def _dead_reckoning(views: Sequence[View]) -> Iterable[Pose]:
-    """Poses from odometry, the first at the origin: half of each turn before, half after the way between two views."""
-    x = y = heading = 0.0
-    for number, view in enumerate(views):
-        if number:
-            x += view.distance * math.cos(heading + view.turn / 2)
-            y += view.distance * math.sin(heading + view.turn / 2)
-            heading += view.turn
-        yield Pose(x, y, heading)
+    """Poses from odometry, the first at the origin."""
+    return accumulate(
+        views[1:], lambda pose, view: after_motion(pose, view.distance, view.turn), initial=Pose(0.0, 0.0, 0.0)
+    )

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from refseq.belief import Stage
+from refseq.belief import LOST_ABOVE, Stage
 from refseq.errors import MapError
 from refseq.localiser import check_among, localise
 from refseq.logs import Recording
@@ -68,6 +68,6 @@ def results(comparisons: Sequence[Comparison]) -> list[StageResult]:
 
 def _result(comparisons: Sequence[Comparison], stage: Stage) -> StageResult:
     pooled = {tolerance: pool([score(c, stage, tolerance) for c in comparisons]) for tolerance in TOLERANCES}
-    lost = sum(belief.lost > 0.5 for comparison in comparisons for belief in comparison.beliefs[stage])
+    lost = sum(belief.lost > LOST_ABOVE for comparison in comparisons for belief in comparison.beliefs[stage])
     success = {tolerance: total.success for tolerance, total in pooled.items()}
     return StageResult(stage, success, pooled[WIDE].failures, int(lost))

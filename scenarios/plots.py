@@ -12,10 +12,10 @@ from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Stage
+from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.view import Pose, View
 from scenarios.comparison import Comparison
-from scenarios.score import LOST_ABOVE, NARROW, WIDE, Outcome, ReferencePath, Score
+from scenarios.score import NARROW, WIDE, Outcome, ReferencePath, Score
 
 FloorOutline = Sequence[NDArray[np.float64]]
 """Walls as polylines of (m, 2) points [m]."""

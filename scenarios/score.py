@@ -15,13 +15,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Stage
+from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.view import Pose, View
 from scenarios.comparison import Comparison
 from scenarios.errors import ScenarioError
-
-LOST_ABOVE = 0.5
-"""A localiser says that it is lost when it gives this more than an even chance."""
 
 Z_95 = 1.959963984540054
 """Quantile of the normal distribution that leaves 2.5 % above it."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.files import replace_text
 from refseq.logs.recording import Recording
-from refseq.view import Pose, Scan, View, motion_between
+from refseq.view import Pose, Scan, View, after_motion, motion_between
 
 NO_RETURN = 81.83
 """Ranges from here on mean 'nothing came back': the LMS 200's first error code in centimetre mode [m]."""
@@ -200,16 +200,10 @@ def write_carmen(path: Path, views: Sequence[View], metadata: Mapping[str, str] 
     odometry = scanned[0].truth or Pose(0.0, 0.0, 0.0)
     for index, view in enumerate(views):
         if index:
-            odometry = _advance(odometry, view.distance, view.turn)
+            odometry = after_motion(odometry, view.distance, view.turn)
         if view.scan is not None:
             lines.append(_flaser_text(view, view.scan, odometry))
     replace_text(path, "\n".join(lines) + "\n")
-
-
-def _advance(pose: Pose, distance: float, turn: float) -> Pose:
-    """The inverse of ``motion_between``."""
-    along = pose.heading + turn / 2
-    return Pose(pose.x + distance * math.cos(along), pose.y + distance * math.sin(along), pose.heading + turn)
 
 
 def _flaser_text(view: View, scan: Scan, odometry: Pose) -> str:
