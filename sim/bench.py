@@ -2,8 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
-from types import MappingProxyType, TracebackType
-from typing import Self
+from types import MappingProxyType
 
 import mujoco
 import numpy as np
@@ -15,7 +14,7 @@ from sim.camera import Camera, CameraModel
 from sim.errors import SimError
 from sim.laser import Laser, LaserModel
 from sim.odometry import CalibrationErrors, Encoders, Odometry, Pulses, believed_geometry
-from sim.render import Renderer, RendererKind, open_renderer, prepare_spec
+from sim.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
 from worlds.build import World
 
 CONTROL_PERIOD = 0.04
@@ -46,7 +45,7 @@ class BenchSettings:
     unit: int = 1
 
 
-class Bench:
+class Bench(Closing):
     """A robot in a world, at the start of a route, at simulated time 0; use it in a ``with`` block.
 
     Every random draw (noise of laser and cameras, calibration) comes from ``seed`` and the settings' ``unit``: the same
@@ -152,14 +151,6 @@ class Bench:
     def close(self) -> None:
         """Give the renderer's device back."""
         self.renderer.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _start_of(route: NDArray[np.float64]) -> Pose:

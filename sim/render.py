@@ -69,8 +69,8 @@ class Renderer(Protocol):
     def __exit__(self, *error: object) -> None: ...
 
 
-class _Closing:
-    """What the renderers share: ``with`` closes them."""
+class Closing:
+    """What holds a device: ``with`` closes it."""
 
     def close(self) -> None:
         """Nothing to give back."""
@@ -162,7 +162,7 @@ def frustum(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> mujoco.M
     return seen
 
 
-class FilamentRenderer(_Closing):
+class FilamentRenderer(Closing):
     """MuJoCo's Filament through Vulkan: linear luminance under photometric lights.
 
     Light adds up, so lights with shadows and many without are drawn apart and added: together, every lamp that throws
@@ -294,7 +294,7 @@ def casts_shadow(model: mujoco.MjModel) -> NDArray[np.bool_]:
     return (model.light_castshadow != 0) & ~image & (model.light_active != 0) & (model.light_intensity > 0)
 
 
-class ClassicRenderer(_Closing):
+class ClassicRenderer(Closing):
     """MuJoCo's classic OpenGL renderer: quick, but its light is neither photometric nor computed at every pixel.
 
     Sets ``offsamples`` to 0 and ``shadowsize`` to 1024 in the given model's ``vis.quality``: 4 to 30 times faster than
@@ -346,7 +346,7 @@ class ClassicRenderer(_Closing):
         self._context = None
 
 
-class NullRenderer(_Closing):
+class NullRenderer(Closing):
     """Draws nothing: the bench takes no images with it."""
 
     kind = RendererKind.NONE
