@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any, Self
+from enum import StrEnum
+from typing import Any, Self, get_type_hints
 
 from refseq.chain import ChainSettings
 from refseq.features.sectors import SectorSettings
@@ -24,21 +25,29 @@ class Profile:
     chain: ChainSettings = field(default_factory=ChainSettings)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for a map's header."""
+        """Plain numbers, words and truth values, for a map's header."""
         return asdict(self)
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
-        """The inverse of ``to_dict``; ``ValueError`` for a part or parameter that is missing, unknown or no number."""
+        """The inverse of ``to_dict``; ``ValueError`` for a part or parameter that is missing, unknown or not valid."""
         return cls(**{part.name: _part(part.name, part.default_factory, content) for part in fields(cls)})
 
 
 def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
     values = content.get(name)
-    known = {field.name for field in fields(kind)}
-    if not isinstance(values, dict) or set(values) != known:
-        raise ValueError(f"profile.{name} is {values!r:.60}; valid is a table of {', '.join(sorted(known))}")
-    for key, value in values.items():
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise ValueError(f"profile.{name}.{key} is {value!r:.60}; valid is a number")
-    return kind(**values)
+    types = get_type_hints(kind)
+    if not isinstance(values, dict) or set(values) != set(types):
+        raise ValueError(f"profile.{name} is {values!r:.60}; valid is a table of {', '.join(sorted(types))}")
+    return kind(**{key: _value(f"profile.{name}.{key}", value, types[key]) for key, value in values.items()})
+
+
+def _value(where: str, value: object, kind: type) -> object:
+    """A parameter as its dataclass has it: a choice, yes or no, or a number."""
+    if issubclass(kind, StrEnum):
+        if value not in set(kind):
+            raise ValueError(f"{where} is {value!r:.60}; valid are {', '.join(kind)}")
+        return kind(str(value))
+    if isinstance(value, bool) != (kind is bool) or not isinstance(value, int | float):
+        raise ValueError(f"{where} is {value!r:.60}; valid is {'true or false' if kind is bool else 'a number'}")
+    return value
