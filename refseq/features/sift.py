@@ -10,11 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.extractor import Observed
-from refseq.features.vocabulary import DESCRIPTOR_SIZE, Vocabulary
+from refseq.features.vocabulary import Vocabulary
 from refseq.view import View
 
 FULL_RESOLUTION, HALF_RESOLUTION = 0, 1
 """OpenCV's octaves: −1 is the doubled image, which the thesis does not use."""
+
+_NONE = np.zeros((0, 128), np.uint8)
+_NONE.setflags(write=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +36,7 @@ class SiftWords:
         self.key = f"sift/{camera}"
         self.sensor = camera
         self.settings = settings
-        self.vocabulary = Vocabulary(settings.alias_distance)
-        if words is not None:
-            self.vocabulary.words = words
+        self.vocabulary = Vocabulary(settings.alias_distance, _NONE if words is None else words)
         self._sift = cv2.SIFT.create(contrastThreshold=settings.contrast)
 
     @property
@@ -59,7 +60,7 @@ class SiftWords:
         """Descriptors of the strongest keys, (n, 128), n ≤ ``cap``; a blank image gives none."""
         keys, descriptors = self._sift.detectAndCompute(image, None)
         if descriptors is None:
-            return np.zeros((0, DESCRIPTOR_SIZE), np.uint8)
+            return _NONE
         used = np.array([_octave(key) in (FULL_RESOLUTION, HALF_RESOLUTION) for key in keys])
         response = np.array([key.response for key in keys])
         # A stable order keeps runs identical when two keys are equally strong.

@@ -8,6 +8,10 @@ from refseq.features.vocabulary import Vocabulary
 quick = settings(deadline=None, max_examples=60, derandomize=True)
 
 
+def empty(alias_distance: float, size: int = 128, kind: type = np.uint8) -> Vocabulary:
+    return Vocabulary(alias_distance, np.zeros((0, size), kind))
+
+
 def near_duplicates(seed: int, count: int, kinds: int) -> np.ndarray:
     """Descriptors in loose heaps, so that aliases, near misses and chains of aliases all occur."""
     rng = np.random.default_rng(seed)
@@ -34,7 +38,7 @@ def one_by_one(descriptors: np.ndarray, limit: float) -> tuple[list[int], list[n
 @given(st.integers(0, 10**6), st.integers(0, 40), st.integers(1, 6), st.lists(st.integers(0, 40), max_size=4))
 def test_image_by_image_gives_what_all_at_once_gives(seed: int, count: int, kinds: int, cuts: list[int]) -> None:
     descriptors = near_duplicates(seed, count, kinds)
-    batch, parts = Vocabulary(250.0), Vocabulary(250.0)
+    batch, parts = empty(250.0), empty(250.0)
     together = batch.learn(descriptors)
     apart = [parts.learn(part) for part in np.split(descriptors, sorted(min(cut, count) for cut in cuts))]
     np.testing.assert_array_equal(np.concatenate(apart), together)
@@ -56,7 +60,7 @@ def at_distance(squared: int) -> np.ndarray:
 
 @pytest.mark.parametrize(("squared", "alias"), [(2499, True), (2500, True), (2501, False)])
 def test_the_limit_is_exact(squared: int, alias: bool) -> None:
-    vocabulary = Vocabulary(50.0)
+    vocabulary = empty(50.0)
     vocabulary.learn(at_distance(0))
     assert list(vocabulary.match(at_distance(squared))) == ([0] if alias else [])
     assert list(vocabulary.learn(at_distance(squared))) == [0 if alias else 1]
@@ -68,13 +72,13 @@ def test_distances_of_the_farthest_descriptors_are_exact() -> None:
     full = np.full((1, 128), 255, np.uint8)
     less = full.copy()
     less[0, 0] = 254
-    vocabulary = Vocabulary(0.5)
+    vocabulary = empty(0.5)
     assert list(vocabulary.learn(np.concatenate([full, less, full]))) == [0, 1, 0]
 
 
 def test_duplicates_are_aliases() -> None:
     descriptors = np.repeat(near_duplicates(1, 1, 1), 5, axis=0)
-    vocabulary = Vocabulary(0.0)
+    vocabulary = empty(0.0)
     assert list(vocabulary.learn(descriptors)) == [0] * 5
     assert list(vocabulary.learn(descriptors)) == [0] * 5
     assert len(vocabulary) == 1
@@ -82,13 +86,44 @@ def test_duplicates_are_aliases() -> None:
 
 def test_of_two_words_equally_near_the_older_is_meant() -> None:
     old, new, between = (np.array([[value] + [0] * 127], np.uint8) for value in (0, 100, 50))
-    vocabulary = Vocabulary(60.0)
+    vocabulary = empty(60.0)
     vocabulary.learn(old)
     assert list(vocabulary.learn(np.concatenate([new, between]))) == [1, 0]
     assert list(vocabulary.match(between)) == [0]
 
 
 def test_an_empty_vocabulary_knows_nothing() -> None:
-    vocabulary = Vocabulary(250.0)
+    vocabulary = empty(250.0)
     assert len(vocabulary.match(near_duplicates(1, 3, 1))) == 0
     assert len(vocabulary.learn(np.zeros((0, 128), np.uint8))) == 0
+
+
+@quick
+@given(st.integers(0, 10**6), st.integers(0, 40), st.lists(st.integers(0, 40), max_size=4), st.integers(1, 9))
+def test_float_descriptors_of_any_size_do_not_depend_on_the_images(
+    seed: int, count: int, cuts: list[int], size: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    descriptors = (rng.integers(0, 5, (count, size)) + rng.normal(0, 0.1, (count, size))).astype(np.float32)
+    descriptors[rng.random(count) < 0.2] = 1.1
+    batch, parts = empty(0.5, size, np.float32), empty(0.5, size, np.float32)
+    together = batch.learn(descriptors)
+    apart = [parts.learn(part) for part in np.split(descriptors, sorted(min(cut, count) for cut in cuts))]
+    np.testing.assert_array_equal(np.concatenate(apart), together)
+    np.testing.assert_array_equal(parts.words, batch.words)
+    assert parts.words.dtype == np.float32
+    words: list[np.ndarray] = []
+    for descriptor, word in zip(descriptors.astype(float), together, strict=True):
+        distances = [float(np.linalg.norm(descriptor - other)) for other in words]
+        if distances and min(distances) <= 0.5:
+            assert distances[word] <= min(distances) + 1e-9
+        else:
+            assert word == len(words)
+            words.append(descriptor)
+
+
+def test_equal_floats_are_aliases_at_no_distance_at_all() -> None:
+    moments = np.array([[-2.71, 1e3, 0.1, -7e-3, 1 / 3, 9.99, 41.0]] * 4, np.float32)
+    vocabulary = empty(0.0, 7, np.float32)
+    assert list(vocabulary.learn(moments)) == [0] * 4
+    assert list(vocabulary.match(moments)) == [0]
