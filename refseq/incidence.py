@@ -69,7 +69,7 @@ class IncidenceMatrix:
         counts = np.zeros(new.N, np.int64)
         for key, block in self.blocks.items():
             start = new.blocks[key].start
-            counts[start : start + len(block)] = np.diff(self.pointers[block.start : block.stop + 1])
+            counts[start : start + len(block)] = self.sightings(block)
         pointers = np.concatenate([[0], np.cumsum(counts)])
         # New places are higher than old ones: each row's go behind its end, and the row stays sorted.
         places = np.insert(self.places, np.repeat(pointers[1:], np.diff(new.pointers)), new.places + self.K)
