@@ -12,7 +12,7 @@ from worlds import textures
 from worlds.frame import Frame, quaternion
 from worlds.illuminate import illuminate
 from worlds.light import LightSetting, Photometry, photometry
-from worlds.schema import Board, Cabinet, Door, Fixture, FloorPlan, Material, Poster, Wall, Window
+from worlds.schema import Board, Cabinet, Door, Fixture, FloorPlan, Material, Point, Poster, Wall, Window
 from worlds.site import SOLID, Block, Site, Span
 
 SKIN = 0.004
@@ -104,7 +104,7 @@ def _floor(site: Site, plan: FloorPlan) -> None:
     low, high = plan.bounds
     tile, material = plan.floor.tile, plan.material[plan.floor.material]
     size = high - low
-    rows, columns = max(1, round(size[1] / tile)), max(1, min(round(size[0] / tile), 40))
+    columns, rows = _drawn(size, tile, 40)
     site.texture("floor", textures.tiles((columns, rows), material.albedo, site.rng("floor")))
     repeat = size / (tile * np.array([columns, rows]))
     site.papered("floor_tiles", "floor", material.roughness, repeat)
@@ -119,11 +119,17 @@ def _floor(site: Site, plan: FloorPlan) -> None:
     )
 
 
+def _drawn(size: NDArray[np.float64], each: float, most: int) -> tuple[int, int]:
+    """Columns and rows of tiles to draw before they repeat, at most ``most``: a wide floor takes no larger picture."""
+    columns, rows = (max(1, min(round(side / each), most)) for side in size)
+    return columns, rows
+
+
 def _ceiling(site: Site, plan: FloorPlan) -> None:
     low, high = plan.bounds
     panel, height, material = plan.ceiling.panel, plan.ceiling.height, plan.material[plan.ceiling.material]
     size = high - low
-    rows, columns = max(1, round(size[1] / panel)), max(1, min(round(size[0] / panel), 20))
+    columns, rows = _drawn(size, panel, 20)
     site.texture("ceiling", textures.ceiling_panels((columns, rows), material.albedo, site.rng("ceiling")))
     site.papered("ceiling_panels", "ceiling", material.roughness, size / (panel * np.array([columns, rows])))
     middle = (low + high) / 2
@@ -141,7 +147,7 @@ def _wall(site: Site, plan: FloorPlan, wall: Wall) -> None:
     frame = Frame.of(wall)
     openings = sorted((o for o in (*plan.window, *plan.door) if o.wall == wall.name), key=lambda o: o.at)
     skirting: list[Block] = []
-    for i, (s, z) in enumerate(_pieces(wall, openings, plan.ceiling.height)):
+    for i, (s, z) in enumerate(_pieces(wall, openings, plan.ceiling.height, _reach(plan, wall))):
         material = _plastered(site, plan, wall, i, s, z)
         site.solid(f"wall_{wall.name}_{i}", frame, (s, (-wall.thickness, 0.0), z), material)
         if z[0] == 0.0:
@@ -149,12 +155,26 @@ def _wall(site: Site, plan: FloorPlan, wall: Wall) -> None:
     site.lattice(f"wall_{wall.name}_skirting", frame, skirting, "trim", cast=False)
 
 
-def _pieces(wall: Wall, openings: list[Window | Door], height: float) -> Iterator[tuple[Span, Span]]:
-    """Cut a wall into upright pieces between openings, and what is below and above each opening.
+def _reach(plan: FloorPlan, wall: Wall) -> Span:
+    """Tell how far a wall goes on past its start and past its end [m].
 
-    The ends reach past the corners, so that two walls leave no gap for light.
+    Past a corner by its thickness, so that two walls leave no gap for light; but not past a corner where the next wall
+    turns away from the room: there it would stand out into the room behind that wall's face.
     """
-    begin = -wall.thickness
+    inward = Frame.of(wall).inward
+
+    def past(corner: Point) -> float:
+        at_corner = [w for w in plan.wall if w != wall and corner in (w.start, w.end)]
+        far_ends = [w.end if w.start == corner else w.start for w in at_corner]
+        turns_away = any(np.subtract(end, corner) @ inward < 0.0 for end in far_ends)
+        return 0.0 if turns_away else wall.thickness
+
+    return past(wall.start), past(wall.end)
+
+
+def _pieces(wall: Wall, openings: list[Window | Door], height: float, reach: Span) -> Iterator[tuple[Span, Span]]:
+    """Cut a wall into upright pieces between openings, and what is below and above each opening."""
+    begin = -reach[0]
     for opening in openings:
         first, last = opening.extent
         yield (begin, first), (0.0, height)
@@ -164,7 +184,7 @@ def _pieces(wall: Wall, openings: list[Window | Door], height: float) -> Iterato
         if top < height:
             yield (first, last), (top, height)
         begin = last
-    yield (begin, wall.length + wall.thickness), (0.0, height)
+    yield (begin, wall.length + reach[1]), (0.0, height)
 
 
 def _plastered(site: Site, plan: FloorPlan, wall: Wall, piece: int, s: Span, z: Span) -> str:

@@ -5,6 +5,7 @@ over the room's surfaces (split flux: E = Φ ρ / (A (1 − ρ)), as in the inte
 """
 
 import datetime
+from collections import Counter
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -118,6 +119,18 @@ def glass_area(window: Window) -> float:
     return (1.0 - FRAME_SHARE) * window.width * window.height
 
 
+def floor_area(plan: FloorPlan) -> float:
+    """Return the area between the walls [m²]: A = -1/2 Σ length · (middle · inward), Gauss' theorem in the plane.
+
+    Where the walls leave a gap, it is the area of the smallest rectangle around them.
+    """
+    corners = Counter(corner for wall in plan.wall for corner in (wall.start, wall.end))
+    if any(walls != 2 for walls in corners.values()):
+        low, high = plan.bounds
+        return float(np.prod(high - low))
+    return -sum(w.length * float(np.add(w.start, w.end) @ Frame.of(w).inward) for w in plan.wall) / 4
+
+
 def _sunlit(plan: FloorPlan, window: Window, outdoors: Daylight) -> float:
     """Area of the sun's beam that gets through a window, across the beam [m²]: the reveal cuts slanting light."""
     wall = plan.wall_named(window.wall)
@@ -134,8 +147,7 @@ def _sunlit(plan: FloorPlan, window: Window, outdoors: Daylight) -> float:
 
 def _surfaces(plan: FloorPlan) -> tuple[float, float]:
     """Area of the room's inner surfaces [m²] and their mean albedo; a window reflects nothing back."""
-    low, high = plan.bounds
-    level = float(np.prod(high - low))
+    level = floor_area(plan)
     glass = sum(w.width * w.height for w in plan.window)
     parts = [(level, plan.material[plan.floor.material].albedo), (level, plan.material[plan.ceiling.material].albedo)]
     parts += [(w.length * plan.ceiling.height, plan.material[w.material].albedo) for w in plan.wall]

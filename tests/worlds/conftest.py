@@ -41,6 +41,41 @@ forward = [[1, 0], [7, 0]]
 {end}
 """
 
+CORNER = """
+name = "corner"
+[place]
+latitude = 40.63
+longitude = -8.66
+timezone = "Europe/Lisbon"
+date = 2008-03-20
+x_azimuth = 110
+[floor]
+material = "plaster"
+[ceiling]
+height = 2.8
+material = "plaster"
+[material]
+plaster = { albedo = 0.7, roughness = 0.9 }
+"""
+
+
+def corner(x: float = 0.0, length: float = 6.0, depth: float = 5.0) -> str:
+    """Return the text of two corridors 2 m wide, along y = 0 from ``x`` on for ``length``, and up to y = ``depth``."""
+    right, left = x + length, x + length - 2
+    walls = {
+        "outer-1": ([x, -1], [right, -1], "left"),
+        "outer-2": ([right, -1], [right, depth], "left"),
+        "end-2": ([right, depth], [left, depth], "left"),
+        "inner-2": ([left, 1], [left, depth], "right"),
+        "inner-1": ([x, 1], [left, 1], "right"),
+        "end-1": ([x, -1], [x, 1], "right"),
+    }
+    text = [
+        f'[[wall]]\nname = "{name}"\nstart = {start}\nend = {end}\ninside = "{inside}"\nmaterial = "plaster"\n'
+        for name, (start, end, inside) in walls.items()
+    ]
+    return CORNER + "".join(text) + f"[routes]\nforward = [[{x + 1}, 0], [{right - 1}, 0]]\n"
+
 
 @pytest.fixture
 def small() -> Callable[..., str]:

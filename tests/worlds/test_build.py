@@ -50,6 +50,19 @@ def test_the_hallway_leaves_room_for_a_wandering_robot(hallway: World) -> None:
     assert touched(hallway.spec, ((first + last) / 2, 0.0, 0.51), half) == set()
 
 
+def test_around_a_corner_both_corridors_are_free_and_no_wider() -> None:
+    from tests.worlds.conftest import corner
+
+    spec = build(parse_plan(corner()), light_named("18:00"), seed=0).spec
+    assert touched(spec, (3, 0, 1.4), (2.99, 0.99, 1.39)) == set()
+    assert touched(spec, (5, 2, 1.4), (0.99, 2.99, 1.39)) == set()
+    assert touched(spec, (3.9, 0.9, 1.4), (0.11, 0.11, 1.39)) == {"wall_inner-1_0", "wall_inner-2_0"}
+    # No gap where the sun could come in: both walls fill what is behind each corner.
+    for meeting, outward in (((4, 1), (-1, 1)), ((6, -1), (1, -1)), ((0, 1), (-1, 1))):
+        middle = np.add(meeting, 0.075 * np.array(outward))
+        assert len(touched(spec, (*middle, 1.4), (0.07, 0.07, 1.0))) == 2, meeting
+
+
 def test_something_does_stand_in_the_hallway(hallway: World) -> None:
     assert any(n.startswith("cabinet") for n in touched(hallway.spec, (50, 0, 0.51), (48, 1.15, 0.5)))
 
@@ -100,6 +113,14 @@ def test_what_is_only_seen_has_no_mass_and_touches_nothing(hallway: World) -> No
 
 def test_memory_stays_modest(hallway: World) -> None:
     assert hallway.spec.compile().ntexdata < 200e6
+
+
+def test_a_wide_floor_takes_no_larger_picture_than_a_long_one() -> None:
+    from tests.worlds.conftest import corner
+
+    for text in (corner(length=60.0), corner(depth=60.0)):
+        texture = compiled(text, seed=0).texture("floor")
+        assert max(texture.height[0], texture.width[0]) == 40 * 48  # 40 tiles, then they repeat
 
 
 def compiled(text: str, seed: int, light: str = "18:00") -> mujoco.MjModel:

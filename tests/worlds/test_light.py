@@ -8,7 +8,7 @@ import pytest
 from worlds.build import World, build
 from worlds.daylight import Sky, daylight, sun_direction, sun_position
 from worlds.errors import LightError
-from worlds.light import LightSetting, light_named, light_names, photometry
+from worlds.light import LightSetting, floor_area, light_named, light_names, photometry
 from worlds.meter import illuminance
 from worlds.plan import load_plan, parse_plan
 from worlds.schema import Place
@@ -93,6 +93,16 @@ def test_light_between_the_walls_is_what_the_room_absorbs() -> None:
     falling = numbers.lamp_flux + numbers.indirect * numbers.area
     taken = (1 - numbers.albedo) * falling
     assert taken == pytest.approx(numbers.lamp_flux, rel=0.01)
+
+
+def test_the_floor_is_what_lies_between_the_walls() -> None:
+    from tests.worlds.conftest import SMALL, corner
+
+    assert floor_area(PLAN) == 100 * 2.4
+    for x in (0.0, 100.0):
+        assert floor_area(parse_plan(corner(x, length=6, depth=5))) == pytest.approx(6 * 2 + 2 * 4)
+    open_at_both_ends = parse_plan(SMALL.format(top="", end=""))
+    assert floor_area(open_at_both_ends) == pytest.approx(8 * 2.4)
 
 
 def test_lamps_off_at_night_is_dark() -> None:
