@@ -121,7 +121,7 @@ def inventory(folder: Path) -> dict[str, int]:
 RECORD = "record small.toml --renderer none -o new.mcap"
 BAD_INPUT = [
     # names that are unknown
-    ("record nowhere -o new.mcap", "unknown world 'nowhere'; known are hallway, or a path ending in .toml"),
+    ("record nowhere -o new.mcap", "unknown world 'nowhere'; known are annex, hallway, or a path ending in .toml"),
     (f"{RECORD} --robot r2d2", "unknown robot 'r2d2': valid are robuter"),
     (f"{RECORD} --light noon", "unknown light 'noon'; known are 16:00, 18:00, late-evening"),
     (f"{RECORD} --route up", "unknown route 'up' in world 'small': valid are forward"),
@@ -134,7 +134,7 @@ BAD_INPUT = [
     ("learn run.mcap -o new.refseq --features sift", "features sift do not fit sensors laser; valid are walls"),
     ("localise map.refseq run.mcap --stage magic", "stage 'magic' is unknown; valid are uniform, prior, chain"),
     ("localise map.refseq run.mcap --sensors sonar", "sensor 'sonar' is not in the map; valid are laser"),
-    ("demo --world nowhere -o new", "unknown world 'nowhere'; known are hallway"),
+    ("demo --world nowhere -o new", "unknown world 'nowhere'; known are annex, hallway"),
     ("demo --to noon -o new", "unknown light 'noon'; known are 16:00, 18:00, late-evening"),
     ("demo --from noon -o new", "unknown light 'noon'; known are 16:00, 18:00, late-evening"),
     ("demo --robot r2d2 -o new", "unknown robot 'r2d2': valid are robuter"),

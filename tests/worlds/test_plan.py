@@ -29,7 +29,7 @@ def test_all_worlds_of_the_library_load() -> None:
 def test_unknown_world() -> None:
     with pytest.raises(WorldsError) as caught:
         load_plan("halway")
-    assert str(caught.value) == "unknown world 'halway'; known are hallway, or a path ending in .toml"
+    assert str(caught.value) == "unknown world 'halway'; known are annex, hallway, or a path ending in .toml"
 
 
 def test_missing_file(tmp_path: Path) -> None:
