@@ -1,65 +1,244 @@
-"""The complete reference sequence: K places, a Lost_Place before each, and what they emit (card H1 to H3).
+"""The complete reference sequence: K places, a Lost_Place before each, and the moves between them (card H1, H2).
 
-Nothing here is a matrix of 4 K² transitions: the chain is kept as its structure, and one step costs O(K log K).
+Scores and probabilities of all states are arrays (2, K): row 0 the places, row 1 the Lost_Places. As one number a
+state is k for place k and K + i for Lost_Place i. Nothing here is a matrix of 4 K² transitions: the chain is kept as
+its structure, and a step costs O(K log W), where W is how many places the motion window holds.
 """
 
-from collections.abc import Sequence
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.motion import MotionSettings, MotionWindow
+from refseq.nearness import Nearness
 
 
 @dataclass(frozen=True, slots=True)
 class ChainSettings:
     """Parameters of the chain.
 
-    ``lost`` is the probability of going on from a place to the Lost_Place behind it (0.5 in 3.5, 3.6), and of staying
-    at a Lost_Place. ``near`` [m] is how far from where it got lost the robot is likely to turn up. ``noise`` makes the
-    places' emissions non-zero. A posterior whose entropy is above ``lost_view_entropy`` · log K is the Lost View; a
-    place emits it with probability ``lost_view_at_place``, a Lost_Place with ``lost_view_at_lost``, and any view of
-    the sequence alike (3.8). The thesis gives only ``lost`` and ``window``, T, the number of observations; the others
-    are choices.
+    ``lost`` is the probability of going on from a place to the Lost_Place behind it, ``stay_lost`` of staying at a
+    Lost_Place; both are 0.5 in (3.5, 3.6). ``near`` [m] is how far from where it got lost the robot is likely to turn
+    up.
+
+    A ``lost_per_metre`` above 0 takes the place of ``lost``: 1 − exp(−lost_per_metre · |d|) over a distance d, so that
+    a path is as easily lost by many short steps as by few long ones. A robot that stands does not get lost then.
+
+    ``restart`` is the share of a Lost_Place's way out that leads to Lost_0 instead of to near places ahead: the robot
+    forgets where it got lost, and may turn up anywhere, as after being carried off or turned round.
+
+    ``noise`` makes the places' emissions non-zero. A posterior whose entropy is above ``lost_view_entropy`` · log K is
+    the Lost View; a place emits it with probability ``lost_view_at_place``, a Lost_Place with ``lost_view_at_lost``,
+    and any view of the sequence alike (3.8).
+
+    The thesis gives only ``lost`` and ``window``, T, the number of observations; the others are choices, and the
+    defaults of ``lost_per_metre`` and ``restart`` leave them out.
     """
 
     window: int = 5
     lost: float = 0.5
+    lost_per_metre: float = 0.0
+    stay_lost: float = 0.5
+    restart: float = 0.0
     near: float = 10.0
     noise: float = 0.1
     lost_view_entropy: float = 0.8
     lost_view_at_place: float = 0.1
     lost_view_at_lost: float = 0.5
 
+    def getting_lost(self, distance: float) -> float:
+        """Probability of getting lost within ``distance`` [m]."""
+        return -math.expm1(-self.lost_per_metre * abs(distance)) if self.lost_per_metre > 0 else self.lost
+
 
 @dataclass(frozen=True, slots=True)
-class Emissions:
-    """P(observed symbol | place), the similarity of the reference views among themselves, made non-zero.
+class Observation:
+    """One view as the chain sees it: the distance since the last one [m], and the states' log-likelihoods.
 
-    ``similarity`` (K, K) has as row i the mixture posterior of reference view i. The symbols are the K views and the
-    Lost View.
+    ``places`` is (K,), ``lost`` that of any Lost_Place. Only their differences matter, so any scale will do.
     """
 
-    similarity: NDArray[np.float64]
+    distance: float
+    places: NDArray[np.float64]
+    lost: float
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The states over ``along`` (K,), each place's distance along the path [m], rising; and how they are moved between.
+
+    A place is any point of the path: its places may lie closer than the views, and unevenly.
+    """
+
+    along: NDArray[np.float64]
+    motion: MotionSettings
     settings: ChainSettings
 
-    def log_likelihood(self, posterior: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-        """Of an observed view's posterior (K,): the log-likelihood of each place (K,), and of any Lost_Place.
+    @property
+    def K(self) -> int:
+        """Number of places; there are 2 K states."""
+        return len(self.along)
 
-        The posterior is soft evidence on which of the views is seen, so a place's likelihood is the mean of its row
-        under it; the thesis' hard symbol is the case of a posterior that is sure.
-        """
-        K, s = len(posterior), self.settings
-        if is_lost_view(posterior, s):
-            return np.full(K, np.log(s.lost_view_at_place)), float(np.log(s.lost_view_at_lost))
-        seen = (1 - s.noise) * (self.similarity @ posterior) + s.noise / K
-        return np.log((1 - s.lost_view_at_place) * seen), float(np.log((1 - s.lost_view_at_lost) / K))
+    def start(self) -> NDArray[np.float64]:
+        """Log-probability of each state before the first view, (2, K): Lost_0 (3.9)."""
+        start = np.full((2, self.K), -np.inf)
+        start[1, 0] = 0.0
+        return start
+
+    def transitions(self, distance: float) -> "Transitions":
+        """The moves over a travelled distance [m]; negative: the robot reversed."""
+        return Transitions(self, distance)
+
+    @cached_property
+    def nearness(self) -> Nearness:
+        """exp(−distance / near) between places."""
+        return Nearness(self.along, self.settings.near)
+
+    @cached_property
+    def log_near_ahead(self) -> NDArray[np.float64]:
+        """Log Σ_{k ≥ i} exp(−(s_k − s_i) / near), (K,)."""
+        return np.log(self.nearness.after(np.ones(self.K)))
+
+    @cached_property
+    def log_near_around(self) -> NDArray[np.float64]:
+        """Log Σ_k exp(−|s_k − s_i| / near), (K,)."""
+        return np.log(self.nearness.around(np.ones(self.K)))
 
 
-def is_lost_view(posterior: NDArray[np.float64], settings: ChainSettings) -> bool:
-    """Whether the posterior says too little to be any view of the sequence."""
-    return normalised_entropy(posterior) > settings.lost_view_entropy
+class Transitions:
+    """The moves of the complete reference sequence (3.3 to 3.6), for one travelled distance.
+
+    * P_i → P_k by the motion window, and P_i → Lost_{i+1}, in the shares 1 − ``lost`` and ``lost``. Staying (k = i) is
+      allowed, or a standing robot would be lost. No Lost_Place lies behind the last place: it leads to the last one.
+    * Lost_i → Lost_i with probability ``stay_lost``. To other Lost_Places there is no way (3.4), but for the share
+      ``restart`` of the rest, which leads to Lost_0.
+    * Lost_i → P_k for k ≥ i, since Lost_i lies before P_i; nearer ones are likelier, as exp(−distance / ``near``).
+      A robot that reverses may turn up on either side of P_i: it may have driven on before it turned.
+      From Lost_0, where nothing is known, to all places alike (3.3).
+
+    Every row sums to 1. All arrays of states are (2, K); see the module.
+    """
+
+    def __init__(self, chain: Chain, distance: float) -> None:
+        settings, self._K, self._nearness = chain.settings, chain.K, chain.nearness
+        self._window = MotionWindow(chain.along, distance, chain.motion)
+        self._reversing = distance < 0
+        self._leave = settings.getting_lost(distance)
+        self._go = 1 - self._leave
+        self._stay = settings.stay_lost
+        self._forget = (1 - self._stay) * settings.restart
+        self._anywhere = (1 - self._stay) / self._K
+        # Lost_i → P_k is exp(log_find_i − distance / near); Lost_0 favours no place.
+        near = chain.log_near_around if self._reversing else chain.log_near_ahead
+        self._log_find = _log((1 - self._stay) * (1 - settings.restart)) - near
+        self._log_find[0] = -np.inf
+
+    def forward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Σ_i p_i a_ij for every state j: probabilities after the move, with the same sum."""
+        places, lost = states
+        found = lost * self._find
+        moved = np.empty_like(states)
+        moved[0] = self._go * self._window.shift(places) + self._anywhere * lost[0]
+        moved[0] += self._nearness.around(found) if self._reversing else self._nearness.before(found)
+        moved[1] = self._stay * lost + self._leave * self._shifted(places)
+        moved[1, 0] += self._forget * lost[1:].sum()
+        return moved
+
+    def backward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Σ_j a_ij q_j for every state i: the transpose of ``forward``."""
+        places, lost = states
+        near = self._nearness.around(places) if self._reversing else self._nearness.after(places)
+        moved = np.empty_like(states)
+        moved[0] = self._go * self._window.pull(places)
+        moved[0, :-1] += self._leave * lost[1:]
+        moved[0, -1] += self._leave * lost[-1]
+        moved[1] = self._stay * lost + self._find * near
+        moved[1, 0] += self._anywhere * places.sum()
+        moved[1, 1:] += self._forget * lost[0]
+        return moved
+
+    def best(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
+        """max_i score_i + log a_ij for every state j; −∞ where nothing leads."""
+        places, lost = scores
+        best = np.empty_like(scores)
+        np.maximum(self._window.best(places) + _log(self._go), self._best_found(lost), out=best[0])
+        np.add(lost, _log(self._stay), out=best[1])
+        log_leave = _log(self._leave)
+        np.maximum(best[1, 1:], places[:-1] + log_leave, out=best[1, 1:])
+        best[1, -1] = max(best[1, -1], places[-1] + log_leave)
+        if self._forget:
+            best[1, 0] = max(best[1, 0], lost[1:].max(initial=-np.inf) + _log(self._forget))
+        return best
+
+    def _best_found(self, lost: NDArray[np.float64]) -> NDArray[np.float64]:
+        leaving = lost + self._log_find
+        found = self._nearness.best_before(leaving)
+        if self._reversing:
+            np.maximum(found, self._nearness.best_after(leaving), out=found)
+        best: NDArray[np.float64] = np.maximum(found, lost[0] + _log(self._anywhere))
+        return best
+
+    def into(self, state: int) -> NDArray[np.float64]:
+        """Log a_ij of the moves from every state i into the one state j."""
+        K = self._K
+        ways = np.full((2, K), -np.inf)
+        if state < K:
+            reach, log_window = self._window.into(state)
+            ways[0, reach] = log_window + _log(self._go)
+            near = slice(0, K if self._reversing else state + 1)
+            ways[1, near] = self._log_find[near] - np.abs(self._nearness.decay[state] - self._nearness.decay[near])
+            ways[1, 0] = _log(self._anywhere)
+            return ways
+        i = state - K
+        if i == 0:
+            ways[1] = _log(self._forget)
+        ways[1, i] = _log(self._stay)
+        if i > 0:
+            ways[0, i - 1] = _log(self._leave)
+        if i == K - 1:
+            ways[0, i] = _log(self._leave)
+        return ways
+
+    def surprise(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Σ_i p_i a_ij (−log a_ij) for every state j: linear in p, as ``forward`` is."""
+        places, lost = states
+        surprise = np.empty_like(states)
+        surprise[0] = self._go * self._window.surprise(places) + _surprise(self._go) * self._window.shift(places)
+        surprise[0] += self._surprise_found(lost) + _surprise(self._anywhere) * lost[0]
+        surprise[1] = _surprise(self._stay) * lost + _surprise(self._leave) * self._shifted(places)
+        surprise[1, 0] += _surprise(self._forget) * lost[1:].sum()
+        return np.maximum(surprise, 0.0, out=surprise)  # rounding must not make it negative
+
+    def _surprise_found(self, lost: NDArray[np.float64]) -> NDArray[np.float64]:
+        near, found = self._nearness, lost * self._find
+        by_source = found * np.where(found > 0, -self._log_find, 0.0)
+        if not self._reversing:
+            return near.before(by_source) + near.surprise_before(found)
+        return near.around(by_source) + near.surprise_before(found) + near.surprise_after(found)
+
+    @cached_property
+    def _find(self) -> NDArray[np.float64]:
+        find: NDArray[np.float64] = np.exp(self._log_find)
+        return find
+
+    def _shifted(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What each Lost_Place gets from the places: P_i's goes to Lost_{i+1}, the last one's to the last."""
+        shifted = np.zeros(self._K)
+        shifted[1:] = places[:-1]
+        shifted[-1] += places[-1]
+        return shifted
+
+
+def _log(probability: float) -> float:
+    return math.log(probability) if probability > 0 else -math.inf
+
+
+def _surprise(probability: float) -> float:
+    """−a log a."""
+    return -probability * math.log(probability) if probability > 0 else 0.0
 
 
 def entropy(distribution: NDArray[np.float64]) -> float:
@@ -71,118 +250,3 @@ def entropy(distribution: NDArray[np.float64]) -> float:
 def normalised_entropy(distribution: NDArray[np.float64]) -> float:
     """Entropy as a share of the uniform distribution's: 0 is sure, 1 knows nothing; a single place is always sure."""
     return entropy(distribution) / np.log(len(distribution)) if len(distribution) > 1 else 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """The best ways to every state in one step: log scores (K,) and the states they come from (K,).
-
-    States 0 to K − 1 are the places, K to 2 K − 1 the Lost_Places.
-    """
-
-    places: NDArray[np.float64]
-    places_from: NDArray[np.intp]
-    lost: NDArray[np.float64]
-    lost_from: NDArray[np.intp]
-
-
-class Transitions:
-    """The moves of the complete reference sequence (3.3 to 3.6), for one travelled distance.
-
-    * P_i → P_k by the motion window, and P_i → Lost_{i+1}, in the shares 1 − ``lost`` and ``lost``. Staying (k = i) is
-      allowed, or a standing robot would be lost. No Lost_Place lies behind the last place: it leads to the last one.
-    * Lost_i → Lost_i with probability ``lost``, to no other Lost_Place (3.4).
-    * Lost_i → P_k for k ≥ i, since Lost_i lies before P_i; nearer ones are likelier, as exp(−distance / ``near``).
-      From Lost_0, where nothing is known, to all places alike (3.3).
-
-    Every row sums to 1.
-    """
-
-    def __init__(
-        self, along: NDArray[np.float64], distance: float, motion: MotionSettings, settings: ChainSettings
-    ) -> None:
-        self._window = MotionWindow(along, distance, motion)
-        K = len(along)
-        self._log_go = np.log(1 - settings.lost)
-        self._log_leave = self._log_stay = np.log(settings.lost)
-        self._decay = along / settings.near
-        # log Σ_{k ≥ i} exp(−(s_k − s_i) / near), from the end of the path.
-        tail = np.logaddexp.accumulate(-self._decay[::-1])[::-1]
-        self._log_found = np.log(1 - settings.lost) - tail
-        self._log_found_anywhere = np.log(1 - settings.lost) - np.log(K)
-
-    def best(self, places: NDArray[np.float64], lost: NDArray[np.float64]) -> Step:
-        """Maximum over the states before of log score + log transition, for every state."""
-        K = len(places)
-        on, on_from = self._window.best(places + self._log_go)
-        found, found_from = self._best_found(lost)
-        new_places = np.maximum(on, found)
-        places_from = np.where(on >= found, on_from, K + found_from)
-
-        stay = lost + self._log_stay
-        leave = places + self._log_leave
-        into, into_from = np.full(K, -np.inf), np.zeros(K, np.intp)
-        into[1:], into_from[1:] = leave[:-1], np.arange(K - 1)
-        if leave[-1] > into[-1]:
-            into[-1], into_from[-1] = leave[-1], K - 1
-        new_lost = np.maximum(stay, into)
-        lost_from = np.where(stay >= into, K + np.arange(K), into_from)
-        return Step(new_places, places_from, new_lost, lost_from)
-
-    def _best_found(self, lost: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-        """Best way from a Lost_Place to each place: a running maximum along the path."""
-        outgoing = lost + self._log_found
-        outgoing[0] = -np.inf  # Lost_0 favours no place
-        running = np.maximum.accumulate(outgoing)
-        # A running maximum stands where the value itself reaches it.
-        source = np.maximum.accumulate(np.where(outgoing == running, np.arange(len(lost)), 0))
-        near = running - self._decay
-        anywhere = lost[0] + self._log_found_anywhere
-        return np.maximum(near, anywhere), np.where(near > anywhere, source, 0)
-
-
-@dataclass(frozen=True, slots=True)
-class Observation:
-    """One view as the chain sees it: the distance since the last one [m], and the states' log-likelihoods."""
-
-    distance: float
-    places: NDArray[np.float64]
-    lost: float
-
-
-@dataclass(frozen=True, slots=True)
-class Decoding:
-    """Viterbi's answer: the last scores as probabilities (sum 1 over both), and the best path, oldest first.
-
-    A path's states are places 0 to K − 1 and Lost_Places K to 2 K − 1.
-    """
-
-    places: NDArray[np.float64]
-    lost: NDArray[np.float64]
-    path: tuple[int, ...]
-
-
-def viterbi(
-    observations: Sequence[Observation], along: NDArray[np.float64], motion: MotionSettings, settings: ChainSettings
-) -> Decoding:
-    """Best states for the observations (Fig. 3.9), from Lost_0 before the first of them (3.9)."""
-    K = len(along)
-    places, lost = np.full(K, -np.inf), np.full(K, -np.inf)
-    lost[0] = 0.0
-    steps: list[Step] = []
-    for observation in observations:
-        step = Transitions(along, observation.distance, motion, settings).best(places, lost)
-        places, lost = step.places + observation.places, step.lost + observation.lost
-        steps.append(step)
-    scores = np.concatenate([places, lost])
-    weights = np.exp(scores - scores.max())
-    weights /= weights.sum()
-    return Decoding(weights[:K], weights[K:], _backtrack(steps, int(np.argmax(scores)), K))
-
-
-def _backtrack(steps: Sequence[Step], state: int, K: int) -> tuple[int, ...]:
-    path = [state]
-    for step in reversed(steps[1:]):
-        state = int(step.places_from[state] if state < K else step.lost_from[state - K])
-        path.append(state)
-    return tuple(reversed(path))

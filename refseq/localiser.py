@@ -1,7 +1,6 @@
 """Localising views in a reference sequence, at any of the thesis' three stages."""
 
 import time
-from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -10,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import LOST, Belief, Stage, Timings
-from refseq.chain import Decoding, Observation, entropy, viterbi
+from refseq.chain import Chain, Observation, entropy
 from refseq.errors import MapError
 from refseq.motion import motion_prior
 from refseq.sequence import ReferenceSequence
 from refseq.view import View
+from refseq.viterbi import Decoding, SlidingViterbi
 
 
 class SequenceLocaliser:
@@ -193,23 +193,21 @@ class ChainDecoder:
     """
 
     def __init__(self, sequence: ReferenceSequence) -> None:
-        self._along = sequence.along
-        self._profile = sequence.profile
+        profile = sequence.profile
         self._emissions = sequence.emissions
         self._filter = MotionFilter(sequence)
-        self._window: deque[Observation] = deque(maxlen=int(sequence.profile.chain.window))
+        self._viterbi = SlidingViterbi(Chain(sequence.along, profile.motion, profile.chain))
 
     def reset(self) -> None:
         """Forget the window, and where the robot was."""
         self._filter.reset()
-        self._window.clear()
+        self._viterbi.reset()
 
     def update(self, sighting: Sighting) -> Belief:
         """Decode the window that ends with this sighting."""
         start = time.perf_counter()
         places, lost = self._emissions.log_likelihood(self._filter.update(sighting).places)
-        self._window.append(Observation(sighting.distance, places, lost))
-        decoding = viterbi(tuple(self._window), self._along, self._profile.motion, self._profile.chain)
+        decoding = self._viterbi.update(Observation(sighting.distance, places, lost))
         return decoded_belief(decoding, replace(sighting.timings, chain=time.perf_counter() - start))
 
 

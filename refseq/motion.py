@@ -1,9 +1,14 @@
 """Where the odometer says the robot is now: the two-level window of Fig. 3.7, in metres along the path."""
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from refseq.stretches import Stretches
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,77 +32,77 @@ class MotionWindow:
     normalised over k for every j. ``along`` (K,) is each place's distance along the path [m], rising. The thin bars
     reach back to where the robot was, so no row is empty. Negative distances work: the robot reversed.
 
-    The rows are never formed: the places that reach k are neighbours, so sums and maxima over them cost O(K log K).
+    The rows are never formed: the places that reach k are neighbours, so sums and maxima over them cost O(K log W) for
+    windows of at most W places.
     """
 
     def __init__(self, along: NDArray[np.float64], distance: float, settings: MotionSettings) -> None:
         wide = settings.slack + settings.drift * abs(distance)
-        self._levels = tuple(
-            _Level(along, distance, half_width, share)
-            # The thin bars lie under the wide one too, so the wide one adds only what they lack.
-            for half_width, share in ((wide, 1 - settings.thin), (wide + abs(distance), settings.thin))
-        )
-        mass = sum((level.share * level.targets for level in self._levels), np.zeros(len(along)))
-        self._norm = 1.0 / mass
+        # Rows: the wide bar, and the thin bars, which lie under the wide one too.
+        half_width = np.array([[wide], [wide + abs(distance)]])
+        self._first = np.searchsorted(along, along + (distance - half_width), side="left")
+        self._stop = np.searchsorted(along, along + (distance + half_width), side="right")
+        self._thin, self._log_thin = settings.thin, _log(settings.thin)
+        # The wide bar adds only what the thin ones lack, so that it is 1 high.
+        self._mass = self._added_up(self._stop - self._first)
+        self._log_mass = np.log(self._mass)
 
     def shift(self, belief: NDArray[np.float64]) -> NDArray[np.float64]:
         """Σ_j P(j) P(k | j, d), (K,): the belief after the motion, with the same sum."""
-        outgoing = belief * self._norm
-        total: NDArray[np.float64] = np.zeros(len(belief))
-        cumulated = np.concatenate([[0.0], np.cumsum(outgoing)])
-        for level in self._levels:
-            total += level.share * (cumulated[level.stop] - cumulated[level.start])
-        return np.maximum(total, 0.0)
+        return self._added_up(self._sources.sums(belief / self._mass))
 
-    def best(self, score: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-        """max_j score(j) + log P(k | j, d) and the j that reaches it, (K,) each; −∞ where nothing reaches k."""
-        outgoing = score + np.log(self._norm)
-        table = _MaximumTable(outgoing)
-        wide, thin = self._levels
-        # Inside the wide window the two levels add up.
-        high, from_high = table.over(wide.start, wide.stop)
-        low, from_low = table.over(thin.start, thin.stop)
-        high, low = high + np.log(wide.share + thin.share), low + np.log(thin.share)
-        return np.maximum(high, low), np.where(high >= low, from_high, from_low)
+    def pull(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Σ_k P(k | j, d) value(k), (K,): the transpose of ``shift``."""
+        return self._added_up(self._targets.sums(values)) / self._mass
+
+    def best(self, score: NDArray[np.float64]) -> NDArray[np.float64]:
+        """max_j score(j) + log P(k | j, d), (K,); −∞ where nothing reaches k."""
+        high, low = self._sources.maxima(score - self._log_mass)
+        best: NDArray[np.float64] = np.maximum(high, low + self._log_thin)
+        return best
+
+    def into(self, k: int) -> tuple[slice, NDArray[np.float64]]:
+        """The places that reach ``k``, and log P(k | j, d) for each of them."""
+        (wide, thin), (wide_stop, thin_stop) = self._sources.start[:, k], self._sources.stop[:, k]
+        log_height = np.full(thin_stop - thin, self._log_thin)
+        log_height[wide - thin : wide_stop - thin] = 0.0
+        return slice(thin, thin_stop), log_height - self._log_mass[thin:thin_stop]
+
+    def surprise(self, belief: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Σ_j P(j) P(k | j, d) (−log P(k | j, d)), (K,)."""
+        share = belief / self._mass
+        by_mass = self._added_up(self._sources.sums(share * self._log_mass))
+        if self._thin == 0:
+            return by_mass
+        wide, both = self._sources.sums(share)
+        surprise: NDArray[np.float64] = by_mass - self._thin * self._log_thin * (both - wide)
+        return surprise
+
+    def _added_up(self, levels: NDArray[Any]) -> NDArray[np.float64]:
+        """What both levels (2, K) add up to, (K,)."""
+        total: NDArray[np.float64] = (1 - self._thin) * levels[0] + self._thin * levels[1]
+        return total
+
+    @cached_property
+    def _targets(self) -> Stretches:
+        """For each place and level the places that it reaches."""
+        return Stretches(self._first, self._stop, self._first.shape[1])
+
+    @cached_property
+    def _sources(self) -> Stretches:
+        """For each place and level the places that reach it: those whose targets have begun and not yet ended."""
+        return Stretches(_how_many_up_to(self._stop), _how_many_up_to(self._first), self._first.shape[1])
 
 
-class _Level:
-    """One level of the window: for each target the sources ``start:stop``, for each source its number of targets."""
-
-    def __init__(self, along: NDArray[np.float64], distance: float, half_width: float, share: float) -> None:
-        self.share = share
-        # Both directions must agree on the edges, so both compare the same rounded sums.
-        low, high = along + (distance - half_width), along + (distance + half_width)
-        self.targets = np.searchsorted(along, high, side="right") - np.searchsorted(along, low, side="left")
-        self.start = np.searchsorted(high, along, side="left")
-        self.stop = np.maximum(np.searchsorted(low, along, side="right"), self.start)
+def _how_many_up_to(edges: NDArray[np.intp]) -> NDArray[np.intp]:
+    """For each k below K the number of edges ≤ k, row by row, (2, K)."""
+    K = edges.shape[1]
+    counts: NDArray[np.intp] = np.stack([np.bincount(row, minlength=K + 1)[:K] for row in edges])
+    return counts.cumsum(axis=1)
 
 
-class _MaximumTable:
-    """Maxima of any stretch of an array, by a table of maxima over powers of two."""
-
-    def __init__(self, values: NDArray[np.float64]) -> None:
-        self.values = values
-        self.levels = [np.arange(len(values))]
-        width = 1
-        while 2 * width <= len(values):
-            below = self.levels[-1]
-            left, right = below[:-width], below[width:]
-            self.levels.append(np.where(values[left] >= values[right], left, right))
-            width *= 2
-
-    def over(self, start: NDArray[np.intp], stop: NDArray[np.intp]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-        """Maximum over ``start:stop`` and where it is, for many stretches; −∞ at 0 for an empty one."""
-        length = stop - start
-        best = np.full(len(start), -np.inf)
-        where = np.zeros(len(start), np.intp)
-        for level, maxima in enumerate(self.levels):
-            width = 1 << level
-            use = (length >= width) & (length < 2 * width)
-            left, right = maxima[start[use]], maxima[stop[use] - width]
-            where[use] = np.where(self.values[left] >= self.values[right], left, right)
-            best[use] = self.values[where[use]]
-        return best, where
+def _log(probability: float) -> float:
+    return math.log(probability) if probability > 0 else -math.inf
 
 
 def motion_prior(

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.chain import Emissions
+from refseq.emissions import Emissions
 from refseq.errors import MapError
 from refseq.features import DEFAULT_FEATURES, Extractor, make_extractors
 from refseq.incidence import IncidenceMatrix
@@ -48,10 +48,10 @@ class ReferenceSequence:
     @cached_property
     def emissions(self) -> Emissions:
         """What each place emits: the sequence compared with itself (H3)."""
-        similarity = [
+        posteriors = (
             self.match(ids, (EMISSION_SEED, place)).likelihood for place, ids in enumerate(self.matrix.columns())
-        ]
-        return Emissions(np.array(similarity), self.profile.chain)
+        )
+        return Emissions.from_posteriors(posteriors, self.profile.chain)
 
 
 EMISSION_SEED = 20080

@@ -1,0 +1,67 @@
+"""Sums and maxima over many stretches of an array at once, by tables over stretches of 1, 2, 4, … elements."""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Stretches:
+    """The stretches ``start:stop`` (any shape, integers) of arrays of length K.
+
+    A maximum is that of two overlapping stretches of a power of two, a sum is that of disjoint ones: no sum is a
+    difference, so that small values beside large ones keep all their digits. Building a table costs O(K log W) for
+    stretches of at most W elements, and reading it O(1) for a maximum, O(log W) for a sum.
+    """
+
+    def __init__(self, start: NDArray[np.intp], stop: NDArray[np.intp], K: int) -> None:
+        self.start, self.stop, self._K = start, stop, K
+        self._length = np.maximum(stop - start, 0)
+        self._levels = max(1, int(self._length.max()).bit_length())
+        self._nothing = self._levels * K
+        """Where a table holds what changes no sum or maximum."""
+
+    def maxima(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Maximum over each stretch, −∞ for an empty one."""
+        table = self._table(np.maximum, values, -np.inf)
+        left, right = self._overlapping
+        return np.maximum(table.take(left), table.take(right))
+
+    def sums(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Sum over each stretch, 0 for an empty one."""
+        table = self._table(np.add, values, 0.0)
+        total: NDArray[np.float64] = np.zeros(self.start.shape)
+        for piece in self._disjoint:
+            total += table.take(piece)
+        return total
+
+    def _table(self, combine: np.ufunc, values: NDArray[np.float64], nothing: float) -> NDArray[np.float64]:
+        """At level · K + i what ``values[i : i + 2 ** level]`` combine to; ``nothing`` at the end."""
+        table = np.empty(self._levels * self._K + 1)
+        table[-1] = nothing
+        rows = table[:-1].reshape(self._levels, self._K)
+        rows[0] = values
+        for level in range(1, self._levels):
+            half, count = 1 << (level - 1), self._K - (1 << level) + 1
+            below = rows[level - 1]
+            combine(below[:count], below[half : half + count], out=rows[level, :count])
+        return table
+
+    @cached_property
+    def _overlapping(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """For each stretch the two table entries that cover it."""
+        lengths = np.arange(int(self._length.max()) + 1)
+        level = (np.frexp(lengths)[1] - 1).astype(np.intp)[self._length]  # ⌊log₂ length⌋, −1 for an empty one
+        row, empty = level * self._K, level < 0
+        last = self.stop - (1 << np.maximum(level, 0))
+        return np.where(empty, self._nothing, row + self.start), np.where(empty, self._nothing, row + last)
+
+    @cached_property
+    def _disjoint(self) -> list[NDArray[np.intp]]:
+        """The table entries that make up each stretch, by the binary digits of its length."""
+        pieces, at = [], self.start
+        for level in range(self._levels):
+            digit = (self._length >> level) & 1
+            pieces.append(np.where(digit == 1, level * self._K + at, self._nothing))
+            at = at + (digit << level)
+        return pieces

@@ -1,0 +1,91 @@
+"""Small chains as dense matrices, and all paths through them: what the chain's structure is held against."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from hypothesis import strategies as st
+from scipy.special import logsumexp
+
+from refseq.chain import Chain, ChainSettings, Observation
+from refseq.motion import MotionSettings
+
+MOTION = MotionSettings()
+THESIS = ChainSettings()
+SETTINGS = (
+    THESIS,
+    ChainSettings(lost=0.1, near=1.0),
+    ChainSettings(lost=0.9, near=50.0, stay_lost=0.2),
+    ChainSettings(lost_per_metre=0.3, stay_lost=0.8),
+    ChainSettings(lost=0.2, restart=0.3, near=2.0),
+    ChainSettings(lost=0.0, stay_lost=0.0, restart=1.0),
+)
+
+# Eighths of a metre are exact, so that edges of windows are hit exactly.
+distances = st.integers(-24, 24).map(lambda eighths: eighths / 8)
+chain_settings = st.sampled_from(SETTINGS)
+
+
+def paths(most: int) -> st.SearchStrategy[np.ndarray]:
+    """Up to ``most`` places at uneven distances, some of them none at all."""
+    return st.lists(st.integers(0, 24), max_size=most - 1).map(lambda gaps: np.cumsum([0, *gaps]) / 8)
+
+
+def drives(K: int, most: int, likelihood: float) -> st.SearchStrategy[list[Observation]]:
+    """One to ``most`` observations with log-likelihoods to both sides of 0."""
+    logs = st.floats(-likelihood, likelihood)
+    observation = st.builds(Observation, distances, st.lists(logs, min_size=K, max_size=K).map(np.array), logs)
+    return st.lists(observation, min_size=1, max_size=most)
+
+
+def dense_window(along: np.ndarray, distance: float, s: MotionSettings) -> np.ndarray:
+    """P(k | j, d) as (j, k), from Fig. 3.7 in words: 1 in the wide bar, ``thin`` in the bars beside it, else 0."""
+    wide = s.slack + s.drift * abs(distance)
+    off = np.abs(along - (along[:, None] + distance))
+    window = np.where(off <= wide, 1.0, np.where(off <= wide + abs(distance), s.thin, 0.0))
+    return window / window.sum(axis=1, keepdims=True)
+
+
+def dense_transitions(chain: Chain, distance: float) -> np.ndarray:
+    """The 2 K × 2 K matrix that the docstring of ``Transitions`` describes, places first."""
+    K, s, along = chain.K, chain.settings, chain.along
+    lost = 1 - np.exp(-s.lost_per_metre * abs(distance)) if s.lost_per_metre else s.lost
+    A = np.zeros((2 * K, 2 * K))
+    A[:K, :K] = (1 - lost) * dense_window(along, distance, chain.motion)
+    for i in range(K):
+        A[i, K + min(i + 1, K - 1)] = lost
+        A[K + i, K + i] = s.stay_lost
+        if i == 0:
+            A[K, :K] = (1 - s.stay_lost) / K
+            continue
+        near = np.exp(-np.abs(along - along[i]) / s.near)
+        if distance >= 0:
+            near[:i] = 0
+        A[K + i, :K] = (1 - s.stay_lost) * (1 - s.restart) * near / near.sum()
+        A[K + i, K] = (1 - s.stay_lost) * s.restart
+    return A
+
+
+def log(values: np.ndarray) -> np.ndarray:
+    with np.errstate(divide="ignore"):
+        return np.log(values)
+
+
+def log_likelihoods(observation: Observation, K: int) -> np.ndarray:
+    return np.concatenate([observation.places, np.full(K, observation.lost)])
+
+
+def all_paths(observations: Sequence[Observation], chain: Chain) -> np.ndarray:
+    """log P(path, views) of every path from Lost_0: an array with one axis of 2 K states for each view."""
+    scores, K = np.array(0.0), chain.K
+    for number, observation in enumerate(observations):
+        A = log(dense_transitions(chain, observation.distance))
+        way = A if number else A[K]
+        scores = scores[..., None] + way + log_likelihoods(observation, K)
+    return scores
+
+
+def marginal(scores: np.ndarray, view: int) -> np.ndarray:
+    """P(state at a view | all views), (2 K,), from ``all_paths``."""
+    others = tuple(axis for axis in range(scores.ndim) if axis != view)
+    logs = logsumexp(scores, axis=others) if others else scores
+    return np.exp(logs - logsumexp(logs))
