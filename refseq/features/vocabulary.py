@@ -1,14 +1,25 @@
 """A vocabulary of descriptors that grows image by image (A.3, Algorithm 3)."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+if TYPE_CHECKING:
+    from refseq.features.word_index import WordIndex
 
-@dataclass(slots=True)
+_BLOCK = 1024
+"""Words that are compared at once: few enough to stay in the processor's cache, many enough for a fast product."""
+
+
+class Nearest(NamedTuple):
+    """For each of n descriptors the id of a word, (n,), and the squared distance to it, (n,)."""
+
+    ids: NDArray[np.intp]
+    squared: NDArray[Any]
+
+
 class Vocabulary:
     """Words are the descriptors that were unlike all before them; the others became aliases of a word.
 
@@ -16,45 +27,92 @@ class Vocabulary:
     empty one, (0, D), begins a vocabulary of descriptors of that size and type. Descriptors are taken one by one in
     their order, so adding an image later gives what building all at once gives. Algorithm 3's noise, an aid for its k-d
     tree, is not needed: duplicates are aliases at distance 0.
+
+    Learning is exact at any size. So is matching up to ``exact_up_to`` words; larger vocabularies of bytes are matched
+    by a ``WordIndex``, which misses a few aliases in a thousand. It is made from the words when it is first needed.
     """
 
-    alias_distance: float
-    words: NDArray[Any]
+    def __init__(self, alias_distance: float, words: NDArray[Any], exact_up_to: float = np.inf) -> None:
+        self.alias_distance = alias_distance
+        self.exact_up_to = exact_up_to
+        self._rows = words
+        self._count = len(words)
+        self._index: WordIndex | None = None
 
     def __len__(self) -> int:
-        return len(self.words)
+        return self._count
+
+    @property
+    def words(self) -> NDArray[Any]:
+        """The words so far, (W, D), not to be written to."""
+        words = self._rows[: self._count]
+        words.setflags(write=False)
+        return words
 
     def learn(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
         """Word of each descriptor, (n,); those unlike every word so far are added. ``descriptors`` is (n, D)."""
-        known = len(self.words)
-        ids, distances = self._nearest(descriptors)
-        fresh: list[int] = []
-        limit = self.alias_distance**2
-        within = _squared_distances(descriptors, descriptors)
-        for index in range(len(descriptors)):
-            if fresh:
-                among = within[index, fresh]
-                nearest = int(np.argmin(among))
-                if among[nearest] < distances[index]:
-                    ids[index], distances[index] = known + nearest, among[nearest]
-            if distances[index] > limit:
-                ids[index] = known + len(fresh)
-                fresh.append(index)
-        self.words = np.concatenate([self.words, descriptors[fresh]])
-        return ids
+        parts = [self._learn(descriptors[start : start + _BLOCK]) for start in range(0, len(descriptors), _BLOCK)]
+        return np.concatenate([np.zeros(0, np.intp), *parts])
 
     def match(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
         """Sorted ids of the words that at least one of the descriptors (n, D) is an alias of."""
-        ids, distances = self._nearest(descriptors)
-        return np.unique(ids[distances <= self.alias_distance**2])
+        exact = self._count <= self.exact_up_to or self._rows.dtype != np.uint8
+        found = nearest(descriptors, self.words) if exact else self._indexed().nearest(descriptors)
+        return np.unique(found.ids[found.squared <= self.alias_distance**2])
 
-    def _nearest(self, descriptors: NDArray[Any]) -> tuple[NDArray[np.intp], NDArray[Any]]:
-        """Nearest word of each descriptor and its squared distance, infinite while there are no words."""
-        if not len(self.words):
-            return np.zeros(len(descriptors), np.intp), np.full(len(descriptors), np.inf)
-        squared = _squared_distances(descriptors, self.words)
+    def _learn(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
+        """As ``learn``, for so few descriptors that all may be compared with all."""
+        limit = self.alias_distance**2
+        ids, squared = nearest(descriptors, self.words)
+        among = _squared_distances(descriptors, descriptors)
+        unknown = squared > limit
+        fresh: list[np.intp] = []
+        for index in np.flatnonzero(unknown):
+            if unknown[index]:
+                fresh.append(index)
+                unknown[index + 1 :] &= among[index, index + 1 :] > limit
+        if fresh:
+            # A descriptor may be nearer to one of this image's words than to an older one, if that was there before it.
+            later = np.where(np.arange(len(ids))[:, None] < fresh, np.inf, among[:, fresh])
+            closest = np.argmin(later, axis=1)
+            closer = later[np.arange(len(ids)), closest] < squared
+            ids[closer] = self._count + closest[closer]
+            self._append(descriptors[fresh])
+        return ids
+
+    def _append(self, words: NDArray[Any]) -> None:
+        """Add words; the room for them doubles when it is full, so that growing costs as much as the words are."""
+        total = self._count + len(words)
+        if total > len(self._rows):
+            room = np.empty((max(total, 2 * len(self._rows)), self._rows.shape[1]), self._rows.dtype)
+            room[: self._count] = self.words
+            self._rows = room
+        self._rows[self._count : total] = words
+        self._count = total
+
+    def _indexed(self) -> "WordIndex":
+        """The index of all words so far."""
+        # Imported here: the library starts threads of its own, which small vocabularies need not pay for.
+        from refseq.features.word_index import WordIndex
+
+        if self._index is None:
+            self._index = WordIndex()
+        self._index.update(self.words)
+        return self._index
+
+
+def nearest(descriptors: NDArray[Any], words: NDArray[Any]) -> Nearest:
+    """Nearest of the words (W, D), the first of equals, to each descriptor (n, D); at infinity while there are none."""
+    rows = np.arange(len(descriptors))
+    best = Nearest(np.zeros(len(rows), np.intp), np.full(len(rows), np.inf))
+    for start in range(0, len(words), _BLOCK):
+        squared = _squared_distances(descriptors, words[start : start + _BLOCK])
         ids = np.argmin(squared, axis=1)
-        return ids, squared[np.arange(len(ids)), ids]
+        found = squared[rows, ids]
+        closer = found < best.squared
+        best.ids[closer] = start + ids[closer]
+        best.squared[closer] = found[closer]
+    return best
 
 
 def _squared_distances(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
@@ -68,5 +126,7 @@ def _squared_distances(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
         pairs: NDArray[np.float64] = cdist(a, b, "sqeuclidean")
         return pairs
     x, y = a.astype(np.float32), b.astype(np.float32)
-    squares: NDArray[np.float32] = np.einsum("ij,ij->i", x, x)[:, None] + np.einsum("ij,ij->i", y, y)[None, :]
-    return squares - 2.0 * (x @ y.T)
+    squared: NDArray[np.float32] = x @ (-2 * y.T)
+    squared += np.einsum("ij,ij->i", x, x)[:, None]
+    squared += np.einsum("ij,ij->i", y, y)[None, :]
+    return squared

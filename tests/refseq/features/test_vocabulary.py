@@ -34,19 +34,57 @@ def one_by_one(descriptors: np.ndarray, limit: float) -> tuple[list[int], list[n
     return ids, words
 
 
+def in_parts(descriptors: np.ndarray, cuts: list[int]) -> list[np.ndarray]:
+    """As images bring them, some of them empty."""
+    return np.split(descriptors, sorted(min(cut, len(descriptors)) for cut in cuts))
+
+
 @quick
-@given(st.integers(0, 10**6), st.integers(0, 40), st.integers(1, 6), st.lists(st.integers(0, 40), max_size=4))
-def test_image_by_image_gives_what_all_at_once_gives(seed: int, count: int, kinds: int, cuts: list[int]) -> None:
+@given(
+    st.integers(0, 10**6),
+    st.integers(0, 60),
+    st.integers(1, 6),
+    st.lists(st.integers(0, 60), max_size=12),
+    st.sampled_from([0.0, 120.0, 250.0, 400.0]),
+)
+def test_image_by_image_gives_what_the_rule_gives_all_at_once(
+    seed: int, count: int, kinds: int, cuts: list[int], limit: float
+) -> None:
     descriptors = near_duplicates(seed, count, kinds)
-    batch, parts = empty(250.0), empty(250.0)
+    batch, parts = empty(limit), empty(limit)
     together = batch.learn(descriptors)
-    apart = [parts.learn(part) for part in np.split(descriptors, sorted(min(cut, count) for cut in cuts))]
+    apart = [parts.learn(part) for part in in_parts(descriptors, cuts)]
     np.testing.assert_array_equal(np.concatenate(apart), together)
     np.testing.assert_array_equal(parts.words, batch.words)
-    ids, words = one_by_one(descriptors, 250.0)
+    ids, words = one_by_one(descriptors, limit)
     np.testing.assert_array_equal(together, ids)
-    assert len(batch) == len(words)
-    assert set(batch.match(descriptors)) == set(ids)
+    np.testing.assert_array_equal(batch.words, np.reshape(words, (-1, 128)))
+    assert set(batch.match(descriptors)) <= set(ids)
+
+
+def test_more_descriptors_and_words_than_are_compared_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("refseq.features.vocabulary._BLOCK", 16)
+    descriptors = near_duplicates(5, 300, 90)
+    vocabulary = empty(250.0)
+    ids, words = one_by_one(descriptors, 250.0)
+    np.testing.assert_array_equal(vocabulary.learn(descriptors), ids)
+    np.testing.assert_array_equal(vocabulary.words, words)
+    assert len(words) > 3 * 16  # or few blocks would have done
+
+
+@quick
+@given(st.integers(0, 10**6), st.integers(1, 30), st.lists(st.integers(0, 90), max_size=8))
+def test_duplicates_change_nothing(seed: int, count: int, cuts: list[int]) -> None:
+    """Why Algorithm 3's noise may go: whatever repeats what was there, within an image or later, is an alias of it."""
+    descriptors = near_duplicates(seed, count, 8)
+    rng = np.random.default_rng(seed)
+    repeated = np.sort(np.concatenate([np.arange(count), rng.integers(0, count, 2 * count)]))
+    alone, often = empty(250.0), empty(250.0)
+    expected = alone.learn(descriptors)
+    ids = np.concatenate([often.learn(part) for part in in_parts(descriptors[repeated], cuts)])
+    np.testing.assert_array_equal(ids, expected[repeated])
+    often.learn(descriptors[rng.permutation(count)])
+    np.testing.assert_array_equal(often.words, alone.words)
 
 
 def at_distance(squared: int) -> np.ndarray:
@@ -127,3 +165,28 @@ def test_equal_floats_are_aliases_at_no_distance_at_all() -> None:
     vocabulary = empty(0.0, 7, np.float32)
     assert list(vocabulary.learn(moments)) == [0] * 4
     assert list(vocabulary.match(moments)) == [0]
+
+
+def test_growing_leaves_earlier_words_and_the_given_array_alone() -> None:
+    descriptors = np.random.default_rng(2).integers(0, 256, (300, 128)).astype(np.uint8)
+    given = descriptors[:7].copy()
+    vocabulary = Vocabulary(0.0, given)
+    seen = [vocabulary.words]
+    for start in range(7, 300, 11):
+        vocabulary.learn(descriptors[start : start + 11])
+        seen.append(vocabulary.words)
+    np.testing.assert_array_equal(given, descriptors[:7])
+    for words in seen:
+        np.testing.assert_array_equal(words, descriptors[: len(words)])
+    with pytest.raises(ValueError, match="read-only"):
+        vocabulary.words[0] = 0
+
+
+def test_growing_moves_each_word_a_few_times_only() -> None:
+    vocabulary = empty(0.0, 2)
+    places = set()
+    for number in range(2000):
+        vocabulary.learn(np.array([divmod(number, 256)], np.uint8))
+        places.add(vocabulary.words.ctypes.data)
+    assert len(vocabulary) == 2000
+    assert len(places) < 20
