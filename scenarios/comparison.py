@@ -13,7 +13,8 @@ class Comparison:
     """A query drive of M views, localised in the map of a reference drive of K views.
 
     ``name`` says what changed between the two ("16:00 → 18:00"); comparisons of one name differ in the seed only and
-    are pooled in tables. ``beliefs`` holds M answers for each stage; the metadata say what was driven, and where.
+    are pooled in tables. ``beliefs`` holds M answers for each method by its name: a ``Stage``, which is a word, or any
+    other localiser's; the metadata say what was driven, and where.
     """
 
     name: str
@@ -21,15 +22,15 @@ class Comparison:
     reference_metadata: Mapping[str, object]
     query_views: Sequence[View]
     query_metadata: Mapping[str, object]
-    beliefs: Mapping[Stage, Sequence[Belief]]
+    beliefs: Mapping[str, Sequence[Belief]]
 
     def __post_init__(self) -> None:
         """Raise ``ScenarioError`` when the answers do not fit the views."""
-        for stage, beliefs in self.beliefs.items():
-            self._check_stage(stage, beliefs)
+        for method, beliefs in self.beliefs.items():
+            self._check_method(method, beliefs)
 
-    def _check_stage(self, stage: Stage, beliefs: Sequence[Belief]) -> None:
-        where = f"comparison {self.name!r}, stage {stage.value!r}"
+    def _check_method(self, method: str, beliefs: Sequence[Belief]) -> None:
+        where = f"comparison {self.name!r}, {str(method)!r}"
         if len(beliefs) != len(self.query_views):
             raise ScenarioError(f"{where}: {len(beliefs)} answers; valid is one a query view, {len(self.query_views)}")
         places = len(self.reference_views)
@@ -39,3 +40,15 @@ class Comparison:
                     f"{where}, view {number}: best place {belief.best} of {len(belief.places)}; "
                     f"valid is one of the map's {places} places"
                 )
+
+
+def method_label(method: str) -> str:
+    """A method in words, for tables and legends."""
+    return Stage(method).label if method in set(Stage) else method
+
+
+def shared_methods(comparisons: Sequence[Comparison]) -> list[str]:
+    """Methods that all comparisons have answers of: the thesis' stages in their order, then the others in theirs."""
+    shared = [m for m in comparisons[0].beliefs if all(m in one.beliefs for one in comparisons)] if comparisons else []
+    stages = [stage for stage in Stage if stage in shared]
+    return [*stages, *(method for method in shared if method not in stages)]

@@ -9,7 +9,7 @@ from refseq.localiser import check_among, localise
 from refseq.logs import Recording
 from refseq.sequence import ReferenceSequence
 from refseq.view import View
-from scenarios.comparison import Comparison
+from scenarios.comparison import Comparison, shared_methods
 from scenarios.score import NARROW, WIDE, Proportion, Tolerance, pool, score
 
 TOLERANCES = (WIDE, NARROW)
@@ -62,8 +62,7 @@ class StageResult:
 
 def results(comparisons: Sequence[Comparison]) -> list[StageResult]:
     """Every stage's result over some comparisons of one experiment."""
-    stages = [stage for stage in Stage if all(stage in comparison.beliefs for comparison in comparisons)]
-    return [_result(comparisons, stage) for stage in stages]
+    return [_result(comparisons, Stage(name)) for name in shared_methods(comparisons) if name in set(Stage)]
 
 
 def _result(comparisons: Sequence[Comparison], stage: Stage) -> StageResult:

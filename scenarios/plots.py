@@ -1,8 +1,9 @@
 """The report's plots, as SVG text that takes the colour of the page around it."""
 
 import io
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import matplotlib as mpl
@@ -14,8 +15,10 @@ from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.view import Pose, View
-from scenarios.comparison import Comparison
-from scenarios.score import NARROW, WIDE, Outcome, ReferencePath, Score
+from scenarios.comparison import Comparison, method_label
+from scenarios.outcome import Outcome
+from scenarios.reliability import Reliability
+from scenarios.score import NARROW, WIDE, ReferencePath, Score
 
 FloorOutline = Sequence[NDArray[np.float64]]
 """Walls as polylines of (m, 2) points [m]."""
@@ -23,12 +26,26 @@ FloorOutline = Sequence[NDArray[np.float64]]
 INK = "#010203"
 """Stands for the colour of the page's text; no plot uses it for anything else."""
 
-STAGE_STYLES: Mapping[Stage, tuple[str, str, str]] = {
+Line = str | tuple[int, tuple[int, ...]]
+"""As matplotlib takes it: a word, or an offset and lengths of dashes and gaps."""
+
+Style = tuple[str, Line, str]
+"""Colour, line and marker: methods are told apart with any colour vision, and without colour."""
+
+STAGE_STYLES: Mapping[str, Style] = {
     Stage.UNIFORM: ("#8a8a8a", ":", "o"),
     Stage.PRIOR: ("#2a8fd4", "--", "s"),
     Stage.CHAIN: ("#d55e00", "-", "x"),
 }
-"""Colour, line and marker of each stage: told apart with any colour vision, and without colour."""
+
+OTHER_STYLES: Sequence[Style] = (
+    ("#2a9d6f", "-.", "^"),
+    ("#9467bd", (0, (5, 1, 1, 1, 1, 1)), "D"),
+    ("#b8860b", (0, (1, 1)), "v"),
+    ("#4fb3bf", (0, (8, 2)), "P"),
+    ("#d6409f", (0, (3, 1)), "*"),
+)
+"""For methods that are no stage, one after the other; from the sixth on they come again."""
 
 REFERENCE, QUERY, WALL = "#2a8fd4", "#d55e00", "#8a8a8a"
 
@@ -114,21 +131,40 @@ def _stretch(axes: Axes) -> float:
     return float(box.height / abs(np.ptp(axes.get_ylim())) / (box.width / abs(np.ptp(axes.get_xlim()))))
 
 
+def styles(methods: Iterable[str]) -> dict[str, Style]:
+    """A style for each method."""
+    others = itertools.cycle(OTHER_STYLES)
+    return {method: STAGE_STYLES[method] if method in STAGE_STYLES else next(others) for method in methods}
+
+
+PANELS = 3
+"""Heat maps side by side."""
+
+
 def posterior(comparison: Comparison, path: ReferencePath | None) -> Plot:
-    """Probability of every place at every view, one panel a stage, with the band of right answers drawn on it."""
-    stages, places = list(comparison.beliefs), len(comparison.reference_views)
+    """Probability of every place at every view, one panel a method, with the band of right answers drawn on it."""
+    methods, places = list(comparison.beliefs), len(comparison.reference_views)
+    columns = min(PANELS, len(methods))
+    rows = math.ceil(len(methods) / columns)
     with mpl.rc_context(_STYLE):
-        figure = Figure(figsize=(10, 11 / max(len(stages), 2) + 0.6), layout="constrained")
-        panels = figure.subplots(1, len(stages), sharey=True, squeeze=False)[0]
-        for axes, stage in zip(panels, stages, strict=True):
-            image = _draw_posterior(axes, comparison.beliefs[stage], places)
+        figure = Figure(figsize=(10, rows * 11 / max(columns, 2) + 0.6), layout="constrained")
+        panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for axes, method in itertools.zip_longest(panels.flat, methods):
+            if method is None:
+                axes.set_visible(False)
+                continue
+            image = _draw_posterior(axes, comparison.beliefs[method], places)
             if path is not None:
                 _draw_truth(axes, comparison.query_views, path)
-            axes.set(
-                title=stage.label, xlabel="query view", xlim=(-1, len(comparison.query_views)), ylim=(-1, places * 1.05)
-            )
-        panels[0].set_ylabel("reference place")
-        bar = figure.colorbar(image, ax=panels, label="P(place | on the path)", shrink=0.8, pad=0.01)
+            axes.set(title=method_label(method), xlim=(-1, len(comparison.query_views)), ylim=(-1, places * 1.05))
+        # Where the last row is not full, the numbers stand below the panel above its gap.
+        for column in range(columns):
+            lowest = panels[(len(methods) - 1 - column) // columns, column]
+            lowest.set_xlabel("query view")
+            lowest.tick_params(labelbottom=True)
+        for axes in panels[:, 0]:
+            axes.set_ylabel("reference place")
+        bar = figure.colorbar(image, ax=panels, label="P(place | on the path)", shrink=0.8 / rows**0.5, pad=0.01)
         bar.outline.set_visible(False)
         return Plot(_svg(figure))
 
@@ -156,10 +192,11 @@ def lost(comparison: Comparison, path: ReferencePath | None) -> Plot:
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(10, 4.2), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True)
-        for stage, beliefs in comparison.beliefs.items():
-            colour, line, _ = STAGE_STYLES[stage]
+        looks = styles(comparison.beliefs)
+        for method, beliefs in comparison.beliefs.items():
+            colour, line, _ = looks[method]
             style = {"color": colour, "linestyle": line, "linewidth": 1.3}
-            top.plot([belief.lost for belief in beliefs], label=stage.label, **style)
+            top.plot([belief.lost for belief in beliefs], label=method_label(method), **style)
             bottom.plot([belief.entropy for belief in beliefs], **style)
         _threshold(top, LOST_ABOVE, "above: says lost")
         _threshold(bottom, math.log(len(comparison.reference_views)), "knows nothing (ln K)")
@@ -188,7 +225,7 @@ def _shade_off_map(axes: Axes, views: Sequence[View], path: ReferencePath) -> No
         )
 
 
-def errors(comparison: Comparison, scores: Mapping[Stage, Score], path: ReferencePath) -> Plot:
+def errors(comparison: Comparison, scores: Mapping[str, Score], path: ReferencePath) -> Plot:
     """Absolute error along the path of every answer given, over the true position."""
     true = np.array([_true_along(view.truth, path) for view in comparison.query_views])
     with mpl.rc_context(_STYLE):
@@ -196,20 +233,79 @@ def errors(comparison: Comparison, scores: Mapping[Stage, Score], path: Referenc
         axes = figure.add_subplot(
             xlabel="true position along the reference path [m]", ylabel="error along the path [m]"
         )
-        for stage, score in scores.items():
-            colour, _, marker = STAGE_STYLES[stage]
-            style = {"color": colour, "markersize": 4, "markerfacecolor": "none", "label": stage.label}
+        looks = styles(scores)
+        for method, score in scores.items():
+            colour, _, marker = looks[method]
+            style = {"color": colour, "markersize": 4, "markerfacecolor": "none", "label": method_label(method)}
             axes.plot(true, np.abs(score.errors), marker, **style)
-        axes.set_yscale("symlog", linthresh=1.0, linscale=1.0)
-        top = max(2.0, *(np.nanmax(np.abs(s.errors), initial=0.0) for s in scores.values())) * 1.2
-        ticks = [t for t in (0, 0.5, 1.5, 5, 10, 20, 50, 100, 200, 500) if t <= top]
-        axes.set(ylim=(-0.05, top), yticks=ticks, yticklabels=[f"{tick:g}" for tick in ticks])
-        axes.minorticks_off()
-        for tolerance in (WIDE, NARROW):
-            axes.axhspan(0, tolerance.distance, color="#2a9d6f", alpha=0.12, linewidth=0)
-        _grid(axes)
+        _error_axis(axes, scores)
         figure.legend(loc="outside upper center", ncols=3)
         return Plot(_svg(figure))
+
+
+def reliability(scores: Mapping[str, Score]) -> Plot:
+    """How often what was said with some probability came true: of the top place, and of being lost."""
+    looks = styles(scores)
+    # P(lost) can be judged only by drives that leave the map.
+    leaves = any(score.off_map.any() for score in scores.values())
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(10, 4.9), layout="constrained")
+        panels = figure.subplots(2, 2, sharex=True, height_ratios=(3, 1), squeeze=False)
+        for column, title in enumerate(("top place: is it the nearest one?", "P(lost): is it off the map?")):
+            shares, counts = panels[:, column]
+            if column == 1 and not leaves:
+                shares.set_visible(False)
+                counts.set_visible(False)
+                continue
+            shares.plot([0, 1], [0, 1], color=INK, linewidth=0.7, alpha=0.6)
+            for method, score in scores.items():
+                found = score.lost_reliability if column else score.top_reliability
+                _draw_reliability(shares, counts, found, looks[method], None if column else method_label(method))
+            shares.set(title=title, ylabel="share that came true", xlim=(-0.02, 1.02), ylim=(-0.03, 1.03))
+            counts.set(xlabel="probability", ylabel="views", ylim=(0, None))
+            _grid(shares, counts)
+        figure.legend(loc="outside upper center", ncols=3)
+        return Plot(_svg(figure))
+
+
+def _draw_reliability(shares: Axes, counts: Axes, found: Reliability, style: Style, label: str | None) -> None:
+    """A line through the bins that hold views, its markers larger where there are more; below it how many there are."""
+    colour, line, marker = style
+    there = found.count > 0
+    sizes = 6 + 60 * found.count[there] / found.count.sum()
+    shares.plot(found.probability[there], found.share[there], color=colour, linestyle=line, linewidth=1, label=label)
+    shares.scatter(found.probability[there], found.share[there], sizes, color=colour, marker=marker, linewidths=1)
+    edges = np.linspace(0, 1, len(found.count) + 1)
+    counts.stairs(found.count, edges, color=colour, linestyle=line, linewidth=1)
+
+
+def certainty(comparison: Comparison, scores: Mapping[str, Score]) -> Plot:
+    """Absolute error along the path of every answer given, over the entropy of its belief."""
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(10, 3.4), layout="constrained")
+        axes = figure.add_subplot(xlabel="entropy of the places [nats]", ylabel="error along the path [m]")
+        looks = styles(scores)
+        for method, score in scores.items():
+            colour, _, marker = looks[method]
+            entropies = [belief.entropy for belief in comparison.beliefs[method]]
+            style = {"color": colour, "markersize": 4, "markerfacecolor": "none", "label": method_label(method)}
+            axes.plot(entropies, np.abs(score.errors), marker, **style)
+        _error_axis(axes, scores)
+        axes.set_xlim(left=-0.05)
+        figure.legend(loc="outside upper center", ncols=3)
+        return Plot(_svg(figure))
+
+
+def _error_axis(axes: Axes, scores: Mapping[str, Score]) -> None:
+    """Errors upwards, linear up to 1 m and logarithmic above, both tolerances shaded."""
+    axes.set_yscale("symlog", linthresh=1.0, linscale=1.0)
+    top = max(2.0, *(np.nanmax(np.abs(s.errors), initial=0.0) for s in scores.values())) * 1.2
+    ticks = [t for t in (0, 0.5, 1.5, 5, 10, 20, 50, 100, 200, 500) if t <= top]
+    axes.set(ylim=(-0.05, top), yticks=ticks, yticklabels=[f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
+    for tolerance in (WIDE, NARROW):
+        axes.axhspan(0, tolerance.distance, color="#2a9d6f", alpha=0.12, linewidth=0)
+    _grid(axes)
 
 
 def _true_along(pose: Pose | None, path: ReferencePath) -> float:

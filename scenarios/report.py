@@ -3,7 +3,7 @@
 import base64
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import cv2
@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 from refseq.belief import Stage, Timings
 from refseq.files import replace_text
 from scenarios import plots
-from scenarios.comparison import Comparison
+from scenarios.comparison import Comparison, method_label, shared_methods
+from scenarios.episodes import Way
 from scenarios.errors import ScenarioError
+from scenarios.outcome import Outcome
 from scenarios.plots import FloorOutline, Plot
-from scenarios.score import NARROW, WIDE, Outcome, Proportion, ReferencePath, Score, harm, pool, score
+from scenarios.score import NARROW, WIDE, Proportion, ReferencePath, Score, harm, pool, score
 
 FRAME_WIDTH = 320
 """Width of a sample frame [pixels]."""
@@ -30,6 +32,9 @@ LONG_VALUE = 80
 
 NONE = "n/a"
 """Stands in a table where there is no figure to give."""
+
+RANKS = (1, 5, 10)
+"""Numbers of most probable places for which recall is told."""
 
 FIRST_KEYS = ("world", "robot", "light", "seed")
 
@@ -68,9 +73,9 @@ class _Group:
     runs: tuple[Comparison, ...]
 
     @property
-    def stages(self) -> list[Stage]:
-        """Stages that all runs have, in the order of the thesis."""
-        return [stage for stage in Stage if all(stage in run.beliefs for run in self.runs)]
+    def methods(self) -> list[str]:
+        """Methods that all runs have answers of."""
+        return shared_methods(self.runs)
 
     @property
     def scorable(self) -> bool:
@@ -87,8 +92,8 @@ class Frames:
 
 
 @dataclass(frozen=True)
-class StageRow:
-    """One stage's figures, in words."""
+class MethodRow:
+    """One method's figures, in words."""
 
     label: str
     views: int
@@ -101,16 +106,29 @@ class StageRow:
 
 @dataclass(frozen=True)
 class FurtherRow:
-    """More figures of one stage, in words."""
+    """More figures of one method, in words."""
 
     label: str
     outcomes: str
     first_fix: str
     harm: str
-    auroc: str
-    calibration: str
     auc: str
     recall: str
+    first_places: str
+    calibration: str
+
+
+@dataclass(frozen=True)
+class LostRow:
+    """How one method did off the map, in words."""
+
+    label: str
+    auroc: str
+    false_alarms: str
+    calibration: str
+    to_lost: str
+    to_recover: str
+    worst: str
 
 
 @dataclass(frozen=True)
@@ -120,40 +138,54 @@ class Experiment:
     name: str
     runs: int
     drawn: str
-    table: tuple[StageRow, ...]
+    table: tuple[MethodRow, ...]
     further: tuple[FurtherRow, ...]
+    lost_table: tuple[LostRow, ...]
     unscored: int
     best: str
     plan: Plot | None
     posterior: Plot | None
     lost: Plot | None
     errors: Plot | None
+    reliability: Plot | None
+    certainty: Plot | None
     frames: tuple[Frames, ...]
-    stages: tuple[str, ...]
+    methods: tuple[str, ...]
     cost: tuple[tuple[str, tuple[str, ...]], ...]
 
 
 def _experiment(group: _Group, outline: FloorOutline | None) -> Experiment:
-    first, stages = group.runs[0], group.stages
+    # Plots show the methods that the tables show, in the same order.
+    methods = group.methods
+    first = replace(group.runs[0], beliefs={method: group.runs[0].beliefs[method] for method in methods})
     path = ReferencePath(first.reference_views) if group.scorable else None
-    wide = {stage: [score(run, stage, WIDE) for run in group.runs] for stage in stages} if path else {}
-    drawn = {stage: scores[0] for stage, scores in wide.items()}
+    wide = {method: [score(run, method, WIDE) for run in group.runs] for method in methods} if path else {}
+    pooled = {method: pool(scores) for method, scores in wide.items()}
+    drawn = {method: scores[0] for method, scores in wide.items()}
     return Experiment(
         name=group.name,
         runs=len(group.runs),
         drawn=_drawn(group),
-        table=tuple(_stage_row(group, stage, wide[stage]) for stage in wide),
-        further=tuple(_further_row(stage, wide) for stage in wide),
-        unscored=next((pool(scores).count(Outcome.UNSCORED) for scores in wide.values()), 0),
-        best=stages[-1].label if stages else "",
-        plan=plots.plan(first, drawn[stages[-1]], outline) if drawn else None,
-        posterior=plots.posterior(first, path) if stages else None,
-        lost=plots.lost(first, path) if stages else None,
+        table=tuple(_method_row(group, method, pooled[method]) for method in pooled),
+        further=tuple(_further_row(method, pooled) for method in pooled),
+        lost_table=tuple(_lost_row(method, total) for method, total in pooled.items() if total.off_map.any()),
+        unscored=next((total.count(Outcome.UNSCORED) for total in pooled.values()), 0),
+        best=method_label(_marked(methods)) if methods else "",
+        plan=plots.plan(first, drawn[_marked(methods)], outline) if drawn else None,
+        posterior=plots.posterior(first, path) if methods else None,
+        lost=plots.lost(first, path) if methods else None,
         errors=plots.errors(first, drawn, path) if path and drawn else None,
+        reliability=plots.reliability(pooled) if pooled else None,
+        certainty=plots.certainty(first, drawn) if drawn else None,
         frames=tuple(_frames(first, path)),
-        stages=tuple(stage.label for stage in stages),
+        methods=tuple(method_label(method) for method in methods),
         cost=tuple(_cost(group)),
     )
+
+
+def _marked(methods: Sequence[str]) -> str:
+    """The method whose answers are marked in the plan: the thesis' last stage, or the last method without any."""
+    return next((stage for stage in reversed(Stage) if stage in methods), methods[-1])
 
 
 def _drawn(group: _Group) -> str:
@@ -167,10 +199,10 @@ def _drawn(group: _Group) -> str:
 # --- tables ---
 
 
-def _stage_row(group: _Group, stage: Stage, wide: Sequence[Score]) -> StageRow:
-    pooled, narrow = pool(wide), pool([score(run, stage, NARROW) for run in group.runs])
-    return StageRow(
-        label=stage.label,
+def _method_row(group: _Group, method: str, pooled: Score) -> MethodRow:
+    narrow = pool([score(run, method, NARROW) for run in group.runs])
+    return MethodRow(
+        label=method_label(method),
         views=pooled.success.trials,
         success=_share(pooled.success),
         success_narrow=f"{_share(narrow.success)}, n = {narrow.success.trials}",
@@ -180,37 +212,55 @@ def _stage_row(group: _Group, stage: Stage, wide: Sequence[Score]) -> StageRow:
     )
 
 
-def _further_row(stage: Stage, wide: Mapping[Stage, Sequence[Score]]) -> FurtherRow:
-    pooled = pool(wide[stage])
+def _further_row(method: str, scores: Mapping[str, Score]) -> FurtherRow:
+    pooled = scores[method]
     curve = pooled.retrieval
-    spoilt = harm(pooled, pool(wide[Stage.UNIFORM])) if Stage.UNIFORM in wide and stage is not Stage.UNIFORM else None
+    spoilt = harm(pooled, scores[Stage.UNIFORM]) if Stage.UNIFORM in scores and method != Stage.UNIFORM else None
     kinds = (Outcome.WRONG, Outcome.MISSED, Outcome.FALSE_FIX, Outcome.REJECTED)
     return FurtherRow(
-        label=stage.label,
+        label=method_label(method),
         outcomes=" / ".join(str(pooled.count(kind)) for kind in kinds),
-        first_fix=_first_fix(pooled.first_fixes),
+        first_fix=_ways(pooled.first_fixes),
         harm=NONE if spoilt is None else f"{spoilt.successes} of {spoilt.trials}",
-        auroc=NONE if pooled.auroc is None else f"{pooled.auroc:.3f}",
-        calibration=_number(pooled.calibration_error),
         auc=NONE if curve is None else f"{curve.auc:.3f}",
         recall=NONE if curve is None else f"{100 * curve.recall_at(1.0):.0f} / {100 * curve.recall_at(0.99):.0f} %",
+        first_places=_first_places(pooled),
+        calibration=_number(pooled.top_reliability.error),
     )
 
 
-def _first_fix(fixes: Sequence[float | None]) -> str:
-    """Median over the runs, and how many never got there."""
-    found = [fix for fix in fixes if fix is not None]
-    never = len(fixes) - len(found)
+def _lost_row(method: str, pooled: Score) -> LostRow:
+    return LostRow(
+        label=method_label(method),
+        auroc=NONE if pooled.auroc is None else f"{pooled.auroc:.3f}",
+        false_alarms=NONE if pooled.false_alarms is None else f"{100 * pooled.false_alarms:.0f} %",
+        calibration=_number(pooled.lost_reliability.error),
+        to_lost=_ways(pooled.episodes.to_lost),
+        to_recover=_ways(pooled.episodes.to_recover),
+        worst=_metres(pooled.worst_false_fix),
+    )
+
+
+def _first_places(pooled: Score) -> str:
+    """Recall at 1, 5 and 10 places [%]."""
+    recalls = [pooled.recall(first) for first in RANKS]
+    return NONE if not recalls[0].trials else " / ".join(f"{100 * share.value:.0f}" for share in recalls) + " %"
+
+
+def _ways(ways: Sequence[Way]) -> str:
+    """Median, and how many never got there."""
+    found = [way for way in ways if way is not None]
+    never = len(ways) - len(found)
     return (_metres(float(np.median(found))) if found else NONE) + (f" ({never} never)" if never else "")
 
 
 def _cost(group: _Group) -> Iterable[tuple[str, tuple[str, ...]]]:
-    """For each step the median and 95th percentile of the time a view takes, by stage; nothing where none was taken."""
-    taken = {s: [belief.timings for run in group.runs for belief in run.beliefs[s]] for s in group.stages}
+    """For each step the median and 95th percentile of the time a view takes, by method; nothing where none was."""
+    taken = {m: [belief.timings for run in group.runs for belief in run.beliefs[m]] for m in group.methods}
     if not any(timings.total for all_timings in taken.values() for timings in all_timings):
         return
     for step in [*(field.name for field in fields(Timings)), "total"]:
-        times = ([1000 * getattr(timings, step) for timings in taken[stage]] for stage in group.stages)
+        times = ([1000 * getattr(timings, step) for timings in taken[method]] for method in group.methods)
         yield step, tuple(f"{np.median(t):.2f} / {np.quantile(t, 0.95):.2f}" for t in times)
 
 
@@ -307,7 +357,7 @@ def _matches(comparison: Comparison, path: ReferencePath | None) -> Iterable[tup
                 away = math.hypot(*(path.points[k] - (view.truth.x, view.truth.y)))
                 yield t, k, f"query view {t}, reference place {k}, {away:.2f} m apart"
         elif path is None and comparison.beliefs:
-            k = comparison.beliefs[max(comparison.beliefs, key=list(Stage).index)][t].best
+            k = comparison.beliefs[_marked(shared_methods([comparison]))][t].best
             yield t, k, f"query view {t}, reference place {k} (the answer: no truth is known)"
 
 

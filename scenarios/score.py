@@ -9,30 +9,21 @@ counted; a reference view without one can be nobody's right answer.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import LOST_ABOVE, Belief, Stage
+from refseq.belief import LOST_ABOVE, Belief
 from refseq.view import Pose, View
 from scenarios.comparison import Comparison
+from scenarios.episodes import Episodes, Way, episodes, first_fix
 from scenarios.errors import ScenarioError
+from scenarios.outcome import OFF_MAP, ON_MAP, Outcome
+from scenarios.reliability import Reliability, reliability
 
 Z_95 = 1.959963984540054
 """Quantile of the normal distribution that leaves 2.5 % above it."""
-
-
-class Outcome(StrEnum):
-    """What became of one query view."""
-
-    RIGHT = "right"
-    WRONG = "wrong"
-    MISSED = "missed"
-    REJECTED = "rejected"
-    FALSE_FIX = "false fix"
-    UNSCORED = "without truth"
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,19 +98,23 @@ class Score:
     """The views of one run or of several pooled ones, judged at one tolerance; arrays have one entry a view.
 
     ``errors`` [m] is the signed distance along the reference path from the true position to the answer, ``nan`` where
-    no answer was due or given (lost, off the map, without truth). ``top_right`` says whether the top place would be
-    right, lost or not; ``top_nearest`` whether it is the very place nearest to the truth; ``first_fixes`` [m] holds for
-    each run the distance travelled to its first right answer, ``None`` where there was none.
+    no answer was due or given (lost, off the map, without truth). ``false_fixes`` [m] is how far from the true position
+    the answer of a false fix lies, ``nan`` elsewhere. ``ranks`` is where the first right place stands among all places,
+    the most probable being 1, lost or not, and infinite where no place is right; ``top_nearest`` says whether the top
+    place is the very place nearest to the truth. ``first_fixes`` [m] holds for each run the distance travelled to its
+    first right answer, ``None`` where there was none; ``episodes`` those of all runs.
     """
 
     tolerance: Tolerance
     outcomes: tuple[Outcome, ...]
     errors: NDArray[np.float64]
+    false_fixes: NDArray[np.float64]
     lost: NDArray[np.float64]
     top: NDArray[np.float64]
-    top_right: NDArray[np.bool_]
+    ranks: NDArray[np.float64]
     top_nearest: NDArray[np.bool_]
-    first_fixes: tuple[float | None, ...]
+    first_fixes: tuple[Way, ...]
+    episodes: Episodes
 
     def count(self, *outcomes: Outcome) -> int:
         """Count the views with one of these outcomes."""
@@ -128,12 +123,12 @@ class Score:
     @property
     def on_map(self) -> NDArray[np.bool_]:
         """Which views are on the map."""
-        return np.isin(self.outcomes, [Outcome.RIGHT, Outcome.WRONG, Outcome.MISSED])
+        return np.isin(self.outcomes, ON_MAP)
 
     @property
     def off_map(self) -> NDArray[np.bool_]:
         """Which views have a true pose that no reference view is near to."""
-        return np.isin(self.outcomes, [Outcome.REJECTED, Outcome.FALSE_FIX])
+        return np.isin(self.outcomes, OFF_MAP)
 
     @property
     def success(self) -> Proportion:
@@ -150,19 +145,39 @@ class Score:
         errors = np.abs(self.errors[np.isfinite(self.errors)])
         return float(np.quantile(errors, share)) if len(errors) else math.nan
 
+    def recall(self, first: int) -> Proportion:
+        """Views with a right place among their ``first`` most probable ones, of all on the map (recall@N)."""
+        return Proportion(int((self.ranks[self.on_map] <= first).sum()), int(self.on_map.sum()))
+
+    @property
+    def worst_false_fix(self) -> float:
+        """Farthest that an answer off the map lay from where the robot was [m], ``nan`` without any."""
+        return float(np.nanmax(self.false_fixes)) if np.isfinite(self.false_fixes).any() else math.nan
+
     @property
     def auroc(self) -> float | None:
         """Area under the ROC curve of P(lost) for being off the map; ``None`` unless views of both kinds exist."""
         return auroc(self.lost[self.off_map], self.lost[self.on_map])
 
     @property
-    def calibration_error(self) -> float:
-        """Expected calibration error of the top place's probability over the views on the map, ``nan`` without any.
+    def false_alarms(self) -> float | None:
+        """Share of the views on the map that P(lost) would give up to catch 95 % of those off it (FPR@95TPR)."""
+        return false_positive_rate(self.lost[self.off_map], self.lost[self.on_map], 0.95)
+
+    @property
+    def top_reliability(self) -> Reliability:
+        """The top place's probability over the views on the map, and how often it came true.
 
         The event that the probability should match is that the top place is the one nearest to the truth: a place a
         step farther on may be within the tolerance, but it is another place with a probability of its own.
         """
-        return calibration_error(self.top[self.on_map], self.top_nearest[self.on_map])
+        return reliability(self.top[self.on_map], self.top_nearest[self.on_map])
+
+    @property
+    def lost_reliability(self) -> Reliability:
+        """P(lost) over all views with a true pose, and how often they were off the map."""
+        scored = self.on_map | self.off_map
+        return reliability(self.lost[scored], self.off_map[scored])
 
     @cached_property
     def retrieval(self) -> Retrieval | None:
@@ -170,9 +185,7 @@ class Score:
         scored = self.on_map | self.off_map
         if not self.on_map.any():
             return None
-        return retrieval(
-            ((1 - self.lost) * self.top)[scored], (self.top_right & self.on_map)[scored], int(self.on_map.sum())
-        )
+        return retrieval(((1 - self.lost) * self.top)[scored], (self.ranks == 1)[scored], int(self.on_map.sum()))
 
 
 def auroc(positives: NDArray[np.float64], negatives: NDArray[np.float64]) -> float | None:
@@ -185,13 +198,15 @@ def auroc(positives: NDArray[np.float64], negatives: NDArray[np.float64]) -> flo
     return float((below + not_above).sum() / (2 * len(positives) * len(negatives)))
 
 
-def calibration_error(probabilities: NDArray[np.float64], hits: NDArray[np.bool_], bins: int = 10) -> float:
-    """Average |mean probability − share of hits| over equal bins, weighted by their counts (ECE)."""
-    if not len(probabilities):
-        return math.nan
-    index = np.minimum((probabilities * bins).astype(int), bins - 1)
-    surplus = np.bincount(index, weights=probabilities - hits, minlength=bins)
-    return float(np.abs(surplus).sum() / len(probabilities))
+def false_positive_rate(
+    positives: NDArray[np.float64], negatives: NDArray[np.float64], true_positive_rate: float
+) -> float | None:
+    """Share of negatives at or above the highest threshold that enough positives reach; ``None`` without both."""
+    if not (len(positives) and len(negatives)):
+        return None
+    needed = math.ceil(true_positive_rate * len(positives) - 1e-9)
+    threshold = np.sort(positives)[len(positives) - needed]
+    return float(np.mean(negatives >= threshold))
 
 
 def retrieval(scores: NDArray[np.float64], right: NDArray[np.bool_], relevant: int) -> Retrieval:
@@ -205,34 +220,47 @@ def retrieval(scores: NDArray[np.float64], right: NDArray[np.bool_], relevant: i
     return Retrieval(-thresholds, hits / ends, hits / relevant)
 
 
-def score(comparison: Comparison, stage: Stage, tolerance: Tolerance = WIDE, lost_above: float = LOST_ABOVE) -> Score:
-    """Judge one stage's answers to a drive; raises ``ScenarioError`` for a stage that was not run."""
-    if stage not in comparison.beliefs:
+def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost_above: float = LOST_ABOVE) -> Score:
+    """Judge one method's answers to a drive; raises ``ScenarioError`` for a method that was not run."""
+    if method not in comparison.beliefs:
         there = ", ".join(comparison.beliefs) or "none"
-        raise ScenarioError(f"comparison {comparison.name!r} has no stage {stage.value!r}; valid are {there}")
-    beliefs = comparison.beliefs[stage]
+        raise ScenarioError(f"comparison {comparison.name!r} has no answers of {str(method)!r}; valid are {there}")
+    beliefs = comparison.beliefs[method]
     path = ReferencePath(comparison.reference_views)
     truths = [view.truth for view in comparison.query_views]
     near = np.array([path.within(truth, tolerance) for truth in truths]).reshape(len(truths), path.size)
-    best = np.array([belief.best for belief in beliefs], dtype=int)
-    right = near[np.arange(len(best)), best]
+    ranks = np.array([_rank(belief, right) for belief, right in zip(beliefs, near, strict=True)], dtype=float)
     says_lost = np.array([belief.lost > lost_above for belief in beliefs], dtype=bool)
     outcomes = tuple(
-        judge(truth, bool(on_map), bool(lost), bool(hit))
-        for truth, on_map, lost, hit in zip(truths, near.any(axis=1), says_lost, right, strict=True)
+        judge(truth, bool(on_map), bool(lost), rank == 1)
+        for truth, on_map, lost, rank in zip(truths, near.any(axis=1), says_lost, ranks, strict=True)
     )
     return Score(
         tolerance=tolerance,
         outcomes=outcomes,
         errors=_errors(path, truths, beliefs, outcomes),
+        false_fixes=_false_fixes(path, truths, beliefs, outcomes),
         lost=np.array([belief.lost for belief in beliefs], dtype=float),
         top=np.array([belief.places[belief.best] for belief in beliefs], dtype=float),
-        top_right=right,
+        ranks=ranks,
         top_nearest=np.array(
-            [path.nearest(truth) == place for truth, place in zip(truths, best, strict=True)], dtype=bool
+            [path.nearest(truth) == belief.best for truth, belief in zip(truths, beliefs, strict=True)], dtype=bool
         ),
         first_fixes=(first_fix(comparison.query_views, outcomes),),
+        episodes=episodes(comparison.query_views, outcomes),
     )
+
+
+def _rank(belief: Belief, right: NDArray[np.bool_]) -> float:
+    """Where the first right place stands when places go from most to least probable, from 1; infinite without any.
+
+    Among places of the same probability the answer comes first, then those earlier on the path.
+    """
+    if not right.any():
+        return math.inf
+    order = np.argsort(-belief.places, kind="stable")
+    order = np.concatenate([[belief.best], order[order != belief.best]])
+    return float(np.argmax(right[order])) + 1
 
 
 def judge(truth: Pose | None, on_map: bool, says_lost: bool, right: bool) -> Outcome:
@@ -260,18 +288,19 @@ def _errors(
     )
 
 
-def first_fix(views: Sequence[View], outcomes: Sequence[Outcome]) -> float | None:
-    """Distance travelled from the first view to the first right answer [m], summed over true positions."""
-    travelled, last = 0.0, None
-    for view, outcome in zip(views, outcomes, strict=True):
-        if view.truth is None:
-            continue
-        if last is not None:
-            travelled += math.hypot(view.truth.x - last.x, view.truth.y - last.y)
-        last = view.truth
-        if outcome is Outcome.RIGHT:
-            return travelled
-    return None
+def _false_fixes(
+    path: "ReferencePath", truths: Sequence[Pose | None], beliefs: Sequence[Belief], outcomes: Sequence[Outcome]
+) -> NDArray[np.float64]:
+    """How far each answer given off the map lies from the truth, (M,) [m]; ``nan`` elsewhere."""
+    return np.array(
+        [
+            math.hypot(*(path.points[belief.best] - (truth.x, truth.y)))
+            if truth is not None and outcome is Outcome.FALSE_FIX
+            else math.nan
+            for truth, belief, outcome in zip(truths, beliefs, outcomes, strict=True)
+        ],
+        dtype=float,
+    )
 
 
 def pool(scores: Sequence[Score]) -> Score:
@@ -283,11 +312,16 @@ def pool(scores: Sequence[Score]) -> Score:
         tolerance=scores[0].tolerance,
         outcomes=tuple(outcome for one in scores for outcome in one.outcomes),
         errors=np.concatenate([one.errors for one in scores]),
+        false_fixes=np.concatenate([one.false_fixes for one in scores]),
         lost=np.concatenate([one.lost for one in scores]),
         top=np.concatenate([one.top for one in scores]),
-        top_right=np.concatenate([one.top_right for one in scores]),
+        ranks=np.concatenate([one.ranks for one in scores]),
         top_nearest=np.concatenate([one.top_nearest for one in scores]),
         first_fixes=tuple(fix for one in scores for fix in one.first_fixes),
+        episodes=Episodes(
+            to_lost=tuple(way for one in scores for way in one.episodes.to_lost),
+            to_recover=tuple(way for one in scores for way in one.episodes.to_recover),
+        ),
     )
 
 

@@ -11,16 +11,16 @@ from refseq.belief import Belief, Stage
 from refseq.view import Pose, View
 from scenarios.comparison import Comparison
 from scenarios.errors import ScenarioError
+from scenarios.outcome import Outcome
 from scenarios.score import (
     NARROW,
     WIDE,
-    Outcome,
     Proportion,
     ReferencePath,
     Score,
     Tolerance,
     auroc,
-    calibration_error,
+    false_positive_rate,
     harm,
     pool,
     retrieval,
@@ -194,19 +194,69 @@ def test_auroc_counts_pairs(positives: list[int], negatives: list[int]) -> None:
     assert found == pytest.approx(wins / (len(positives) * len(negatives)))
 
 
-def test_calibration_error_by_hand() -> None:
-    probabilities = np.array([0.95, 0.97, 1.0, 0.35, 0.31])
-    hits = np.array([True, True, False, False, True])
-    expected = (abs(0.95 + 0.97 + 1.0 - 2) + abs(0.35 + 0.31 - 1)) / 5
-    assert calibration_error(probabilities, hits) == pytest.approx(expected)
+@given(
+    st.lists(st.integers(0, 6), min_size=1, max_size=30),
+    st.lists(st.integers(0, 6), min_size=1, max_size=12),
+    st.sampled_from([0.5, 0.95, 1.0]),
+)
+def test_false_alarms_are_the_fewest_that_catch_enough(positives: list[int], negatives: list[int], rate: float) -> None:
+    found = false_positive_rate(np.array(positives, dtype=float), np.array(negatives, dtype=float), rate)
+    catching = [t for t in positives if sum(p >= t for p in positives) >= rate * len(positives) - 1e-9]
+    assert found == pytest.approx(min(sum(n >= t for n in negatives) / len(negatives) for t in catching))
 
 
-def test_calibrated_answers_have_a_small_calibration_error() -> None:
-    rng = np.random.default_rng(1)
-    probabilities = rng.random(20_000)
-    hits = rng.random(20_000) < probabilities
-    assert calibration_error(probabilities, hits) < 0.02
-    assert calibration_error(probabilities**0.25, hits) > 0.2
+def test_false_alarms_by_hand() -> None:
+    off_map = np.array([0.9, 0.8, 0.7, *[0.95] * 16, 0.2])  # 19 of 20 are at or above 0.7
+    on_map = np.array([0.1, 0.7, 0.69, 0.75])
+    assert false_positive_rate(off_map, on_map, 0.95) == pytest.approx(2 / 4)
+    assert false_positive_rate(off_map, on_map, 1.0) == pytest.approx(3 / 4)
+    assert false_positive_rate(off_map, np.zeros(0), 0.95) is None
+
+
+def test_recall_looks_at_the_most_probable_places_lost_or_not() -> None:
+    places = np.array([0.30, 0.02, 0.20, 0.02, 0.10, 0.02, 0.15, 0.02, 0.12, 0.03, 0.02])
+    belief = Belief(places, 0.9, 0, (0,), 0.0)
+    # In falling order: places 0, 2, 6, 8, 4, 9, and then those at 0.02 in the order of the path.
+    result = judged(*[at(float(x)) for x in (0, 2, 4, 9, 1)], beliefs=[belief] * 5, tolerance=NARROW)
+    assert result.ranks.tolist() == [1, 2, 5, 6, 7]
+    assert [result.recall(n).successes for n in (1, 2, 5, 10)] == [1, 2, 3, 5]
+    assert result.recall(5) == Proportion(3, 5)
+
+
+def test_recall_leaves_out_views_off_the_map() -> None:
+    result = judged(at(5.0), at(5.0, 9.0), beliefs=[certain(PLACES, 5)] * 2)
+    assert result.recall(1) == Proportion(1, 1)
+    assert math.isinf(result.ranks[1])
+
+
+def test_the_answer_comes_first_among_equals() -> None:
+    belief = Belief(np.full(PLACES, 1 / PLACES), 0.0, 7, (7,), math.log(PLACES))
+    result = judged(at(7.0), at(0.0), beliefs=[belief] * 2, tolerance=NARROW)
+    assert result.ranks.tolist() == [1, 2]
+    assert result.outcomes == (Outcome.RIGHT, Outcome.WRONG)
+
+
+def test_the_worst_false_fix_is_the_farthest_answer_off_the_map() -> None:
+    views = [at(5.0), at(4.0, 3.0), at(0.0, 9.0), at(5.0, 99.0)]
+    beliefs = [certain(PLACES, 9), certain(PLACES, 8), certain(PLACES, 0), certain(PLACES, 5, lost=0.9)]
+    result = judged(*views, beliefs=beliefs)
+    assert result.false_fixes == pytest.approx([math.nan, 5.0, 9.0, math.nan], nan_ok=True)
+    assert result.worst_false_fix == 9.0
+    assert math.isnan(judged(at(5.0), beliefs=[certain(PLACES, 9)]).worst_false_fix)
+
+
+def test_reliability_of_lost_asks_for_views_off_the_map() -> None:
+    views = [at(5.0), at(5.0), at(5.0, 9.0), View(0.0)]
+    result = judged(*views, beliefs=[certain(PLACES, 5, lost=p) for p in (0.1, 0.6, 0.7, 0.9)])
+    assert result.lost_reliability.count.sum() == 3
+    assert result.lost_reliability.error == pytest.approx((0.1 + 0.6 + 0.3) / 3)
+
+
+def test_reliability_of_the_top_place_asks_for_the_nearest_one() -> None:
+    result = judged(at(5.0), at(4.0), at(5.0, 9.0), beliefs=[certain(PLACES, 5)] * 3)
+    assert result.outcomes[1] is Outcome.RIGHT
+    assert result.top_reliability.count.tolist() == [0] * 9 + [2]
+    assert result.top_reliability.error == pytest.approx(0.5)
 
 
 @given(st.lists(st.tuples(st.integers(0, 5), st.booleans()), min_size=1, max_size=20), st.integers(0, 5))
@@ -259,6 +309,15 @@ def test_pooled_runs_add_up() -> None:
         np.median(np.abs(np.concatenate([r.errors[np.isfinite(r.errors)] for r in runs])))
     )
     assert len(whole.first_fixes) == 5
+    assert whole.recall(5).successes == sum(run.recall(5).successes for run in runs)
+    assert whole.top_reliability.count.tolist() == sum(run.top_reliability.count for run in runs).tolist()
+
+
+def test_pooled_runs_keep_the_episodes_of_all() -> None:
+    away = judged(at(5.0), at(5.0, 9.0), at(5.0), beliefs=[certain(PLACES, 5, lost=p) for p in (0, 0.9, 0)])
+    never = judged(at(5.0), at(5.0, 9.0), beliefs=[certain(PLACES, 5)] * 2)
+    assert pool([away, never]).episodes == ((0.0, None), (0.0,))
+    assert pool([away, never]).worst_false_fix == 9.0
 
 
 def test_runs_of_different_tolerances_are_not_pooled() -> None:
@@ -283,7 +342,7 @@ def test_answers_that_do_not_fit_the_views_are_refused() -> None:
 
 def test_missing_stage_and_missing_truth_are_refused() -> None:
     comparison = line(at(5.0), beliefs=[certain(PLACES, 5)])
-    with pytest.raises(ScenarioError, match="no stage 'prior'; valid are chain"):
+    with pytest.raises(ScenarioError, match="no answers of 'prior'; valid are chain"):
         score(comparison, Stage.PRIOR)
     blind = Comparison("blind", [View(0.0)], {}, [at(5.0)], {}, {Stage.CHAIN: [certain(1, 0)]})
     with pytest.raises(ScenarioError, match="no true pose"):
