@@ -8,7 +8,7 @@ Algorithm 3 (the noise, the k-d tree), which are ignored.
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from refseq.features.extractor import Observed
 from refseq.view import LASER, Scan, View
 
 NEAR, FAR = 2.0, 4.0
-"""The bands of Table B.1: [0, 2), [2, 4) and [4, ∞) m from the scanner."""
+"""The bands of Tables B.1 and B.2: [0, 2), [2, 4) and [4, ∞) m from the scanner."""
 COUNTS = (1, 2, 3)
 
 
@@ -44,133 +44,176 @@ class WallSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
-    """A straight piece of the scan: its end points, (2,) each [m], as the beams turn, and the moments that fit it.
+class Lines:
+    """Straight pieces of a scan, m of them, in the order in which the beams meet them.
 
-    ``count``, ``sums`` (2,) and ``products`` (2, 2) are those of its points, so that two lines fuse without them.
+    ``first`` and ``last`` (m,) are the beams of their end points ``start`` and ``end`` (m, 2) [m]; ``moments`` (m, 6)
+    are the sums of 1, x, y, x², xy and y² over their points, so that lines fuse and are fitted without the points.
     """
 
+    first: NDArray[np.intp]
+    last: NDArray[np.intp]
     start: NDArray[np.float64]
     end: NDArray[np.float64]
-    count: int
-    sums: NDArray[np.float64]
-    products: NDArray[np.float64]
+    moments: NDArray[np.float64]
 
     @classmethod
-    def through(cls, points: NDArray[np.float64]) -> "Line":
-        """The line of a run of points, (n, 2)."""
-        return cls(points[0], points[-1], len(points), points.sum(axis=0), points.T @ points)
+    def through(cls, points: NDArray[np.float64], first: NDArray[np.intp]) -> "Lines":
+        """Cut the points of a scan, (n, 2), into runs that begin at the beams ``first`` (rising, from 0 on)."""
+        last = np.append(first, len(points))[1:] - 1
+        x, y = points.T
+        products = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
+        return cls(first, last, points[first], points[last], np.add.reduceat(products, first, axis=0))
 
-    def fused_with(self, after: "Line") -> "Line":
-        """One line for this one and one behind it in the scan's order."""
-        return Line(
-            self.start,
-            after.end,
-            self.count + after.count,
-            self.sums + after.sums,
-            self.products + after.products,
-        )
+    def __len__(self) -> int:
+        return len(self.first)
+
+    def __getitem__(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> "Lines":
+        """Some of the lines."""
+        return Lines(self.first[which], self.last[which], self.start[which], self.end[which], self.moments[which])
+
+    def merged_with(self, others: "Lines") -> "Lines":
+        """These and others, in the order of the beams."""
+        order = np.argsort(np.concatenate([self.first, others.first]))
+        return Lines(*(np.concatenate([getattr(self, f.name), getattr(others, f.name)])[order] for f in fields(self)))
+
+    def fused_with(self, after: "Lines") -> "Lines":
+        """One line for each of these and its fellow behind it in the scan's order."""
+        return Lines(self.first, after.last, self.start, after.end, self.moments + after.moments)
 
     @property
-    def length(self) -> float:
-        """Distance between the end points [m]."""
-        return math.dist(self.start, self.end)
+    def count(self) -> NDArray[np.intp]:
+        """Numbers of points, (m,)."""
+        return self.moments[:, 0].astype(np.intp)
+
+    @property
+    def length(self) -> NDArray[np.float64]:
+        """Distances between the end points, (m,) [m]."""
+        return _norms(self.end - self.start)
 
     @property
     def centre(self) -> NDArray[np.float64]:
-        """Mean of its points, (2,) [m]."""
-        return self.sums / self.count
+        """Means of the points, (m, 2) [m]."""
+        return self.moments[:, 1:3] / self.moments[:, :1]
+
+    @property
+    def direction(self) -> NDArray[np.float64]:
+        """Unit vectors of the total-least-squares fits, (m, 2), from start to end."""
+        x, y = self.centre.T
+        a, b, c = (self.moments[:, 3:] / self.moments[:, :1]).T
+        angle = 0.5 * np.arctan2(2 * (b - x * y), (a - x * x) - (c - y * y))  # of the largest spread
+        along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        return np.where(_dots(along, self.end - self.start)[:, None] < 0, -along, along)
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """Unit normal of the total-least-squares fit, (2,)."""
-        centre = self.centre
-        (a, b), (_, c) = self.products / self.count - np.outer(centre, centre)
-        angle = 0.5 * math.atan2(2 * b, a - c)  # direction of the largest spread
-        return np.array([-math.sin(angle), math.cos(angle)])
+        """Unit normals of the fits, (m, 2)."""
+        along = self.direction
+        return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
     @property
-    def distance(self) -> float:
-        """Perpendicular distance of the line from the scanner [m]."""
-        return abs(float(self.normal @ self.centre))
+    def distance(self) -> NDArray[np.float64]:
+        """Perpendicular distances of the lines from the scanner, (m,) [m]."""
+        return np.abs(_dots(self.normal, self.centre))
 
 
-def find_walls(scan: Scan, settings: WallSettings) -> list[Line]:
-    """The walls of a scan: lines of at least ``settings.length``, in the order of the beams."""
-    lines = fuse(grow_segments(scan, settings), settings)
-    return [line for line in lines if line.length >= settings.length]
+def find_walls(scan: Scan, settings: WallSettings) -> Lines:
+    """The walls of a scan: lines of at least ``settings.length``."""
+    lines = find_lines(scan, settings)
+    return lines[lines.length >= settings.length]
 
 
-def grow_segments(scan: Scan, settings: WallSettings) -> list[Line]:
+def find_lines(scan: Scan, settings: WallSettings) -> Lines:
+    """All lines of a scan, however short: both stages of Algorithm 4."""
+    return fuse(grow_segments(scan, settings), settings)
+
+
+def grow_segments(scan: Scan, settings: WallSettings) -> Lines:
     """Stage one: runs of 2 to ``points`` neighbouring points that keep their direction."""
-    seen = np.isfinite(scan.ranges)
     points = scan.points
-    segments: list[Line] = []
-    first = 0
-    while first < len(points):
-        last = _grow(points, seen, first, settings)
-        if last > first:
-            segments.append(Line.through(points[first : last + 1]))
-        first = last + 1
-    return segments
+    steps = _norms(np.diff(points, axis=0))
+    seen = np.isfinite(scan.ranges)
+    steps[~(seen[:-1] & seen[1:])] = np.inf
+    # Plain floats: the growth is a loop over single points, where NumPy's scalars are slow.
+    path, gaps = points.tolist(), steps.tolist()
+    first, at = [], 0
+    while at < len(path):
+        first.append(at)
+        at = _grown(path, gaps, at, settings)
+    runs = Lines.through(points, np.array(first, np.intp))
+    return runs[runs.count >= 2]
 
 
-def _grow(points: NDArray[np.float64], seen: NDArray[np.bool_], first: int, settings: WallSettings) -> int:
-    """Index of the last point of the segment that starts at ``first``."""
-    last = first
-    while last + 1 < len(points) and last + 1 - first < settings.points and seen[last] and seen[last + 1]:
-        x, y = points[last + 1] - points[last]
-        if math.hypot(x, y) > settings.gap:
-            break
-        if last > first:
-            along = points[last] - points[first]
-            onward = points[last + 1] - points[first]
-            cross = along[0] * onward[1] - along[1] * onward[0]
-            dot = along[0] * onward[0] + along[1] * onward[1]
-            slack = math.atan2(2 * settings.noise, math.hypot(*along))
-            if abs(math.atan2(cross, dot)) > settings.angle + slack:
-                break
-        last += 1
-    return last
-
-
-def fuse(segments: Sequence[Line], settings: WallSettings) -> list[Line]:
-    """Stage two: join neighbours until no pair can be joined any more."""
-    lines = list(segments)
-    while True:
-        joined = _fuse_once(lines, settings)
-        if len(joined) == len(lines):
-            return lines
-        lines = joined
-
-
-def _fuse_once(lines: list[Line], settings: WallSettings) -> list[Line]:
-    """Fuse each line with at most one other, short pairs first."""
-    pairs = sorted(range(len(lines) - 1), key=lambda i: lines[i].length + lines[i + 1].length)
-    partner: dict[int, Line] = {}
-    taken: set[int] = set()
-    for i in pairs:
-        if i in taken or i + 1 in taken:
+def _grown(path: list[list[float]], gaps: list[float], first: int, settings: WallSettings) -> int:
+    """The point after the segment that starts at ``first``: the first one too far, too far aside, or one too many."""
+    x0, y0 = path[first]
+    for new in range(first + 1, min(first + settings.points, len(path))):
+        if gaps[new - 1] > settings.gap:
+            return new
+        if new == first + 1:
             continue
-        if (fused := _fusion(lines[i], lines[i + 1], settings)) is not None:
-            partner[i] = fused
-            taken |= {i, i + 1}
-    return [partner.get(i, line) for i, line in enumerate(lines) if i - 1 not in partner]
+        (x, y), (x1, y1) = path[new - 1], path[new]
+        along_x, along_y, onward_x, onward_y = x - x0, y - y0, x1 - x0, y1 - y0
+        turn = math.atan2(along_x * onward_y - along_y * onward_x, along_x * onward_x + along_y * onward_y)
+        if abs(turn) > settings.angle + math.atan2(2 * settings.noise, math.hypot(along_x, along_y)):
+            return new
+    return min(first + settings.points, len(path))
 
 
-def _fusion(before: Line, after: Line, settings: WallSettings) -> Line | None:
-    """The common line of two neighbours, or None when they are apart, tilted, or off the common line."""
-    if math.dist(before.end, after.start) > settings.reach:
-        return None
-    slack = math.atan2(2 * settings.noise, min(before.length, after.length))
-    if abs(float(before.normal @ after.normal)) < math.cos(min(math.pi / 2, settings.tilt + slack)):
-        return None
-    fused = before.fused_with(after)
+def fuse(segments: Lines, settings: WallSettings) -> Lines:
+    """Stage two: join lines until no pair can be joined any more."""
+    lines, before = segments, 0
+    while len(lines) != before:
+        before, lines = len(lines), _fuse_once(lines, settings)
+    return lines
+
+
+def _fuse_once(lines: Lines, settings: WallSettings) -> Lines:
+    """Fuse each line with at most one other, short pairs first."""
+    one, other = _partners(lines, settings)
+    lengths = lines.length
+    free = np.ones(len(lines), np.bool_)
+    pairs = []
+    for pair in np.argsort(lengths[one] + lengths[other], kind="stable"):
+        if free[one[pair]] and free[other[pair]]:
+            free[[one[pair], other[pair]]] = False
+            pairs.append(pair)
+    return lines[free].merged_with(lines[one[pairs]].fused_with(lines[other[pairs]]))
+
+
+def _partners(lines: Lines, settings: WallSettings) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Pairs that may fuse: each line with the next in the scan that is near, not tilted, and on the common line.
+
+    The next one that fits, not only the neighbour: the thesis asks for near inner end points, and a thin thing in
+    front of a wall, or one range that is off, does not make two walls of it.
+    """
+    one, other = np.nonzero(np.triu(_norms(lines.end[:, None] - lines.start[None, :]) <= settings.reach, 1))
+    length, direction = lines.length, lines.direction
+    slack = np.arctan2(2 * settings.noise, np.minimum(length[one], length[other]))
+    tilted = np.abs(_dots(direction[one], direction[other])) < np.cos(np.minimum(np.pi / 2, settings.tilt + slack))
+    one, other = one[~tilted], other[~tilted]
+    fused = lines[one].fused_with(lines[other])
     normal, centre = fused.normal, fused.centre
-    ends = (before.start, before.end, after.start, after.end)
-    if max(abs(float(normal @ (point - centre))) for point in ends) > settings.offset:
-        return None
-    return fused
+    ends = (lines.start[one], lines.end[one], lines.start[other], lines.end[other])
+    fits = np.all([np.abs(_dots(normal, end - centre)) <= settings.offset for end in ends], axis=0)
+    one, first = np.unique(one[fits], return_index=True)
+    return one, other[fits][first]
+
+
+def _norms(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lengths of vectors, (…, 2)."""
+    return np.hypot(vectors[..., 0], vectors[..., 1])
+
+
+def _dots(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Scalar products of vectors, (…, 2)."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1]
+
+
+def count_bits(distances: NDArray[np.float64], counts: Sequence[int]) -> NDArray[np.intp]:
+    """Bits of Tables B.1 and B.2 that are set: for the far, the middle and the near band, as many as each of counts."""
+    bands = (distances >= FAR, (distances >= NEAR) & (distances < FAR), distances < NEAR)
+    return np.flatnonzero([np.count_nonzero(band) >= count for band in bands for count in counts])
 
 
 class WallLines:
@@ -195,10 +238,8 @@ class WallLines:
         """Ids of the bits that are set."""
         start = time.perf_counter()
         assert view.scan is not None, "the localiser asks only where the sensor is there"
-        distances = np.array([line.distance for line in find_walls(view.scan, self.settings)])
-        bands = (distances >= FAR, (distances >= NEAR) & (distances < FAR), distances < NEAR)
-        met = [np.count_nonzero(band) >= count for band in bands for count in COUNTS]
-        return Observed(np.flatnonzero(met), time.perf_counter() - start)
+        ids = count_bits(find_walls(view.scan, self.settings).distance, COUNTS)
+        return Observed(ids, time.perf_counter() - start)
 
     def state(self) -> Mapping[str, NDArray[Any]]:
         """Nothing was learnt."""

@@ -21,25 +21,28 @@ def rectangle(x0: float, y0: float, x1: float, y1: float) -> list[Wall]:
     return [(x0, y0, x1, y0), (x1, y0, x1, y1), (x1, y1, x0, y1), (x0, y1, x0, y0)]
 
 
+def rays(walls: Sequence[Wall], pose: Pose, angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance to the first wall met in each direction of the plan, (n,); from the crossing of ray and segment."""
+    x0, y0, x1, y1 = np.array(walls, np.float64).reshape(-1, 4, 1).swapaxes(0, 1)
+    c, s = np.cos(angles), np.sin(angles)
+    ax, ay, bx, by = x0 - pose.x, y0 - pose.y, x1 - x0, y1 - y0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cross = c * by - s * bx
+        reach = (ax * by - ay * bx) / cross
+        share = (ax * s - ay * c) / cross
+    hit = (reach > 0) & (share >= 0) & (share <= 1)
+    return np.where(hit, reach, np.inf).min(axis=0, initial=np.inf)
+
+
 def cast(
     walls: Sequence[Wall], pose: Pose, beams: int = 361, rng: np.random.Generator | None = None, noise: float = 0.005
 ) -> Scan:
-    """Ranges to the first wall met, from the crossing of ray and segment; with noise and 1 cm steps if ``rng``."""
+    """A scan from a pose: exact, or with noise and in 1 cm steps if ``rng``."""
     step = np.pi / (beams - 1)
-    angles = pose.heading - np.pi / 2 + step * np.arange(beams)
-    rays = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    nearest = np.full(beams, np.inf)
-    for x0, y0, x1, y1 in walls:
-        a, b = np.array([x0 - pose.x, y0 - pose.y]), np.array([x1 - x0, y1 - y0])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            cross = rays[:, 0] * b[1] - rays[:, 1] * b[0]
-            reach = (a[0] * b[1] - a[1] * b[0]) / cross
-            share = (a[0] * rays[:, 1] - a[1] * rays[:, 0]) / cross
-        hit = (reach > 0) & (share >= 0) & (share <= 1)
-        nearest = np.where(hit, np.minimum(nearest, np.where(hit, reach, np.inf)), nearest)
+    ranges = rays(walls, pose, pose.heading - np.pi / 2 + step * np.arange(beams))
     if rng is not None:
-        nearest = np.round(nearest + noise * rng.standard_normal(beams), 2)
-    return Scan(nearest.astype(np.float32), -np.pi / 2, step)
+        ranges = np.round(ranges + noise * rng.standard_normal(beams), 2)
+    return Scan(ranges.astype(np.float32), -np.pi / 2, step)
 
 
 class Bits:
