@@ -28,6 +28,8 @@ MANY_LAMPS = 30
 hallway of 100 m under a sun with shadow: 40 lamps, a third less time apart; 18, up to a third more."""
 CLIP_NEAR = 0.05
 """Nothing nearer to a camera [m] is drawn; a choice. MuJoCo's own limit grows with the size of the world."""
+WIDTH_TO_HEIGHT = 4 / 3
+"""Shape of the pictures, as far as the rays below need it."""
 RAYS = (33, 25)
 """Rays across and down that look for the farthest thing in a picture: one every 20 pixels."""
 NEARBY = 10.0
@@ -117,7 +119,8 @@ def farthest(model: mujoco.MjModel, data: mujoco.MjData, seen: mujoco.MjvGLCamer
     """
     right = np.cross(seen.forward, seen.up)
     half_height = (seen.frustum_top - seen.frustum_bottom) / 2 / seen.frustum_near
-    half_width = seen.frustum_width / seen.frustum_near
+    # MuJoCo leaves the width at 0 where the picture's own shape sets it.
+    half_width = seen.frustum_width / seen.frustum_near or WIDTH_TO_HEIGHT * half_height
     across, down = (axis.ravel() for axis in np.meshgrid(np.linspace(-1, 1, RAYS[0]), np.linspace(-1, 1, RAYS[1])))
     rays = (
         np.asarray(seen.forward)[None, :]

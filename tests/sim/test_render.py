@@ -167,6 +167,16 @@ def test_the_far_plane_comes_close_to_a_near_wall_but_never_cuts_off_a_deep_pict
     assert frustum(model, data, "down").frustum_far == mujoco_camera(model, data).frustum_far
 
 
+def test_the_far_plane_looks_at_the_whole_picture_not_at_its_middle() -> None:
+    # A lid 3 m above the camera fills all but the right quarter of the picture; past its edge one is 37 m up.
+    lids = '<geom type="box" size="9 9 .1" pos="-8.3 0 6.1"/> <geom type="box" size="99 99 .1" pos="0 0 40.1"/>'
+    model, data = card("", more=lids)
+    model.cam_quat[0] = (0, 1, 0, 0)
+    mujoco.mj_forward(model, data)
+    assert farthest(model, data, mujoco_camera(model, data)) == pytest.approx(37.0, abs=0.01)
+    assert frustum(model, data, "down").frustum_far == mujoco_camera(model, data).frustum_far
+
+
 def mujoco_camera(model: mujoco.MjModel, data: mujoco.MjData) -> mujoco.MjvGLCamera:
     """MuJoCo's own view of the camera, before its planes are moved."""
     view = mujoco.MjvCamera()
