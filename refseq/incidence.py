@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from refseq.columns import Rows
+
 
 @dataclass(frozen=True, slots=True)
 class IncidenceMatrix:
@@ -119,13 +121,13 @@ class IncidenceMatrix:
             nbytes=len(sightings) * self.pointers.itemsize + int(sightings.sum()) * self.places.itemsize,
         )
 
+    def visible(self, ids: NDArray[np.intp]) -> Rows:
+        """The rows of some features, still packed, in the order of ``ids``."""
+        return Rows(self.pointers, self.places, self.K).select(ids)
+
     def rows(self, ids: NDArray[np.intp]) -> NDArray[np.bool_]:
         """The rows of some features, unpacked: (len(ids), K)."""
-        dense = np.zeros((len(ids), self.K), np.bool_)
-        counts = self.pointers[ids + 1] - self.pointers[ids]
-        starts = np.repeat(self.pointers[ids] - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
-        dense[np.repeat(np.arange(len(ids)), counts), self.places[starts + np.arange(counts.sum())]] = True
-        return dense
+        return self.visible(ids).dense()
 
     def column(self, place: int) -> NDArray[np.intp]:
         """Ids of the features seen at a place, in rising order."""
