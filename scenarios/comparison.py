@@ -30,7 +30,8 @@ class Comparison:
             self._check_method(method, beliefs)
 
     def _check_method(self, method: str, beliefs: Sequence[Belief]) -> None:
-        where = f"comparison {self.name!r}, {str(method)!r}"
+        kind = "stage" if method in set(Stage) else "method"
+        where = f"comparison {self.name!r}, {kind} {str(method)!r}"
         if len(beliefs) != len(self.query_views):
             raise ScenarioError(f"{where}: {len(beliefs)} answers; valid is one a query view, {len(self.query_views)}")
         places = len(self.reference_views)
