@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from refseq.features.sift import SiftSettings, SiftWords
+from refseq.features.sift import SiftSettings, SiftWords, root
 from refseq.view import View
 
 
@@ -49,6 +49,55 @@ def test_only_the_full_and_the_half_resolution_are_used() -> None:
     expected = descriptors[(octaves == 0) | (octaves == 1)].astype(np.uint8)
     ours = sift(cap=10_000).descriptors(image)
     assert sorted(map(bytes, ours)) == sorted(map(bytes, expected))
+
+
+def test_octaves_are_parameters() -> None:
+    image = texture()
+    keys, descriptors = cv2.SIFT.create(contrastThreshold=SiftSettings().contrast).detectAndCompute(image, None)
+    octaves = np.array([key.octave & 0xFF for key in keys], np.uint8).view(np.int8)
+    for first, last in ((-1, 0), (1, 2), (2, 1)):
+        expected = descriptors[(first <= octaves) & (octaves <= last)].astype(np.uint8)
+        ours = sift(cap=10_000, first_octave=first, last_octave=last).descriptors(image)
+        assert sorted(map(bytes, ours)) == sorted(map(bytes, expected))
+
+
+def test_the_halved_image_gives_the_half_resolution_and_most_of_the_full_one() -> None:
+    """Without the doubled image, keys and descriptors are near those with it."""
+    image = texture(4, 320, 426)
+    for octave, share in ((0, 0.5), (1, 0.5)):
+        limits = {"first_octave": octave, "last_octave": octave, "cap": 10_000}
+        ours, expected = (sift(halved=half, **limits).descriptors(image).astype(float) for half in (True, False))
+        assert 0.7 * len(expected) < len(ours) < 1.4 * len(expected)
+        nearest = np.sqrt(((expected[:, None] - ours[None]) ** 2).sum(axis=2).min(axis=1))
+        assert np.mean(nearest < 100) > share
+
+
+def test_the_root_makes_the_scalar_product_hellingers() -> None:
+    descriptors = sift().descriptors(texture())
+    rooted = root(descriptors)
+    assert rooted.dtype == np.uint8
+    shares = descriptors / descriptors.sum(axis=1, keepdims=True)
+    expected = np.sqrt(shares) @ np.sqrt(shares).T
+    np.testing.assert_allclose(rooted.astype(float) @ rooted.T.astype(float) / 512**2, expected, atol=0.01)
+    np.testing.assert_array_equal(sift(root=True).descriptors(texture()), rooted)
+
+
+def test_the_root_of_an_empty_descriptor_is_empty() -> None:
+    np.testing.assert_array_equal(root(np.zeros((2, 128), np.uint8)), np.zeros((2, 128)))
+    assert root(np.zeros((0, 128), np.uint8)).shape == (0, 128)
+    single = np.zeros((1, 128), np.uint8)
+    single[0, 5] = 200
+    assert root(single)[0, 5] == 255
+
+
+def test_a_large_vocabulary_is_matched_by_its_index() -> None:
+    exact, large = sift(), sift(exact_up_to=10)
+    for seed in range(6):
+        np.testing.assert_array_equal(large.learn(seen(texture(seed))), exact.learn(seen(texture(seed))))
+    assert large.size > 400
+    view = seen(texture(3)[2:, 3:].copy())
+    found, expected = large.observe(view).ids, exact.observe(view).ids
+    assert len(np.intersect1d(found, expected)) > 0.9 * len(expected)
 
 
 def test_the_same_image_gives_the_same_words() -> None:
