@@ -64,7 +64,7 @@ class Vocabulary:
         """As ``learn``, for so few descriptors that all may be compared with all."""
         limit = self.alias_distance**2
         ids, squared = nearest(descriptors, self.words)
-        among = _squared_distances(descriptors, descriptors)
+        among = squared_distances(descriptors, descriptors)
         unknown = squared > limit
         fresh: list[np.intp] = []
         for index in np.flatnonzero(unknown):
@@ -106,7 +106,7 @@ def nearest(descriptors: NDArray[Any], words: NDArray[Any]) -> Nearest:
     rows = np.arange(len(descriptors))
     best = Nearest(np.zeros(len(rows), np.intp), np.full(len(rows), np.inf))
     for start in range(0, len(words), _BLOCK):
-        squared = _squared_distances(descriptors, words[start : start + _BLOCK])
+        squared = squared_distances(descriptors, words[start : start + _BLOCK])
         ids = np.argmin(squared, axis=1)
         found = squared[rows, ids]
         closer = found < best.squared
@@ -115,7 +115,7 @@ def nearest(descriptors: NDArray[Any], words: NDArray[Any]) -> Nearest:
     return best
 
 
-def _squared_distances(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+def squared_distances(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
     """Squared Euclidean distances, (len(a), len(b)), which do not depend on what else is in ``a`` and ``b``.
 
     A product of matrices rounds differently with its shape, which would make the vocabulary depend on how descriptors
