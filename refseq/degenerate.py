@@ -55,7 +55,8 @@ def _nearest(
     """The component from which each view differs the least, the first of equals, and by how much; both (D,)."""
     # |v − Θ| = v + Θ − 2 v Θ for zeros and ones; the view's own term is the same for all components.
     weighted = theta * weights
-    distance: NDArray[np.float64] = weighted.sum(axis=1) - 2 * (views @ weighted.T)
+    distance: NDArray[np.float64] = views @ (-2 * weighted.T)
+    distance += weighted.sum(axis=1)
     owner = np.argmin(distance, axis=1)
     return owner, views @ weights + distance[np.arange(len(owner)), owner]
 
