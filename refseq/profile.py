@@ -6,6 +6,8 @@ from enum import StrEnum
 from typing import Any, Self, get_type_hints
 
 from refseq.chain import ChainSettings
+from refseq.features.doors import DoorSettings
+from refseq.features.hu import HuSettings
 from refseq.features.sectors import SectorSettings
 from refseq.features.sift import SiftSettings
 from refseq.features.walls import WallSettings
@@ -19,6 +21,8 @@ class Profile:
 
     sift: SiftSettings = field(default_factory=SiftSettings)
     walls: WallSettings = field(default_factory=WallSettings)
+    doors: DoorSettings = field(default_factory=DoorSettings)
+    hu: HuSettings = field(default_factory=HuSettings)
     sectors: SectorSettings = field(default_factory=SectorSettings)
     mixture: MixtureSettings = field(default_factory=MixtureSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from refseq.errors import MapError
 from refseq.features.boundary import ScanBoundary
+from refseq.features.doors import DoorCounts
 from refseq.features.extractor import Extractor, Observed
+from refseq.features.hu import HuMoments
 from refseq.features.sectors import SectorRanges
 from refseq.features.sift import SiftWords
 from refseq.features.vocabulary import Vocabulary
@@ -23,7 +25,9 @@ if TYPE_CHECKING:
 __all__ = [
     "DEFAULT_FEATURES",
     "FEATURES",
+    "DoorCounts",
     "Extractor",
+    "HuMoments",
     "Observed",
     "ScanBoundary",
     "SectorRanges",
@@ -37,7 +41,9 @@ __all__ = [
 FEATURES: Mapping[str, Callable[[str, "Profile", Mapping[str, NDArray[Any]]], Extractor | None]] = {
     "sift": lambda sensor, p, state: SiftWords(sensor, p.sift, state.get("words")) if sensor != LASER else None,
     "walls": lambda sensor, p, state: WallLines(p.walls) if sensor == LASER else None,
+    "doors": lambda sensor, p, state: DoorCounts(p.doors, p.walls) if sensor == LASER else None,
     "boundary": lambda sensor, p, state: ScanBoundary() if sensor == LASER else None,
+    "hu": lambda sensor, p, state: HuMoments(p.hu, state.get("words")) if sensor == LASER else None,
     "sectors": lambda sensor, p, state: SectorRanges(p.sectors) if sensor == LASER else None,
 }
 """Every feature by name: makes its extractor for a sensor, a profile and saved arrays, or None if it is not for it."""

@@ -33,13 +33,18 @@ class Boundary:
         return self.longest / max(self.shortest, 1e-6)
 
 
-def boundary_of(scan: Scan) -> Boundary:
-    """Measure the polygon of the scanner and the end points of the beams that came back.
+def outline(scan: Scan) -> NDArray[np.float64]:
+    """The polygon of the free space, (n, 2) [m]: the scanner and the end points of the beams that came back.
 
     Beams without return are left out: indoors they mean glass, black or slanting surfaces, and counting them at the
-    maximum range would drown the room. The dimensions are the extents along the principal axes of the end points.
+    maximum range would drown the room.
     """
-    points = np.concatenate([np.zeros((1, 2)), scan.points[np.isfinite(scan.ranges)]])
+    return np.concatenate([np.zeros((1, 2)), scan.points[np.isfinite(scan.ranges)]])
+
+
+def boundary_of(scan: Scan) -> Boundary:
+    """Measure the outline; the dimensions are the extents along the principal axes of its points."""
+    points = outline(scan)
     x, y = points.T
     # The shoelace formula; its closing term vanishes, for the first corner is the scanner itself, the origin.
     area = 0.5 * abs(float(np.dot(x[:-1], y[1:]) - np.dot(x[1:], y[:-1])))

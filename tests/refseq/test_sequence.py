@@ -11,6 +11,8 @@ from refseq.sequence import learn
 from refseq.view import LASER, View
 from tests.support import corridor_drive
 
+LASER_FEATURES = "walls, doors, boundary, hu, sectors"
+
 
 @pytest.fixture(scope="module")
 def views() -> list[View]:
@@ -64,8 +66,13 @@ def test_emissions_are_the_sequence_compared_with_itself(views: list[View]) -> N
     [
         (0, None, ("sift",), "the drive holds no view; valid is at least one"),
         (2, ["nose"], ("sift",), "sensor 'nose' is not in the drive; valid are forward, laser, lateral"),
-        (2, None, ("smell",), "feature 'smell' is unknown; valid are sift, walls, boundary, sectors"),
-        (2, [LASER], ("sift",), "features sift do not fit sensors laser; valid are walls, boundary, sectors"),
+        (2, None, ("smell",), f"feature 'smell' is unknown; valid are {', '.join(FEATURES)}"),
+        (
+            2,
+            [LASER],
+            ("sift",),
+            "features sift do not fit sensors laser; valid are walls, doors, boundary, hu, sectors",
+        ),
     ],
 )
 def test_messages(
@@ -78,7 +85,7 @@ def test_messages(
 
 def test_every_registered_feature_fits_the_interface(views: list[View]) -> None:
     for name in FEATURES:
-        for extractor in make_extractors([name], ["forward", LASER] if name == "sift" else [LASER], Profile()):
+        for extractor in make_extractors([name], ["forward", LASER], Profile()):
             assert extractor.key == f"{name}/{extractor.sensor}"
             learnt = [extractor.learn(view) for view in views]
             for view, ids in zip(views, learnt, strict=True):
@@ -95,5 +102,5 @@ def test_a_key_that_fits_nothing(key: str) -> None:
     with pytest.raises(MapError) as caught:
         make_extractor(key, Profile(), {})
     assert str(caught.value) == (
-        f"feature {key!r} is unknown; valid are sift, walls, boundary, sectors, a slash and a fitting sensor"
+        f"feature {key!r} is unknown; valid are {', '.join(FEATURES)}, a slash and a fitting sensor"
     )
