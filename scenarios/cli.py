@@ -1,4 +1,4 @@
-"""The command line: ``refseq record | learn | localise | report | view | demo | doctor``.
+"""The command line: ``refseq record | learn | localise | matrix | ablation | report | view | demo | doctor``.
 
 Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line. Whatever a
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
@@ -68,6 +68,12 @@ AtLeast = Annotated[
         min=0, max=100, metavar="PERCENT", help="Exit 1 if the last stage is right within 1.5 m less often [%]."
     ),
 ]
+Features = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAMES", help="Features, commas between, of sift,walls,boundary,sectors. [default: first three]"
+    ),
+]
 Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="First drive, for its pictures.")]
 
 
@@ -133,12 +139,7 @@ def learn(
     recording: Annotated[Path, typer.Argument(help="First drive: an MCAP recording or a CARMEN log.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Map to write (.refseq).")],
     sensors: Sensors = None,
-    features: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAMES", help="Features, commas between, of sift,walls,boundary,sectors. [default: first three]"
-        ),
-    ] = None,
+    features: Features = None,
     views: Views = None,
     thin: Thin = None,
     odometry_noise: Noise = False,
@@ -208,6 +209,91 @@ def localise(
     found = results([comparison])
     print_results(comparison.name, found, [comparison])
     _judge(found, at_least)
+
+
+@app.command(
+    epilog="""Examples:
+
+* `refseq matrix map.refseq`
+* `refseq matrix map.refseq -o matrix.png --top 20`"""
+)
+def matrix(
+    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map of the first drive (.refseq).")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Picture to draw (.png, .svg or .pdf).")
+    ] = None,
+    top: Annotated[
+        int, typer.Option(min=0, metavar="N", help="How many of the features that tell the most to list.")
+    ] = 10,
+    seed: Chance = 1,
+) -> None:
+    """Describe a map's incidence matrix and what it tells about the place, and draw it."""
+    import numpy as np
+
+    from refseq.mapfile import load_map
+    from scenarios.matrix import (
+        check_picture,
+        draw,
+        features_table,
+        information_table,
+        statistics_table,
+        summaries,
+        top_features,
+    )
+
+    if output is not None:
+        check_output(output)
+        check_picture(output)
+    found = load_map(map_file).matrix
+    title = f"{map_file.name}: {found.N} features at {found.K} places"
+    rows = summaries(found, np.random.default_rng(seed))
+    out.print(statistics_table(title, rows))
+    out.print(information_table(rows))
+    if top:
+        out.print(features_table(top_features(found, top)))
+    if output is not None:
+        with writing(output):
+            draw(output, found, title)
+        say(out, f"{output}")
+
+
+@app.command(
+    epilog="""Examples:
+
+* `refseq ablation reference.mcap query.mcap`
+* `refseq ablation 1/reference.mcap 1/query.mcap 2/reference.mcap 2/query.mcap -o table.csv`
+* `refseq ablation reference.mcap query.mcap --every -o table.json`"""
+)
+def ablation(
+    drives: Annotated[
+        list[Path],
+        typer.Argument(metavar="REFERENCE QUERY...", help="Pairs of drives; pairs in the same lights are pooled."),
+    ],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Table to write (.csv or .json).")
+    ] = None,
+    every: Annotated[bool, typer.Option("--every", help="Every subset of the sensors, at every stage.")] = False,
+    features: Features = None,
+    seed: Chance = 1,
+) -> None:
+    """Tell what each sensor, the motion prior and the chain contribute."""
+    from refseq.features import DEFAULT_FEATURES
+    from scenarios.ablation import Ablation, ablation_table, check_table, left_out, pairs_of, run_ablation, write_table
+
+    if output is not None:
+        check_output(output)
+        check_table(output)
+    asked = Ablation(pairs_of(drives), every=every, features=words(features, "features") or DEFAULT_FEATURES, seed=seed)
+    with _interruptible(), step_bars() as step:
+        experiments, sensors = run_ablation(asked, step)
+    for experiment in experiments:
+        out.print(ablation_table(experiment))
+    if not every and (line := left_out(sensors)):
+        say(out, line)
+    if output is not None:
+        with writing(output):
+            write_table(output, experiments, asked)
+        say(out, f"{output}: {sum(len(experiment.rows) for experiment in experiments)} rows")
 
 
 @app.command(

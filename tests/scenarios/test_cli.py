@@ -29,7 +29,7 @@ at = 7.8
 width = 0.9
 material = "door"
 """
-COMMANDS = ("record", "learn", "localise", "report", "view", "demo", "doctor")
+COMMANDS = ("record", "learn", "localise", "matrix", "ablation", "report", "view", "demo", "doctor")
 LASER_ONLY = ("--renderer", "none")
 
 
@@ -134,6 +134,8 @@ BAD_INPUT = [
     ("learn run.mcap -o new.refseq --features sift", "features sift do not fit sensors laser; valid are walls"),
     ("localise map.refseq run.mcap --stage magic", "stage 'magic' is unknown; valid are uniform, prior, chain"),
     ("localise map.refseq run.mcap --sensors sonar", "sensor 'sonar' is not in the map; valid are laser"),
+    ("ablation run.mcap run.mcap --features magic", "feature 'magic' is unknown; valid are sift"),
+    ("ablation run.mcap run.mcap --features sift", "features sift do not fit sensors laser; valid are walls"),
     ("demo --world nowhere -o new", "unknown world 'nowhere'; known are annex, hallway"),
     ("demo --to noon -o new", "unknown light 'noon'; known are 16:00, 18:00, late-evening"),
     ("demo --from noon -o new", "unknown light 'noon'; known are 16:00, 18:00, late-evening"),
@@ -171,7 +173,16 @@ BAD_INPUT = [
     ("report map.refseq run.mcap other.parquet -o new.html", "other.parquet: is no table of beliefs: column 'stage'"),
     ("report map.refseq run.mcap magic.parquet -o new.html", "magic.parquet: stage 'magic' is unknown; valid are"),
     ("report map.refseq run.mcap none.parquet -o new.html", "none.parquet: holds no belief; valid is one a view of"),
+    ("matrix missing.refseq", "missing.refseq: cannot be read: No such file or directory"),
+    ("matrix run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
+    ("matrix version-9.refseq", "version-9.refseq: is of map format version 9; valid is 1: learn it anew"),
+    ("ablation run.mcap missing.mcap", "missing.mcap: is no file; valid is a recording"),
+    ("ablation missing.mcap run.mcap", "missing.mcap: is no file; valid is a recording"),
+    ("ablation folder run.mcap", "folder: cannot be read: Is a directory"),
+    ("ablation run.mcap empty.mcap", "empty.mcap: is empty; valid are an MCAP recording and a CARMEN log"),
     # files that do not fit each other
+    ("ablation run.mcap", "run.mcap: comes without a query; valid are pairs of a reference and a query"),
+    ("ablation run.mcap run.mcap cut.mcap", "cut.mcap: comes without a query; valid are pairs of a reference and a"),
     ("report map.refseq run.mcap few.parquet -o new.html", "few.parquet: comparison 'map.refseq ← run.mcap', stage"),
     ("report map.refseq run.mcap beliefs.parquet --views 0:3 -o new.html", "15 answers; valid is one a query view, 3"),
     ("view map.refseq run.mcap few.parquet --save new.rrd", "5 answers; valid is one a query view, 15"),
@@ -185,6 +196,11 @@ BAD_INPUT = [
     ("learn run.mcap -o run.mcap/new.refseq", "run.mcap/new.refseq: cannot be written: there is no folder run.mcap"),
     ("localise map.refseq run.mcap -o folder", "folder: is a folder; valid is the name of a file to write"),
     ("localise map.refseq run.mcap -o missing/b.parquet", "missing/b.parquet: cannot be written: there is no folder"),
+    ("matrix map.refseq -o folder", "folder: is a folder; valid is the name of a file to write"),
+    ("matrix map.refseq -o missing/m.png", "missing/m.png: cannot be written: there is no folder missing"),
+    ("matrix map.refseq -o m.txt", "m.txt: is no picture's name; valid are names that end in .png, .svg, .pdf"),
+    ("ablation run.mcap run.mcap -o folder", "folder: is a folder; valid is the name of a file to write"),
+    ("ablation run.mcap run.mcap -o t.xlsx", "t.xlsx: is no table's name; valid are names that end in .csv, .json"),
     ("report map.refseq run.mcap beliefs.parquet -o folder", "folder: is a folder; valid is the name of a file"),
     ("report map.refseq run.mcap beliefs.parquet -o missing/r.html", "missing/r.html: cannot be written: there is no"),
     ("view run.mcap --save missing/new.rrd", "missing/new.rrd: cannot be written: there is no folder missing"),
@@ -213,6 +229,8 @@ def test_bad_input_is_one_line_and_code_2(refseq: Refseq, at_desk: Path, line: s
         ("localise map.refseq run.mcap --at-least 101", "--at-least"),
         ("localise map.refseq run.mcap --at-least nan", "--at-least"),
         ("demo --seeds 0", "--seeds"),
+        ("matrix map.refseq --top -1", "--top"),
+        ("ablation", "REFERENCE"),
         ("learn run.mcap", "--output"),
         ("record small.toml -o new.mcap --wings", "--wings"),
     ],
@@ -332,6 +350,33 @@ def test_a_drive_is_reported_and_shown_from_its_files(refseq: Refseq, desk: Path
     assert refseq("view", desk / "map.refseq", "--save", tmp_path / "map.rrd").code == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["map.rrd", "r.html", "run.rrd", "s.rrd"]
     assert (tmp_path / "r.html").read_text().startswith("<!")
+
+
+def test_a_matrix_is_described_and_drawn(
+    refseq: Refseq, desk: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    picture = tmp_path / "m.png"
+    answer = refseq("matrix", desk / "map.refseq", "-o", picture, "--top", "3")
+    assert answer.code == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    for words in ("walls/laser", "boundary/laser", "sectors/laser", "all", "features at 15 places", "of 3.91 bits"):
+        assert words in answer.out
+    assert "The 3 features that tell the most" in answer.out
+    assert "…" not in answer.out, "no cell is cut off"
+    assert "tell the most" not in refseq("matrix", desk / "map.refseq", "--top", "0").out
+
+
+def test_an_ablation_without_cameras_says_what_it_leaves_out(refseq: Refseq, desk: Path, tmp_path: Path) -> None:
+    run, table = desk / "run.mcap", tmp_path / "t.csv"
+    answer = refseq("ablation", run, run, run, run, "--features", "walls,boundary,sectors", "-o", table)
+    assert answer.code == 0
+    assert "2 pairs, 30 views" in answer.out
+    assert "+ motion prior" in answer.out
+    assert "+ chain" in answer.out
+    assert "no camera-1, camera-2 in both drives: left out camera-1, camera-1 + laser, camera-2 + laser" in answer.out
+    assert answer.out.endswith(f"{table}: 3 rows\n")
+    assert len(table.read_text().splitlines()) == 4
 
 
 # --- stopping it ---
