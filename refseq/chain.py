@@ -6,7 +6,7 @@ its structure, and a step costs O(K log W), where W is how many places the motio
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -76,6 +76,7 @@ class Chain:
     along: NDArray[np.float64]
     motion: MotionSettings
     settings: ChainSettings
+    _latest: "dict[float, Transitions]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def K(self) -> int:
@@ -83,14 +84,18 @@ class Chain:
         return len(self.along)
 
     def start(self) -> NDArray[np.float64]:
-        """Log-probability of each state before the first view, (2, K): Lost_0 (3.9)."""
+        """Log-probability of each state at the first view, (2, K): one move, of any distance, from Lost_0 (3.9)."""
         start = np.full((2, self.K), -np.inf)
-        start[1, 0] = 0.0
+        start[0] = _log((1 - self.settings.stay_lost) / self.K)
+        start[1, 0] = _log(self.settings.stay_lost)
         return start
 
     def transitions(self, distance: float) -> "Transitions":
-        """The moves over a travelled distance [m]; negative: the robot reversed."""
-        return Transitions(self, distance)
+        """The moves over a travelled distance [m]; negative: the robot reversed. The last ones made are kept."""
+        if distance not in self._latest:
+            self._latest.clear()
+            self._latest[distance] = Transitions(self, distance)
+        return self._latest[distance]
 
     @cached_property
     def nearness(self) -> Nearness:
@@ -98,14 +103,19 @@ class Chain:
         return Nearness(self.along, self.settings.near)
 
     @cached_property
-    def log_near_ahead(self) -> NDArray[np.float64]:
-        """Log Σ_{k ≥ i} exp(−(s_k − s_i) / near), (K,)."""
-        return np.log(self.nearness.after(np.ones(self.K)))
+    def log_find_ahead(self) -> NDArray[np.float64]:
+        """Log a_ik at no distance for Lost_i → P_k, k ≥ i, (K,)."""
+        return self._log_find(self.nearness.after(np.ones(self.K)))
 
     @cached_property
-    def log_near_around(self) -> NDArray[np.float64]:
-        """Log Σ_k exp(−|s_k − s_i| / near), (K,)."""
-        return np.log(self.nearness.around(np.ones(self.K)))
+    def log_find_around(self) -> NDArray[np.float64]:
+        """The same for all k, where the robot reverses."""
+        return self._log_find(self.nearness.around(np.ones(self.K)))
+
+    def _log_find(self, near: NDArray[np.float64]) -> NDArray[np.float64]:
+        find: NDArray[np.float64] = _log((1 - self.settings.stay_lost) * (1 - self.settings.restart)) - np.log(near)
+        find[0] = -np.inf  # Lost_0 favours no place
+        return find
 
 
 class Transitions:
@@ -131,10 +141,10 @@ class Transitions:
         self._stay = settings.stay_lost
         self._forget = (1 - self._stay) * settings.restart
         self._anywhere = (1 - self._stay) / self._K
-        # Lost_i → P_k is exp(log_find_i − distance / near); Lost_0 favours no place.
-        near = chain.log_near_around if self._reversing else chain.log_near_ahead
-        self._log_find = _log((1 - self._stay) * (1 - settings.restart)) - near
-        self._log_find[0] = -np.inf
+        self._log_go, self._log_leave, self._log_stay = _log(self._go), _log(self._leave), _log(self._stay)
+        self._log_forget, self._log_anywhere = _log(self._forget), _log(self._anywhere)
+        # Lost_i → P_k is exp(log_find_i − distance / near).
+        self._log_find = chain.log_find_around if self._reversing else chain.log_find_ahead
 
     def forward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Σ_i p_i a_ij for every state j: probabilities after the move, with the same sum."""
@@ -164,13 +174,14 @@ class Transitions:
         """max_i score_i + log a_ij for every state j; −∞ where nothing leads."""
         places, lost = scores
         best = np.empty_like(scores)
-        np.maximum(self._window.best(places) + _log(self._go), self._best_found(lost), out=best[0])
-        np.add(lost, _log(self._stay), out=best[1])
-        log_leave = _log(self._leave)
-        np.maximum(best[1, 1:], places[:-1] + log_leave, out=best[1, 1:])
-        best[1, -1] = max(best[1, -1], places[-1] + log_leave)
+        best_places, best_lost = best
+        np.maximum(self._window.best(places + self._log_go), self._best_found(lost), out=best_places)
+        np.add(lost, self._log_stay, out=best_lost)
+        leaving = places + self._log_leave
+        np.maximum(best_lost[1:], leaving[:-1], out=best_lost[1:])
+        best_lost[-1] = max(best_lost[-1], leaving[-1])
         if self._forget:
-            best[1, 0] = max(best[1, 0], lost[1:].max(initial=-np.inf) + _log(self._forget))
+            best_lost[0] = max(best_lost[0], lost[1:].max(initial=-np.inf) + self._log_forget)
         return best
 
     def _best_found(self, lost: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -178,28 +189,27 @@ class Transitions:
         found = self._nearness.best_before(leaving)
         if self._reversing:
             np.maximum(found, self._nearness.best_after(leaving), out=found)
-        best: NDArray[np.float64] = np.maximum(found, lost[0] + _log(self._anywhere))
-        return best
+        np.maximum(found, lost[0] + self._log_anywhere, out=found)
+        return found
 
     def into(self, state: int) -> NDArray[np.float64]:
         """Log a_ij of the moves from every state i into the one state j."""
-        K = self._K
+        K, i = self._K, state - self._K
         ways = np.full((2, K), -np.inf)
         if state < K:
             reach, log_window = self._window.into(state)
-            ways[0, reach] = log_window + _log(self._go)
+            ways[0, reach] = log_window + self._log_go
             near = slice(0, K if self._reversing else state + 1)
             ways[1, near] = self._log_find[near] - np.abs(self._nearness.decay[state] - self._nearness.decay[near])
-            ways[1, 0] = _log(self._anywhere)
+            ways[1, 0] = self._log_anywhere
             return ways
-        i = state - K
         if i == 0:
-            ways[1] = _log(self._forget)
-        ways[1, i] = _log(self._stay)
-        if i > 0:
-            ways[0, i - 1] = _log(self._leave)
+            ways[1] = self._log_forget
+        else:
+            ways[0, i - 1] = self._log_leave
         if i == K - 1:
-            ways[0, i] = _log(self._leave)
+            ways[0, i] = self._log_leave
+        ways[1, i] = self._log_stay
         return ways
 
     def surprise(self, states: NDArray[np.float64]) -> NDArray[np.float64]:

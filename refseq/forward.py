@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from refseq.chain import Chain, Observation
 
@@ -37,12 +36,11 @@ class ForwardFilter:
 
     def reset(self) -> None:
         """Forget all views seen."""
-        self._log_states = self._chain.start()
+        self._log_states: NDArray[np.float64] | None = None
 
     def update(self, observation: Observation) -> Posterior:
         """Take the next view and answer from the views up to it."""
-        moved = log_moved(self._chain.transitions(observation.distance).forward, self._log_states)
-        self._log_states, log_evidence = weighed(moved, observation)
+        self._log_states, log_evidence = filtered(self._log_states, observation, self._chain)
         return _posterior(self._log_states, log_evidence)
 
 
@@ -51,20 +49,31 @@ def smooth(observations: Sequence[Observation], chain: Chain) -> list[Posterior]
 
     It holds all views' states at once, 16 K bytes a view.
     """
-    filtered, evidence = [], []
-    log_states = chain.start()
+    forward: list[tuple[NDArray[np.float64], float]] = []
     for observation in observations:
-        moved = log_moved(chain.transitions(observation.distance).forward, log_states)
-        log_states, log_evidence = weighed(moved, observation)
-        filtered.append(log_states)
-        evidence.append(log_evidence)
-    smoothed = []
+        forward.append(filtered(forward[-1][0] if forward else None, observation, chain))
+    smoothed: list[Posterior] = []
     later = np.zeros((2, chain.K))  # log P(later views | state), but for a factor
-    for number in reversed(range(len(observations))):
-        smoothed.append(_posterior(_normalised(filtered[number] + later), evidence[number]))
-        later, _ = weighed(later, observations[number])
-        later = log_moved(chain.transitions(observations[number].distance).backward, later)
+    for t in reversed(range(len(observations))):
+        log_states, log_evidence = forward[t]
+        both = log_states + later
+        smoothed.append(_posterior(both - _log_sum(both), log_evidence))
+        if t:
+            later, _ = weighed(later, observations[t])
+            later = log_moved(chain.transitions(observations[t].distance).backward, later)
     return smoothed[::-1]
+
+
+def filtered(
+    log_states: NDArray[np.float64] | None, observation: Observation, chain: Chain
+) -> tuple[NDArray[np.float64], float]:
+    """A step of the forward recursion: log P(state | views), (2, K), and log P(view | views before).
+
+    ``log_states`` are those at the view before; None: there was none.
+    """
+    if log_states is None:
+        return weighed(chain.start(), observation)
+    return weighed(log_moved(chain.transitions(observation.distance).forward, log_states), observation)
 
 
 def log_moved(
@@ -95,13 +104,15 @@ def weighed(log_states: NDArray[np.float64], observation: Observation) -> tuple[
     joint = log_states.copy()
     joint[0] += observation.places
     joint[1] += observation.lost
-    log_sum = float(logsumexp(joint))
-    return joint - log_sum, log_sum
+    log_sum = _log_sum(joint)
+    joint -= log_sum
+    return joint, log_sum
 
 
-def _normalised(logs: NDArray[np.float64]) -> NDArray[np.float64]:
-    normalised: NDArray[np.float64] = logs - logsumexp(logs)
-    return normalised
+def _log_sum(logs: NDArray[np.float64]) -> float:
+    """Log Σ exp(logs)."""
+    top = logs.max()
+    return float(top + np.log(np.exp(logs - top).sum()))
 
 
 def _posterior(log_states: NDArray[np.float64], log_evidence: float) -> Posterior:

@@ -42,7 +42,8 @@ class Nearness:
 
     def best_before(self, score: NDArray[np.float64]) -> NDArray[np.float64]:
         """max_{i ≤ k} score_i + log n_ik, (K,)."""
-        best: NDArray[np.float64] = np.maximum.accumulate(score + self.decay) - self.decay
+        best: NDArray[np.float64] = np.maximum.accumulate(score + self.decay)
+        best -= self.decay
         return best
 
     def best_after(self, score: NDArray[np.float64]) -> NDArray[np.float64]:

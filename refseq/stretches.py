@@ -16,10 +16,9 @@ class Stretches:
 
     def __init__(self, start: NDArray[np.intp], stop: NDArray[np.intp], K: int) -> None:
         self.start, self.stop, self._K = start, stop, K
-        self._length = np.maximum(stop - start, 0)
-        self._levels = max(1, int(self._length.max()).bit_length())
-        self._nothing = self._levels * K
-        """Where a table holds what changes no sum or maximum."""
+        self._length = stop - start
+        self._lengths = np.arange(max(1, int(self._length.max())) + 1)
+        self._levels = int(self._lengths[-1]).bit_length()
 
     def maxima(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Maximum over each stretch, −∞ for an empty one."""
@@ -36,10 +35,10 @@ class Stretches:
         return total
 
     def _table(self, combine: np.ufunc, values: NDArray[np.float64], nothing: float) -> NDArray[np.float64]:
-        """At level · K + i what ``values[i : i + 2 ** level]`` combine to; ``nothing`` at the end."""
-        table = np.empty(self._levels * self._K + 1)
-        table[-1] = nothing
-        rows = table[:-1].reshape(self._levels, self._K)
+        """At level · K + i what ``values[i : i + 2 ** level]`` combine to; a last level of ``nothing``."""
+        table = np.empty((self._levels + 1) * self._K + 1)
+        table[self._levels * self._K :] = nothing
+        rows = table[:-1].reshape(self._levels + 1, self._K)
         rows[0] = values
         for level in range(1, self._levels):
             half, count = 1 << (level - 1), self._K - (1 << level) + 1
@@ -50,18 +49,19 @@ class Stretches:
     @cached_property
     def _overlapping(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """For each stretch the two table entries that cover it."""
-        lengths = np.arange(int(self._length.max()) + 1)
-        level = (np.frexp(lengths)[1] - 1).astype(np.intp)[self._length]  # ⌊log₂ length⌋, −1 for an empty one
-        row, empty = level * self._K, level < 0
-        last = self.stop - (1 << np.maximum(level, 0))
-        return np.where(empty, self._nothing, row + self.start), np.where(empty, self._nothing, row + last)
+        level = np.frexp(self._lengths)[1] - 1  # ⌊log₂ length⌋
+        level[0] = self._levels
+        left = level.astype(np.intp) * self._K
+        right = left + np.where(self._lengths > 0, self._lengths - (1 << level), 0)
+        return self.start + left[self._length], self.start + right[self._length]
 
     @cached_property
     def _disjoint(self) -> list[NDArray[np.intp]]:
         """The table entries that make up each stretch, by the binary digits of its length."""
-        pieces, at = [], self.start
+        nothing, pieces = self._levels * self._K, []
         for level in range(self._levels):
-            digit = (self._length >> level) & 1
-            pieces.append(np.where(digit == 1, level * self._K + at, self._nothing))
-            at = at + (digit << level)
+            width = 1 << level
+            # The smaller pieces lie before it.
+            offset = np.where(self._lengths & width, level * self._K + (self._lengths & (width - 1)), nothing)
+            pieces.append(self.start + offset[self._length])
         return pieces

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.chain import Chain, Observation
+from refseq.chain import Chain, Observation, Transitions
 from refseq.forward import log_moved, weighed
 
 
@@ -20,19 +20,25 @@ def trajectory_entropy(observations: Iterable[Observation], chain: Chain) -> flo
 
     is the entropy of the paths that end in j. Both sums are moves of the chain, so a view costs O(K log W).
     """
-    log_c = chain.start()
-    H = np.zeros_like(log_c)
-    for observation in observations:
-        transitions = chain.transitions(observation.distance)
-        log_f = log_moved(transitions.forward, log_c)
-        inherited = log_moved(transitions.forward, log_c + _log(_with_own(H, log_c)))
-        added = log_moved(transitions.surprise, log_c)
-        reached = np.isfinite(log_f)
-        shift = np.where(reached, log_f, 0.0)
-        # Rounding must not make it negative.
-        H = np.where(reached, np.maximum(np.exp(inherited - shift) + np.exp(added - shift) + shift, 0.0), 0.0)
-        log_c, _ = weighed(log_f, observation)
+    log_c, H = chain.start(), np.zeros((2, chain.K))
+    for number, observation in enumerate(observations):
+        if number:
+            log_c, H = _moved(chain.transitions(observation.distance), log_c, H)
+        log_c, _ = weighed(log_c, observation)
     return float((np.exp(log_c) * _with_own(H, log_c)).sum())
+
+
+def _moved(
+    transitions: Transitions, log_c: NDArray[np.float64], H: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Log f and H(j) after the move."""
+    log_f = log_moved(transitions.forward, log_c)
+    inherited = log_moved(transitions.forward, log_c + _log(_with_own(H, log_c)))
+    added = log_moved(transitions.surprise, log_c)
+    reached = np.isfinite(log_f)
+    scale = np.where(reached, log_f, 0.0)
+    H = np.exp(inherited - scale) + np.exp(added - scale) + scale
+    return log_f, np.where(reached, np.maximum(H, 0.0), 0.0)  # rounding must not make it negative
 
 
 def _with_own(H: NDArray[np.float64], log_c: NDArray[np.float64]) -> NDArray[np.float64]:
