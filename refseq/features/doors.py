@@ -84,8 +84,8 @@ class Door:
 class _Side(NamedTuple):
     """What stands on one side of an opening, outward from it.
 
-    The opening ends at ``at`` along the wall's line [m]; the wall goes on from there for ``wall`` [m], 0 at a corner,
-    where the side wall is ``off`` [rad] from square.
+    The opening ends at ``at`` along the wall's line, from its middle [m]; the wall goes on from there for ``wall`` [m],
+    or not at all (0) at a corner, where the side wall is ``off`` [rad] from square.
     """
 
     at: float

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from refseq.belief import Stage
 from refseq.errors import MapError
+from refseq.features import FEATURES
 from refseq.localiser import localise
 from refseq.mapfile import load_map, save_map
 from refseq.mixture import MixtureSettings
@@ -251,5 +252,5 @@ def test_an_unknown_feature(saved: Path, sequence: ReferenceSequence) -> None:
     rewrite(saved, lambda header: header.update(blocks={"smell/nose": sequence.matrix.N}))
     assert error_of(saved) == (
         f"{saved}: map.json and arrays do not make a map: feature 'smell/nose' is unknown; "
-        "valid are sift, walls, boundary, sectors, a slash and a fitting sensor"
+        f"valid are {', '.join(FEATURES)}, a slash and a fitting sensor"
     )
