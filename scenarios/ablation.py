@@ -9,7 +9,7 @@ import io
 import itertools
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -119,6 +119,10 @@ def pairs_of(drives: Sequence[Path]) -> tuple[tuple[Path, Path], ...]:
     return tuple(zip(drives[::2], drives[1::2], strict=True))
 
 
+_Answers = Mapping[Case, Comparison]
+"""A query drive localised in every case."""
+
+
 def run_ablation(ablation: Ablation, step: Callable[[str], object]) -> tuple[list[Experiment], tuple[str, ...]]:
     """The table of each experiment, and the sensors that all drives share. ``step`` is told what begins.
 
@@ -130,13 +134,7 @@ def run_ablation(ablation: Ablation, step: Callable[[str], object]) -> tuple[lis
             raise ScenarioError(f"{path}: is no file; valid is a recording")
     found: dict[str, list[tuple[tuple[str, str], _Answers]]] = {}
     sensors: tuple[str, ...] = ()
-    of_path, sequence = None, None
-    for number, (first, later) in enumerate(ablation.pairs, 1):
-        place = f"{number} of {len(ablation.pairs)}"
-        if sequence is None or first != of_path:  # pairs of one reference drive stand together, as a shell lists them
-            step(f"learn {place}")
-            sequence, of_path = _learn(first, ablation), first
-        step(f"localise {place}")
+    for first, later, sequence in _learnt(ablation, step):
         query = read_drive(later, None, None)
         shared = _shared_sensors(sequence, query, first, later)
         if sensors and shared != sensors:
@@ -149,7 +147,17 @@ def run_ablation(ablation: Ablation, step: Callable[[str], object]) -> tuple[lis
     return [_experiment(name, pairs) for name, pairs in found.items()], sensors
 
 
-_Answers = Mapping[Case, Comparison]
+def _learnt(ablation: Ablation, step: Callable[[str], object]) -> Iterator[tuple[Path, Path, ReferenceSequence]]:
+    """Each pair with the map of its reference drive, which the next pair shares if it names the same file."""
+    number = 0
+    for first, same in itertools.groupby(ablation.pairs, key=lambda pair: pair[0]):
+        step(f"learn {number + 1} of {len(ablation.pairs)}")
+        drive = read_drive(first, None, None)
+        sequence = learn(drive.views, features=ablation.features, profile=ablation.profile, metadata=drive.metadata)
+        for _, later in same:
+            number += 1
+            step(f"localise {number} of {len(ablation.pairs)}")
+            yield first, later, sequence
 
 
 def answer(sequence: ReferenceSequence, query: Recording, cases: Sequence[Case], *, seed: int) -> _Answers:
@@ -194,11 +202,6 @@ class Remembering:
     def state(self) -> Mapping[str, NDArray[Any]]:
         """Arrays that, with the profile, make the extractor again."""
         return self._extractor.state()
-
-
-def _learn(path: Path, ablation: Ablation) -> ReferenceSequence:
-    drive = read_drive(path, None, None)
-    return learn(drive.views, features=ablation.features, profile=ablation.profile, metadata=drive.metadata)
 
 
 def _shared_sensors(sequence: ReferenceSequence, query: Recording, first: Path, later: Path) -> tuple[str, ...]:
