@@ -185,7 +185,7 @@ def _partners(lines: Lines, settings: WallSettings) -> tuple[NDArray[np.intp], N
     """Pairs that may fuse: each line with the next in the scan that is near, not tilted, and on the common line.
 
     The next one that fits, not only the neighbour: the thesis asks for near inner end points, and a thin thing in
-    front of a wall, or one range that is off, does not make two walls of it.
+    front of a wall does not make two walls of it; what is seen behind its line does.
     """
     one, other = np.nonzero(np.triu(_norms(lines.end[:, None] - lines.start[None, :]) <= settings.reach, 1))
     length, direction = lines.length, lines.direction
@@ -196,8 +196,23 @@ def _partners(lines: Lines, settings: WallSettings) -> tuple[NDArray[np.intp], N
     normal, centre = fused.normal, fused.centre
     ends = (lines.start[one], lines.end[one], lines.start[other], lines.end[other])
     fits = np.all([np.abs(_dots(normal, end - centre)) <= settings.offset for end in ends], axis=0)
+    fits &= ~_open_between(lines, one, other, normal, centre)
     one, first = np.unique(one[fits], return_index=True)
     return one, other[fits][first]
+
+
+def _open_between(
+    lines: Lines,
+    one: NDArray[np.intp],
+    other: NDArray[np.intp],
+    normal: NDArray[np.float64],
+    centre: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    """Whether a line between those of a pair, (p,), lies behind their common line: then the wall has a gap there."""
+    number = np.arange(len(lines))
+    between = (number > one[:, None]) & (number < other[:, None])
+    distance = _dots(normal, centre)[:, None]  # of the common line, with the sign of its normal
+    return (between & (normal @ lines.centre.T * np.sign(distance) > np.abs(distance))).any(axis=1)
 
 
 def _norms(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

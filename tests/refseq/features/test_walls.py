@@ -149,6 +149,14 @@ def test_a_thin_thing_in_front_does_not_cut_a_wall(thing: list[Wall]) -> None:
     assert find_walls(scan, SETTINGS).length == pytest.approx([8.0], abs=0.1)
 
 
+def test_what_is_seen_behind_a_wall_cuts_it() -> None:
+    """A slit of 40 cm, nearer than the largest gap that is fused over; the same slit with nothing behind is no gap."""
+    walls = [(2.0, -4.0, 2.0, -0.2), (2.0, 0.2, 2.0, 4.0)]
+    through = cast([*walls, (5.0, -2.0, 5.0, 2.0)], Pose(0, 0, 0))
+    assert find_walls(through, SETTINGS).length == pytest.approx([3.7, 3.7], abs=0.2)
+    assert find_walls(cast(walls, Pose(0, 0, 0)), SETTINGS).length == pytest.approx([8.0], abs=0.3)
+
+
 def test_ranges_that_are_off_do_not_cut_a_wall() -> None:
     scan = cast([(3.0, -4.0, 3.0, 4.0)], Pose(0, 0, 0))
     scan.ranges[[130, 180, 181, 230]] = [1.0, 5.0, 2.5, 2.0]
