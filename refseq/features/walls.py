@@ -212,7 +212,8 @@ def _open_between(
     number = np.arange(len(lines))
     between = (number > one[:, None]) & (number < other[:, None])
     distance = _dots(normal, centre)[:, None]  # of the common line, with the sign of its normal
-    return (between & (normal @ lines.centre.T * np.sign(distance) > np.abs(distance))).any(axis=1)
+    behind = normal @ lines.centre.T * np.sign(distance) > np.abs(distance)
+    return np.asarray(np.any(between & behind, axis=1), np.bool_)
 
 
 def _norms(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
