@@ -7,11 +7,16 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit, logsumexp, softmax
 
-from refseq.belief import LOST, Belief, Stage, Timings
+from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings
 from refseq.chain import Chain, Observation, entropy
 from refseq.errors import MapError
+from refseq.features import Observed
+from refseq.forward import ForwardFilter, Posterior
 from refseq.motion import motion_prior
+from refseq.profile import Decoding as DecodingChoice
+from refseq.profile import Matching
 from refseq.sequence import ReferenceSequence
 from refseq.view import View
 from refseq.viterbi import Decoding, SlidingViterbi
@@ -68,15 +73,20 @@ def localise(
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """A view after matching: the likelihood of each place (K,), sum 1; the motion since the last view [m]; the cost."""
+    """A view after matching: the likelihood of each place (K,), sum 1; the motion since the last view [m]; the cost.
+
+    ``log_evidence`` (K,) says what speaks for each place against being elsewhere, ``None`` where the matching does not
+    tell; the likelihood is then the same but for a factor.
+    """
 
     likelihood: NDArray[np.float64]
     distance: float
     timings: Timings
+    log_evidence: NDArray[np.float64] | None = None
 
 
 class Matcher:
-    """Views to likelihoods over places: features, their matching, and the mixture."""
+    """Views to likelihoods over places: features, their matching, and the mixture or the evidence."""
 
     def __init__(self, sequence: ReferenceSequence, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
         wanted = sequence.sensors if sensors is None else frozenset(sensors)
@@ -92,18 +102,31 @@ class Matcher:
 
     def match(self, view: View) -> Sighting:
         """Compare a view with all places."""
-        observed = {e.key: e.observe(view) for e in self._extractors if e.sensor in view.sensors}
-        blocks = self._sequence.matrix.blocks
-        rows = [blocks[key].start + seen.ids for key, seen in observed.items()]
+        return self.compare(self.observe(view), view.distance)
+
+    def observe(self, view: View) -> Mapping[str, Observed]:
+        """The known features that a view shows, by extractor; one whose sensor is away is left out."""
+        return {e.key: e.observe(view) for e in self._extractors if e.sensor in view.sensors}
+
+    def compare(self, observed: Mapping[str, Observed], distance: float) -> Sighting:
+        """Compare the features of a view, ``distance`` [m] after the last one, with all places."""
         start = time.perf_counter()
-        match = self._sequence.match(np.concatenate([*rows, np.zeros(0, np.intp)]), (self._seed, self._count))
+        log_evidence = None
+        if self._sequence.profile.method.matching is Matching.EVIDENCE:
+            log_evidence = self._sequence.evidence.log_evidence({key: seen.ids for key, seen in observed.items()})
+            likelihood = softmax(log_evidence)
+        else:
+            blocks = self._sequence.matrix.blocks
+            rows = [blocks[key].start + seen.ids for key, seen in observed.items()]
+            ids = np.concatenate([*rows, np.zeros(0, np.intp)])
+            likelihood = self._sequence.match(ids, (self._seed, self._count)).likelihood
         timings = Timings(
             features=sum(seen.extraction for seen in observed.values()),
             matching=sum(seen.matching for seen in observed.values()),
             mixture=time.perf_counter() - start,
         )
         self._count += 1
-        return Sighting(match.likelihood, view.distance, timings)
+        return Sighting(likelihood, distance, timings, log_evidence)
 
 
 def check_among(wanted: Iterable[str], there: Iterable[str]) -> None:
@@ -132,18 +155,26 @@ def tracker_for(stage: Stage, sequence: ReferenceSequence) -> Tracker:
         case Stage.PRIOR:
             return MotionFilter(sequence)
         case Stage.CHAIN:
-            return ChainDecoder(sequence)
+            return ChainTracker(sequence)
 
 
 class SingleView:
-    """The mixture's posterior under a uniform prior, each view for itself."""
+    """The posterior under a uniform prior, each view for itself."""
 
     def reset(self) -> None:
         """Nothing is kept."""
 
     def update(self, sighting: Sighting) -> Belief:
-        """The likelihood itself."""
-        return posterior_belief(sighting.likelihood, sighting.timings)
+        """The likelihood itself; with evidence, being elsewhere is taken to be as probable before the view."""
+        belief = posterior_belief(sighting.likelihood, sighting.timings)
+        if sighting.log_evidence is None:
+            return belief
+        return replace(belief, lost=float(expit(-log_mean(sighting.log_evidence))))
+
+
+def log_mean(log_values: NDArray[np.float64]) -> float:
+    """Logarithm of the mean of numbers given by their logarithms."""
+    return float(logsumexp(log_values) - np.log(len(log_values)))
 
 
 class MotionFilter:
@@ -185,37 +216,56 @@ def posterior_belief(posterior: NDArray[np.float64], timings: Timings) -> Belief
     return Belief(posterior, lost, best, (best,), entropy(posterior), timings)
 
 
-class ChainDecoder:
-    """Viterbi over the last T views (H4): causal, and started anew from Lost_0 for every view.
+class ChainTracker:
+    """The hidden Markov chain (H1 to H4), decoded as the profile says, from the views up to now.
 
-    As in Fig. 3.11c the chain observes the mixture's posterior under the motion prior, not the bare likelihood. That
-    prior must not come from the chain's own answer: a wrong answer would then confirm itself.
+    Over the mixture it observes, as in Fig. 3.11c, the posterior under the motion prior, not the bare likelihood. That
+    prior must not come from the chain's own answer: a wrong answer would then confirm itself. Evidence needs no such
+    detour: it is a likelihood of the places and of being lost already.
     """
 
     def __init__(self, sequence: ReferenceSequence) -> None:
         profile = sequence.profile
-        self._emissions = sequence.emissions
+        chain = Chain(sequence.along, profile.motion, profile.chain)
         self._filter = MotionFilter(sequence)
-        self._viterbi = SlidingViterbi(Chain(sequence.along, profile.motion, profile.chain))
+        self._sequence = sequence
+        self._decoder = (
+            ForwardFilter(chain) if profile.method.decoding is DecodingChoice.FORWARD else SlidingViterbi(chain)
+        )
 
     def reset(self) -> None:
-        """Forget the window, and where the robot was."""
+        """Forget all views seen."""
         self._filter.reset()
-        self._viterbi.reset()
+        self._decoder.reset()
 
     def update(self, sighting: Sighting) -> Belief:
-        """Decode the window that ends with this sighting."""
+        """Decode the views up to this sighting."""
         start = time.perf_counter()
-        places, lost = self._emissions.log_likelihood(self._filter.update(sighting).places)
-        decoding = self._viterbi.update(Observation(sighting.distance, places, lost))
-        return decoded_belief(decoding, replace(sighting.timings, chain=time.perf_counter() - start))
+        decoded = self._decoder.update(self.observation(sighting))
+        return decoded_belief(decoded, replace(sighting.timings, chain=time.perf_counter() - start))
+
+    def observation(self, sighting: Sighting) -> Observation:
+        """A sighting as the chain sees it."""
+        if sighting.log_evidence is not None:
+            temper = self._sequence.profile.evidence.temper
+            return Observation(sighting.distance, temper * sighting.log_evidence, 0.0)
+        places, lost = self._sequence.emissions.log_likelihood(self._filter.update(sighting).places)
+        return Observation(sighting.distance, places, lost)
 
 
-def decoded_belief(decoding: Decoding, timings: Timings) -> Belief:
-    """Viterbi's last scores as a belief: places given that the robot is at one, and the share of the Lost_Places."""
-    on_path = float(decoding.places.sum())
-    places = decoding.places / on_path
-    path = tuple(state if state < len(places) else LOST for state in decoding.path)
+def decoded_belief(decoded: Decoding | Posterior, timings: Timings) -> Belief:
+    """The chain's answer as a belief: places given that the robot is at one, and the share of the Lost_Places.
+
+    The forward filter knows no best path; its path is the best state of the view alone.
+    """
+    on_path = float(decoded.places.sum())
+    K = len(decoded.places)
+    places = decoded.places / on_path if on_path > 0 else np.full(K, 1 / K)
     # A rounding error must not make the probability negative.
     lost = min(1.0, max(0.0, 1.0 - on_path))
-    return Belief(places, lost, int(np.argmax(places)), path, entropy(places), timings)
+    best = int(np.argmax(places))
+    if isinstance(decoded, Decoding):
+        path = tuple(state if state < K else LOST for state in decoded.path)
+    else:
+        path = (best if lost <= LOST_ABOVE else LOST,)
+    return Belief(places, lost, best, path, entropy(places), timings)

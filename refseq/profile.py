@@ -3,9 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
+from types import MappingProxyType
 from typing import Any, Self, get_type_hints
 
 from refseq.chain import ChainSettings
+from refseq.errors import MapError
+from refseq.evidence import EvidenceSettings
+from refseq.features.dense import DenseSettings
 from refseq.features.doors import DoorSettings
 from refseq.features.hu import HuSettings
 from refseq.features.sectors import SectorSettings
@@ -15,27 +19,83 @@ from refseq.mixture import MixtureSettings
 from refseq.motion import MotionSettings
 
 
+class Matching(StrEnum):
+    """How a view is compared with the places."""
+
+    MIXTURE = "mixture"
+    EVIDENCE = "evidence"
+
+
+class Decoding(StrEnum):
+    """How the chain answers."""
+
+    VITERBI = "viterbi"
+    FORWARD = "forward"
+
+
+@dataclass(frozen=True, slots=True)
+class MethodSettings:
+    """Which of the methods there are is used: the thesis' are the mixture, and Viterbi over a sliding window."""
+
+    matching: Matching = Matching.MIXTURE
+    decoding: Decoding = Decoding.VITERBI
+
+
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """The defaults are the thesis' values where it gives any; each part says which are choices."""
+    """The defaults are the thesis' values where it gives any; each part says which are choices.
 
+    ``features`` are what is learnt where nothing else is asked for, names of ``refseq.features.FEATURES``.
+    """
+
+    features: tuple[str, ...] = ("sift", "walls", "doors", "boundary", "hu")
+    method: MethodSettings = field(default_factory=MethodSettings)
     sift: SiftSettings = field(default_factory=SiftSettings)
+    dense: DenseSettings = field(default_factory=DenseSettings)
     walls: WallSettings = field(default_factory=WallSettings)
     doors: DoorSettings = field(default_factory=DoorSettings)
     hu: HuSettings = field(default_factory=HuSettings)
     sectors: SectorSettings = field(default_factory=SectorSettings)
     mixture: MixtureSettings = field(default_factory=MixtureSettings)
+    evidence: EvidenceSettings = field(default_factory=EvidenceSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     chain: ChainSettings = field(default_factory=ChainSettings)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, words and truth values, for a map's header."""
-        return asdict(self)
+        return asdict(self) | {"features": list(self.features)}
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
         """The inverse of ``to_dict``; ``ValueError`` for a part or parameter that is missing, unknown or not valid."""
-        return cls(**{part.name: _part(part.name, part.default_factory, content) for part in fields(cls)})
+        features = content.get("features")
+        if not isinstance(features, list) or not all(isinstance(name, str) for name in features):
+            raise ValueError(f"profile.features is {features!r:.60}; valid is a list of names")
+        parts = {part.name: _part(part.name, part.default_factory, content) for part in fields(cls)[1:]}
+        return cls(features=tuple(features), **parts)
+
+
+THESIS = Profile()
+"""The thesis' localiser, with its values."""
+
+BEST = Profile(
+    features=("sift", "dense", "walls", "boundary", "sectors"),
+    method=MethodSettings(Matching.EVIDENCE, Decoding.FORWARD),
+    sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, root=True),
+    motion=MotionSettings(slack=0.1, drift=0.1, thin=0.02),
+    chain=ChainSettings(lost_per_metre=0.01, stay_lost=0.92, restart=0.3, near=5.0),
+)
+"""Ours: every value was chosen on the world ``annex`` and on a real recording, see docs/best.md."""
+
+PROFILES: Mapping[str, Profile] = MappingProxyType({"thesis": THESIS, "best": BEST})
+"""The named profiles."""
+
+
+def profile_named(name: str) -> Profile:
+    """One of ``PROFILES``; ``MapError`` for another name."""
+    if name not in PROFILES:
+        raise MapError(f"profile {name!r} is unknown; valid are {', '.join(PROFILES)}")
+    return PROFILES[name]
 
 
 def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:

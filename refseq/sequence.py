@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from refseq.emissions import Emissions
 from refseq.errors import MapError
-from refseq.features import DEFAULT_FEATURES, Extractor, make_extractors
+from refseq.evidence import Evidence
+from refseq.features import Extractor, make_extractors
 from refseq.incidence import IncidenceMatrix
 from refseq.mixture import Match, match_view
 from refseq.profile import Profile
@@ -43,7 +44,7 @@ class ReferenceSequence:
 
     def match(self, ids: NDArray[np.intp], seed: tuple[int, ...]) -> Match:
         """Compare features (rows of the matrix) with all places; ``seed`` starts the mixture's random components."""
-        return match_view(self.matrix.rows(ids), self.profile.mixture, np.random.default_rng(seed))
+        return match_view(self.matrix.visible(ids), self.profile.mixture, np.random.default_rng(seed))
 
     @cached_property
     def emissions(self) -> Emissions:
@@ -52,6 +53,11 @@ class ReferenceSequence:
             self.match(ids, (EMISSION_SEED, place)).likelihood for place, ids in enumerate(self.matrix.columns())
         )
         return Emissions.from_posteriors(posteriors, self.profile.chain)
+
+    @cached_property
+    def evidence(self) -> Evidence:
+        """How the features show up, and what they are worth (docs/best.md)."""
+        return Evidence(self.matrix, self.along, self.profile.evidence)
 
 
 EMISSION_SEED = 20080
@@ -62,17 +68,17 @@ def learn(
     views: Sequence[View],
     *,
     sensors: Sequence[str] | None = None,
-    features: Sequence[str] = DEFAULT_FEATURES,
+    features: Sequence[str] | None = None,
     profile: Profile | None = None,
     metadata: Mapping[str, str] | None = None,
 ) -> ReferenceSequence:
     """Make a reference sequence of a drive, one place a view, with all its sensors or only ``sensors``.
 
-    ``features`` are names of ``refseq.features.FEATURES``. Raises ``MapError`` when there is no view, when a sensor
-    asked for is in none of them, and when a feature is unknown or none fits the sensors.
+    ``features`` are names of ``refseq.features.FEATURES``, by default the profile's. Raises ``MapError`` when there is
+    no view, when a sensor asked for is in none of them, and when a feature is unknown or none fits the sensors.
     """
     profile = profile or Profile()
-    extractors = make_extractors(features, check_sensors(views, sensors, "the drive"), profile)
+    extractors = make_extractors(features or profile.features, check_sensors(views, sensors, "the drive"), profile)
     columns = [
         {extractor.key: extractor.learn(view) for extractor in extractors if extractor.sensor in view.sensors}
         for view in views

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from refseq.errors import MapError
 from refseq.features.boundary import ScanBoundary
+from refseq.features.dense import DenseWords
 from refseq.features.doors import DoorCounts
 from refseq.features.extractor import Extractor, Observed
 from refseq.features.hu import HuMoments
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
     from refseq.profile import Profile
 
 __all__ = [
-    "DEFAULT_FEATURES",
     "FEATURES",
+    "DenseWords",
     "DoorCounts",
     "Extractor",
     "HuMoments",
@@ -40,6 +41,7 @@ __all__ = [
 
 FEATURES: Mapping[str, Callable[[str, "Profile", Mapping[str, NDArray[Any]]], Extractor | None]] = {
     "sift": lambda sensor, p, state: SiftWords(sensor, p.sift, state.get("words")) if sensor != LASER else None,
+    "dense": lambda sensor, p, state: DenseWords(sensor, p.dense, state.get("words")) if sensor != LASER else None,
     "walls": lambda sensor, p, state: WallLines(p.walls) if sensor == LASER else None,
     "doors": lambda sensor, p, state: DoorCounts(p.doors, p.walls) if sensor == LASER else None,
     "boundary": lambda sensor, p, state: ScanBoundary() if sensor == LASER else None,
@@ -49,7 +51,6 @@ FEATURES: Mapping[str, Callable[[str, "Profile", Mapping[str, NDArray[Any]]], Ex
 """Every feature by name: makes its extractor for a sensor, a profile and saved arrays, or None if it is not for it."""
 
 DEFAULT_FEATURES = ("sift", "walls", "boundary")
-"""The thesis' features, as far as they are built."""
 
 
 def make_extractors(features: Iterable[str], sensors: Sequence[str], profile: "Profile") -> tuple[Extractor, ...]:

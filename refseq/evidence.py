@@ -1,0 +1,105 @@
+"""What a view says for each place against being elsewhere, on a scale that can be trusted (docs/best.md).
+
+Features are not independent: a door seen again brings a hundred words that agree with each other. The model of
+``detection`` counts each of them, so its ratios are far too sure. They are therefore read as scores only. How
+surprising a score is, the reference drive tells: its own views, each against the places far from it, show what a place
+looks like that is not the one. The share p of such scores that are as high is a p-value, and a p-value becomes evidence
+by a calibrator, a function that averages 1 when p is uniform (V. Vovk and R. Wang, "E-values", Annals of Statistics 49,
+2021). So a view like those brings evidence above x for a place that is not the one in no more than 1 of x cases.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.detection import REACH, Detection
+from refseq.incidence import IncidenceMatrix
+
+
+@dataclass(frozen=True, slots=True)
+class EvidenceSettings:
+    """``temper`` is how much of each view's evidence counts in a sequence: neighbouring views err alike.
+
+    Reference views are compared with places at least ``apart`` [m] away, ``views`` of them at most, spread evenly, for
+    a sample of ``scores`` at most.
+    """
+
+    temper: float = 0.5
+    apart: float = 4.0
+    views: int = 400
+    scores: int = 200_000
+
+
+class Calibration:
+    """Scores to evidence, by the scores of places that are not it."""
+
+    def __init__(self, elsewhere: NDArray[np.float64]) -> None:
+        self._elsewhere = np.sort(elsewhere)
+
+    def p_values(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Share of the places elsewhere that score as high, the place itself counted among them."""
+        n = len(self._elsewhere)
+        as_high = n - np.searchsorted(self._elsewhere, scores, side="left")
+        p: NDArray[np.float64] = (as_high + 1) / (n + 1)
+        return p
+
+    def log_evidence(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Logarithm of the evidence that scores are for their places."""
+        return log_calibrated(self.p_values(scores))
+
+
+def log_calibrated(p: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithm of (1 − p + p ln p) / (p ln² p), the mean of all calibrators κ p^(κ − 1), 0 < κ < 1."""
+    log_p = np.log(np.minimum(p, 1 - 1e-4))  # its limit at 1 is a half; nearer, differences of small numbers
+    p = np.exp(log_p)
+    calibrated: NDArray[np.float64] = np.log((1 - p + p * log_p) / (p * log_p**2))
+    return calibrated
+
+
+class Evidence:
+    """The evidence of a reference sequence's features, block by block."""
+
+    def __init__(self, matrix: IncidenceMatrix, along: NDArray[np.float64], settings: EvidenceSettings) -> None:
+        self._K = matrix.K
+        columns = matrix.columns()
+        chosen = np.unique(np.linspace(0, matrix.K - 1, min(matrix.K, int(settings.views))).round().astype(int))
+        self._blocks: dict[str, tuple[Detection, Calibration]] = {}
+        for key, block in matrix.blocks.items():
+            model = Detection(matrix.visible(np.arange(block.start, block.stop)))
+            views = [(k, _within(columns[k], block)) for k in chosen]
+            self._blocks[key] = model, Calibration(_elsewhere(model, views, along, settings))
+
+    def log_evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
+        """Logarithm of the evidence for each place against elsewhere, (K,); ``observed`` has the ids seen by block.
+
+        Blocks are taken as independent. One that is not observed, its sensor being away, says nothing.
+        """
+        total = np.zeros(self._K)
+        for key, ids in observed.items():
+            model, calibration = self._blocks[key]
+            total += calibration.log_evidence(model.log_ratios(ids))
+        return total
+
+
+def _within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:
+    """A place's features of one block, numbered from the block's start."""
+    low, high = np.searchsorted(column, [block.start, block.stop])
+    return column[low:high] - block.start
+
+
+def _elsewhere(
+    model: Detection,
+    views: list[tuple[int, NDArray[np.intp]]],
+    along: NDArray[np.float64],
+    settings: EvidenceSettings,
+) -> NDArray[np.float64]:
+    """Scores of reference views at places far from them; views that show nothing tell nothing."""
+    kept = max(1, int(settings.scores) // max(len(views), 1))
+    scores = []
+    for k, ids in views:
+        far = np.flatnonzero((np.abs(along - along[k]) > settings.apart) & (np.abs(np.arange(len(along)) - k) > REACH))
+        if len(ids) and len(far):
+            scores.append(model.log_ratios(ids, held_out=True)[far[:: -(-len(far) // kept)]])
+    return np.concatenate(scores) if scores else np.zeros(0)
