@@ -1,0 +1,41 @@
+"""Other people's methods, made small, as yardsticks on the very same views.
+
+Each fits ``refseq.belief.Localiser`` and is learnt from the views of a reference drive. Their parameters were chosen
+in the world ``annex``, which is not scored, and stay as they are.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from refseq.belief import Localiser
+from refseq.view import View
+from scenarios.baselines.single import SingleBest
+from scenarios.baselines.topological import TopologicalFilter
+from scenarios.baselines.topometric import TopometricFilter
+from scenarios.baselines.vlad import VladMap
+
+CODEBOOK_SEED = 1
+"""Any number will do: it keeps the codebook the same for the same views."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The drive to learn from. What several baselines build on is made once, when it is first asked for."""
+
+    views: Sequence[View]
+
+    @cached_property
+    def vlad(self) -> VladMap:
+        """The views as VLAD."""
+        return VladMap.learn(self.views, np.random.default_rng(CODEBOOK_SEED))
+
+
+BASELINES: Mapping[str, Callable[[Reference], Localiser]] = {
+    "vlad": lambda reference: SingleBest(reference.vlad),
+    "topological": lambda reference: TopologicalFilter(reference.vlad),
+    "topometric": lambda reference: TopometricFilter(reference.vlad, reference.views),
+}
+"""Baselines by name: each learns a reference drive and gives a localiser for others."""
