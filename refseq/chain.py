@@ -21,8 +21,9 @@ class ChainSettings:
     """Parameters of the chain.
 
     ``lost`` is the probability of going on from a place to the Lost_Place behind it, ``stay_lost`` of staying at a
-    Lost_Place; both are 0.5 in (3.5, 3.6). ``near`` [m] is how far from where it got lost the robot is likely to turn
-    up.
+    Lost_Place; both are 0.5 in (3.5, 3.6). ``lost_at_start`` is that of Lost_0 at the first view, when the robot may be
+    at any place else: 0.5 is one move on from (3.9). ``near`` [m] is how far from where it got lost the robot is likely
+    to turn up.
 
     A ``lost_per_metre`` above 0 takes the place of ``lost``: 1 − exp(−lost_per_metre · |d|) over a distance d, so that
     a path is as easily lost by many short steps as by few long ones. A robot that stands does not get lost then.
@@ -42,6 +43,7 @@ class ChainSettings:
     lost: float = 0.5
     lost_per_metre: float = 0.0
     stay_lost: float = 0.5
+    lost_at_start: float = 0.5
     restart: float = 0.0
     near: float = 10.0
     noise: float = 0.1
@@ -84,10 +86,10 @@ class Chain:
         return len(self.along)
 
     def start(self) -> NDArray[np.float64]:
-        """Log-probability of each state at the first view, (2, K): one move, of any distance, from Lost_0 (3.9)."""
+        """Log-probability of each state at the first view, (2, K): in Lost_0 (3.9), or found from there already."""
         start = np.full((2, self.K), -np.inf)
-        start[0] = _log((1 - self.settings.stay_lost) / self.K)
-        start[1, 0] = _log(self.settings.stay_lost)
+        start[0] = _log((1 - self.settings.lost_at_start) / self.K)
+        start[1, 0] = _log(self.settings.lost_at_start)
         return start
 
     def transitions(self, distance: float) -> "Transitions":

@@ -26,7 +26,7 @@ class EvidenceSettings:
     a sample of ``scores`` at most.
     """
 
-    temper: float = 0.5
+    temper: float = 0.7
     apart: float = 4.0
     views: int = 400
     scores: int = 200_000

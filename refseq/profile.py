@@ -79,9 +79,9 @@ THESIS = Profile()
 """The thesis' localiser, with its values."""
 
 BEST = Profile(
-    features=("sift", "dense", "walls", "boundary", "sectors"),
+    features=("sift", "dense", "walls", "doors", "boundary", "sectors"),
     method=MethodSettings(Matching.EVIDENCE, Decoding.FORWARD),
-    sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, root=True),
+    sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, halved=True, root=True),
     motion=MotionSettings(slack=0.1, drift=0.1, thin=0.02),
     chain=ChainSettings(lost_per_metre=0.01, stay_lost=0.92, restart=0.3, near=5.0),
 )

@@ -15,7 +15,7 @@ SETTINGS = (
     THESIS,
     ChainSettings(lost=0.1, near=1.0),
     ChainSettings(lost=0.9, near=50.0, stay_lost=0.2),
-    ChainSettings(lost_per_metre=0.3, stay_lost=0.8),
+    ChainSettings(lost_per_metre=0.3, stay_lost=0.8, lost_at_start=0.1),
     ChainSettings(lost=0.2, restart=0.3, near=2.0),
     ChainSettings(lost=0.0, stay_lost=0.0, restart=1.0),
 )
@@ -43,6 +43,12 @@ def dense_window(along: np.ndarray, distance: float, s: MotionSettings) -> np.nd
     off = np.abs(along - (along[:, None] + distance))
     window = np.where(off <= wide, 1.0, np.where(off <= wide + abs(distance), s.thin, 0.0))
     return window / window.sum(axis=1, keepdims=True)
+
+
+def dense_start(chain: Chain) -> np.ndarray:
+    """Probability of each of the 2 K states at the first view: in Lost_0, or at any place alike."""
+    K, lost = chain.K, chain.settings.lost_at_start
+    return np.concatenate([np.full(K, (1 - lost) / K), [lost], np.zeros(K - 1)])
 
 
 def dense_transitions(chain: Chain, distance: float) -> np.ndarray:
@@ -79,7 +85,7 @@ def all_paths(observations: Sequence[Observation], chain: Chain) -> np.ndarray:
     scores, K = np.array(0.0), chain.K
     for number, observation in enumerate(observations):
         A = log(dense_transitions(chain, observation.distance))
-        way = A if number else A[K]
+        way = A if number else log(dense_start(chain))
         scores = scores[..., None] + way + log_likelihoods(observation, K)
     return scores
 
