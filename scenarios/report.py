@@ -19,7 +19,7 @@ from scenarios.episodes import Way
 from scenarios.errors import ScenarioError
 from scenarios.outcome import Outcome
 from scenarios.plots import FloorOutline, Plot
-from scenarios.score import NARROW, WIDE, Proportion, ReferencePath, Score, harm, pool, score
+from scenarios.score import NARROW, RANKS, WIDE, Proportion, ReferencePath, Score, harm, pool, score
 
 FRAME_WIDTH = 320
 """Width of a sample frame [pixels]."""
@@ -32,9 +32,6 @@ LONG_VALUE = 80
 
 NONE = "n/a"
 """Stands in a table where there is no figure to give."""
-
-RANKS = (1, 5, 10)
-"""Numbers of most probable places for which recall is told."""
 
 FIRST_KEYS = ("world", "robot", "light", "seed")
 

@@ -45,6 +45,10 @@ NARROW = Tolerance(0.5)
 """Printed beside it, always."""
 
 
+RANKS = (1, 5, 10)
+"""Numbers of most probable places for which recall is told."""
+
+
 @dataclass(frozen=True, slots=True)
 class Proportion:
     """``successes`` out of ``trials``."""

@@ -1,0 +1,178 @@
+"""The figures of several methods on the same views, side by side in one table."""
+
+import csv
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from rich.box import SIMPLE
+from rich.table import Table
+from rich.text import Text
+
+from scenarios.comparison import Comparison, shared_methods
+from scenarios.episodes import Way
+from scenarios.score import NARROW, RANKS, WIDE, Proportion, Score, pool, score
+
+NONE = "n/a"
+"""Stands where there is no figure to give."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """One method over all views of some comparisons; ``cost`` is the median time a view takes without features [ms]."""
+
+    method: str
+    wide: Score
+    narrow: Score
+    cost: float
+
+
+def figures(comparisons: Sequence[Comparison]) -> list[Figures]:
+    """The figures of each method that all comparisons have answers of."""
+    return [_figures(comparisons, method) for method in shared_methods(comparisons)]
+
+
+def _figures(comparisons: Sequence[Comparison], method: str) -> Figures:
+    timings = [belief.timings for one in comparisons for belief in one.beliefs[method]]
+    return Figures(
+        method=method,
+        wide=pool([score(one, method, WIDE) for one in comparisons]),
+        narrow=pool([score(one, method, NARROW) for one in comparisons]),
+        cost=1000 * float(np.median([timing.total - timing.features for timing in timings])),
+    )
+
+
+def figures_table(title: str, found: Sequence[Figures]) -> Table:
+    """All figures on the terminal, a row a method."""
+    table = _table(title)
+    trials = [str(part.success.trials) if found else "0" for part in (found[0].wide, found[0].narrow)] if found else []
+    for heading in (
+        *(f"within {t.distance:g} m\nof {n}, %" for t, n in zip((WIDE, NARROW), trials, strict=False)),
+        "failed",
+        "AUC",
+        "recall, %\n@1/5/10",
+        "recall, % at\nprec. 100/99",
+        "ECE",
+        "lost\nAUROC",
+        "FPR@\n95TPR",
+        "error [m]\nmed./p95",
+        "ms a\nview",
+    ):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for one in found:
+        table.add_row(one.method, *_cells(one))
+    return table
+
+
+def _table(title: str) -> Table:
+    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
+    table.add_column("method", no_wrap=True)
+    return table
+
+
+def _cells(one: Figures) -> list[str]:
+    wide, curve = one.wide, one.wide.retrieval
+    recalls = [wide.recall(first) for first in RANKS]
+    return [
+        _percent(wide.success),
+        _percent(one.narrow.success),
+        str(wide.failures),
+        _number(curve.auc if curve else None),
+        "/".join(f"{100 * recall.value:.0f}" for recall in recalls) if recalls[0].trials else NONE,
+        "/".join(f"{100 * curve.recall_at(precision):.0f}" for precision in (1.0, 0.99)) if curve else NONE,
+        _number(wide.top_reliability.error),
+        _number(wide.auroc),
+        _number(wide.false_alarms),
+        f"{wide.error_quantile(0.5):.2f}/{wide.error_quantile(0.95):.2f}",
+        f"{one.cost:.2f}",
+    ]
+
+
+def lost_table(title: str, found: Sequence[Figures]) -> Table | None:
+    """How the methods did off the map and on coming back to it; ``None`` where nothing of the kind happened."""
+    if not any(one.wide.off_map.any() or any(one.wide.episodes) for one in found):
+        return None
+    table = _table(title)
+    for heading in (
+        "false fixes\nof off-map",
+        "worst\n[m]",
+        "ECE of\nP(lost)",
+        "way to lost [m]\nmedian (never)",
+        "way to recover [m]\nmedian (never)",
+        "way to first fix [m]\nmedian (never)",
+    ):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for one in found:
+        wide, off_map = one.wide, int(one.wide.off_map.sum())
+        table.add_row(
+            one.method,
+            f"{int(np.isfinite(wide.false_fixes).sum())} of {off_map}",
+            _metres(wide.worst_false_fix),
+            _number(wide.lost_reliability.error),
+            *(ways_text(ways) for ways in (*wide.episodes, wide.first_fixes)),
+        )
+    return table
+
+
+def ways_text(ways: Sequence[Way]) -> str:
+    """Median [m] of what was found, and how many never got there."""
+    found = [way for way in ways if way is not None]
+    never = len(ways) - len(found)
+    return (_metres(float(np.median(found))) if found else NONE) + (f" ({never} of {len(ways)})" if never else "")
+
+
+def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
+    """All figures as a table of comma-separated values, units in the columns' names; empty where there is none."""
+    text = io.StringIO()
+    rows = [_record(name, one) for name, found in experiments for one in found]
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _record(name: str, one: Figures) -> dict[str, object]:
+    wide, curve = one.wide, one.wide.retrieval
+    record: dict[str, object] = {"experiment": name, "method": one.method}
+    for part in (one.wide, one.narrow):
+        within, (low, high) = f"within_{part.tolerance.distance:g}_m", part.success.interval
+        record |= {f"{within}_right_views": part.success.successes, f"{within}_on_map_views": part.success.trials}
+        record |= {f"{within}_low_percent": _finite(100 * low), f"{within}_high_percent": _finite(100 * high)}
+    record |= {f"recall_at_{n}_percent": _finite(100 * wide.recall(n).value) for n in RANKS}
+    return record | {
+        "failures_views": wide.failures,
+        "off_map_views": int(wide.off_map.sum()),
+        "false_fixes_views": int(np.isfinite(wide.false_fixes).sum()),
+        "worst_false_fix_m": _finite(wide.worst_false_fix),
+        "auc": _finite(curve.auc) if curve else None,
+        "recall_at_precision_100_percent": _finite(100 * curve.recall_at(1.0)) if curve else None,
+        "recall_at_precision_99_percent": _finite(100 * curve.recall_at(0.99)) if curve else None,
+        "ece": _finite(wide.top_reliability.error),
+        "lost_ece": _finite(wide.lost_reliability.error),
+        "lost_auroc": _finite(wide.auroc),
+        "lost_fpr_at_95_tpr": _finite(wide.false_alarms),
+        "error_median_m": _finite(wide.error_quantile(0.5)),
+        "error_p95_m": _finite(wide.error_quantile(0.95)),
+        "without_features_ms": _finite(one.cost),
+    }
+
+
+def _percent(share: Proportion) -> str:
+    if not share.trials:
+        return NONE
+    low, high = share.interval
+    return f"{100 * share.value:.1f} [{100 * low:.0f}-{100 * high:.0f}]"
+
+
+def _number(value: float | None) -> str:
+    return NONE if value is None or math.isnan(value) else f"{value:.3f}"
+
+
+def _metres(value: float) -> str:
+    return NONE if math.isnan(value) else f"{value:.2f}"
+
+
+def _finite(value: float | None) -> float | None:
+    return round(value, 4) if value is not None and math.isfinite(value) else None

@@ -1,0 +1,97 @@
+import csv
+import io
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+
+from refseq.belief import Timings
+from refseq.view import Pose, View
+from scenarios.compare import ALL, by_experiment, print_whole
+from scenarios.comparison import Comparison
+from scenarios.figures import figures, figures_csv, figures_table, lost_table, ways_text
+from scenarios.score import NARROW, pool, score
+from tests.support import certain, corridor_comparison
+
+
+@pytest.fixture(scope="module")
+def seeds() -> list[Comparison]:
+    found = [corridor_comparison(seed, count=30, size=24) for seed in range(2)]
+    return [replace(one, beliefs={**one.beliefs, "other": one.beliefs["chain"]}) for one in found]
+
+
+def away(name: str = "away") -> Comparison:
+    """Two views on the map and one off it, where the one method says lost and the other does not."""
+    reference = [View(0.0, truth=Pose(float(x), 0.0, 0.0)) for x in range(5)]
+    query = [View(0.0, truth=Pose(float(x), y, 0.0)) for x, y in ((1, 0), (1, 9), (2, 0))]
+    timings = Timings(features=0.5, matching=0.001, chain=0.002)
+    wary = [replace(certain(5, k, lost), timings=timings) for k, lost in ((1, 0.0), (1, 0.8), (2, 0.1))]
+    bold = [certain(5, 1), certain(5, 1), certain(5, 4)]
+    return Comparison(name, reference, {}, query, {}, {"wary": wary, "bold": bold})
+
+
+def printed(table: object, width: int = 40) -> str:
+    console = Console(file=io.StringIO(), width=width)
+    print_whole(console, table)  # type: ignore[arg-type]
+    return console.file.getvalue()  # type: ignore[attr-defined, no-any-return]
+
+
+def test_figures_are_the_scorer_s_over_all_comparisons(seeds: list[Comparison]) -> None:
+    found = figures(seeds)
+    assert [one.method for one in found] == ["uniform", "prior", "chain", "other"]
+    for one in found:
+        assert one.wide.success == pool([score(run, one.method) for run in seeds]).success
+        assert one.narrow.success == pool([score(run, one.method, NARROW) for run in seeds]).success
+    assert found[2].wide.success == found[3].wide.success
+
+
+def test_cost_leaves_features_out() -> None:
+    wary, _ = figures([away()])
+    assert wary.cost == pytest.approx(3.0)
+
+
+def test_a_table_is_whole_however_narrow_the_window(seeds: list[Comparison]) -> None:
+    text = printed(figures_table("title", figures(seeds)))
+    assert "…" not in text
+    row = next(line for line in text.splitlines() if line.split()[:1] == ["other"]).split()
+    chain = figures(seeds)[2]
+    assert row[1] == f"{100 * chain.wide.success.value:.1f}"
+    assert str(chain.wide.failures) in row
+    assert f"{chain.wide.error_quantile(0.5):.2f}/{chain.wide.error_quantile(0.95):.2f}" in row
+    assert "n/a" in row  # nothing was off the map
+
+
+def test_what_happened_off_the_map_has_a_table_of_its_own(seeds: list[Comparison]) -> None:
+    assert lost_table("none", figures(seeds)) is None
+    lines = printed(lost_table("away", figures([away()]))).splitlines()
+    wary, bold = (next(line for line in lines if line.split()[:1] == [name]).split() for name in ("wary", "bold"))
+    assert wary == ["wary", "0", "of", "1", "n/a", "0.100", "0.00", "0.00", "0.00"]
+    assert bold == ["bold", "1", "of", "1", "9.00", "0.333", "n/a", "(1", "of", "1)", "n/a", "(1", "of", "1)", "0.00"]
+
+
+def test_ways_tell_the_median_and_those_never_gone() -> None:
+    assert ways_text([1.0, None, 4.0, 2.0]) == "2.00 (1 of 4)"
+    assert ways_text([None]) == "n/a (1 of 1)"
+    assert ways_text([]) == "n/a"
+
+
+def test_all_drives_together_are_told_where_there_are_several_experiments(seeds: list[Comparison]) -> None:
+    assert [name for name, _ in by_experiment(seeds)] == [seeds[0].name]
+    found = by_experiment([away("here"), away("there")])
+    assert [name for name, _ in found] == ["here", "there", ALL]
+    assert found[2][1][0].wide.success.trials == 4
+
+
+def test_csv_has_a_row_a_method_and_nothing_where_there_is_no_figure(seeds: list[Comparison]) -> None:
+    rows = list(csv.DictReader(io.StringIO(figures_csv([("a, b", figures([away()])), ("c", figures(seeds))]))))
+    assert [(row["experiment"], row["method"]) for row in rows[:3]] == [
+        ("a, b", "wary"),
+        ("a, b", "bold"),
+        ("c", "uniform"),
+    ]
+    assert rows[0]["lost_auroc"] == "1.0"
+    assert rows[0]["lost_ece"] == "0.1"
+    assert rows[0]["without_features_ms"] == "3.0"
+    assert rows[2]["lost_auroc"] == ""
+    assert rows[1]["worst_false_fix_m"] == "9.0"
+    assert rows[1]["within_1.5_m_right_views"] == "1"
