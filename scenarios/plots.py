@@ -44,8 +44,12 @@ OTHER_STYLES: Sequence[Style] = (
     ("#b8860b", (0, (1, 1)), "v"),
     ("#4fb3bf", (0, (8, 2)), "P"),
     ("#d6409f", (0, (3, 1)), "*"),
+    ("#8c564b", (0, (6, 2, 2, 2)), "<"),
+    ("#1f4e9c", (0, (2, 2)), ">"),
+    ("#7f9c1f", (0, (10, 2, 2, 2)), "h"),
+    ("#e0685e", (0, (1, 3)), "p"),
 )
-"""For methods that are no stage, one after the other; from the sixth on they come again."""
+"""For methods that are no stage, one after the other; when they are used up they come again."""
 
 REFERENCE, QUERY, WALL = "#2a8fd4", "#d55e00", "#8a8a8a"
 

@@ -38,7 +38,7 @@ class TopometricSettings:
     reach: float = 4.0
     contrast: float = 4.0
     off_quantile: float = 0.85
-    off_first: float = 0.1
+    off_first: float = 0.3
     off_least: float = 0.005
     off_stays: float = 0.99
 

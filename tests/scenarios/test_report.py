@@ -13,7 +13,8 @@ from refseq.belief import Stage, Timings
 from refseq.view import Pose, View
 from scenarios.comparison import Comparison
 from scenarios.errors import ScenarioError
-from scenarios.plots import INK, plan
+from scenarios.methods import METHODS
+from scenarios.plots import INK, plan, styles
 from scenarios.report import write_report
 from scenarios.score import NARROW, ReferencePath, pool, score
 from tests.support import CORRIDOR, certain, corridor_comparison
@@ -172,6 +173,21 @@ def test_views_off_the_map_without_truth_or_pictures_are_fine(tmp_path: Path) ->
     _, further, off_map = (row for row in page.rows if row[0] == label)
     assert further[1] == "0 / 0 / 0 / 1"
     assert off_map == [label, "1.000", "0 %", "0.050", "0.00 m", "n/a", "n/a"]
+
+
+def test_methods_are_told_apart_by_colour_by_line_and_by_marker() -> None:
+    for methods in (METHODS, [*Stage, "one", "other"]):
+        for looks in zip(*styles(methods).values(), strict=True):
+            assert len(set(looks)) == len(methods)
+
+
+def test_any_method_is_shown_beside_the_stages(tmp_path: Path, runs: list[Comparison]) -> None:
+    beliefs = {"mine": runs[0].beliefs[Stage.CHAIN], **runs[0].beliefs}
+    page = Page(text := written(tmp_path, replace(runs[0], beliefs=beliefs)))
+    labels = [*(stage.label for stage in Stage), "mine"]
+    assert [row[0] for row in page.rows if row[0] in labels] == labels * 2  # two tables, stages first
+    assert page.row("mine")[1:] == page.row(Stage.CHAIN.label)[1:]
+    assert text.count("<svg") == 6
 
 
 def test_only_a_narrow_plan_is_stretched() -> None:
