@@ -4,6 +4,7 @@ A view shows a few hundred features, each seen at a few places: nearly all colum
 Merged columns that remember how many they stand for give a mixture the same answer at a fraction of the cost.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
@@ -49,6 +50,20 @@ class Rows:
         pointers = np.concatenate([[0], np.cumsum(counts)])
         shift = np.repeat(self.pointers[ids] - pointers[:-1], counts)
         return Rows(pointers, self.places[shift + np.arange(pointers[-1])], self.K)
+
+    def between(self, start: int, stop: int) -> "Rows":
+        """The rows ``start`` to ``stop`` − 1, whose places are not copied."""
+        low, high = self.pointers[start], self.pointers[stop]
+        return Rows(self.pointers[start : stop + 1] - low, self.places[low:high], self.K)
+
+    def pieces(self, most: int) -> Iterator["Rows"]:
+        """The rows bunch by bunch, each of one row or of at most ``most`` entries: what bounds the memory of a pass."""
+        start = 0
+        while start < self.n:
+            stop = int(np.searchsorted(self.pointers, self.pointers[start] + most, side="right")) - 1
+            stop = min(max(stop, start + 1), self.n)
+            yield self.between(start, stop)
+            start = stop
 
     def dense(self) -> NDArray[np.bool_]:
         """The rows unpacked, (n, K)."""

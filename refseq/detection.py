@@ -5,12 +5,16 @@ up in a view at place k with probability f_i + d s_ik (1 − f_i): by *false ala
 drive; by *detection* with d s_ik, where s_ik is 1 at the places that showed it and falls off at the places beside them
 as fast as neighbouring reference views lose each other's features. What light leaves of the detections, d, is not known
 and is averaged over a few values, for every view anew.
+
+Nothing is kept but the rows themselves and a few numbers a place: what lies beside a row's places is found anew for
+the features of each view.
 """
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
-from scipy.special import logsumexp
 
 from refseq.columns import Rows
 
@@ -22,28 +26,27 @@ PRIOR = 2.0
 """Feature i's false alarm rate is (n_i + 2) / (K + 4): seen twice and missed twice more (Agresti & Coull 1998)."""
 LEAST = 0.01
 """Places that share less than this of a place's features are not worth keeping."""
+PIECE = 1_000_000
+"""Entries of the rows that are looked at in one go."""
 
 
 class Detection:
     """The model of one extractor's features: log-likelihood ratios of places against anywhere else."""
 
     def __init__(self, rows: Rows) -> None:
-        self._counts, self._K = np.diff(rows.pointers), rows.K
+        self._rows, self._counts, self._K = rows, np.diff(rows.pointers), rows.K
         self.fading = fading(rows)
-        levels = spread(rows, int(np.count_nonzero(self.fading >= LEAST)))
-        self._L = len(levels)
-        # Column i · L + l holds the places that are l places away from the nearest one that showed feature i.
-        column = np.concatenate([keys // rows.K * self._L + level for level, keys in enumerate(levels)])
-        places = np.concatenate([keys % rows.K for keys in levels])
-        order = np.argsort(column, kind="stable")
-        self._places = places[order].astype(np.int32)
-        self._pointers = np.concatenate([[0], np.cumsum(np.bincount(column, minlength=rows.n * self._L))])
-        missed = np.log1p(-np.outer(RATES, self.fading[: self._L]))
-        level = column % self._L
-        self._all_missed = np.stack([np.bincount(places, row[level], minlength=rows.K) for row in missed])
+        self._L = int(np.count_nonzero(self.fading >= LEAST))
+        missable = np.zeros((self._L, rows.K))
+        for piece in rows.pieces(PIECE):
+            for level, beside in spread(piece, self._L):
+                missable[level] += np.bincount(beside.places, minlength=rows.K)
+        self._all_missed = missable.T @ np.log1p(-np.outer(self.fading[: self._L], RATES))  # (K, rates)
 
-    def log_ratios(self, ids: NDArray[np.intp], held_out: bool = False) -> NDArray[np.float64]:
-        """Log P(view | place) / P(view | anywhere), (K,), of a view that shows the features ``ids``.
+    def log_ratios(
+        self, ids: NDArray[np.intp], held_out: bool = False, places: NDArray[np.intp] | slice = slice(None)
+    ) -> NDArray[np.float64]:
+        """Log P(view | place) / P(view | anywhere), (K,) or of ``places``, of a view that shows the features ``ids``.
 
         With ``held_out`` the view is one of the reference's own and does not count as an example of what is common.
         Ratios at places farther than ``REACH`` from it are then what they were if it had not been learnt.
@@ -51,20 +54,18 @@ class Detection:
         alarm = ((self._counts[ids] - held_out + PRIOR) / (self._K - held_out + 2 * PRIOR))[:, None, None]
         rate = self.fading[: self._L, None] * RATES
         gain = np.log1p(rate * (1 - alarm) / alarm) - np.log1p(-rate)  # (n, L, rates)
-        begin, end = self._pointers[ids * self._L], self._pointers[(ids + 1) * self._L]
-        lengths = np.diff(self._pointers)[(ids[:, None] * self._L + np.arange(self._L)).ravel()]
-        entries = np.repeat(begin - np.concatenate([[0], np.cumsum(end - begin)[:-1]]), end - begin)
-        places = self._places[entries + np.arange(len(entries))] if len(ids) else self._places[:0]
-        pointers = np.concatenate([[0], np.cumsum(lengths)])
-        at = csc_array((np.ones(len(places)), places, pointers), shape=(self._K, len(lengths)))
-        by_rate = at @ gain.reshape(-1, len(RATES)) + self._all_missed.T
-        mean: NDArray[np.float64] = logsumexp(by_rate, axis=1) - np.log(len(RATES))
-        return mean
+        by_rate = self._all_missed.copy()
+        for level, beside in spread(self._rows.select(ids), self._L):
+            at = csc_array((np.ones(len(beside.places)), beside.places, beside.pointers), shape=(self._K, len(ids)))
+            by_rate += at @ gain[:, level]
+        return _log_mean(by_rate[places])
 
 
-def pair_keys(rows: Rows) -> NDArray[np.int64]:
-    """One number for each pair of feature i and place k, i · K + k, rising, (nnz,)."""
-    return rows.numbers().astype(np.int64) * rows.K + rows.places
+def _log_mean(logs: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithm of the mean over the rates, (K, rates) to (K,)."""
+    top = logs.max(axis=1)
+    mean: NDArray[np.float64] = top + np.log(np.exp(logs - top[:, None]).mean(axis=1))
+    return mean
 
 
 def fading(rows: Rows) -> NDArray[np.float64]:
@@ -73,13 +74,12 @@ def fading(rows: Rows) -> NDArray[np.float64]:
     Shares that neighbours have in common by chance are taken off. What two views at the very same place have in common
     no drive tells; it is carried on from one and two places away, as for a share that falls by the same factor.
     """
-    keys, counts, K = pair_keys(rows), np.diff(rows.pointers), rows.K
+    counts, K = np.diff(rows.pointers), rows.K
     pairs, chances = np.zeros(REACH), np.zeros(REACH)
-    for away in range(1, REACH + 1):
-        inside = keys[rows.places + away < K] + away
-        found = np.minimum(np.searchsorted(keys, inside), max(len(keys) - 1, 0))
-        pairs[away - 1] = np.count_nonzero(keys[found] == inside) if len(keys) else 0
-        chances[away - 1] = max(len(inside), 1)
+    for piece in rows.pieces(PIECE):
+        pairs += pairs_apart(piece)
+        chances += [np.count_nonzero(piece.places + away < K) for away in range(1, REACH + 1)]
+    chances = np.maximum(chances, 1.0)
     far = (counts.astype(float) ** 2).sum() - counts.sum() - 2 * pairs.sum()
     by_chance = max(far, 0.0) / max(counts.sum() * (K - 2.0 * REACH - 1), 1.0)
     share = np.clip((pairs / chances - by_chance) / max(1 - by_chance, LEAST), 0.0, 1.0)
@@ -88,14 +88,34 @@ def fading(rows: Rows) -> NDArray[np.float64]:
     return np.minimum.accumulate(np.concatenate([[1.0], faded]))
 
 
-def spread(rows: Rows, levels: int) -> list[NDArray[np.int64]]:
-    """Keys of the pairs that are 0, 1, … ``levels`` − 1 places away from one that was seen, each pair once."""
-    spread_keys = [pair_keys(rows)]
-    taken = spread_keys[0]
-    for _ in range(1, levels):
-        last = spread_keys[-1]
-        place = last % rows.K
-        beside = np.union1d(last[place > 0] - 1, last[place < rows.K - 1] + 1)
-        spread_keys.append(np.setdiff1d(beside, taken, assume_unique=True))
-        taken = np.union1d(taken, spread_keys[-1])
-    return spread_keys
+def pairs_apart(rows: Rows) -> NDArray[np.float64]:
+    """How often a row has two places 1, 2, … ``REACH`` apart, (REACH,)."""
+    # Rows are laid one behind the other, farther apart than that.
+    laid = rows.numbers() * (rows.K + REACH) + rows.places
+    pairs = np.zeros(REACH)
+    for step in range(1, REACH + 1):  # places are distinct: two that are 3 apart have at most 2 between them
+        apart = laid[step:] - laid[:-step]
+        pairs += np.bincount(apart[apart <= REACH], minlength=REACH + 1)[1:]
+    return pairs
+
+
+def spread(rows: Rows, levels: int) -> Iterator[tuple[int, Rows]]:
+    """The places that are 0, 1, … ``levels`` − 1 away from the nearest one of their row, each once, with that level.
+
+    There are several such pieces a level. A place amid two of its row's is the earlier one's neighbour.
+    """
+    yield 0, rows
+    if levels < 2:
+        return
+    gap = np.full(len(rows.places) + 1, 2 * rows.K, np.int64)  # from the place before, and none before a row's first
+    gap[1:-1] = np.diff(rows.places)
+    gap[rows.pointers] = 2 * rows.K
+    for level in range(1, levels):
+        yield level, _moved(rows, (gap[1:] >= 2 * level) & (rows.places < rows.K - level), level)
+        yield level, _moved(rows, (gap[:-1] > 2 * level) & (rows.places >= level), -level)
+
+
+def _moved(rows: Rows, kept: NDArray[np.bool_], by: int) -> Rows:
+    """Some entries of the rows, moved along the path."""
+    pointers = np.concatenate([[0], np.cumsum(kept)])[rows.pointers]
+    return Rows(pointers, rows.places[kept] + np.int32(by), rows.K)

@@ -63,12 +63,12 @@ class Evidence:
 
     def __init__(self, matrix: IncidenceMatrix, along: NDArray[np.float64], settings: EvidenceSettings) -> None:
         self._K = matrix.K
-        columns = matrix.columns()
         chosen = np.unique(np.linspace(0, matrix.K - 1, min(matrix.K, int(settings.views))).round().astype(int))
+        columns = matrix.columns_of(chosen)
         self._blocks: dict[str, tuple[Detection, Calibration]] = {}
         for key, block in matrix.blocks.items():
-            model = Detection(matrix.visible(np.arange(block.start, block.stop)))
-            views = [(k, _within(columns[k], block)) for k in chosen]
+            model = Detection(matrix.block(key))
+            views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
             self._blocks[key] = model, Calibration(_elsewhere(model, views, along, settings))
 
     def log_evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
@@ -101,5 +101,5 @@ def _elsewhere(
     for k, ids in views:
         far = np.flatnonzero((np.abs(along - along[k]) > settings.apart) & (np.abs(np.arange(len(along)) - k) > REACH))
         if len(ids) and len(far):
-            scores.append(model.log_ratios(ids, held_out=True)[far[:: -(-len(far) // kept)]])
+            scores.append(model.log_ratios(ids, held_out=True, places=far[:: -(-len(far) // kept)]))
     return np.concatenate(scores) if scores else np.zeros(0)

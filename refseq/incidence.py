@@ -125,6 +125,11 @@ class IncidenceMatrix:
         """The rows of some features, still packed, in the order of ``ids``."""
         return Rows(self.pointers, self.places, self.K).select(ids)
 
+    def block(self, key: str) -> Rows:
+        """The rows of one extractor, packed; its places are not copied."""
+        block = self.blocks[key]
+        return Rows(self.pointers, self.places, self.K).between(block.start, block.stop)
+
     def rows(self, ids: NDArray[np.intp]) -> NDArray[np.bool_]:
         """The rows of some features, unpacked: (len(ids), K)."""
         return self.visible(ids).dense()
@@ -138,6 +143,17 @@ class IncidenceMatrix:
         """``column`` of every place, in one pass."""
         turned = _packed(self.places, self.pointers, (self.K, self.N)).tocsr()
         return np.split(turned.indices.astype(np.intp), turned.indptr[1:-1])
+
+    def columns_of(self, places: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+        """``column`` of some places, in one pass and without the others'."""
+        wanted = np.zeros(self.K, np.bool_)
+        wanted[places] = True
+        entries = np.flatnonzero(wanted[self.places])
+        features = np.searchsorted(self.pointers, entries, side="right") - 1
+        at = self.places[entries]
+        order = np.argsort(at, kind="stable")
+        starts, stops = (np.searchsorted(at[order], places, side=side) for side in ("left", "right"))
+        return [features[order[start:stop]] for start, stop in zip(starts, stops, strict=True)]
 
 
 @dataclass(frozen=True, slots=True)
