@@ -49,7 +49,8 @@ class Detection:
         """Log P(view | place) / P(view | anywhere), (K,) or of ``places``, of a view that shows the features ``ids``.
 
         With ``held_out`` the view is one of the reference's own and does not count as an example of what is common.
-        Ratios at places farther than ``REACH`` from it are then what they were if it had not been learnt.
+        Ratios at places farther than ``REACH`` from it are then those of a drive without it, but for ``fading``, which
+        stays the whole drive's.
         """
         alarm = ((self._counts[ids] - held_out + PRIOR) / (self._K - held_out + 2 * PRIOR))[:, None, None]
         rate = self.fading[: self._L, None] * RATES
@@ -71,21 +72,34 @@ def _log_mean(logs: NDArray[np.float64]) -> NDArray[np.float64]:
 def fading(rows: Rows) -> NDArray[np.float64]:
     """How much of a place's features the places 0 to ``REACH`` away still show, (REACH + 1,), the first 1, falling.
 
-    Shares that neighbours have in common by chance are taken off. What two views at the very same place have in common
-    no drive tells; it is carried on from one and two places away, as for a share that falls by the same factor.
+    Shares that neighbours have in common by chance, as places farther apart have, are taken off. Where no more than
+    that is left, nothing fades: a ratio of two such rests would be any number. What two views at the very same place
+    have in common no drive tells; it is carried on from one and two places away, as for a share that falls by the same
+    factor.
     """
-    counts, K = np.diff(rows.pointers), rows.K
+    K = rows.K
     pairs, chances = np.zeros(REACH), np.zeros(REACH)
     for piece in rows.pieces(PIECE):
         pairs += pairs_apart(piece)
         chances += [np.count_nonzero(piece.places + away < K) for away in range(1, REACH + 1)]
     chances = np.maximum(chances, 1.0)
-    far = (counts.astype(float) ** 2).sum() - counts.sum() - 2 * pairs.sum()
-    by_chance = max(far, 0.0) / max(counts.sum() * (K - 2.0 * REACH - 1), 1.0)
-    share = np.clip((pairs / chances - by_chance) / max(1 - by_chance, LEAST), 0.0, 1.0)
+    by_chance = _shared_afar(rows, int(pairs.sum()))
+    excess = pairs / chances - by_chance
+    share = np.clip(excess / max(1 - by_chance, LEAST), 0.0, 1.0)
+    standard_error = np.sqrt(by_chance * (1 - by_chance) / chances[0])
+    if excess[0] <= 2 * standard_error or share[0] < LEAST:
+        return np.append(1.0, np.zeros(REACH))
     same = min(1.0, max(share[0] ** 2 / share[1], share[0])) if share[1] > 0 else 1.0
-    faded = share / same if same > 0 else np.zeros(REACH)
-    return np.minimum.accumulate(np.concatenate([[1.0], faded]))
+    return np.minimum.accumulate(np.concatenate([[1.0], share / same]))
+
+
+def _shared_afar(rows: Rows, pairs_near: int) -> float:
+    """Share of a place's features that one more than ``REACH`` away has too; ``pairs_near`` of all pairs are nearer."""
+    counts = np.diff(rows.pointers)
+    pairs = int((counts**2).sum() - counts.sum()) - 2 * pairs_near
+    places = np.arange(rows.K)
+    far = np.maximum(places - REACH, 0) + np.maximum(rows.K - 1 - REACH - places, 0)
+    return pairs / max(int(far @ np.bincount(rows.places, minlength=rows.K)), 1)
 
 
 def pairs_apart(rows: Rows) -> NDArray[np.float64]:
