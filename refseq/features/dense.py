@@ -3,7 +3,7 @@
 A blank wall has few corners but still edges, shades and a skirting board. Every cell of a coarse grid is described by
 the orientations of its gradients (a SIFT descriptor at a fixed place, on a reduced image), and each description is
 turned into words by winner-take-all codes (J. Yagnik et al., "The power of comparative reasoning", ICCV 2011): which of
-a few entries, drawn once, is the largest. Only the order of the entries counts, so that a change of light that keeps it
+some entries, drawn once, is the largest. Only the order of the entries counts, so that a change of light that keeps it
 keeps the word.
 """
 
@@ -11,7 +11,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -24,19 +24,22 @@ from refseq.view import View
 
 @dataclass(frozen=True, slots=True)
 class DenseSettings:
-    """``columns`` × ``rows`` patches of ``patch`` pixels' key size on an image reduced to ``width`` pixels.
+    """``columns`` × ``rows`` patches of key size ``patch`` on an image reduced to ``width`` pixels.
 
-    Each patch gives ``codes`` words; a word is ``parts`` winners, each among ``among`` entries of the descriptor, drawn
-    with ``seed``. A SIFT descriptor of key size s looks at about 6 s pixels to all sides together.
+    A SIFT descriptor looks at a square of about six times its key size. A patch is left out when the grey values in its
+    middle, ``middle`` pixels wide, have a standard deviation below ``contrast``: it would describe the camera's noise.
+    Each patch gives ``codes`` words, a word being the winner among ``among`` entries of the descriptor that are drawn
+    with ``seed``.
     """
 
-    width: int = 160
-    columns: int = 10
-    rows: int = 7
-    patch: float = 10.0
-    codes: int = 16
-    among: int = 8
-    parts: int = 2
+    width: int = 320
+    columns: int = 8
+    rows: int = 6
+    patch: float = 26.0
+    middle: int = 48
+    contrast: float = 2.0
+    codes: int = 8
+    among: int = 16
     seed: int = 2011
 
 
@@ -49,14 +52,9 @@ class DenseWords:
         self.settings = settings
         self._sift = cv2.SIFT.create()
         self._words = np.zeros(0, np.int64)
-        self._id_of = np.full(self._all_words, -1, np.int64)
+        self._id_of = np.full(settings.columns * settings.rows * settings.codes * settings.among, -1, np.int64)
         if words is not None:
             self._add(np.asarray(words, np.int64))
-
-    @property
-    def _all_words(self) -> int:
-        s = self.settings
-        return int(s.columns * s.rows * s.codes * s.among**s.parts)
 
     @property
     def size(self) -> int:
@@ -76,21 +74,18 @@ class DenseWords:
         return Observed(np.sort(ids[ids >= 0]), time.perf_counter() - start)
 
     def words_of(self, image: NDArray[np.uint8]) -> NDArray[np.int64]:
-        """Distinct words of an image, by patch and code, known or not; a patch without any gradient has none."""
-        s = self.settings
-        descriptors = describe_patches(self._sift, image, s)
-        winners = descriptors[:, self._choices].argmax(axis=-1)  # (patches, codes, parts)
-        value = np.ravel_multi_index(tuple(np.moveaxis(winners, -1, 0)), (s.among,) * int(s.parts))
-        place = np.arange(value.size).reshape(value.shape) * s.among**s.parts
-        words: NDArray[np.int64] = (place + value)[descriptors.any(axis=1)].ravel().astype(np.int64)
-        return words
+        """Distinct words of an image, by patch and code, known or not; a blank patch has none."""
+        patches = describe_patches(self._sift, image, self.settings)
+        winners = patches.descriptors[:, self._choices].argmax(axis=-1)  # (n, codes)
+        codes, among = winners.shape[1], self.settings.among
+        words: NDArray[np.int64] = (patches.numbers[:, None] * codes + np.arange(codes)) * among + winners
+        return words.ravel()
 
     @cached_property
     def _choices(self) -> NDArray[np.intp]:
-        """Entries that compete, (codes, parts, among)."""
-        s, rng = self.settings, np.random.default_rng(int(self.settings.seed))
-        drawn = [rng.permutation(DESCRIPTOR_SIZE)[: int(s.among)] for _ in range(int(s.codes * s.parts))]
-        return np.array(drawn).reshape(int(s.codes), int(s.parts), int(s.among))
+        """Entries that compete, (codes, among)."""
+        s, rng = self.settings, np.random.default_rng(self.settings.seed)
+        return np.array([rng.permutation(DESCRIPTOR_SIZE)[: s.among] for _ in range(s.codes)])
 
     def _add(self, words: NDArray[np.int64]) -> None:
         """Give ids to words that have none."""
@@ -102,13 +97,32 @@ class DenseWords:
         return {"words": self._words}
 
 
-def describe_patches(sift: cv2.SIFT, image: NDArray[np.uint8], settings: DenseSettings) -> NDArray[np.uint8]:
-    """SIFT descriptors of the grid's patches, (rows · columns, 128), upright, row by row from the top left."""
-    width = int(settings.width)
-    height = round(width * image.shape[0] / image.shape[1])
-    reduced = cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
-    x = (np.arange(settings.columns) + 0.5) * width / settings.columns
+class Patches(NamedTuple):
+    """Patches of an image that show something: which they are, (n,), row by row from the top left, and (n, 128)."""
+
+    numbers: NDArray[np.int64]
+    descriptors: NDArray[np.uint8]
+
+
+def describe_patches(sift: cv2.SIFT, image: NDArray[np.uint8], settings: DenseSettings) -> Patches:
+    """Upright SIFT descriptors of the grid's patches, those without contrast left out."""
+    height = max(1, round(settings.width * image.shape[0] / image.shape[1]))
+    reduced = np.asarray(cv2.resize(image, (settings.width, height), interpolation=cv2.INTER_AREA), np.uint8)
+    x = (np.arange(settings.columns) + 0.5) * settings.width / settings.columns
     y = (np.arange(settings.rows) + 0.5) * height / settings.rows
-    keys = [cv2.KeyPoint(float(u), float(v), settings.patch, 0.0) for v in y for u in x]
+    deviation = local_deviation(reduced, settings.middle)[np.ix_(y.astype(int), x.astype(int))]
+    shown = np.flatnonzero(deviation.ravel() >= settings.contrast)
+    # An angle is given, for without one the descriptor would be turned to no direction in particular.
+    keys = [cv2.KeyPoint(float(x[n % len(x)]), float(y[n // len(x)]), settings.patch, 0.0) for n in shown]
+    if not keys:
+        return Patches(shown, np.zeros((0, DESCRIPTOR_SIZE), np.uint8))
     _, descriptors = sift.compute(reduced, keys)
-    return np.asarray(descriptors, np.uint8)
+    return Patches(shown, np.asarray(descriptors, np.uint8))
+
+
+def local_deviation(image: NDArray[np.uint8], side: int) -> NDArray[np.float32]:
+    """Standard deviation of the grey values in the square around each pixel, (height, width)."""
+    grey = image.astype(np.float32)
+    mean = cv2.blur(grey, (side, side))
+    variance = cv2.blur(grey * grey, (side, side)) - mean * mean
+    return np.asarray(np.sqrt(np.maximum(variance, 0)), np.float32)

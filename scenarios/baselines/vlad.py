@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import MapError
+from refseq.features.dense import local_deviation
 from refseq.view import View
 
 SIFT_SIZE = 128
@@ -66,7 +67,7 @@ class DenseSift:
         settings = self._settings
         height = max(1, round(width * image.shape[0] / image.shape[1]))
         small = cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
-        deviation = _local_deviation(small, settings.patch)
+        deviation = local_deviation(small, settings.patch)
         margin = settings.patch // 2
         grid = [
             (x, y)
@@ -80,15 +81,6 @@ class DenseSift:
         keys = [cv2.KeyPoint(float(x), float(y), settings.patch / PATCH_OF_KEY, 0.0) for x, y in grid]
         kept, sift = self._sift.compute(small, keys)
         return DenseDescriptors(root_sift(sift), np.array([key.pt[0] for key in kept], np.float32) / width)
-
-
-def _local_deviation(image: NDArray[np.uint8], side: int) -> NDArray[np.float32]:
-    """Standard deviation of the grey values in the square around each pixel."""
-    grey = image.astype(np.float32)
-    mean = cv2.blur(grey, (side, side))
-    variance = cv2.blur(grey * grey, (side, side)) - mean * mean
-    deviation: NDArray[np.float32] = np.sqrt(np.maximum(variance, 0))
-    return deviation
 
 
 def root_sift(sift: NDArray[np.float32]) -> NDArray[np.float32]:
