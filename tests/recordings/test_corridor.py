@@ -1,0 +1,61 @@
+"""Two drives down a real corridor, images only (M. Milford, IJRR 32(7), 2013).
+
+The set has no odometry, so every view is given a distance of 1 place; a place is counted as a metre. Its images, 160 ×
+120, are enlarged four times for SIFT.
+"""
+
+import csv
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from refseq.view import Pose, View
+from scenarios.comparison import Comparison
+from scenarios.score import ReferencePath, Tolerance
+from tests.recordings.asking import PROFILES, ask, print_scores, recording, scores
+
+ALLOWED = Tolerance(2.0)
+"""The ground truth allows two places to both sides of the place of the same number."""
+
+
+def drive(folder: Path) -> list[View]:
+    images = [cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in sorted(folder.iterdir())]
+    enlarged = [cv2.resize(image, (640, 480), interpolation=cv2.INTER_CUBIC) for image in images if image is not None]
+    return [
+        View(time=float(k), images={"camera": image}, distance=float(k > 0), truth=Pose(float(k), 0.0, 0.0))
+        for k, image in enumerate(enlarged)
+    ]
+
+
+@pytest.fixture(scope="module")
+def comparison() -> Comparison:
+    folder = recording("corridor")
+    (found,) = ask("corridor", PROFILES, drive(folder / "ref"), [drive(folder / "query")])
+    return found
+
+
+@pytest.mark.slow
+def test_two_places_to_both_sides_are_what_the_ground_truth_allows(comparison: Comparison) -> None:
+    path = ReferencePath(comparison.reference_views)
+    with (recording("corridor") / "ground_truth.csv").open() as file:
+        rows = [[int(number) for number in row] for row in list(csv.reader(file))[1:]]
+    assert len(rows) == len(comparison.query_views) == len(comparison.reference_views) == 111
+    for query, first, last in rows:
+        right = np.flatnonzero(path.within(comparison.query_views[query].truth, ALLOWED))
+        assert right.tolist() == list(range(first, last + 1))
+
+
+@pytest.mark.slow
+def test_two_drives_down_a_corridor(comparison: Comparison) -> None:
+    found = scores([comparison], ALLOWED)
+    print_scores("corridor, two places to both sides", found)
+    for one in found.values():
+        assert one.success.trials == 111
+    assert found["thesis/uniform"].recall(1).value > 0.40
+    assert found["thesis/prior"].recall(1).value > 0.70
+    assert found["thesis/chain"].recall(1).value > 0.70
+    assert found["best/uniform"].recall(1).value > 0.50
+    assert found["best/prior"].success.value > 0.95
+    assert found["best/chain"].success.value > 0.95
