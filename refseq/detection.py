@@ -64,8 +64,9 @@ class Detection:
 
 def _log_mean(logs: NDArray[np.float64]) -> NDArray[np.float64]:
     """Logarithm of the mean over the rates, (K, rates) to (K,)."""
-    top = logs.max(axis=1)
-    mean: NDArray[np.float64] = top + np.log(np.exp(logs - top[:, None]).mean(axis=1))
+    by_rate = np.ascontiguousarray(logs.T)  # sums along places are much faster
+    top = by_rate.max(axis=0)
+    mean: NDArray[np.float64] = top + np.log(np.exp(by_rate - top).mean(axis=0))
     return mean
 
 
@@ -121,15 +122,19 @@ def spread(rows: Rows, levels: int) -> Iterator[tuple[int, Rows]]:
     yield 0, rows
     if levels < 2:
         return
-    gap = np.full(len(rows.places) + 1, 2 * rows.K, np.int64)  # from the place before, and none before a row's first
-    gap[1:-1] = np.diff(rows.places)
-    gap[rows.pointers] = 2 * rows.K
+    none = np.int32(2 * rows.K)
+    gap = np.full(len(rows.places) + 1, none)  # from the place before; there is none before a row's first
+    np.subtract(rows.places[1:], rows.places[:-1], out=gap[1:-1])
+    gap[rows.pointers] = none
+    # The farther away, the fewer entries have room beside them: each level looks at those of the last alone.
+    ahead, behind = np.flatnonzero(gap[1:] >= 2), np.flatnonzero(gap[:-1] > 2)
     for level in range(1, levels):
-        yield level, _moved(rows, (gap[1:] >= 2 * level) & (rows.places < rows.K - level), level)
-        yield level, _moved(rows, (gap[:-1] > 2 * level) & (rows.places >= level), -level)
+        ahead = ahead[(gap[ahead + 1] >= 2 * level) & (rows.places[ahead] < rows.K - level)]
+        behind = behind[(gap[behind] > 2 * level) & (rows.places[behind] >= level)]
+        yield level, _moved(rows, ahead, level)
+        yield level, _moved(rows, behind, -level)
 
 
-def _moved(rows: Rows, kept: NDArray[np.bool_], by: int) -> Rows:
-    """Some entries of the rows, moved along the path."""
-    pointers = np.concatenate([[0], np.cumsum(kept)])[rows.pointers]
-    return Rows(pointers, rows.places[kept] + np.int32(by), rows.K)
+def _moved(rows: Rows, entries: NDArray[np.intp], by: int) -> Rows:
+    """Some entries of the rows, in rising order, moved along the path."""
+    return Rows(np.searchsorted(entries, rows.pointers), rows.places[entries] + np.int32(by), rows.K)
