@@ -1,0 +1,156 @@
+import cv2
+import numpy as np
+import pytest
+
+from refseq.features import make_extractor
+from refseq.features.dense import DenseSettings, DenseWords, describe_patches
+from refseq.profile import BEST
+from refseq.view import View
+
+A_VIEW = 10 * 7 * 16
+
+
+def texture(seed: int = 0, height: int = 480, width: int = 640) -> np.ndarray:
+    """Blobs of several sizes, from 40 to 210 so that light may change without clipping."""
+    rng = np.random.default_rng(seed)
+    layers = [cv2.resize(rng.random((n, n)), (width, height), interpolation=cv2.INTER_CUBIC) for n in (8, 20, 45)]
+    return np.clip(40 + sum(layers) / 3 * 170, 0, 255).astype(np.uint8)
+
+
+def dense(**settings: int) -> DenseWords:
+    return DenseWords("camera", DenseSettings(**settings))
+
+
+def seen(image: np.ndarray) -> View:
+    return View(0.0, {"camera": image})
+
+
+def shared(one: np.ndarray, other: np.ndarray) -> float:
+    """Share of the first image's words that the second one shows."""
+    words = dense().words_of(one)
+    return len(np.intersect1d(words, dense().words_of(other))) / len(words)
+
+
+@pytest.mark.parametrize(("gain", "offset"), [(0.3, 10), (0.5, 0), (0.7, 60), (1.0, 40), (1.2, 0)])
+def test_a_change_of_brightness_and_contrast_keeps_the_words(gain: float, offset: float) -> None:
+    image = texture()
+    changed = gain * image + offset
+    assert changed.max() < 255.5  # no clipping
+    assert shared(image, np.round(changed).astype(np.uint8)) > 0.9
+
+
+def test_another_picture_has_other_words() -> None:
+    """Two winners each of 8 agree by chance in one case of 64; a little more, for some entries win more often."""
+    assert np.mean([shared(texture(k), texture(k + 1)) for k in range(4)]) < 0.15
+
+
+def test_words_tell_where_in_the_image_something_is() -> None:
+    image = texture()
+    assert shared(image, np.roll(image, 64, axis=1)) < 0.15  # by a patch
+    assert shared(image, np.roll(image, 2, axis=1)) > 0.5
+
+
+def test_a_change_in_one_corner_keeps_the_other_words() -> None:
+    image, other = texture(0), texture(1)
+    other[:, 320:] = image[:, 320:]
+    words = dense().words_of(image).reshape(7, 10, 16)
+    kept = np.isin(words, dense().words_of(other)).mean(axis=(0, 2))
+    assert kept[7:].min() == 1
+    assert kept[:3].max() < 0.4
+
+
+@pytest.mark.parametrize("value", [0, 128, 255])
+def test_a_blank_image_has_no_words(value: int) -> None:
+    words = dense()
+    blank = np.full((480, 640), value, np.uint8)
+    assert len(words.learn(seen(blank))) == 0
+    assert len(words.observe(seen(blank)).ids) == 0
+    assert words.size == 0
+
+
+def test_blank_patches_have_no_words_and_the_others_keep_theirs() -> None:
+    image = texture()
+    half = image.copy()
+    half[:, :320] = 90
+    of_half = dense().words_of(half)
+    assert 5 * 7 * 16 <= len(of_half) < A_VIEW
+    right = dense().words_of(image).reshape(7, 10, 16)[:, 8:].ravel()  # a descriptor looks beyond its patch
+    assert np.isin(right, of_half).all()
+
+
+@pytest.mark.parametrize("size", [(480, 640), (120, 160), (96, 128), (1200, 1600), (481, 643), (200, 800), (7, 9)])
+def test_every_patch_is_described_whatever_the_size(size: tuple[int, int]) -> None:
+    image = texture(2, *size)
+    assert describe_patches(cv2.SIFT.create(), image, DenseSettings()).shape == (70, 128)
+    words = dense().words_of(image)
+    assert len(words) <= A_VIEW
+    assert len(np.unique(words)) == len(words)
+    assert (np.diff(words) > 0).all()  # patch by patch and code by code
+
+
+def test_the_resolution_changes_few_words() -> None:
+    image = texture(3)
+    assert shared(image, cv2.resize(image, (320, 240), interpolation=cv2.INTER_AREA)) > 0.8
+
+
+def test_patches_come_row_by_row() -> None:
+    """A single edge in the second patch of the third row is in that patch's descriptor."""
+    image = np.zeros((420, 600), np.uint8)
+    image[140:160, 60:120] = 200
+    settings = DenseSettings(columns=10, rows=7, width=600, patch=10.0)
+    lively = describe_patches(cv2.SIFT.create(), image, settings).any(axis=1).reshape(7, 10)
+    assert lively[2, 1]
+    assert not lively[5:].any()
+    assert not lively[:, 4:].any()
+
+
+def test_words_are_the_winners_among_the_entries_drawn() -> None:
+    """Of one patch, by hand: each word's digits are the places of the largest of 8 entries, twice."""
+    settings = DenseSettings(columns=1, rows=1, codes=5)
+    image = texture(4)
+    (descriptor,) = describe_patches(cv2.SIFT.create(), image, settings)
+    rng = np.random.default_rng(settings.seed)
+    expected = []
+    for code in range(5):
+        winners = [int(np.argmax(descriptor[rng.permutation(128)[:8]])) for _ in range(2)]
+        expected.append(64 * code + 8 * winners[0] + winners[1])
+    assert list(DenseWords("camera", settings).words_of(image)) == expected
+
+
+@pytest.mark.parametrize("settings", [{"columns": 3, "rows": 2}, {"codes": 4}, {"among": 4, "parts": 3}])
+def test_settings_bound_the_number_of_words(settings: dict[str, int]) -> None:
+    s = DenseSettings(**settings)
+    words = dense(**settings).words_of(texture())
+    assert len(words) == s.columns * s.rows * s.codes
+    assert 0 <= words.min() <= words.max() < s.columns * s.rows * s.codes * s.among**s.parts
+
+
+def test_what_was_learnt_is_observed() -> None:
+    words = dense()
+    learnt = [words.learn(seen(texture(k))) for k in range(4)]
+    assert words.size == len(np.unique(np.concatenate(learnt)))
+    np.testing.assert_array_equal(learnt[0], np.arange(A_VIEW))  # ids are given in the order of meeting
+    for k, ids in enumerate(learnt):
+        np.testing.assert_array_equal(words.observe(seen(texture(k))).ids, ids)
+        np.testing.assert_array_equal(words.learn(seen(texture(k))), ids)
+        assert (np.diff(ids) > 0).all()
+
+
+def test_observing_learns_nothing() -> None:
+    words = dense()
+    words.learn(seen(texture(0)))
+    ids = words.observe(seen(texture(1))).ids
+    known = np.intersect1d(dense().words_of(texture(0)), dense().words_of(texture(1)))
+    assert len(ids) == len(known) > 0
+    assert words.size == A_VIEW
+
+
+def test_state_makes_the_same_words_again() -> None:
+    words = dense()
+    for k in range(3):
+        words.learn(seen(texture(k)))
+    again = make_extractor("dense/camera", BEST, words.state())
+    assert (again.key, again.sensor, again.size) == ("dense/camera", "camera", words.size)
+    np.testing.assert_array_equal(again.state()["words"], words.state()["words"])
+    for k in range(5):
+        np.testing.assert_array_equal(again.observe(seen(texture(k))).ids, words.observe(seen(texture(k))).ids)
