@@ -3,11 +3,11 @@ import numpy as np
 import pytest
 
 from refseq.features import make_extractor
-from refseq.features.dense import DenseSettings, DenseWords, describe_patches
+from refseq.features.dense import DenseSettings, DenseWords, describe_patches, local_deviation
 from refseq.profile import BEST
 from refseq.view import View
 
-A_VIEW = 10 * 7 * 16
+A_VIEW = 8 * 6 * 8
 
 
 def texture(seed: int = 0, height: int = 480, width: int = 640) -> np.ndarray:
@@ -40,23 +40,23 @@ def test_a_change_of_brightness_and_contrast_keeps_the_words(gain: float, offset
 
 
 def test_another_picture_has_other_words() -> None:
-    """Two winners each of 8 agree by chance in one case of 64; a little more, for some entries win more often."""
-    assert np.mean([shared(texture(k), texture(k + 1)) for k in range(4)]) < 0.15
+    """A winner of 16 is the same by chance in one case of 16; more often where the textures are alike."""
+    assert np.mean([shared(texture(k), texture(k + 1)) for k in range(4)]) < 0.5
 
 
 def test_words_tell_where_in_the_image_something_is() -> None:
     image = texture()
-    assert shared(image, np.roll(image, 64, axis=1)) < 0.15  # by a patch
-    assert shared(image, np.roll(image, 2, axis=1)) > 0.5
+    assert shared(image, np.roll(image, 80, axis=1)) < 0.55  # by a patch
+    assert shared(image, np.roll(image, 2, axis=1)) > 0.85
 
 
-def test_a_change_in_one_corner_keeps_the_other_words() -> None:
+def test_a_change_in_one_half_keeps_the_words_far_from_it() -> None:
     image, other = texture(0), texture(1)
     other[:, 320:] = image[:, 320:]
-    words = dense().words_of(image).reshape(7, 10, 16)
+    words = dense().words_of(image).reshape(6, 8, 8)
     kept = np.isin(words, dense().words_of(other)).mean(axis=(0, 2))
-    assert kept[7:].min() == 1
-    assert kept[:3].max() < 0.4
+    assert kept[6:].min() == 1  # a descriptor looks beyond its patch
+    assert kept[:2].max() < 0.6
 
 
 @pytest.mark.parametrize("value", [0, 128, 255])
@@ -69,23 +69,39 @@ def test_a_blank_image_has_no_words(value: int) -> None:
 
 
 def test_blank_patches_have_no_words_and_the_others_keep_theirs() -> None:
+    """The left half is a wall with a camera's noise: patches 0 to 2 of 8 see nothing else in their middle."""
     image = texture()
     half = image.copy()
-    half[:, :320] = 90
-    of_half = dense().words_of(half)
-    assert 5 * 7 * 16 <= len(of_half) < A_VIEW
-    right = dense().words_of(image).reshape(7, 10, 16)[:, 8:].ravel()  # a descriptor looks beyond its patch
-    assert np.isin(right, of_half).all()
+    half[:, :320] = 90 + np.random.default_rng(5).integers(-1, 2, (480, 320))
+    place = dense().words_of(half) // (8 * 16)
+    assert set(place.tolist()) == {8 * row + column for row in range(6) for column in range(3, 8)}
+    right = dense().words_of(image).reshape(6, 8, 8)[:, 6:].ravel()
+    assert np.isin(right, dense().words_of(half)).all()
 
 
-@pytest.mark.parametrize("size", [(480, 640), (120, 160), (96, 128), (1200, 1600), (481, 643), (200, 800), (7, 9)])
-def test_every_patch_is_described_whatever_the_size(size: tuple[int, int]) -> None:
+def test_contrast_is_the_deviation_in_the_middle_of_a_patch() -> None:
+    rng = np.random.default_rng(6)
+    image = (100 + 25 * rng.standard_normal((240, 320))).clip(0, 255).astype(np.uint8)
+    for side in (3, 16):
+        y, x = 100, 60
+        inside = image[y - side // 2 : y - side // 2 + side, x - side // 2 : x - side // 2 + side]
+        assert local_deviation(image, side)[y, x] == pytest.approx(inside.std(), rel=1e-3)
+    # A wave of amplitude a has the deviation a / √2, and whole waves fit into the 48 pixels of the middle.
+    for amplitude, patches in ((2, 0), (4, 48)):
+        waves = 100 + amplitude * np.sin(np.arange(320) * 2 * np.pi / 16)
+        striped = np.tile(waves.round().astype(np.uint8), (240, 1))
+        assert len(describe_patches(cv2.SIFT.create(), striped, DenseSettings()).numbers) == patches
+
+
+@pytest.mark.parametrize(
+    "size", [(480, 640), (120, 160), (96, 128), (1200, 1600), (481, 643), (200, 800), (24, 32), (1, 1), (1, 900)]
+)
+def test_images_of_any_size_have_words_of_their_own(size: tuple[int, int]) -> None:
     image = texture(2, *size)
-    assert describe_patches(cv2.SIFT.create(), image, DenseSettings()).shape == (70, 128)
     words = dense().words_of(image)
     assert len(words) <= A_VIEW
-    assert len(np.unique(words)) == len(words)
-    assert (np.diff(words) > 0).all()  # patch by patch and code by code
+    assert len(words) == A_VIEW or min(size) < 100
+    assert (np.diff(words) > 0).all()  # patch by patch and code by code, each once
 
 
 def test_the_resolution_changes_few_words() -> None:
@@ -93,36 +109,32 @@ def test_the_resolution_changes_few_words() -> None:
     assert shared(image, cv2.resize(image, (320, 240), interpolation=cv2.INTER_AREA)) > 0.8
 
 
-def test_patches_come_row_by_row() -> None:
-    """A single edge in the second patch of the third row is in that patch's descriptor."""
-    image = np.zeros((420, 600), np.uint8)
-    image[140:160, 60:120] = 200
-    settings = DenseSettings(columns=10, rows=7, width=600, patch=10.0)
-    lively = describe_patches(cv2.SIFT.create(), image, settings).any(axis=1).reshape(7, 10)
-    assert lively[2, 1]
-    assert not lively[5:].any()
-    assert not lively[:, 4:].any()
+def test_patches_are_numbered_row_by_row() -> None:
+    """A bright spot in the second patch of the third row, 40 pixels wide each, is in that patch alone."""
+    image = np.zeros((240, 320), np.uint8)
+    image[95:105, 55:65] = 200
+    settings = DenseSettings(middle=20)
+    patches = describe_patches(cv2.SIFT.create(), image, settings)
+    assert list(patches.numbers) == [2 * 8 + 1]
+    assert patches.descriptors.shape == (1, 128)
 
 
 def test_words_are_the_winners_among_the_entries_drawn() -> None:
-    """Of one patch, by hand: each word's digits are the places of the largest of 8 entries, twice."""
+    """Of one patch, by hand: which of 16 entries is the largest, for each of 5 draws."""
     settings = DenseSettings(columns=1, rows=1, codes=5)
     image = texture(4)
-    (descriptor,) = describe_patches(cv2.SIFT.create(), image, settings)
+    (descriptor,) = describe_patches(cv2.SIFT.create(), image, settings).descriptors
     rng = np.random.default_rng(settings.seed)
-    expected = []
-    for code in range(5):
-        winners = [int(np.argmax(descriptor[rng.permutation(128)[:8]])) for _ in range(2)]
-        expected.append(64 * code + 8 * winners[0] + winners[1])
+    expected = [16 * code + int(np.argmax(descriptor[rng.permutation(128)[:16]])) for code in range(5)]
     assert list(DenseWords("camera", settings).words_of(image)) == expected
 
 
-@pytest.mark.parametrize("settings", [{"columns": 3, "rows": 2}, {"codes": 4}, {"among": 4, "parts": 3}])
+@pytest.mark.parametrize("settings", [{"columns": 3, "rows": 2}, {"codes": 4}, {"among": 4}])
 def test_settings_bound_the_number_of_words(settings: dict[str, int]) -> None:
     s = DenseSettings(**settings)
     words = dense(**settings).words_of(texture())
     assert len(words) == s.columns * s.rows * s.codes
-    assert 0 <= words.min() <= words.max() < s.columns * s.rows * s.codes * s.among**s.parts
+    assert 0 <= words.min() <= words.max() < s.columns * s.rows * s.codes * s.among
 
 
 def test_what_was_learnt_is_observed() -> None:
