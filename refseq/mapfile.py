@@ -28,7 +28,7 @@ from refseq.sequence import ReferenceSequence
 from refseq.view import Pose
 
 FORMAT = "refseq-map"
-VERSION = 1
+VERSION = 2
 HEADER = "map.json"
 EPOCH = (1980, 1, 1, 0, 0, 0)  # zip's earliest date: the same map gives the same bytes
 DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError, EOFError, ValueError, OverflowError)

@@ -109,7 +109,7 @@ def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
 def _value(where: str, value: object, kind: type) -> object:
     """A parameter as its dataclass has it: a choice, yes or no, or a number."""
     if issubclass(kind, StrEnum):
-        if value not in set(kind):
+        if value not in list(kind):  # not in a set: a list in a damaged file has no hash
             raise ValueError(f"{where} is {value!r:.60}; valid are {', '.join(kind)}")
         return kind(str(value))
     if isinstance(value, bool) != (kind is bool) or not isinstance(value, int | float):

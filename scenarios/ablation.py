@@ -21,7 +21,7 @@ from rich.table import Table
 from rich.text import Text
 
 from refseq.belief import Stage
-from refseq.features import DEFAULT_FEATURES, Extractor, Observed
+from refseq.features import Extractor, Observed
 from refseq.files import replace_text
 from refseq.information import Information, posterior_information, proven_information
 from refseq.logs import Recording
@@ -107,7 +107,7 @@ class Ablation:
 
     pairs: Sequence[tuple[Path, Path]]
     every: bool = False
-    features: Sequence[str] = DEFAULT_FEATURES
+    features: Sequence[str] | None = None
     profile: Profile = field(default_factory=Profile)
     seed: int = 1
 
@@ -314,7 +314,7 @@ def _csv(rows: Sequence[Mapping[str, object]]) -> str:
 def _json(rows: Sequence[Mapping[str, object]], experiments: Sequence[Experiment], ablation: Ablation) -> str:
     content = {
         "seed": ablation.seed,
-        "features": list(ablation.features),
+        "features": list(ablation.features or ablation.profile.features),
         "profile": ablation.profile.to_dict(),
         "pairs": {experiment.name: experiment.pairs for experiment in experiments},
         "rows": rows,

@@ -1,4 +1,4 @@
-"""The command line: ``refseq record | learn | localise | matrix | ablation | report | view | demo | doctor``.
+"""The command line: ``refseq record | learn | localise | compare | matrix | ablation | report | view | demo | doctor``.
 
 Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line. Whatever a
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
@@ -71,8 +71,17 @@ AtLeast = Annotated[
 Features = Annotated[
     str | None,
     typer.Option(
-        metavar="NAMES", help="Features, commas between, of sift,walls,boundary,sectors. [default: first three]"
+        metavar="NAMES",
+        help="Only these, commas between, of sift, dense, walls, doors, boundary, hu, sectors. "
+        "[default: the profile's]",
     ),
+]
+Drives = Annotated[
+    list[Path],
+    typer.Argument(metavar="REFERENCE QUERY...", help="Pairs of drives; pairs in the same lights are pooled."),
+]
+ProfileName = Annotated[
+    str, typer.Option("--profile", metavar="PROFILE", help="thesis: the method of 2008, with its values. best: ours.")
 ]
 Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="First drive, for its pictures.")]
 
@@ -139,6 +148,7 @@ def learn(
     recording: Annotated[Path, typer.Argument(help="First drive: an MCAP recording or a CARMEN log.")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Map to write (.refseq).")],
     sensors: Sensors = None,
+    profile: ProfileName = "thesis",
     features: Features = None,
     views: Views = None,
     thin: Thin = None,
@@ -146,16 +156,18 @@ def learn(
     seed: Chance = 1,
 ) -> None:
     """Make a reference sequence, the map, of a first drive."""
-    from refseq.features import DEFAULT_FEATURES
     from refseq.mapfile import save_map
+    from refseq.profile import profile_named
     from refseq.sequence import learn as learn_sequence
 
     check_output(output)
+    chosen = profile_named(profile)
     drive = read_drive(recording, views, thin, seed if odometry_noise else None)
     sequence = learn_sequence(
         drive.views,
         sensors=words(sensors, "sensors"),
-        features=words(features, "features") or DEFAULT_FEATURES,
+        features=words(features, "features"),
+        profile=chosen,
         metadata={**drive.metadata, "source": recording.name},
     )
     save_map(sequence, output)
@@ -265,25 +277,25 @@ def matrix(
 * `refseq ablation reference.mcap query.mcap --every -o table.json`"""
 )
 def ablation(
-    drives: Annotated[
-        list[Path],
-        typer.Argument(metavar="REFERENCE QUERY...", help="Pairs of drives; pairs in the same lights are pooled."),
-    ],
+    drives: Drives,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Table to write (.csv or .json).")
     ] = None,
     every: Annotated[bool, typer.Option("--every", help="Every subset of the sensors, at every stage.")] = False,
+    profile: ProfileName = "thesis",
     features: Features = None,
     seed: Chance = 1,
 ) -> None:
     """Tell what each sensor, the motion prior and the chain contribute."""
-    from refseq.features import DEFAULT_FEATURES
+    from refseq.profile import profile_named
     from scenarios.ablation import Ablation, ablation_table, check_table, left_out, pairs_of, run_ablation, write_table
 
     if output is not None:
         check_output(output)
         check_table(output)
-    asked = Ablation(pairs_of(drives), every=every, features=words(features, "features") or DEFAULT_FEATURES, seed=seed)
+    asked = Ablation(
+        pairs_of(drives), every=every, features=words(features, "features"), profile=profile_named(profile), seed=seed
+    )
     with _interruptible(), step_bars() as step:
         experiments, sensors = run_ablation(asked, step)
     for experiment in experiments:
@@ -294,6 +306,48 @@ def ablation(
         with writing(output):
             write_table(output, experiments, asked)
         say(out, f"{output}: {sum(len(experiment.rows) for experiment in experiments)} rows")
+
+
+@app.command(
+    epilog="""Examples:
+
+* `refseq compare reference.mcap query.mcap`
+* `refseq compare reference.mcap query.mcap --methods best/chain,topometric --start 40% --report report.html`
+* `refseq compare reference.mcap query.mcap --places 30:80 --table figures.csv`"""
+)
+def compare(
+    drives: Drives,
+    methods: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES", help="Only these, commas between: PROFILE/STAGE, or vlad, topological, topometric."
+        ),
+    ] = None,
+    places: Annotated[
+        str | None, typer.Option(metavar="FROM:TO", help="Learn only these views of the reference drive.")
+    ] = None,
+    start: Annotated[
+        str, typer.Option(metavar="VIEW", help="First view of the query drive: a number, or a share as 40%.")
+    ] = "0",
+    kidnap: Annotated[
+        str | None, typer.Option(metavar="FROM:TO", help="Carry the robot from before view FROM to view TO.")
+    ] = None,
+    table: Annotated[Path | None, typer.Option(metavar="FILE", help="Figures to write (.csv).")] = None,
+    report: Annotated[Path | None, typer.Option(metavar="FILE", help="Page to write (.html).")] = None,
+    seed: Chance = 1,
+) -> None:
+    """Ask several methods about the same views: the profiles' stages, and the baselines."""
+    from scenarios.ablation import pairs_of
+    from scenarios.compare import run_comparison
+    from scenarios.contest import Contest
+    from scenarios.methods import methods_named
+
+    for path in (table, report):
+        if path is not None:
+            check_output(path)
+    contest = Contest(pairs_of(drives), methods_named(words(methods, "methods")), places, start, kidnap, seed)
+    with _interruptible(), step_bars() as step:
+        run_comparison(contest, out, step, table=table, report=report)
 
 
 @app.command(
@@ -370,21 +424,23 @@ def demo(
     seeds: Annotated[int, typer.Option(min=1, metavar="N", help="Number of seeds: pairs of drives.")] = 1,
     robot: RobotName = "robuter",
     renderer: Renderer = RendererChoice.FILAMENT,
+    profile: ProfileName = "thesis",
     at_least: AtLeast = None,
 ) -> None:
     """Drive twice, learn, localise, and leave report and recording to look at."""
+    from refseq.profile import profile_named
     from scenarios.demo import Demo, run_demo
     from scenarios.evaluate import results
     from scenarios.record import Drive
     from sim.render import RendererKind
     from worlds.light import light_named
 
-    lights = tuple(dict.fromkeys(to or ["18:00"]))
+    lights, chosen = tuple(dict.fromkeys(to or ["18:00"])), profile_named(profile)
     for light in lights:
         light_named(light)  # a name that is wrong is told before the first drive, not after it
     first = Drive(world=world, light=start, robot=robot, renderer=RendererKind(renderer.value))
     with _interruptible(), step_bars() as step:
-        comparisons = run_demo(Demo(first, lights, tuple(range(1, seeds + 1))), output, step)
+        comparisons = run_demo(Demo(first, lights, tuple(range(1, seeds + 1)), chosen), output, step)
     found: list[StageResult] = []
     for name in dict.fromkeys(comparison.name for comparison in comparisons):
         same = [comparison for comparison in comparisons if comparison.name == name]

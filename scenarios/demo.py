@@ -6,6 +6,7 @@ from pathlib import Path
 
 from refseq.beliefs import write_beliefs
 from refseq.mapfile import save_map
+from refseq.profile import THESIS, Profile
 from refseq.sequence import learn
 from refseq.viewer import write_recording
 from scenarios.comparison import Comparison
@@ -26,6 +27,7 @@ class Demo:
     reference: Drive
     lights: Sequence[str]
     seeds: Sequence[int]
+    profile: Profile = THESIS
 
 
 Step = Callable[[str], Progress | None]
@@ -57,7 +59,7 @@ def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]
     first = replace(demo.reference, seed=seed)
     reference = record(first, home / "reference.mcap", step(f"drive at {first.light}"))
     step("learn")
-    sequence = learn(reference.views, metadata=reference.metadata)
+    sequence = learn(reference.views, profile=demo.profile, metadata=reference.metadata)
     save_map(sequence, home / "map.refseq")
     comparisons = []
     for index, light in enumerate(demo.lights):

@@ -50,8 +50,6 @@ FEATURES: Mapping[str, Callable[[str, "Profile", Mapping[str, NDArray[Any]]], Ex
 }
 """Every feature by name: makes its extractor for a sensor, a profile and saved arrays, or None if it is not for it."""
 
-DEFAULT_FEATURES = ("sift", "walls", "boundary")
-
 
 def make_extractors(features: Iterable[str], sensors: Sequence[str], profile: "Profile") -> tuple[Extractor, ...]:
     """Fresh extractors for every fitting pair of feature and sensor; ``MapError`` when one is unknown or none fits."""
