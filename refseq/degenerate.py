@@ -7,12 +7,18 @@ changes, and its Θ update averages the reference views.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from refseq.columns import Columns
+
+DISTANCES = 1 << 18
+"""How many distances of views to components are held at a time; by measurement."""
+EXACT = 1 << 22
+"""Up to this, sums and differences of whole numbers are exact in single precision."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +43,7 @@ def fit(
     It ends when the mean residual, the share of features in which views differ from their components, changes by less
     than ``tolerance``; None when it has not after ``iterations``.
     """
-    views = columns.factor(len(theta))
+    views = columns.factor(len(theta)).astype(_sufficient(weights))
     residual = np.inf
     for iteration in range(1, iterations + 1):
         # E step: each view belongs to the component that it differs from the least.
@@ -49,27 +55,40 @@ def fit(
     return None
 
 
+def _sufficient(weights: NDArray[np.float64]) -> type[np.floating[Any]]:
+    """Single precision where it is exact, for whole numbers that add up to few: half the work."""
+    whole = bool((weights == np.round(weights)).all()) and weights.sum() < EXACT
+    return np.float32 if whole else np.float64
+
+
 def _nearest(
-    views: NDArray[np.float64] | csr_matrix, theta: NDArray[np.float64], weights: NDArray[np.float64]
+    views: NDArray[np.floating[Any]] | csr_matrix, theta: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """The component from which each view differs the least, the first of equals, and by how much; both (D,)."""
     # |v − Θ| = v + Θ − 2 v Θ for zeros and ones; the view's own term is the same for all components.
     weighted = theta * weights
-    distance: NDArray[np.float64] = views @ (-2 * weighted.T)
-    distance += weighted.sum(axis=1)
-    owner = np.argmin(distance, axis=1)
-    return owner, views @ weights + distance[np.arange(len(owner)), owner]
+    turned, own = (-2 * weighted.T).astype(views.dtype), weighted.sum(axis=1).astype(views.dtype)
+    D = views.shape[0]
+    owner, least = np.empty(D, np.intp), np.empty(D)
+    # A few views at a time: their distances to all components stay in the processor's cache.
+    step = max(1, DISTANCES // len(theta))
+    for start in range(0, D, step):
+        some = slice(start, start + step)
+        distance = views[some] @ turned
+        distance += own
+        owner[some] = nearest = np.argmin(distance, axis=1)
+        least[some] = distance[np.arange(len(nearest)), nearest]
+    return owner, views @ weights + least
 
 
 def _majority(columns: Columns, owner: NDArray[np.intp], theta: NDArray[np.float64]) -> NDArray[np.float64]:
     """M step: the mean of a component's views, rounded to zeros and ones; one without views stays as it is."""
     order = np.argsort(owner, kind="stable")
     owners, first = np.unique(owner[order], return_index=True)
-    multiplicity = columns.multiplicity[order, None]
+    multiplicity = columns.multiplicity[order]
+    belonging = csr_matrix((multiplicity, order, np.append(first, len(order))), shape=(len(owners), len(order)))
     theta = theta.copy()
-    theta[owners] = np.round(
-        np.add.reduceat(multiplicity * columns.views[order], first) / np.add.reduceat(multiplicity, first)
-    )
+    theta[owners] = np.round(belonging @ columns.views / np.add.reduceat(multiplicity, first)[:, None])
     return theta
 
 
