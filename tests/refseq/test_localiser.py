@@ -8,7 +8,7 @@ from refseq.belief import LOST, Belief, Stage
 from refseq.errors import MapError
 from refseq.localiser import SequenceLocaliser, localise
 from refseq.mixture import MixtureSettings
-from refseq.profile import Profile
+from refseq.profile import BEST, Profile
 from refseq.sequence import ReferenceSequence
 from refseq.view import View
 from tests.refseq.rooms import bits_drive, bits_sequence, without
@@ -209,3 +209,109 @@ def test_a_map_of_one_place() -> None:
         for belief in beliefs:
             assert list(belief.places) == [1.0]
             assert (belief.best, belief.entropy) == (0, 0.0)
+
+
+# --- the second way to match: evidence, and the forward filter (profile best) ---
+
+
+def repeating_drives(seed: int, places: int = 40, features: int = 300) -> tuple[np.ndarray, np.ndarray]:
+    """A sensor that misleads: what it sees comes again every 8 places, and in the query at places drawn anew."""
+    rng = np.random.default_rng(seed)
+    base = rng.random((8, features)) < 0.15
+    noise = rng.random((2, places, features)) < 0.1
+    return base[np.arange(places) % 8] ^ noise[0], base[rng.integers(0, 8, places)] ^ noise[1]
+
+
+def images(views: Sequence[View]) -> np.ndarray:
+    return np.array([view.images["camera"][0] > 0 for view in views])
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_evidence_finds_the_same_drive_place_by_place(reference: list[View], stage: Stage) -> None:
+    beliefs = run(SequenceLocaliser(bits_sequence(reference, BEST), stage=stage), reference[3:12])
+    assert [belief.best for belief in beliefs] == list(range(3, 12))
+    assert all(belief.lost < 0.5 for belief in beliefs)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+@pytest.mark.parametrize("seed", range(3))
+def test_beliefs_by_evidence_are_what_they_promise(stage: Stage, seed: int) -> None:
+    views, query = noisy_drives(seed)
+    query[7] = bits_drive({"camera": np.zeros((1, 60), bool)})[0]
+    query[9] = without(query[9], "camera")
+    beliefs = run(SequenceLocaliser(bits_sequence(views, BEST), stage=stage), query)
+    for belief in beliefs:
+        assert belief.places.shape == (len(views),)
+        assert belief.places.sum() == pytest.approx(1.0)
+        assert (belief.places >= 0).all()
+        assert 0 <= belief.lost <= 1
+        assert belief.best == np.argmax(belief.places)
+        assert belief.path in ((belief.best,), (LOST,))
+    assert_same(run(SequenceLocaliser(bits_sequence(views, BEST), stage=stage, seed=5), query), beliefs)  # no chance
+    assert_same(localise(bits_sequence(views, BEST), query)[stage], beliefs)
+
+
+def test_evidence_of_a_view_without_sensors_says_nothing(reference: list[View]) -> None:
+    query = [*reference[:4], without(reference[4], "front", "side"), *reference[5:8]]
+    beliefs = localise(bits_sequence(reference, BEST), query)
+    assert beliefs[Stage.UNIFORM][4].lost == 0.5  # as probable as before the view
+    np.testing.assert_allclose(beliefs[Stage.UNIFORM][4].places, 1 / K)
+    assert [belief.best for belief in beliefs[Stage.PRIOR]] == list(range(8))
+    assert [belief.best for belief in beliefs[Stage.CHAIN]] == list(range(8))
+
+
+def test_a_view_is_lost_as_bayes_says_of_its_evidence() -> None:
+    """Half the prior is elsewhere, where evidence is 1; the other half is spread over the places."""
+    views, query = noisy_drives(4)
+    sequence = bits_sequence(views, BEST)
+    for view in query[:20]:
+        ids = {"bits/camera": np.flatnonzero(view.images["camera"])}
+        joint = np.exp(sequence.evidence.log_evidence(ids)) / len(views)
+        belief = SequenceLocaliser(sequence, stage=Stage.UNIFORM).update(view)
+        np.testing.assert_allclose(belief.places, joint / joint.sum())
+        assert belief.lost == pytest.approx(1 / (1 + joint.sum()))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_p_lost_rises_in_views_from_elsewhere_and_falls_on_the_path(seed: int) -> None:
+    """14 views of features that were all seen on the path, but in no such company, between two of the path."""
+    views, query = noisy_drives(seed, features=250)
+    strange = np.random.default_rng(seed).random((14, 250)) < 0.12
+    bits = images(query)
+    drive = bits_drive({"camera": np.concatenate([bits[:14], strange, bits[24:38]])})
+    beliefs = localise(bits_sequence(views, BEST), drive, stages=[Stage.UNIFORM, Stage.CHAIN])
+    single, chain = (np.array([belief.lost for belief in beliefs[stage]]) for stage in (Stage.UNIFORM, Stage.CHAIN))
+    before, among, after = slice(4, 14), slice(16, 28), slice(32, 42)
+    assert np.median(single[among]) > np.median(single[before]) + 0.1
+    assert np.median(single[among]) > np.median(single[after]) + 0.1
+    assert chain[among].mean() > 5 * chain[before].mean()
+    assert chain[among].mean() > 5 * chain[after].mean()
+    assert [belief.best for belief in beliefs[Stage.CHAIN]][-6:] == pytest.approx(range(32, 38), abs=2)
+
+
+def test_a_sensor_that_misleads_at_random_spoils_little() -> None:
+    """Its places are found by the sensor that is right, at hardly a cost: the reference knows that the other repeats.
+
+    Only where it misleads at random: one that is wrong in the same way all along is believed.
+    """
+    right = {"both": 0, "good": 0, "bad": 0}
+    for seed in range(4):
+        views, query = noisy_drives(seed, features=200)
+        repeats, misleading = repeating_drives(seed)
+        sequence = bits_sequence(bits_drive({"good": images(views), "bad": repeats}), BEST)
+        drive = bits_drive({"good": images(query), "bad": misleading})
+        for name, sensors in (("both", None), ("good", ["good"]), ("bad", ["bad"])):
+            beliefs = localise(sequence, drive, sensors=sensors, stages=[Stage.CHAIN])[Stage.CHAIN]
+            right[name] += sum(abs(belief.best - k) <= 1 for k, belief in enumerate(beliefs))
+    assert right["bad"] < 0.3 * 160
+    assert right["good"] > 0.95 * 160
+    assert right["both"] >= right["good"] - 8
+
+
+@pytest.mark.parametrize("places", [1, 2, 4])
+def test_evidence_in_maps_too_short_for_places_elsewhere(places: int) -> None:
+    views = bits_drive({"camera": np.eye(places, 4, dtype=bool)})
+    for beliefs in localise(bits_sequence(views, BEST), [views[0], views[-1]]).values():
+        for belief in beliefs:
+            assert belief.places.sum() == pytest.approx(1)
+            assert np.isfinite([belief.lost, belief.entropy]).all()

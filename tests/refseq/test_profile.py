@@ -4,8 +4,10 @@ from dataclasses import replace
 import pytest
 
 from refseq.chain import ChainSettings
+from refseq.errors import MapError
+from refseq.features import FEATURES
 from refseq.mixture import MixtureSettings
-from refseq.profile import Profile
+from refseq.profile import BEST, PROFILES, THESIS, Decoding, Matching, Profile, profile_named
 
 
 def test_round_trip_through_json() -> None:
@@ -56,3 +58,56 @@ def test_an_unknown_parameter_is_refused() -> None:
     content["chain"]["speed"] = 1.0
     with pytest.raises(ValueError, match=r"profile\.chain is .*; valid is a table of "):
         Profile.from_dict(content)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_named_profiles_survive_json(name: str) -> None:
+    profile = profile_named(name)
+    again = Profile.from_dict(json.loads(json.dumps(profile.to_dict())))
+    assert again == profile
+    assert isinstance(again.method.matching, Matching)
+    assert isinstance(again.method.decoding, Decoding)
+    assert isinstance(again.features, tuple)
+    assert set(profile.features) <= set(FEATURES)
+
+
+def test_the_names_are_those_of_the_thesis_and_ours() -> None:
+    assert dict(PROFILES) == {"thesis": THESIS, "best": BEST}
+    assert Profile() == THESIS
+    assert (THESIS.method.matching, THESIS.method.decoding) == (Matching.MIXTURE, Decoding.VITERBI)
+    assert (BEST.method.matching, BEST.method.decoding) == (Matching.EVIDENCE, Decoding.FORWARD)
+    with pytest.raises(TypeError):
+        PROFILES["mine"] = BEST  # type: ignore[index]
+
+
+@pytest.mark.parametrize("name", ["", "Best", "thesis "])
+def test_another_name_is_refused(name: str) -> None:
+    with pytest.raises(MapError) as caught:
+        profile_named(name)
+    assert str(caught.value) == f"profile {name!r} is unknown; valid are thesis, best"
+
+
+@pytest.mark.parametrize("features", [None, "sift", ["sift", 3], {"sift": 1}])
+def test_features_are_a_list_of_names(features: object) -> None:
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        Profile.from_dict({**BEST.to_dict(), "features": features})
+    assert str(caught.value) == f"profile.features is {features!r}; valid is a list of names"
+
+
+@pytest.mark.parametrize("value", ["guess", "", None, 1, True, [], {"a": 1}])
+def test_an_unknown_method_is_refused(value: object) -> None:
+    for name, valid in (("matching", "mixture, evidence"), ("decoding", "viterbi, forward")):
+        content = BEST.to_dict()
+        content["method"][name] = value
+        with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+            Profile.from_dict(content)
+        assert str(caught.value) == f"profile.method.{name} is {value!r}; valid are {valid}"
+
+
+@pytest.mark.parametrize("value", [1, 0, "true", None])
+def test_yes_or_no_is_no_number(value: object) -> None:
+    content = BEST.to_dict()
+    content["sift"]["root"] = value
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        Profile.from_dict(content)
+    assert str(caught.value) == f"profile.sift.root is {value!r}; valid is true or false"
