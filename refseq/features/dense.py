@@ -54,7 +54,10 @@ class DenseWords:
         self._words = np.zeros(0, np.int64)
         self._id_of = np.full(settings.columns * settings.rows * settings.codes * settings.among, -1, np.int64)
         if words is not None:
-            self._add(np.asarray(words, np.int64))
+            words = np.asarray(words, np.int64)
+            if (outside := words[(words < 0) | (words >= len(self._id_of))]).size:
+                raise ValueError(f"{self.key} has word {int(outside[0])}; valid are 0 to {len(self._id_of) - 1}")
+            self._add(words)
 
     @property
     def size(self) -> int:

@@ -17,7 +17,7 @@ from refseq.features import FEATURES
 from refseq.localiser import localise
 from refseq.mapfile import load_map, save_map
 from refseq.mixture import MixtureSettings
-from refseq.profile import Profile
+from refseq.profile import BEST, Profile
 from refseq.sequence import ReferenceSequence, learn
 from refseq.view import LASER, View
 from tests.support import corridor_drive
@@ -253,4 +253,76 @@ def test_an_unknown_feature(saved: Path, sequence: ReferenceSequence) -> None:
     assert error_of(saved) == (
         f"{saved}: map.json and arrays do not make a map: feature 'smell/nose' is unknown; "
         f"valid are {', '.join(FEATURES)}, a slash and a fitting sensor"
+    )
+
+
+# --- a map of the profile best ---
+
+
+@pytest.fixture(scope="module")
+def best(views: list[View]) -> ReferenceSequence:
+    return learn(views, profile=BEST)
+
+
+@pytest.fixture
+def saved_best(best: ReferenceSequence, tmp_path: Path) -> Path:
+    save_map(best, tmp_path / "best.refseq")
+    return tmp_path / "best.refseq"
+
+
+def test_a_loaded_map_of_evidence_gives_the_same_beliefs(
+    best: ReferenceSequence, saved_best: Path, views: list[View]
+) -> None:
+    loaded = load_map(saved_best)
+    assert loaded.profile == BEST
+    features = {key.partition("/")[0] for key in loaded.matrix.blocks}
+    assert features == {"sift", "dense", "walls", "doors", "boundary", "sectors"} & set(BEST.features)
+    assert "dense" in features
+    ours, theirs = localise(best, views), localise(loaded, views)
+    assert [belief.best for belief in ours[Stage.CHAIN]] == pytest.approx(range(len(views)), abs=1)
+    for stage in Stage:
+        for one, other in zip(ours[stage], theirs[stage], strict=True):
+            assert one.places.tobytes() == other.places.tobytes()
+            assert (one.lost, one.best, one.path, one.entropy) == (other.lost, other.best, other.path, other.entropy)
+    save_map(loaded, saved_best.with_name("again.refseq"))
+    assert saved_best.with_name("again.refseq").read_bytes() == saved_best.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value", "message"),
+    [
+        ("method", "matching", "guess", "profile.method.matching is 'guess'; valid are mixture, evidence"),
+        ("method", "decoding", [], "profile.method.decoding is []; valid are viterbi, forward"),
+        ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
+        ("evidence", "temper", "0.7", "profile.evidence.temper is '0.7'; valid is a number"),
+        ("dense", "codes", None, "profile.dense.codes is None; valid is a number"),
+    ],
+)
+def test_values_that_a_profile_cannot_have(saved_best: Path, part: str, name: str, value: object, message: str) -> None:
+    def spoil(header: Header) -> None:
+        header["profile"][part][name] = value  # type: ignore[index]
+
+    rewrite(saved_best, spoil)
+    assert error_of(saved_best) == f"{saved_best}: map.json and arrays do not make a map: {message}"
+
+
+def test_a_profile_without_the_parts_of_evidence(saved_best: Path) -> None:
+    def forget(header: Header) -> None:
+        del header["profile"]["evidence"]  # type: ignore[attr-defined]
+
+    rewrite(saved_best, forget)
+    assert error_of(saved_best) == (
+        f"{saved_best}: map.json and arrays do not make a map: "
+        "profile.evidence is None; valid is a table of apart, scores, temper, views"
+    )
+
+
+@pytest.mark.parametrize("word", [-1, 10**9])
+def test_grid_words_that_there_are_not(saved_best: Path, best: ReferenceSequence, word: int) -> None:
+    (dense,) = (e for e in best.extractors if e.key == "dense/forward")
+    words = dense.state()["words"].copy()
+    words[3] = word
+    rewrite(saved_best, **{"features/dense/forward/words": encoded(words)})
+    assert error_of(saved_best) == (
+        f"{saved_best}: map.json and arrays do not make a map: dense/forward has word {word}; valid are 0 to 6143"
     )
