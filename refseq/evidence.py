@@ -97,11 +97,11 @@ def _elsewhere(
     along: NDArray[np.float64],
     settings: EvidenceSettings,
 ) -> NDArray[np.float64]:
-    """Scores of reference views at places far from them; views that show nothing tell nothing."""
+    """Scores of reference views at places far from them, those of views that show nothing among them."""
     kept = max(1, int(settings.scores) // max(len(views), 1))
     scores = []
     for k, ids in views:
         far = np.flatnonzero((np.abs(along - along[k]) > settings.apart) & (np.abs(np.arange(len(along)) - k) > REACH))
-        if len(ids) and len(far):
+        if len(far):
             scores.append(model.log_ratios(ids, held_out=True, places=far[:: -(-len(far) // kept)]))
     return np.concatenate(scores) if scores else np.zeros(0)

@@ -91,7 +91,7 @@ class Matcher:
     def __init__(self, sequence: ReferenceSequence, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
         wanted = sequence.sensors if sensors is None else frozenset(sensors)
         check_among(wanted, sequence.sensors)
-        self._sequence = sequence
+        self.sequence = sequence
         self._extractors = tuple(e for e in sequence.extractors if e.sensor in wanted)
         self._seed = seed
         self._count = 0
@@ -112,14 +112,14 @@ class Matcher:
         """Compare the features of a view, ``distance`` [m] after the last one, with all places."""
         start = time.perf_counter()
         log_evidence = None
-        if self._sequence.profile.method.matching is Matching.EVIDENCE:
-            log_evidence = self._sequence.evidence.log_evidence({key: seen.ids for key, seen in observed.items()})
+        if self.sequence.profile.method.matching is Matching.EVIDENCE:
+            log_evidence = self.sequence.evidence.log_evidence({key: seen.ids for key, seen in observed.items()})
             likelihood = softmax(log_evidence)
         else:
-            blocks = self._sequence.matrix.blocks
+            blocks = self.sequence.matrix.blocks
             rows = [blocks[key].start + seen.ids for key, seen in observed.items()]
             ids = np.concatenate([*rows, np.zeros(0, np.intp)])
-            likelihood = self._sequence.match(ids, (self._seed, self._count)).likelihood
+            likelihood = self.sequence.match(ids, (self._seed, self._count)).likelihood
         timings = Timings(
             features=sum(seen.extraction for seen in observed.values()),
             matching=sum(seen.matching for seen in observed.values()),
