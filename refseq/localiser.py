@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, logsumexp, softmax
+from scipy.special import expit, logit, logsumexp, softmax
 
 from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings
 from refseq.chain import Chain, Observation, entropy
@@ -151,7 +151,7 @@ def tracker_for(stage: Stage, sequence: ReferenceSequence) -> Tracker:
     """A fresh tracker of a stage."""
     match stage:
         case Stage.UNIFORM:
-            return SingleView()
+            return SingleView(sequence.profile.chain.lost_at_start)
         case Stage.PRIOR:
             return MotionFilter(sequence)
         case Stage.CHAIN:
@@ -161,15 +161,18 @@ def tracker_for(stage: Stage, sequence: ReferenceSequence) -> Tracker:
 class SingleView:
     """The posterior under a uniform prior, each view for itself."""
 
+    def __init__(self, lost_at_start: float) -> None:
+        self._lost_at_start = lost_at_start
+
     def reset(self) -> None:
         """Nothing is kept."""
 
     def update(self, sighting: Sighting) -> Belief:
-        """The likelihood itself; with evidence, being elsewhere is taken to be as probable before the view."""
+        """The likelihood itself; with evidence, being lost is as probable before the view as at a drive's start."""
         belief = posterior_belief(sighting.likelihood, sighting.timings)
         if sighting.log_evidence is None:
             return belief
-        return replace(belief, lost=float(expit(-log_mean(sighting.log_evidence))))
+        return replace(belief, lost=float(expit(logit(self._lost_at_start) - log_mean(sighting.log_evidence))))
 
 
 def log_mean(log_values: NDArray[np.float64]) -> float:
