@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import robots
-from refseq.logs import Recording, RecordingWriter
+from refseq.logs import Recording, RecordingWriter, read_recording
 from refseq.view import LASER, View
 from robots import Robot
 from scenarios.errors import ScenarioError
@@ -89,7 +89,8 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
                     if progress is not None:
                         progress(taken.progress, operator.length, len(views))
         except KeyboardInterrupt:
-            raise Interrupted(f"{path} is readable and holds all views up to now, {len(views)}") from None
+            kept = len(read_recording(path).views)  # the stop may have come between writing a view and noting it
+            raise Interrupted(f"{path} is readable and holds all views up to now, {kept}") from None
         return Recording(tuple(views), metadata)
 
 
