@@ -13,10 +13,9 @@ from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings
 from refseq.chain import Chain, Observation, entropy
 from refseq.errors import MapError
 from refseq.features import Observed
-from refseq.forward import ForwardFilter, Posterior
+from refseq.forward import ForwardFilter, Posterior, smooth
 from refseq.motion import motion_prior
-from refseq.profile import Decoding as DecodingChoice
-from refseq.profile import Matching
+from refseq.profile import Decoder, Matching
 from refseq.sequence import ReferenceSequence
 from refseq.view import View
 from refseq.viterbi import Decoding, SlidingViterbi
@@ -69,6 +68,21 @@ def localise(
         for stage, tracker in trackers.items():
             beliefs[stage].append(tracker.update(sighting))
     return beliefs
+
+
+def smoothed(
+    sequence: ReferenceSequence, views: Iterable[View], *, sensors: Sequence[str] | None = None, seed: int = 0
+) -> list[Belief]:
+    """The chain's answers in hindsight: each view's in the light of the whole drive, those after it among them.
+
+    They are not what a robot could have known on its way, and are scored apart. The chain is that of the sequence's
+    profile, summed over all paths (``forward.smooth``) whatever its decoding.
+    """
+    matcher = Matcher(sequence, sensors=sensors, seed=seed)
+    tracker = ChainTracker(sequence)
+    sightings = [matcher.match(view) for view in views]
+    posteriors = smooth([tracker.observation(sighting) for sighting in sightings], tracker.chain)
+    return [decoded_belief(*pair) for pair in zip(posteriors, (s.timings for s in sightings), strict=True)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,12 +243,11 @@ class ChainTracker:
 
     def __init__(self, sequence: ReferenceSequence) -> None:
         profile = sequence.profile
-        chain = Chain(sequence.along, profile.motion, profile.chain)
+        self.chain = Chain(sequence.along, profile.motion, profile.chain)
         self._filter = MotionFilter(sequence)
         self._sequence = sequence
-        self._decoder = (
-            ForwardFilter(chain) if profile.method.decoding is DecodingChoice.FORWARD else SlidingViterbi(chain)
-        )
+        forward = profile.method.decoding is Decoder.FORWARD
+        self._decoder = ForwardFilter(self.chain) if forward else SlidingViterbi(self.chain)
 
     def reset(self) -> None:
         """Forget all views seen."""

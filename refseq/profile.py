@@ -26,7 +26,7 @@ class Matching(StrEnum):
     EVIDENCE = "evidence"
 
 
-class Decoding(StrEnum):
+class Decoder(StrEnum):
     """How the chain answers."""
 
     VITERBI = "viterbi"
@@ -38,7 +38,7 @@ class MethodSettings:
     """Which of the methods there are is used: the thesis' are the mixture, and Viterbi over a sliding window."""
 
     matching: Matching = Matching.MIXTURE
-    decoding: Decoding = Decoding.VITERBI
+    decoding: Decoder = Decoder.VITERBI
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ THESIS = Profile()
 
 BEST = Profile(
     features=("sift", "dense", "walls", "doors", "boundary", "sectors"),
-    method=MethodSettings(Matching.EVIDENCE, Decoding.FORWARD),
+    method=MethodSettings(Matching.EVIDENCE, Decoder.FORWARD),
     sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, halved=True, root=True),
     motion=MotionSettings(slack=0.1, drift=0.1, thin=0.02),
     chain=ChainSettings(lost_per_metre=0.01, stay_lost=0.92, lost_at_start=0.1, restart=0.3, near=5.0),

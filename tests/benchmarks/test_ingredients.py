@@ -22,7 +22,7 @@ from refseq.localiser import Matcher, tracker_for
 from refseq.logs import read_recording
 from refseq.mixture import MixtureSettings
 from refseq.motion import MotionSettings
-from refseq.profile import BEST, THESIS, Decoding, Matching, MethodSettings, Profile
+from refseq.profile import BEST, THESIS, Decoder, Matching, MethodSettings, Profile
 from refseq.sequence import learn
 from refseq.view import View
 from scenarios.comparison import Comparison
@@ -130,9 +130,9 @@ PROFILES: Mapping[str, Profile] = {
     "all evidence counts in full (temper 1)": replace(BEST, evidence=replace(BEST.evidence, temper=1.0)),
     "the thesis' motion window": replace(BEST, motion=MotionSettings()),
     "the thesis' chain": replace(BEST, chain=ChainSettings()),
-    "Viterbi over five views": replace(BEST, method=MethodSettings(Matching.EVIDENCE, Decoding.VITERBI)),
+    "Viterbi over five views": replace(BEST, method=MethodSettings(Matching.EVIDENCE, Decoder.VITERBI)),
     "the mixture, forward filter": replace(
-        BEST, method=MethodSettings(Matching.MIXTURE, Decoding.FORWARD), mixture=MixtureSettings()
+        BEST, method=MethodSettings(Matching.MIXTURE, Decoder.FORWARD), mixture=MixtureSettings()
     ),
 }
 

@@ -33,6 +33,20 @@ def test_rows_are_the_dense_rows(matrix: np.ndarray, data: st.DataObject) -> Non
     np.testing.assert_array_equal(rows.dense(), matrix)
     ids = np.array(data.draw(st.lists(st.integers(0, len(matrix) - 1)) if len(matrix) else st.just([])), np.intp)
     np.testing.assert_array_equal(rows.select(ids).dense(), matrix[ids])
+    start = data.draw(st.integers(0, len(matrix)))
+    stop = data.draw(st.integers(start, len(matrix)))
+    np.testing.assert_array_equal(rows.between(start, stop).dense(), matrix[start:stop])
+
+
+@quick
+@given(matrices, st.integers(1, 12))
+def test_pieces_are_the_rows_bunch_by_bunch(matrix: np.ndarray, most: int) -> None:
+    rows = Rows.from_dense(matrix)
+    pieces = list(rows.pieces(most))
+    assert sum(piece.n for piece in pieces) == rows.n
+    assert all(piece.n == 1 or len(piece.places) <= most for piece in pieces)
+    if pieces:
+        np.testing.assert_array_equal(np.concatenate([piece.dense() for piece in pieces]), matrix)
 
 
 @quick

@@ -27,6 +27,10 @@ def test_is_the_dense_matrix(dense: np.ndarray, data: st.DataObject) -> None:
     for place in range(K):
         np.testing.assert_array_equal(matrix.column(place), np.flatnonzero(dense[:, place]))
     assert [list(ids) for ids in matrix.columns()] == [list(np.flatnonzero(column)) for column in dense.T]
+    some = np.array(sorted(data.draw(st.sets(st.integers(0, K - 1)))), np.intp)
+    assert [list(ids) for ids in matrix.columns_of(some)] == [list(np.flatnonzero(dense[:, k])) for k in some]
+    for key, block in matrix.blocks.items():
+        np.testing.assert_array_equal(matrix.block(key).dense(), dense[block.start : block.stop])
 
 
 @quick

@@ -6,9 +6,9 @@ import pytest
 
 from refseq.belief import LOST, Belief, Stage
 from refseq.errors import MapError
-from refseq.localiser import SequenceLocaliser, localise
+from refseq.localiser import SequenceLocaliser, localise, smoothed
 from refseq.mixture import MixtureSettings
-from refseq.profile import BEST, Profile
+from refseq.profile import BEST, THESIS, Profile
 from refseq.sequence import ReferenceSequence
 from refseq.view import View
 from tests.refseq.rooms import bits_drive, bits_sequence, without
@@ -316,3 +316,25 @@ def test_evidence_in_maps_too_short_for_places_elsewhere(places: int) -> None:
         for belief in beliefs:
             assert belief.places.sum() == pytest.approx(1)
             assert np.isfinite([belief.lost, belief.entropy]).all()
+
+
+@pytest.mark.parametrize("profile", [THESIS, BEST], ids=["thesis", "best"])
+def test_the_smoothed_answer_knows_what_came_later(profile: Profile) -> None:
+    """A drive that begins with three views of nothing. In hindsight it is clear where they were taken.
+
+    The thesis' chain takes such views for the Lost View, and answers that the robot was lost.
+    """
+    views, query = noisy_drives(2)
+    blank = bits_drive({"camera": np.zeros((3, 60), bool)})
+    drive = [*(replace(b, distance=q.distance) for b, q in zip(blank, query[5:8], strict=True)), *query[8:20]]
+    sequence = bits_sequence(views, profile)
+    hindsight = smoothed(sequence, drive)
+    np.testing.assert_allclose([belief.best for belief in hindsight[3:]], range(8, 20), atol=1)
+    assert [belief.best for belief in hindsight[:3]] == [5, 6, 7] or min(b.lost for b in hindsight[:3]) > 0.5
+    for belief in hindsight:
+        assert belief.places.sum() == pytest.approx(1.0)
+        assert 0 <= belief.lost <= 1
+    if profile is BEST:  # whose filter sums over all paths as well: at the last view nothing came later
+        (last,) = run(SequenceLocaliser(sequence), drive)[-1:]
+        np.testing.assert_allclose(hindsight[-1].places, last.places, atol=1e-12)
+        assert hindsight[-1].lost == pytest.approx(last.lost, abs=1e-12)

@@ -7,7 +7,7 @@ from refseq.chain import ChainSettings
 from refseq.errors import MapError
 from refseq.features import FEATURES
 from refseq.mixture import MixtureSettings
-from refseq.profile import BEST, PROFILES, THESIS, Decoding, Matching, Profile, profile_named
+from refseq.profile import BEST, PROFILES, THESIS, Decoder, Matching, Profile, profile_named
 
 
 def test_round_trip_through_json() -> None:
@@ -66,7 +66,7 @@ def test_named_profiles_survive_json(name: str) -> None:
     again = Profile.from_dict(json.loads(json.dumps(profile.to_dict())))
     assert again == profile
     assert isinstance(again.method.matching, Matching)
-    assert isinstance(again.method.decoding, Decoding)
+    assert isinstance(again.method.decoding, Decoder)
     assert isinstance(again.features, tuple)
     assert set(profile.features) <= set(FEATURES)
 
@@ -74,8 +74,8 @@ def test_named_profiles_survive_json(name: str) -> None:
 def test_the_names_are_those_of_the_thesis_and_ours() -> None:
     assert dict(PROFILES) == {"thesis": THESIS, "best": BEST}
     assert Profile() == THESIS
-    assert (THESIS.method.matching, THESIS.method.decoding) == (Matching.MIXTURE, Decoding.VITERBI)
-    assert (BEST.method.matching, BEST.method.decoding) == (Matching.EVIDENCE, Decoding.FORWARD)
+    assert (THESIS.method.matching, THESIS.method.decoding) == (Matching.MIXTURE, Decoder.VITERBI)
+    assert (BEST.method.matching, BEST.method.decoding) == (Matching.EVIDENCE, Decoder.FORWARD)
     with pytest.raises(TypeError):
         PROFILES["mine"] = BEST  # type: ignore[index]
 
