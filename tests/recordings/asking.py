@@ -27,7 +27,12 @@ SEEDS = range(5)
 DATA = Path(os.environ.get("REFSEQ_RECORDINGS") or Path(__file__).resolve().parents[2].parent / "shared" / "data")
 PROFILES: Mapping[str, Profile] = MappingProxyType({"thesis": THESIS, "best": BEST})
 LASER_PROFILES: Mapping[str, Profile] = MappingProxyType(
-    {"thesis": THESIS, "thesis + sectors": replace(THESIS, features=(*THESIS.features, "sectors")), "best": BEST}
+    {
+        "thesis": THESIS,
+        "thesis + sectors": replace(THESIS, features=(*THESIS.features, "sectors")),
+        "best": BEST,
+        "best + hu": replace(BEST, features=(*BEST.features, "hu")),
+    }
 )
 
 
