@@ -1,15 +1,12 @@
 """Bits of the scan's boundary: free area, longest and shortest dimension (B.3, Table B.3)."""
 
-import time
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observed
-from refseq.view import LASER, Scan, View
+from refseq.features.scan_bits import ScanBits
+from refseq.view import Scan
 
 AREAS = (2.0, 4.0, 8.0)
 """Thresholds of the free area [m²]."""
@@ -54,32 +51,19 @@ def boundary_of(scan: Scan) -> Boundary:
     return Boundary(area, float(extents.max()), float(extents.min()))
 
 
-class ScanBoundary:
+class ScanBoundary(ScanBits):
     """Table B.3's nine bits."""
 
     key = "boundary/laser"
-    sensor = LASER
 
     @property
     def size(self) -> int:
         """Always nine."""
         return len(AREAS) + len(LENGTHS) + len(RATIOS)
 
-    def learn(self, view: View) -> NDArray[np.intp]:
-        """Bits of a reference view: the table is fixed, nothing is added."""
-        return self.observe(view).ids
-
-    def observe(self, view: View) -> Observed:
+    def bits(self, scan: Scan) -> NDArray[np.intp]:
         """Ids of the bits that are set."""
-        start = time.perf_counter()
-        assert view.scan is not None, "the localiser asks only where the sensor is there"
-        found = boundary_of(view.scan)
-        met = [value >= limit for value, limits in _rows(found) for limit in limits]
-        return Observed(np.flatnonzero(met), time.perf_counter() - start)
-
-    def state(self) -> Mapping[str, NDArray[Any]]:
-        """Nothing was learnt."""
-        return {}
+        return np.flatnonzero([value >= limit for value, limits in _rows(boundary_of(scan)) for limit in limits])
 
 
 def _rows(found: Boundary) -> tuple[tuple[float, tuple[float, ...]], ...]:

@@ -11,18 +11,17 @@ Where something in front hides how far the opening goes, nobody knows of one.
 """
 
 import math
-import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betainc
 
-from refseq.features.extractor import Observed
+from refseq.features.scan_bits import ScanBits
 from refseq.features.walls import WallSettings, count_bits, find_lines
-from refseq.view import LASER, Scan, View
+from refseq.view import Scan
 
 COUNTS = (1, 2)
 
@@ -200,7 +199,7 @@ def _free(place: NDArray[np.float64], width: float, settings: DoorSettings) -> f
     return float(np.diff(np.sort(along[inside]), prepend=0.0, append=width).max())
 
 
-class DoorCounts:
+class DoorCounts(ScanBits):
     """Table B.2's six bits: at least 1, 2 doors at 4 m and more, at 2 to 4 m, and nearer than 2 m.
 
     The table prints "at least 2" twice for the nearest ones; the first is read as 1. Passable and blocked doors count
@@ -208,7 +207,6 @@ class DoorCounts:
     """
 
     key = "doors/laser"
-    sensor = LASER
 
     def __init__(self, settings: DoorSettings, walls: WallSettings) -> None:
         self.settings = settings
@@ -219,18 +217,7 @@ class DoorCounts:
         """Always six."""
         return 3 * len(COUNTS)
 
-    def learn(self, view: View) -> NDArray[np.intp]:
-        """Bits of a reference view: the table is fixed, nothing is added."""
-        return self.observe(view).ids
-
-    def observe(self, view: View) -> Observed:
+    def bits(self, scan: Scan) -> NDArray[np.intp]:
         """Ids of the bits that are set."""
-        start = time.perf_counter()
-        assert view.scan is not None, "the localiser asks only where the sensor is there"
-        doors = find_doors(view.scan, self.settings, self.walls)
-        ids = count_bits(np.array([door.distance for door in doors]), COUNTS)
-        return Observed(ids, time.perf_counter() - start)
-
-    def state(self) -> Mapping[str, NDArray[Any]]:
-        """Nothing was learnt."""
-        return {}
+        doors = find_doors(scan, self.settings, self.walls)
+        return count_bits(np.array([door.distance for door in doors]), COUNTS)

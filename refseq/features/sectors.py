@@ -4,16 +4,13 @@ The nine wall bits and nine boundary bits say what kind of place it is, not whic
 laser needs more. This feature is not the thesis', so it is on only where it is asked for.
 """
 
-import time
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observed
-from refseq.view import LASER, Scan, View
+from refseq.features.scan_bits import ScanBits
+from refseq.view import Scan
 
 SHIFTS = (0.0, 0.5)
 """The grid of sectors and range bins is laid four times, shifted by half a cell either way or not: a robot that comes
@@ -33,11 +30,10 @@ class SectorSettings:
     growth: float = 1.5
 
 
-class SectorRanges:
+class SectorRanges(ScanBits):
     """One bit for each cell that a sector's median range falls in; a sector without returns sets none."""
 
     key = "sectors/laser"
-    sensor = LASER
 
     def __init__(self, settings: SectorSettings) -> None:
         self.settings = settings
@@ -49,20 +45,14 @@ class SectorRanges:
         """Cells of all grids."""
         return int(np.prod(self._grid))
 
-    def learn(self, view: View) -> NDArray[np.intp]:
-        """Bits of a reference view: the grids are fixed, nothing is added."""
-        return self.observe(view).ids
-
-    def observe(self, view: View) -> Observed:
+    def bits(self, scan: Scan) -> NDArray[np.intp]:
         """Ids of the bits that are set."""
-        start = time.perf_counter()
-        assert view.scan is not None, "the localiser asks only where the sensor is there"
         cells = [
-            np.ravel_multi_index((i, j, *self._cells(view.scan, turn, reach)), self._grid)
+            np.ravel_multi_index((i, j, *self._cells(scan, turn, reach)), self._grid)
             for i, turn in enumerate(SHIFTS)
             for j, reach in enumerate(SHIFTS)
         ]
-        return Observed(np.sort(np.concatenate(cells)), time.perf_counter() - start)
+        return np.sort(np.concatenate(cells))
 
     def _cells(self, scan: Scan, turn: float, reach: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Sector and bin of each sector that sees something, in a grid shifted by shares of a cell."""
@@ -71,10 +61,6 @@ class SectorRanges:
         ratio = np.maximum(medians[seen], 1e-3) / self.settings.nearest
         bins = np.floor(np.log(ratio) / np.log(self.settings.growth) + 1 + reach)
         return seen, np.clip(bins, 0, self.settings.bins + 1).astype(np.intp)
-
-    def state(self) -> Mapping[str, NDArray[Any]]:
-        """Nothing was learnt."""
-        return {}
 
 
 def sector_ranges(scan: Scan, sectors: int, shift: float = 0.0) -> NDArray[np.float64]:

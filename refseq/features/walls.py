@@ -6,16 +6,14 @@ Algorithm 3 (the noise, the k-d tree), which are ignored.
 """
 
 import math
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observed
-from refseq.view import LASER, Scan, View
+from refseq.features.scan_bits import ScanBits
+from refseq.view import Scan
 
 NEAR, FAR = 2.0, 4.0
 """The bands of Tables B.1 and B.2: [0, 2), [2, 4) and [4, ∞) m from the scanner."""
@@ -232,11 +230,10 @@ def count_bits(distances: NDArray[np.float64], counts: Sequence[int]) -> NDArray
     return np.flatnonzero([np.count_nonzero(band) >= count for band in bands for count in counts])
 
 
-class WallLines:
+class WallLines(ScanBits):
     """Table B.1's nine bits: at least 1, 2, 3 walls at 4 m and more, at 2 to 4 m, and nearer than 2 m."""
 
     key = "walls/laser"
-    sensor = LASER
 
     def __init__(self, settings: WallSettings) -> None:
         self.settings = settings
@@ -246,17 +243,6 @@ class WallLines:
         """Always nine."""
         return 3 * len(COUNTS)
 
-    def learn(self, view: View) -> NDArray[np.intp]:
-        """Bits of a reference view: the table is fixed, nothing is added."""
-        return self.observe(view).ids
-
-    def observe(self, view: View) -> Observed:
+    def bits(self, scan: Scan) -> NDArray[np.intp]:
         """Ids of the bits that are set."""
-        start = time.perf_counter()
-        assert view.scan is not None, "the localiser asks only where the sensor is there"
-        ids = count_bits(find_walls(view.scan, self.settings).distance, COUNTS)
-        return Observed(ids, time.perf_counter() - start)
-
-    def state(self) -> Mapping[str, NDArray[Any]]:
-        """Nothing was learnt."""
-        return {}
+        return count_bits(find_walls(scan, self.settings).distance, COUNTS)
