@@ -1,5 +1,6 @@
 """All parameters of the localiser in one place; a map carries the profile that it was learnt with."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
@@ -112,6 +113,11 @@ def _value(where: str, value: object, kind: type) -> object:
         if value not in list(kind):  # not in a set: a list in a damaged file has no hash
             raise ValueError(f"{where} is {value!r:.60}; valid are {', '.join(kind)}")
         return kind(str(value))
-    if isinstance(value, bool) != (kind is bool) or not isinstance(value, int | float):
-        raise ValueError(f"{where} is {value!r:.60}; valid is {'true or false' if kind is bool else 'a number'}")
+    valid = {bool: "true or false", int: "a whole number"}.get(kind, "a number")
+    if isinstance(value, bool) or kind is bool:
+        right = isinstance(value, bool) and kind is bool
+    else:
+        right = isinstance(value, int if kind is int else int | float) and math.isfinite(value)
+    if not right:
+        raise ValueError(f"{where} is {value!r:.60}; valid is {valid}")
     return value

@@ -295,7 +295,7 @@ def test_a_loaded_map_of_evidence_gives_the_same_beliefs(
         ("method", "decoding", [], "profile.method.decoding is []; valid are viterbi, forward"),
         ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
         ("evidence", "temper", "0.7", "profile.evidence.temper is '0.7'; valid is a number"),
-        ("dense", "codes", None, "profile.dense.codes is None; valid is a number"),
+        ("dense", "codes", None, "profile.dense.codes is None; valid is a whole number"),
     ],
 )
 def test_values_that_a_profile_cannot_have(saved_best: Path, part: str, name: str, value: object, message: str) -> None:

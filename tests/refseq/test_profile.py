@@ -111,3 +111,21 @@ def test_yes_or_no_is_no_number(value: object) -> None:
     with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
         Profile.from_dict(content)
     assert str(caught.value) == f"profile.sift.root is {value!r}; valid is true or false"
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "value", "message"),
+    [
+        ("dense", "columns", 8.5, "profile.dense.columns is 8.5; valid is a whole number"),
+        ("dense", "codes", True, "profile.dense.codes is True; valid is a whole number"),
+        ("evidence", "temper", float("nan"), "profile.evidence.temper is nan; valid is a number"),
+        ("chain", "near", float("inf"), "profile.chain.near is inf; valid is a number"),
+        ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
+    ],
+)
+def test_values_of_the_wrong_kind_are_named(part: str, key: str, value: object, message: str) -> None:
+    content = BEST.to_dict()
+    content[part][key] = value
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        Profile.from_dict(content)
+    assert str(caught.value) == message
