@@ -29,7 +29,7 @@ from scenarios.comparison import Comparison
 from scenarios.record import Drive, record
 from scenarios.score import NARROW, WIDE, Outcome, auroc, pool, score
 
-pytestmark = [pytest.mark.benchmark, pytest.mark.slow]
+pytestmark = pytest.mark.benchmark
 
 REFERENCES = {"reference": ("16:00", "forward", 1), "reference-2": ("16:00", "forward", 2)}
 QUERIES = {
