@@ -28,9 +28,9 @@ class Stage(StrEnum):
     def label(self) -> str:
         """The stage in words, for tables and legends."""
         return {
-            Stage.UNIFORM: "mixture, uniform prior",
-            Stage.PRIOR: "mixture, motion prior",
-            Stage.CHAIN: "mixture + hidden Markov chain",
+            Stage.UNIFORM: "single view, uniform prior",
+            Stage.PRIOR: "with the motion prior",
+            Stage.CHAIN: "with the hidden Markov chain",
         }[self]
 
 
