@@ -53,3 +53,14 @@ def shared_methods(comparisons: Sequence[Comparison]) -> list[str]:
     shared = [m for m in comparisons[0].beliefs if all(m in one.beliefs for one in comparisons)] if comparisons else []
     stages = [stage for stage in Stage if stage in shared]
     return [*stages, *(method for method in shared if method not in stages)]
+
+
+def single_view_of(method: str) -> str | None:
+    """The method that answers each view for itself where this one uses their order; ``None`` for one that does not.
+
+    A stage's is the stage ``uniform``, that of ``profile/stage`` is ``profile/uniform``; baselines stand alone.
+    """
+    profile, stroke, stage = method.rpartition("/")
+    if stage not in set(Stage) or stage == Stage.UNIFORM:
+        return None
+    return f"{profile}{stroke}{Stage.UNIFORM}"

@@ -45,11 +45,11 @@ def _figures(comparisons: Sequence[Comparison], method: str) -> Figures:
 
 
 def figures_table(title: str, found: Sequence[Figures]) -> Table:
-    """All figures on the terminal, a row a method."""
+    """All figures on the terminal, a row a method, of one method at least."""
     table = _table(title)
-    trials = [str(part.success.trials) if found else "0" for part in (found[0].wide, found[0].narrow)] if found else []
+    parts = (found[0].wide, found[0].narrow)
     for heading in (
-        *(f"within {t.distance:g} m\nof {n}, %" for t, n in zip((WIDE, NARROW), trials, strict=False)),
+        *(f"within {part.tolerance.distance:g} m\nof {part.success.trials}, %" for part in parts),
         "failed",
         "AUC",
         "recall, %\n@1/5/10",

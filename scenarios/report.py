@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from refseq.belief import Stage, Timings
 from refseq.files import replace_text
 from scenarios import plots
-from scenarios.comparison import Comparison, method_label, shared_methods
+from scenarios.comparison import Comparison, method_label, shared_methods, single_view_of
 from scenarios.episodes import Way
 from scenarios.errors import ScenarioError
 from scenarios.outcome import Outcome
@@ -212,7 +212,8 @@ def _method_row(group: _Group, method: str, pooled: Score) -> MethodRow:
 def _further_row(method: str, scores: Mapping[str, Score]) -> FurtherRow:
     pooled = scores[method]
     curve = pooled.retrieval
-    spoilt = harm(pooled, scores[Stage.UNIFORM]) if Stage.UNIFORM in scores and method != Stage.UNIFORM else None
+    single = single_view_of(method)
+    spoilt = harm(pooled, scores[single]) if single in scores else None
     kinds = (Outcome.WRONG, Outcome.MISSED, Outcome.FALSE_FIX, Outcome.REJECTED)
     return FurtherRow(
         label=method_label(method),

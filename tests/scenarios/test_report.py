@@ -210,3 +210,18 @@ def test_an_empty_report_is_refused_and_leaves_the_old_one(tmp_path: Path) -> No
     with pytest.raises(ScenarioError, match="0 comparisons; valid is at least one"):
         write_report(path, [], title="none", outline=None)
     assert path.read_text() == "old"
+
+
+def test_harm_is_told_of_profiles_by_their_own_single_view(tmp_path: Path) -> None:
+    whole = corridor_comparison(count=COUNT, size=24)
+    named = {f"best/{stage}": beliefs for stage, beliefs in whole.beliefs.items()}
+    pages = []
+    for beliefs in (whole.beliefs, {**named, "topometric": whole.beliefs[Stage.CHAIN]}):
+        write_report(tmp_path / "page.html", [replace(whole, beliefs=beliefs)], title="")
+        rows = Page((tmp_path / "page.html").read_text()).rows
+        heading = next(number for number, row in enumerate(rows) if "harm [views]" in row)
+        column = rows[heading].index("harm [views]")
+        pages.append([row[column] for row in rows[heading + 1 : heading + 1 + len(beliefs)]])
+    assert pages[0][0] == "n/a"
+    assert all(re.fullmatch(r"\d+ of \d+", text) for text in pages[0][1:])
+    assert pages[1] == [*pages[0], "n/a"]
