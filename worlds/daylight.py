@@ -6,7 +6,6 @@ constants for clear and overcast skies: common knowledge, not looked up again (t
 
 import datetime
 from dataclasses import dataclass
-from enum import StrEnum
 from zoneinfo import ZoneInfo
 
 import numpy as np
@@ -24,17 +23,10 @@ DUSK = 3.4
 """Illuminance at the end of civil dusk, the sun 6° below the horizon [lx] (facts: teckxpert)."""
 
 
-class Sky(StrEnum):
-    """How much cloud there is."""
-
-    CLEAR = "clear"
-    OVERCAST = "overcast"
-
-
-EXTINCTION = {Sky.CLEAR: 0.21, Sky.OVERCAST: np.inf}
-"""Optical depth of the air for direct sun, one air mass."""
-SKY_TERMS = {Sky.CLEAR: (800.0, 15_500.0, 0.5), Sky.OVERCAST: (300.0, 21_000.0, 1.0)}
-"""A, B [lx] and C of the sky's horizontal illuminance A + B sin^C(elevation)."""
+CLEAR_EXTINCTION = 0.21
+"""Optical depth of clear air for direct sun, one air mass."""
+CLEAR_SKY, OVERCAST_SKY = (800.0, 15_500.0, 0.5), (300.0, 21_000.0, 1.0)
+"""A, B [lx] and C of a sky's horizontal illuminance A + B sin^C(elevation)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,10 +48,16 @@ class Daylight:
         return self.sky + self.direct * max(0.0, float(np.sin(self.elevation)))
 
 
-def daylight(place: Place, date: datetime.date, hour: float, sky: Sky) -> Daylight:
-    """Compute the light at ``hour`` (0..24, local clock time) of ``date``."""
+def daylight(place: Place, date: datetime.date, hour: float, cloud: float = 0.0) -> Daylight:
+    """Compute the light at ``hour`` (0..24, local clock time) of ``date`` under a share ``cloud`` of clouds (0..1).
+
+    Between the handbook's clear and overcast skies the light is mixed in proportion, as its mean over a while would
+    be: a choice. Real clouds cover the sun or do not.
+    """
     elevation, azimuth = sun_position(place, date, hour)
-    return Daylight(elevation, azimuth, _direct(elevation, date, sky), _sky(elevation, sky))
+    clear, overcast = _sky(elevation, CLEAR_SKY), _sky(elevation, OVERCAST_SKY)
+    direct = (1.0 - cloud) * _direct(elevation, date)
+    return Daylight(elevation, azimuth, direct, (1.0 - cloud) * clear + cloud * overcast)
 
 
 def sun_position(place: Place, date: datetime.date, hour: float) -> tuple[float, float]:
@@ -78,18 +76,18 @@ def sun_direction(light: Daylight, x_azimuth: float) -> NDArray[np.float64]:
     return -np.array([level * np.cos(bearing), level * np.sin(bearing), np.sin(light.elevation)])
 
 
-def _direct(elevation: float, date: datetime.date, sky: Sky) -> float:
+def _direct(elevation: float, date: datetime.date) -> float:
     """E = E0 (1 + 0.034 cos(2π (J − 2) / 365)) exp(−c m), air mass m = 1 / sin(elevation)."""
     if elevation <= 0.0:
         return 0.0
     day = date.timetuple().tm_yday
     above_air = SOLAR_CONSTANT * (1.0 + 0.034 * np.cos(2 * np.pi * (day - 2) / 365))
-    return float(above_air * np.exp(-EXTINCTION[sky] / np.sin(elevation)))
+    return float(above_air * np.exp(-CLEAR_EXTINCTION / np.sin(elevation)))
 
 
-def _sky(elevation: float, sky: Sky) -> float:
+def _sky(elevation: float, terms: tuple[float, float, float]) -> float:
     """IES sky by day; below the horizon an exponential through ``DUSK`` at −6°, down to ``NIGHT_SKY``."""
-    a, b, c = SKY_TERMS[sky]
+    a, b, c = terms
     if elevation > 0.0:
         return float(a + b * np.sin(elevation) ** c)
     decay = np.log(a / DUSK) / np.radians(6.0)

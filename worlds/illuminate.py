@@ -10,7 +10,16 @@ import numpy as np
 from worlds import textures
 from worlds.daylight import sun_direction
 from worlds.frame import Frame, quaternion
-from worlds.light import CUTOFF, LOBE, NIGHT_PEAK, REACH, LightSetting, Photometry, glass_area
+from worlds.photometry import (
+    CUTOFF,
+    LOBE,
+    NIGHT_PEAK,
+    REACH,
+    Photometry,
+    glass_area,
+    transmission,
+    window_luminance,
+)
 from worlds.schema import FloorPlan, Material, Wall
 from worlds.site import Site
 
@@ -35,7 +44,7 @@ DAY_SKY, NIGHT_SKY_SHARE = textures.SKY_BY_DAY, textures.SKY_BY_NIGHT
 """Shares of the picture's brightest value that its sky has."""
 
 
-def illuminate(site: Site, plan: FloorPlan, light: LightSetting, numbers: Photometry) -> None:
+def illuminate(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     """Add the sun, the windows, the lamps, the light between the walls and the picture outside."""
     # Emission is then given in cd/m², and not in Filament's scale for classic materials.
     site.spec.add_numeric(name="filament.phong.emissive_multiplier", data=[1.0 / EXPOSED])
@@ -45,7 +54,7 @@ def illuminate(site: Site, plan: FloorPlan, light: LightSetting, numbers: Photom
     _sun(site, plan, numbers)
     _between_walls(site, numbers)
     _windows(site, plan, numbers)
-    _lamps(site, plan, light.lamps)
+    _lamps(site, plan, numbers)
     _outside(site, plan, numbers)
 
 
@@ -58,13 +67,14 @@ def _light(site: Site, name: str, kind: str, intensity: float, **options: object
 
 def _sun(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     """One directional light that casts shadows; its intensity is an illuminance [lx]."""
-    if numbers.sun <= 0.0:
+    lux = transmission(plan) * numbers.outdoors.direct
+    if lux <= 0.0:
         return
     _light(
         site,
         "sun",
         "sun",
-        numbers.sun,
+        lux,
         type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
         pos=[0.0, 0.0, 30.0],
         dir=sun_direction(numbers.outdoors, plan.place.x_azimuth),
@@ -92,7 +102,7 @@ def _windows(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     """One spot in each pane, pointing in: I = L A on its axis."""
     for window in plan.window:
         wall = plan.wall_named(window.wall)
-        candela = numbers.window_luminance * glass_area(window)
+        candela = window_luminance(plan, window, numbers.outdoors) * glass_area(window)
         if candela < FAINTEST:
             continue
         frame = Frame.of(wall)
@@ -122,12 +132,12 @@ def _spot(site: Site, name: str, kind: str, candela: float, pos: np.ndarray, dir
     )
 
 
-def _lamps(site: Site, plan: FloorPlan, on: bool) -> None:
+def _lamps(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     """Flat lamps, Φ = π LOBE I on the axis; their faces have the luminance Φ / (π A)."""
     level = Frame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
     for row in plan.lamp:
         width, depth = row.size
-        material = f"lamp_{row.name}"
+        material, on = f"lamp_{row.name}", row.name in numbers.burning
         if on:
             site.glowing(material, row.lumen / (np.pi * width * depth))
         else:
@@ -143,7 +153,7 @@ def _lamps(site: Site, plan: FloorPlan, on: bool) -> None:
 
 def _outside(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     day = numbers.outdoors.sky > 50.0
-    peak = numbers.sky_luminance / DAY_SKY if day else NIGHT_PEAK
+    peak = transmission(plan) * numbers.outdoors.sky / np.pi / DAY_SKY if day else NIGHT_PEAK
     for wall in plan.wall:
         if any(w.wall == wall.name for w in plan.window):
             _backdrop(site, wall, peak, day)

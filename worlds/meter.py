@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from worlds.frame import Frame
-from worlds.light import CUTOFF, LOBE, REACH, LightSetting, glass_area, photometry
+from worlds.light import LightSetting
+from worlds.photometry import CUTOFF, LOBE, REACH, glass_area, photometry, window_luminance
 from worlds.schema import FloorPlan
 
 
@@ -21,8 +22,9 @@ def illuminance(plan: FloorPlan, setting: LightSetting, point: ArrayLike, normal
         frame = Frame.of(wall)
         source = frame.point(window.at, -wall.thickness, window.sill + window.height / 2)
         axis = np.append(frame.inward, 0.0)
-        total += _spot(numbers.window_luminance * glass_area(window), source, axis, point, normal)
-    for row in plan.lamp if setting.lamps else ():
+        candela = window_luminance(plan, window, numbers.outdoors) * glass_area(window)
+        total += _spot(candela, source, axis, point, normal)
+    for row in (row for row in plan.lamp if row.name in numbers.burning):
         for x, y in row.positions:
             source = np.array([x, y, plan.ceiling.height - 0.06])
             total += _spot(row.lumen / (np.pi * LOBE), source, np.array([0.0, 0.0, -1.0]), point, normal)

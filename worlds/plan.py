@@ -8,15 +8,22 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
+from worlds.areas import Rectangle, rectangles
 from worlds.errors import PlanError
+from worlds.frame import Frame
 from worlds.schema import Door, FloorPlan, OnWall, Wall, Window
 
 __all__ = ["FloorPlan", "load_plan", "names", "parse_plan"]
 
 ON_WALL = ("window", "door", "poster", "board", "cabinet", "bin", "fixture")
 """Tables of the plan whose entries hang on a wall or stand against one."""
+STANDING = ("furniture", "stairs", "car", "tree", "post", "person")
+"""Tables of the plan whose entries stand free on the floor."""
+LINES = ("kerb", "marking")
+"""Tables of the plan whose entries follow a line on the floor."""
 
 
 def names() -> tuple[str, ...]:
@@ -107,21 +114,28 @@ def _valid_keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
 def _mistakes(plan: FloorPlan) -> Iterator[str]:
     yield from _repeated_names(plan)
     yield from _unknown_materials(plan)
+    yield from _without_bounds(plan)
     yield from _flat_walls(plan)
+    yield from _wrong_heights(plan)
     for key, item in _on_walls(plan):
         yield from _off_its_wall(plan, key, item)
+    yield from _windows_inside(plan)
     yield from _overlaps(plan)
-    yield from _routes_outside(plan)
+    yield from _outside(plan)
 
 
-def _on_walls(plan: FloorPlan) -> Iterator[tuple[str, Any]]:
-    for table in ON_WALL:
+def _listed(plan: FloorPlan, tables: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
+    for table in tables:
         for i, item in enumerate(getattr(plan, table)):
             yield f"{table}[{i}]", item
 
 
+def _on_walls(plan: FloorPlan) -> Iterator[tuple[str, Any]]:
+    yield from _listed(plan, ON_WALL)
+
+
 def _repeated_names(plan: FloorPlan) -> Iterator[str]:
-    for table in ("wall", *ON_WALL, "lamp"):
+    for table in ("wall", *ON_WALL, *STANDING, *LINES, "lamp"):
         seen: set[str] = set()
         for i, item in enumerate(getattr(plan, table)):
             if item.name in seen:
@@ -131,8 +145,8 @@ def _repeated_names(plan: FloorPlan) -> Iterator[str]:
 
 def _unknown_materials(plan: FloorPlan) -> Iterator[str]:
     known = ", ".join(plan.material)
-    users = [("floor", plan.floor), ("ceiling", plan.ceiling), *((f"wall[{i}]", w) for i, w in enumerate(plan.wall))]
-    for key, item in [*users, *_on_walls(plan)]:
+    users = [("floor", plan.floor), ("ceiling", plan.ceiling), *_listed(plan, ("wall", *ON_WALL, *STANDING, *LINES))]
+    for key, item in users:
         name = getattr(item, "material", None)
         if name is not None and name not in plan.material:
             yield f"{key}.material: unknown material '{name}'; known are {known}"
@@ -144,6 +158,41 @@ def _flat_walls(plan: FloorPlan) -> Iterator[str]:
             yield f"wall[{i}].end: wall '{wall.name}' is {wall.length:g} m long; it should be at least 0.1 m"
 
 
+def _without_bounds(plan: FloorPlan) -> Iterator[str]:
+    if plan.ceiling is None and plan.floor.area is None:
+        yield "floor.area: missing; a plan without a ceiling needs the corners of its ground, [[x, y], [x, y]]"
+    elif plan.ceiling is not None and plan.floor.area is not None:
+        yield f"floor.area: {_short(plan.floor.area)} is not valid; under a ceiling the walls tell where the floor ends"
+    elif plan.ceiling is not None and not plan.wall:
+        yield "wall: missing; a plan with a ceiling needs at least one wall"
+    elif not all(np.less(*plan.bounds)):
+        yield f"floor.area: {_short(plan.floor.area)} is not valid; it should be two opposite corners"
+
+
+def _wrong_heights(plan: FloorPlan) -> Iterator[str]:
+    for i, wall in enumerate(plan.wall):
+        if plan.ceiling is None and wall.height is None:
+            yield f"wall[{i}].height: missing; in the open air every wall needs one"
+        if plan.ceiling is not None and wall.height is not None and wall.height >= plan.ceiling.height:
+            yield (
+                f"wall[{i}].height: {wall.height:g} is not valid; the ceiling is {plan.ceiling.height:g} m high: leave "
+                "the height out"
+            )
+
+
+def _windows_inside(plan: FloorPlan) -> Iterator[str]:
+    """A window looks at a picture of what is outside, so nothing else of the building may stand behind it."""
+    low, high = plan.bounds
+    for i, window in enumerate(plan.window):
+        wall = plan.wall_named(window.wall)
+        frame = Frame.of(wall)
+        behind = [
+            (np.array([x, y]) - frame.origin) @ frame.inward for x in (low[0], high[0]) for y in (low[1], high[1])
+        ]
+        if plan.ceiling is not None and min(behind) < -1e-9:
+            yield f"window[{i}].wall: '{wall.name}' has parts of the plan behind it; windows fit in walls at its edge"
+
+
 def _off_its_wall(plan: FloorPlan, key: str, item: Any) -> Iterator[str]:
     known = [w.name for w in plan.wall]
     if item.wall not in known:
@@ -152,10 +201,10 @@ def _off_its_wall(plan: FloorPlan, key: str, item: Any) -> Iterator[str]:
     wall, kind = plan.wall_named(item.wall), key.partition("[")[0]
     yield from _off_sideways(key, kind, item, wall)
     top = item.rise[1]
-    if top > plan.ceiling.height:
+    if top > plan.wall_height(wall):
         yield (
             f"{key}: {kind} '{item.name}' ends {top:g} m above the floor, outside wall '{wall.name}', "
-            f"which is {plan.ceiling.height:g} m high; lower or shorten it"
+            f"which is {plan.wall_height(wall):g} m high; lower or shorten it"
         )
     if isinstance(item, Door) and item.recess >= wall.thickness:
         yield f"{key}.recess: {item.recess:g} is not valid; wall '{wall.name}' is {wall.thickness:g} m thick"
@@ -192,12 +241,18 @@ def _meet(a: tuple[float, float], b: tuple[float, float]) -> bool:
     return min(a[1], b[1]) - max(a[0], b[0]) > 1e-9
 
 
-def _routes_outside(plan: FloorPlan) -> Iterator[str]:
-    low, high = plan.bounds
-    for name, points in plan.routes.items():
-        for i, point in enumerate(points):
-            if not all(low < point) or not all(point < high):
-                yield (
-                    f"routes.{name}[{i}]: {list(point)} lies outside the walls; valid is x {low[0]:g} to {high[0]:g}, "
-                    f"y {low[1]:g} to {high[1]:g}"
-                )
+def _outside(plan: FloorPlan) -> Iterator[str]:
+    """Find what does not stand between the walls: routes, things that stand free, lamps."""
+    places = [(f"routes.{name}[{i}]", p) for name, points in plan.routes.items() for i, p in enumerate(points)]
+    places += [(f"{key}.at", item.at) for key, item in _listed(plan, STANDING)]
+    places += [(f"{key}.points[{i}]", p) for key, item in _listed(plan, LINES) for i, p in enumerate(item.points)]
+    places += [(f"person[{k}].walk[{i}]", p) for k, one in enumerate(plan.person) for i, p in enumerate(one.walk)]
+    areas = rectangles(plan)
+    for key, point in places:
+        if not any(area.holds(point) for area in areas):
+            yield f"{key}: {list(point)} lies outside the walls; {_valid_areas(areas)}"
+
+
+def _valid_areas(areas: tuple[Rectangle, ...]) -> str:
+    spans = [f"x {r.low[0]:g} to {r.high[0]:g}, y {r.low[1]:g} to {r.high[1]:g}" for r in areas[:4]]
+    return f"valid is {'; or '.join(spans)}{'; …' if len(areas) > 4 else ''}"

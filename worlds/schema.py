@@ -48,13 +48,23 @@ class Material(_Table):
 
     albedo: Share
     roughness: Share
+    remission: Annotated[float, Field(strict=True, ge=0.0, le=3.0)] | None = None
+    """What a laser gets back from it, as a share of white plaster; polished metal has more than 1. None: the albedo."""
+
+    @property
+    def echo(self) -> float:
+        """Its remission [share of white plaster]."""
+        return self.albedo if self.remission is None else self.remission
 
 
 class Floor(_Table):
-    """The floor: square tiles of ``tile`` metres."""
+    """The floor, or in the open air the ground; ``tile`` is the side of one tile [m]."""
 
     material: Name
     tile: Length = 0.4
+    pattern: Literal["tiles", "carpet", "parquet", "asphalt"] = "tiles"
+    area: tuple[Point, Point] | None = None
+    """Two opposite corners of the ground in the open air; None: what lies between the walls."""
 
 
 class Ceiling(_Table):
@@ -73,6 +83,8 @@ class Wall(_Table):
     end: Point
     inside: Literal["left", "right"]
     thickness: Length = 0.15
+    height: Length | None = None
+    """None: up to the ceiling; in the open air every wall has its own."""
     material: Name
 
     @property
@@ -102,6 +114,7 @@ class Window(OnWall):
     height: Length = 1.5
     sill: Height = 0.9
     panes: Count = 2
+    glazing: Literal["4mm", "6mm", "double"] = "double"
 
     @property
     def rise(self) -> tuple[float, float]:
@@ -117,6 +130,8 @@ class Door(OnWall):
     recess: Length = 0.08
     open: Annotated[float, Field(strict=True, ge=0.0, le=110.0)] = 0.0
     hinge: Literal["start", "end"] = "start"
+    depth: Length = 2.5
+    """How deep the room behind an open door is."""
     label: str = ""
     material: Name = "door"
 
@@ -198,8 +213,96 @@ class Fixture(OnWall):
         return self.bottom, self.bottom + self.height
 
 
+class Standing(_Table):
+    """What stands free on the floor; ``at`` is the middle of its footprint, ``heading`` turns it, 0 along x."""
+
+    name: Name
+    at: Point
+    heading: Number = 0.0
+
+
+class Furniture(Standing):
+    """A piece of furniture; ``width`` runs along its heading, ``depth`` across it.
+
+    A bench is a laboratory bench with drawers and things on it; a table has legs; a shelf stands open to both sides.
+    """
+
+    kind: Literal["bench", "table", "chair", "cupboard", "shelf", "pillar", "box"]
+    width: Length
+    depth: Length
+    height: Length
+    material: Name
+
+
+class Stairs(Standing):
+    """A flight of steps that rises along its heading from ``at``, the middle of its lowest edge."""
+
+    width: Length
+    steps: Count
+    rise: Length = 0.17
+    run: Length = 0.28
+    material: Name
+
+
+class Car(Standing):
+    """A parked car; its paint reflects ``albedo`` of the light."""
+
+    kind: Literal["hatchback", "saloon", "van"] = "hatchback"
+    albedo: Share = 0.4
+
+
+class Tree(Standing):
+    """A tree; ``crown`` and ``trunk`` are radii."""
+
+    height: Length = 6.0
+    crown: Length = 1.8
+    trunk: Length = 0.14
+
+
+class Post(Standing):
+    """A street lamp: ``height`` of its head above the ground."""
+
+    height: Length = 5.0
+    lumen: Length = 6000.0
+    kelvin: Length = 2700.0
+    switch: Literal["dusk", "always"] = "dusk"
+
+
+class Person(Standing):
+    """Somebody who stands, or walks to and fro along ``walk`` from its first point, ``speed`` in [m/s]."""
+
+    height: Length = 1.74
+    albedo: Share = 0.25
+    walk: tuple[Point, ...] = ()
+    speed: Length = 1.2
+
+
+class Line(_Table):
+    """What follows a line of points on the ground."""
+
+    name: Name
+    points: Annotated[tuple[Point, ...], Field(min_length=2)]
+    material: Name
+
+
+class Kerb(Line):
+    """A kerb stone along a line."""
+
+    width: Length = 0.15
+    height: Length = 0.12
+
+
+class Marking(Line):
+    """Paint on the ground along a line."""
+
+    width: Length = 0.12
+
+
 class LampRow(_Table):
-    """``count`` equal lamps on the ceiling, the first at ``first``, each ``step`` on from the one before."""
+    """``count`` equal lamps on the ceiling, the first at ``first``, each ``step`` on from the one before.
+
+    ``switch``: ``dusk`` lamps burn when it gets dark outside, ``always`` ones unless all lamps are switched off.
+    """
 
     name: Name
     first: Point
@@ -207,6 +310,8 @@ class LampRow(_Table):
     count: Count
     size: tuple[Length, Length] = (1.2, 0.3)
     lumen: Length
+    kelvin: Length = 4000.0
+    switch: Literal["dusk", "always"] = "dusk"
 
     @property
     def positions(self) -> np.ndarray:
@@ -215,14 +320,14 @@ class LampRow(_Table):
 
 
 class FloorPlan(_Table):
-    """A whole world as its author wrote it."""
+    """A whole world as its author wrote it; one without a ceiling is in the open air."""
 
     name: Name
     place: Place
     floor: Floor
-    ceiling: Ceiling
+    ceiling: Ceiling | None = None
     material: dict[Name, Material]
-    wall: Annotated[tuple[Wall, ...], Field(min_length=1)]
+    wall: tuple[Wall, ...] = ()
     window: tuple[Window, ...] = ()
     door: tuple[Door, ...] = ()
     poster: tuple[Poster, ...] = ()
@@ -230,6 +335,14 @@ class FloorPlan(_Table):
     cabinet: tuple[Cabinet, ...] = ()
     bin: tuple[Bin, ...] = ()
     fixture: tuple[Fixture, ...] = ()
+    furniture: tuple[Furniture, ...] = ()
+    stairs: tuple[Stairs, ...] = ()
+    car: tuple[Car, ...] = ()
+    tree: tuple[Tree, ...] = ()
+    kerb: tuple[Kerb, ...] = ()
+    marking: tuple[Marking, ...] = ()
+    post: tuple[Post, ...] = ()
+    person: tuple[Person, ...] = ()
     lamp: tuple[LampRow, ...] = ()
     routes: dict[Name, Annotated[tuple[Point, ...], Field(min_length=2)]]
 
@@ -237,8 +350,12 @@ class FloorPlan(_Table):
         """Return the wall of that name; the loader has made sure that there is one."""
         return next(w for w in self.wall if w.name == name)
 
+    def wall_height(self, wall: Wall) -> float:
+        """Return how high a wall is [m]."""
+        return wall.height if wall.height is not None else self.ceiling.height  # type: ignore[union-attr]
+
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Smallest and largest corner of the walls' inner faces, (2,) each [m]."""
-        corners = np.array([p for w in self.wall for p in (w.start, w.end)])
+        """Smallest and largest corner of the ground's area, or of the walls' inner faces, (2,) each [m]."""
+        corners = np.array(self.floor.area or [p for w in self.wall for p in (w.start, w.end)])
         return corners.min(axis=0), corners.max(axis=0)

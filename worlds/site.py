@@ -1,7 +1,9 @@
 """Where a world is put up: an ``MjSpec`` with the few kinds of parts that worlds are made of.
 
-Solid geoms are in group ``SOLID``: things touch them and laser beams end on them. Geoms in group ``SEEN`` are for
-cameras only. All materials are grey and set up for physically based shading.
+Geoms are in one of four groups. ``SOLID``: cameras see them, things touch them, laser beams end on them. ``SEEN``: for
+cameras only. ``TOUCHED``: for things and beams, not for cameras. ``GLASS``: panes, which only beams notice. A geom's
+first user value is its remission, what a laser gets back [share of white plaster]. All materials are grey and set up
+for physically based shading.
 """
 
 import zlib
@@ -15,7 +17,7 @@ from worlds.frame import Frame
 from worlds.schema import Material
 from worlds.textures import Image, srgb
 
-SOLID, SEEN = 0, 2
+SOLID, SEEN, TOUCHED, GLASS = 0, 2, 3, 4
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 EMISSIVE = int(mujoco.mjtTextureRole.mjTEXROLE_EMISSIVE)
 UNIT_BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
@@ -39,7 +41,9 @@ class Site:
         self.spec = mujoco.MjSpec()
         self.spec.modelname = name
         self.spec.compiler.degree = False
+        self.spec.nuser_geom = 1
         self._seed = seed
+        self._echo: dict[str, float] = {}
 
     def rng(self, name: str) -> Generator:
         """Return the generator of the part called ``name``: adding a part does not redraw the others."""
@@ -51,18 +55,20 @@ class Site:
         """Add a material of one albedo."""
         grey = float(srgb(material.albedo))
         self.spec.add_material(name=name, rgba=[grey, grey, grey, 1.0], **_matt(material.roughness))
+        self._echo[name] = material.echo
         return name
 
-    def picture(self, name: str, image: Image, roughness: float) -> str:
+    def picture(self, name: str, image: Image, like: Material) -> str:
         """Add a texture and a material that shows it once."""
         self.texture(name, image)
-        return self.papered(name, name, roughness)
+        return self.papered(name, name, like)
 
-    def papered(self, name: str, texture: str, roughness: float, repeat: ArrayLike = (1.0, 1.0)) -> str:
-        """Add a material that repeats a texture over each face."""
+    def papered(self, name: str, texture: str, like: Material, repeat: ArrayLike = (1.0, 1.0)) -> str:
+        """Add a material that repeats a texture over each face; it is ``like`` another in all but the picture."""
         roles = [""] * int(mujoco.mjtTextureRole.mjNTEXROLE)
         roles[RGB] = texture
-        self.spec.add_material(name=name, textures=roles, texrepeat=repeat, **_matt(roughness))
+        self.spec.add_material(name=name, textures=roles, texrepeat=repeat, **_matt(like.roughness))
+        self._echo[name] = like.echo
         return name
 
     def glowing(self, name: str, luminance: float, image: Image | None = None) -> str:
@@ -93,18 +99,38 @@ class Site:
         """Add a box that only cameras see."""
         self._box(name, frame, block, material, cast, group=SEEN, contype=0, conaffinity=0, mass=0.0)
 
+    def pane(self, name: str, frame: Frame, block: Block) -> None:
+        """Add a pane of glass, which only laser beams notice."""
+        self._box(name, frame, block, "", cast=False, group=GLASS, contype=0, conaffinity=0, mass=0.0)
+
     def _box(self, name: str, frame: Frame, block: Block, material: str, cast: bool, **options: float) -> None:
         spans = np.array(block)
-        size = np.diff(spans, axis=1)[:, 0] / 2
-        self.spec.worldbody.add_geom(
-            name=name,
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            pos=frame.point(*spans.mean(axis=1)),
+        self.shape(
+            name,
+            mujoco.mjtGeom.mjGEOM_BOX,
+            frame.point(*spans.mean(axis=1)),
+            np.diff(spans, axis=1)[:, 0] / 2,
+            material,
             quat=frame.box_quat,
-            size=size,
-            material=material,
             castshadow=cast,
             **options,
+        )
+
+    def shape(
+        self, name: str, kind: mujoco.mjtGeom, pos: ArrayLike, size: ArrayLike, material: str, **options: object
+    ) -> None:
+        """Add a geom of any kind, solid unless the options say otherwise."""
+        self.spec.worldbody.add_geom(
+            **{
+                "name": name,
+                "type": kind,
+                "pos": pos,
+                "size": size,
+                "material": material,
+                "userdata": [self._echo.get(material, 0.0)],
+                "group": SOLID,
+                **options,
+            }
         )
 
     def panel(self, name: str, frame: Frame, s: Span, out: float, z: Span, material: str) -> None:

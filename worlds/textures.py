@@ -6,6 +6,7 @@ Every function takes a seeded generator and returns (height, width) uint8. The v
 
 from collections.abc import Callable
 from itertools import pairwise
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -85,6 +86,10 @@ def tiles(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 4
     field[::pixels] *= 0.7
     field[:, ::pixels] *= 0.7
     return encode(field, rng)
+
+
+FLOORS = MappingProxyType({"tiles": tiles})
+"""How each pattern of a floor is drawn: (columns, rows) of tiles, albedo, generator."""
 
 
 def ceiling_panels(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 72) -> Image:

@@ -8,7 +8,7 @@ from worlds.build import World, build
 from worlds.frame import quaternion
 from worlds.light import light_named
 from worlds.plan import parse_plan
-from worlds.site import SEEN, SOLID
+from worlds.site import GLASS, SEEN, SOLID, TOUCHED
 
 
 def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[float, float, float]) -> set[str]:
@@ -40,7 +40,7 @@ def test_a_larger_body_touches_both_walls(corridor: World) -> None:
 
 
 def test_a_taller_body_touches_floor_and_ceiling(corridor: World) -> None:
-    assert touched(corridor.spec, (4, 0, 1.4), (3, 1.19, 1.41)) == {"floor", "ceiling_slab"}
+    assert touched(corridor.spec, (4, 0, 1.4), (3, 1.19, 1.41)) == {"floor", "ceiling_0_slab"}
 
 
 def test_the_hallway_leaves_room_for_a_wandering_robot(hallway: World) -> None:
@@ -103,12 +103,18 @@ def test_everything_in_the_plan_is_built_under_its_name(hallway: World) -> None:
 
 def test_what_is_only_seen_has_no_mass_and_touches_nothing(hallway: World) -> None:
     model = hallway.spec.compile()
-    seen = model.geom_group == SEEN
-    assert seen.any()
-    assert set(model.geom_group) == {SOLID, SEEN}
+    seen = np.isin(model.geom_group, (SEEN, GLASS))
+    assert set(model.geom_group) == {SOLID, SEEN, TOUCHED, GLASS}
     assert not model.geom_contype[seen].any()
     assert not model.geom_conaffinity[seen].any()
     assert model.geom_contype[~seen].all()
+
+
+def test_solid_things_tell_the_laser_their_remission(hallway: World) -> None:
+    model, materials = hallway.spec.compile(), hallway.plan.material
+    found = {name: model.geom(name).user[0] for name in ("wall_left_0", "door_d01_leaf", "cabinet_c01")}
+    wanted = {"wall_left_0": "plaster", "door_d01_leaf": "door", "cabinet_c01": "metal"}
+    assert found == {name: materials[material].echo for name, material in wanted.items()}
 
 
 def test_memory_stays_modest(hallway: World) -> None:

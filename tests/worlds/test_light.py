@@ -5,11 +5,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from worlds.areas import floor_area
 from worlds.build import World, build
-from worlds.daylight import Sky, daylight, sun_direction, sun_position
+from worlds.daylight import daylight, sun_direction, sun_position
 from worlds.errors import LightError
-from worlds.light import LightSetting, floor_area, light_named, light_names, photometry
+from worlds.light import Lamps, LightSetting, light_named, light_names
 from worlds.meter import illuminance
+from worlds.photometry import photometry, transmission, window_luminance
 from worlds.plan import load_plan, parse_plan
 from worlds.schema import Place
 
@@ -39,30 +41,64 @@ def test_the_sun_stands_where_the_almanac_has_it(
 
 
 def test_sun_in_the_east_shines_west() -> None:
-    light = dataclasses.replace(daylight(TABLE_PLACE, SUMMER, 9, Sky.CLEAR), elevation=0.0, azimuth=np.pi / 2)
+    light = dataclasses.replace(daylight(TABLE_PLACE, SUMMER, 9), elevation=0.0, azimuth=np.pi / 2)
     # x points north, so y (to its left) points west.
     np.testing.assert_allclose(sun_direction(light, x_azimuth=0.0), [0, 1, 0], atol=1e-12)
     np.testing.assert_allclose(sun_direction(light, x_azimuth=90.0), [-1, 0, 0], atol=1e-12)
 
 
 def test_daylight_is_of_the_size_that_is_measured() -> None:
-    noon = daylight(TABLE_PLACE, SUMMER, 13.5, Sky.CLEAR)
+    noon = daylight(TABLE_PLACE, SUMMER, 13.5)
     assert 32e3 < noon.direct < 100e3 + 15e3
     assert 10e3 < noon.sky < 25e3
-    assert daylight(TABLE_PLACE, SUMMER, 13.5, Sky.OVERCAST).direct == 0.0
+    assert daylight(TABLE_PLACE, SUMMER, 13.5, cloud=1.0).direct == 0.0
 
 
 def test_daylight_only_falls_through_dusk_into_the_night() -> None:
     hours = np.arange(13.5, 24.0, 0.25)
-    ground = np.array([daylight(TABLE_PLACE, AUTUMN, h, Sky.CLEAR).ground for h in hours])
+    ground = np.array([daylight(TABLE_PLACE, AUTUMN, h).ground for h in hours])
     assert (np.diff(ground) <= 0).all()
-    assert daylight(TABLE_PLACE, AUTUMN, 17 + 47 / 60, Sky.CLEAR).ground == pytest.approx(3.4, rel=0.35)
+    assert daylight(TABLE_PLACE, AUTUMN, 17 + 47 / 60).ground == pytest.approx(3.4, rel=0.35)
 
 
-def test_unknown_light() -> None:
+FORM = "HH:MM with any of cloud=0..1, lamps=auto|on|off, date=YYYY-MM-DD after it, commas between"
+
+
+@pytest.mark.parametrize(
+    ("text", "setting"),
+    [
+        ("17:45", LightSetting("17:45", 17.75)),
+        ("late-evening", LightSetting("late-evening", 21.5)),
+        ("overcast,lamps=on", LightSetting("overcast,lamps=on", 13.0, cloud=1.0, lamps=Lamps.ON)),
+        (
+            "6:00,cloud=0.5,lamps=off,date=2008-06-15",
+            LightSetting("6:00,cloud=0.5,lamps=off,date=2008-06-15", 6.0, 0.5, Lamps.OFF, SUMMER),
+        ),
+    ],
+)
+def test_any_hour_is_a_light(text: str, setting: LightSetting) -> None:
+    assert light_named(text) == setting
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("dusk", f"unknown light 'dusk'; known are morning, noon, 16:00, 18:00, overcast, late-evening, or {FORM}"),
+        ("24:30", f"unknown light '24:30'; known are morning, noon, 16:00, 18:00, overcast, late-evening, or {FORM}"),
+        ("12:00,fog=1", f"light '12:00,fog=1': unknown option 'fog=1'; valid is {FORM}"),
+        ("12:00,cloud=2", "light '12:00,cloud=2': cloud '2' is not valid; it should be a share from 0 to 1"),
+        ("12:00,cloud=nan", "light '12:00,cloud=nan': cloud 'nan' is not valid; it should be a share from 0 to 1"),
+        ("noon,lamps=dim", "light 'noon,lamps=dim': lamps 'dim' is not valid; it should be auto, on or off"),
+        (
+            "noon,date=1 May",
+            "light 'noon,date=1 May': date '1 May' is not valid; it should be a day such as 2008-06-15",
+        ),
+    ],
+)
+def test_what_is_no_light(text: str, message: str) -> None:
     with pytest.raises(LightError) as caught:
-        light_named("noon")
-    assert str(caught.value) == "unknown light 'noon'; known are 16:00, 18:00, late-evening"
+        light_named(text)
+    assert str(caught.value) == message
 
 
 @pytest.mark.parametrize(
@@ -106,7 +142,7 @@ def test_the_floor_is_what_lies_between_the_walls() -> None:
 
 
 def test_lamps_off_at_night_is_dark() -> None:
-    dark = LightSetting("dark", 23.0, lamps=False)
+    dark = light_named("23:00,lamps=off")
     assert illuminance(PLAN, dark, (30, 0, 0), UP) < 0.1
 
 
@@ -121,9 +157,9 @@ def test_only_the_sun_casts_shadows(hallway: World) -> None:
 def test_intensities_are_photometric(hallway: World) -> None:
     found, numbers = lights(hallway), hallway.photometry
     sun = found["sun"]
-    assert sun.intensity * sun.diffuse[0] == pytest.approx(numbers.sun)
+    assert sun.intensity * sun.diffuse[0] == pytest.approx(transmission(PLAN) * numbers.outdoors.direct)
     window = found["window_w01"]
-    candela = numbers.window_luminance * 0.85 * 2.0 * 1.5
+    candela = window_luminance(PLAN, PLAN.window[0], numbers.outdoors) * 0.85 * 2.0 * 1.5
     assert window.intensity * window.diffuse[0] == pytest.approx(candela, rel=1e-5)
     assert found["between_walls"].intensity * np.pi == pytest.approx(numbers.indirect, rel=1e-5)
 
@@ -136,8 +172,15 @@ def test_the_evening_has_lamps_and_no_sun() -> None:
 
 
 @pytest.mark.parametrize("name", light_names())
-def test_no_lamp_burns_by_day(name: str) -> None:
-    assert light_named(name).lamps == (name == "late-evening")
+def test_lamps_burn_when_it_is_dark_outside(name: str) -> None:
+    assert bool(photometry(PLAN, light_named(name)).burning) == (name == "late-evening")
+
+
+def test_lamps_obey_their_switches() -> None:
+    always = PLAN.model_copy(update={"lamp": (PLAN.lamp[0].model_copy(update={"switch": "always"}),)})
+    assert photometry(always, light_named("noon")).burning == ("row",)
+    assert photometry(always, light_named("late-evening,lamps=off")).burning == ()
+    assert photometry(PLAN, light_named("noon,lamps=on")).burning == ("row",)
 
 
 def test_a_plan_without_windows_is_dark_by_day() -> None:

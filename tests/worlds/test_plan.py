@@ -89,8 +89,8 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
     [
         (
             'door = [{ name = "d1", wall = "left", at = 3, widht = 1 }]',
-            "door[0].widht: unknown key; valid keys are name, wall, at, width, height, recess, open, hinge, label, "
-            "material",
+            "door[0].widht: unknown key; valid keys are name, wall, at, width, height, recess, open, hinge, depth, "
+            "label, material",
         ),
         ('door = [{ name = "d1", wall = "left" }]', "door[0].at: missing; it is required"),
         (
@@ -115,7 +115,8 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
             "poster[0].style: 'pop' is not valid; it should be 'text', 'plots', 'photo', 'mixed' or 'diagram'",
         ),
         ("colour = 1", "colour: unknown key; valid keys are name, place, floor, ceiling, material, wall, window, door, "
-         "poster, board, cabinet, bin, fixture, lamp, routes"),
+         "poster, board, cabinet, bin, fixture, furniture, stairs, car, tree, kerb, marking, post, person, lamp, "
+         "routes"),
     ],
 )  # fmt: skip
 def test_each_mistake_is_one_line(small: Text, top: str, said: str) -> None:
@@ -136,6 +137,65 @@ def test_a_name_taken_twice(small: Text) -> None:
 def test_a_route_through_the_wall(small: Text) -> None:
     said = message(small(end="out = [[1, 0], [1, 3]]"))
     assert said == "plan.toml: routes.out[1]: [1.0, 3.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2"
+
+
+@pytest.mark.parametrize(
+    ("top", "said"),
+    [
+        (
+            'furniture = [{ name = "t", kind = "table", at = [4, 2], width = 1, depth = 1, height = 1, '
+            'material = "door" }]',
+            "furniture[0].at: [4.0, 2.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
+        ),
+        (
+            'kerb = [{ name = "k", points = [[1, 0], [9, 0]], material = "plaster" }]',
+            "kerb[0].points[1]: [9.0, 0.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
+        ),
+        (
+            'person = [{ name = "p", at = [1, 0], walk = [[2, 0], [2, 5]] }]',
+            "person[0].walk[1]: [2.0, 5.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
+        ),
+    ],
+)
+def test_what_stands_free_stands_between_the_walls(small: Text, top: str, said: str) -> None:
+    assert message(small(top)) == f"plan.toml: {said}"
+
+
+def test_a_plan_in_the_open_air(small: Text) -> None:
+    roofless = small().replace('[ceiling]\nheight = 2.8\nmaterial = "plaster"\n', "")
+    assert message(roofless) == (
+        "plan.toml: floor.area: missing; a plan without a ceiling needs the corners of its ground, [[x, y], [x, y]]"
+    )
+    ground = roofless.replace("[floor]\n", "[floor]\narea = [[-5, -9], [20, 9]]\n")
+    assert message(ground) == "plan.toml: wall[0].height: missing; in the open air every wall needs one"
+    flat = ground.replace("[20, 9]", "[20, -9]")
+    assert message(flat) == (
+        "plan.toml: floor.area: ((-5.0, -9.0), (20.0, -9.0)) is not valid; it should be two opposite corners"
+    )
+    parse_plan(
+        ground.replace("end = [8, 1.2]", "end = [8, 1.2]\nheight = 3").replace("thickness", "height = 3\nthickness")
+    )
+
+
+def test_under_a_ceiling_the_walls_tell_the_area_and_the_height(small: Text) -> None:
+    area = small().replace("[floor]\n", "[floor]\narea = [[-5, -9], [20, 9]]\n")
+    assert message(area) == (
+        "plan.toml: floor.area: ((-5.0, -9.0), (20.0, 9.0)) is not valid; "
+        "under a ceiling the walls tell where the floor ends"
+    )
+    high = small().replace("thickness", "height = 3\nthickness")
+    assert message(high) == (
+        "plan.toml: wall[1].height: 3 is not valid; the ceiling is 2.8 m high: leave the height out"
+    )
+
+
+def test_a_window_into_another_corridor() -> None:
+    from tests.worlds.conftest import corner
+
+    text = 'window = [{ name = "w", wall = "inner-1", at = 2 }]\n' + corner()
+    assert message(text) == (
+        "plan.toml: window[0].wall: 'inner-1' has parts of the plan behind it; windows fit in walls at its edge"
+    )
 
 
 def test_unknown_time_zone(small: Text) -> None:
