@@ -1,55 +1,71 @@
-"""SICK LMS 200 in the range of 80 m, half-degree steps: ranges by ray casting, then what the device does to them.
+"""SICK LMS 200 in half-degree steps: light that comes back, then what the device makes of it, as words and as ranges.
 
-The sources of its figures are in ``docs/robots.md``. Not in here yet: the two interlaced one-degree turns of the
-half-degree mode (all beams leave at the same instant), mixed pixels at edges, remission (glass and matt black).
+Sources of its figures are in ``docs/sim.md``.
 """
 
 from dataclasses import dataclass
+from enum import Enum
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.view import Scan
+from sim.beams import BEAMS, GLASS_GROUPS, SEEN_GROUPS, START, STEP, cast, cones, directions, sweep
+from sim.echoes import THRESHOLD, Echoes, first_echo, light_from, remissions
 from sim.errors import SimError
 
-SEEN_GROUPS = np.array([1, 1, 0, 1, 0, 0], np.uint8)
-"""Geom groups that stop a beam: not 2 (only seen by cameras), 4 and 5 (markers, inner masses)."""
+ABOVE_MAX, LOW_SNR = 8183, 8187
+"""Words that are no ranges: farther than can be said, or nothing there; too little light came back."""
+
+
+class RangeMode(Enum):
+    """How many words of the device make a metre. Words go up to 8182, codes begin at 8183."""
+
+    METRES_8 = 1000
+    METRES_80 = 100
+
+    @property
+    def max_range(self) -> float:
+        """The farthest range that a word can say [m]."""
+        return (ABOVE_MAX - 1) / self.value
 
 
 @dataclass(frozen=True, slots=True)
 class LaserModel:
-    """Figures of a scanner; raises ``SimError`` for values that none could have.
+    """Figures of a device; raises ``SimError`` for values that none could have.
 
-    ``beams`` from ``start`` [rad], ``step`` [rad] apart, counter-clockwise. Ranges beyond ``max_range`` [m] come back
-    as infinite (the device's codes from 8183 on); what is nearer than ``min_range`` [m] is reported at it (choice: the
-    device is known to see down to there, and free space would be a dangerous answer). Ranges are multiples of
-    ``resolution`` [m], with normal noise of ``sigma`` [m] and a bias of the device within ± ``bias_limit`` [m].
+    What is nearer than ``min_range`` [m] is reported at it (choice: the device is known to see down to there, and free
+    space would be a dangerous answer). Noise is normal, of ``sigma`` [m] and, for the weakest echo that is told from
+    noise, ``weak_sigma`` [m] on top. Each device has a bias of its own within ± ``bias_limit`` [m].
     """
 
-    beams: int = 361
-    start: float = -np.pi / 2
-    step: float = np.pi / 360
+    mode: RangeMode = RangeMode.METRES_80
     min_range: float = 0.14
-    max_range: float = 80.0
-    resolution: float = 0.01
     sigma: float = 0.005
+    weak_sigma: float = 0.01
     bias_limit: float = 0.015
 
     def __post_init__(self) -> None:
-        if self.beams < 1:
-            raise SimError(f"laser: beams = {self.beams}: at least 1 is needed")
-        if not 0 <= self.min_range < self.max_range:
-            raise SimError(f"laser: min_range = {self.min_range} m must be in [0, max_range = {self.max_range} m)")
-        for key in ("resolution", "sigma", "bias_limit"):
-            if getattr(self, key) < 0:
-                raise SimError(f"laser: {key} = {getattr(self, key)} m must not be negative")
+        farthest = self.mode.max_range
+        if not 0 <= self.min_range < farthest:
+            raise SimError(f"laser: min_range = {self.min_range} m must be in [0, {farthest:g} m)")
+        for key in ("sigma", "weak_sigma", "bias_limit"):
+            if not getattr(self, key) >= 0:
+                raise SimError(f"laser: {key} = {getattr(self, key)} m must be 0 or more")
+
+
+@dataclass(frozen=True, slots=True)
+class Telegram:
+    """A scan as the device sends it: ``words`` (361,) uint16 of 13 bits, read-only, counter-clockwise."""
+
+    words: NDArray[np.uint16]
+    mode: RangeMode
 
     @property
-    def directions(self) -> NDArray[np.float64]:
-        """Unit vectors of the beams in the scanner's frame, (beams, 3)."""
-        bearings = self.start + self.step * np.arange(self.beams)
-        return np.stack([np.cos(bearings), np.sin(bearings), np.zeros(self.beams)], axis=1)
+    def ranges(self) -> NDArray[np.float32]:
+        """Ranges (361,) [m], infinite where the word is a code."""
+        return np.where(self.words < ABOVE_MAX, self.words / self.mode.value, np.inf).astype(np.float32)
 
 
 class Laser:
@@ -59,50 +75,38 @@ class Laser:
         self.model = model
         self.bias = float(rng.uniform(-model.bias_limit, model.bias_limit))
         self._rng = rng
-        self._directions = model.directions
-        self._hit = np.empty(model.beams, np.int32)
-        self._distance = np.empty(model.beams)
 
     def scan(self, mj_model: mujoco.MjModel, mj_data: mujoco.MjData, site: str, exclude_body: str) -> Scan:
         """Measure from ``site``, blind for the geoms of ``exclude_body``: the one that carries the scanner."""
-        return Scan(
-            ranges=self._measured(self.distances(mj_model, mj_data, site, exclude_body)),
-            start=self.model.start,
-            step=self.model.step,
-            max_range=self.model.max_range,
-        )
+        ranges = self.raw(mj_model, mj_data, site, exclude_body).ranges
+        return Scan(ranges, START, STEP, self.model.mode.max_range)
 
-    def distances(
-        self, mj_model: mujoco.MjModel, mj_data: mujoco.MjData, site: str, exclude_body: str
-    ) -> NDArray[np.float64]:
-        """Cast the beams: true distances along the beams, (beams,) [m]; infinite where nothing is within reach."""
-        frame = mj_data.site(site)
-        rays = self._directions @ frame.xmat.reshape(3, 3).T  # (beams, 3) in the world's frame
-        mujoco.mj_multiRay(
-            mj_model,
-            mj_data,
-            frame.xpos,
-            rays.ravel(),
-            SEEN_GROUPS,
-            True,
-            mj_model.body(exclude_body).id,
-            self._hit,
-            self._distance,
-            None,
-            self.model.beams,
-            self.model.max_range + 1.0,
-        )
-        return np.where(self._hit >= 0, self._distance, np.inf)
+    def raw(self, mj_model: mujoco.MjModel, mj_data: mujoco.MjData, site: str, exclude_body: str) -> Telegram:
+        """Measure as ``scan`` does; the result as the device sends it."""
+        return self.reading(self.echoes(mj_model, mj_data, site, exclude_body))
 
-    def _measured(self, distances: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Turn distances into what the device says: bias, noise, resolution and limits."""
+    def echoes(self, mj_model: mujoco.MjModel, mj_data: mujoco.MjData, site: str, exclude_body: str) -> Echoes:
+        """Return what comes back, before the device's errors; the scan ends at this moment."""
+        looks = sweep(mj_model, mj_data, site)
+        blind_body = mj_model.body(exclude_body).id
+        reach = self.model.mode.max_range + 1.0
+
+        middles = cast(mj_model, mj_data, looks, directions()[:, None], SEEN_GROUPS, blind_body, reach)
+        rays = cones(middles.distance[:, 0])
+        solid, glass = (
+            cast(mj_model, mj_data, looks, rays, groups, blind_body, reach) for groups in (SEEN_GROUPS, GLASS_GROUPS)
+        )
+        return first_echo(light_from(solid, glass, remissions(mj_model)))
+
+    def reading(self, echoes: Echoes) -> Telegram:
+        """Turn echoes into words, with the device's bias, noise, steps, limits and codes."""
         model = self.model
         # Noise is drawn for every beam, hit or not, so that the stream of numbers does not depend on the scene.
-        noisy = distances + self.bias + self._rng.normal(0.0, model.sigma, model.beams)
-        ranges = np.maximum(_rounded(noisy, model.resolution), model.min_range)
-        return np.where(ranges > model.max_range, np.inf, ranges).astype(np.float32)
-
-
-def _rounded(values: NDArray[np.float64], resolution: float) -> NDArray[np.float64]:
-    """Return the nearest multiples of ``resolution``; the values themselves when it is 0."""
-    return np.round(values / resolution) * resolution if resolution > 0 else values
+        noise = self._rng.normal(size=BEAMS)
+        weakness = THRESHOLD / np.maximum(echoes.power, THRESHOLD)
+        ranges = echoes.distance + self.bias + np.hypot(model.sigma, model.weak_sigma * weakness) * noise
+        counts = np.round(np.maximum(ranges, model.min_range) * model.mode.value)
+        too_weak = np.isinf(echoes.distance) & (echoes.power > 0)
+        words = np.where(too_weak, LOW_SNR, np.minimum(counts, ABOVE_MAX)).astype(np.uint16)
+        words.setflags(write=False)
+        return Telegram(words, model.mode)

@@ -16,9 +16,9 @@ from refseq.logs import RecordingWriter
 from refseq.view import View
 from robots import Twist
 from scenarios.record import Drive, open_bench
+from sim.beams import SEEN_GROUPS, directions
 from sim.bench import Bench, BenchSettings
 from sim.drivers import vulkan_device
-from sim.laser import SEEN_GROUPS
 from sim.recorder import Trigger, drive_and_sense, operator_for
 from sim.render import RendererKind
 from worlds.build import build
@@ -71,7 +71,7 @@ def repeated(bench: Watched) -> dict[str, float]:
     model, data, prefix = bench.model, mujoco.MjData(bench.model), f"{bench.robot.name}/"
     data.qpos[:] = bench.raw.start
     mujoco.mj_forward(model, data)
-    rays = bench.settings.laser.directions.ravel()
+    rays = directions().ravel()
     hits, ranges = np.empty(len(rays) // 3, np.int32), np.empty(len(rays) // 3)
     base, site = model.body(prefix + bench.robot.base).id, model.site(prefix + bench.robot.laser).id
     steps = round(bench.time / model.opt.timestep / len(bench.raw.commands))

@@ -9,8 +9,8 @@ import pytest
 
 import robots
 from refseq.view import LASER
+from sim.beams import SEEN_GROUPS
 from sim.bench import Bench, BenchSettings
-from sim.laser import SEEN_GROUPS
 from sim.recorder import operator_for
 from sim.render import RendererKind
 from worlds.build import World, build
