@@ -1,9 +1,9 @@
 """SIFT words of one camera (A.2 to A.4)."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -19,6 +19,15 @@ NORM = 512
 
 _NONE = np.zeros((0, DESCRIPTOR_SIZE), np.uint8)
 _NONE.setflags(write=False)
+_NOWHERE = np.zeros((0, 2), np.float32)
+_NOWHERE.setflags(write=False)
+
+
+class Keys(NamedTuple):
+    """Keys of one image: ``points`` (n, 2), x and y [pixels], and ``descriptors`` (n, 128)."""
+
+    points: NDArray[np.float32]
+    descriptors: NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,19 +84,31 @@ class SiftWords:
         ids = self.vocabulary.match(descriptors)
         return Observed(ids, middle - start, time.perf_counter() - middle)
 
-    def descriptors(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Descriptors of the strongest keys, (n, 128), n ≤ ``cap``; a blank image gives none."""
+    def keys(self, image: NDArray[np.uint8]) -> Keys:
+        """The strongest keys of an image, at most ``cap``; a blank image has none."""
         s = self.settings
         keys, descriptors = self._sift.detectAndCompute(halved(image) if s.halved else image, None)
         if descriptors is None:
-            return _NONE
+            return Keys(_NOWHERE, _NONE)
         octaves = np.array([_octave(key) for key in keys]) + s.halved
-        used = (s.first_octave <= octaves) & (octaves <= s.last_octave)
-        response = np.array([key.response for key in keys])
+        used = np.flatnonzero((s.first_octave <= octaves) & (octaves <= s.last_octave))
+        response = np.array([key.response for key in keys])[used]
         # A stable order keeps runs identical when two keys are equally strong.
-        strongest = np.argsort(-response[used], kind="stable")[: s.cap]
-        chosen = np.asarray(descriptors[used][strongest], np.uint8)
-        return root(chosen) if s.root else chosen
+        strongest = used[np.argsort(-response, kind="stable")[: s.cap]]
+        chosen = np.asarray(descriptors[strongest], np.uint8)
+        return Keys(self._points(keys, strongest), root(chosen) if s.root else chosen)
+
+    def _points(self, keys: Sequence[cv2.KeyPoint], chosen: NDArray[np.intp]) -> NDArray[np.float32]:
+        """Where the chosen keys lie in the whole image, (n, 2)."""
+        if len(chosen) == 0:
+            return _NOWHERE
+        points = np.asarray(cv2.KeyPoint.convert([keys[i] for i in chosen]), np.float32)
+        # A pixel of the halved image is the mean of four: its centre lies between theirs.
+        return np.asarray(2 * points + 0.5, np.float32) if self.settings.halved else points
+
+    def descriptors(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Descriptors of the strongest keys, (n, 128), n ≤ ``cap``; a blank image gives none."""
+        return self.keys(image).descriptors
 
     def state(self) -> Mapping[str, NDArray[Any]]:
         """The words, (size, 128) uint8."""

@@ -72,6 +72,16 @@ def test_the_halved_image_gives_the_half_resolution_and_most_of_the_full_one() -
         assert np.mean(nearest < 100) > share
 
 
+@pytest.mark.parametrize("halved", [False, True])
+def test_a_blob_has_a_key_in_its_middle(halved: bool) -> None:
+    rows, columns = np.mgrid[:240, :320]
+    spot = 40 + 180 * np.exp(-((rows - 100.5) ** 2 + (columns - 150.5) ** 2) / (2 * 6.0**2))
+    found = sift(halved=halved, last_octave=3).keys(spot.astype(np.uint8))
+    assert len(found.points) == len(found.descriptors) > 0
+    # OpenCV's doubled image is a quarter of a pixel off, and so are all keys.
+    assert np.abs(found.points - (150.5, 100.5)).max(axis=1).min() < 0.3 * (1 + halved)
+
+
 def test_the_root_makes_the_scalar_product_hellingers() -> None:
     descriptors = sift().descriptors(texture())
     rooted = root(descriptors)
