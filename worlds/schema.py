@@ -323,6 +323,8 @@ class FloorPlan(_Table):
     """A whole world as its author wrote it; one without a ceiling is in the open air."""
 
     name: Name
+    title: str = ""
+    """What it is, in one line."""
     place: Place
     floor: Floor
     ceiling: Ceiling | None = None
