@@ -1,4 +1,4 @@
-"""A wall's own frame: along it, out of it into the room, and up."""
+"""The own frame of a wall or of a thing on the floor: along it, out of it into the room, and up."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from worlds.schema import Wall
+from worlds.schema import Standing, Wall
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -26,6 +26,12 @@ class Frame:
         along = (end - start) / np.linalg.norm(end - start)
         left = np.array([-along[1], along[0]])
         return cls(start, along, left if wall.inside == "left" else -left)
+
+    @classmethod
+    def under(cls, item: Standing) -> "Frame":
+        """Return the frame of what stands free: ``along`` is its heading, ``inward`` points to the left, its front."""
+        along = np.array([np.cos(np.radians(item.heading)), np.sin(np.radians(item.heading))])
+        return cls(np.array(item.at), along, np.array([-along[1], along[0]]))
 
     def point(self, s: float, out: float, z: float) -> NDArray[np.float64]:
         """Return the world point ``s`` along the wall, ``out`` into the room and ``z`` up, (3,) [m]."""

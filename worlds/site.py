@@ -154,12 +154,18 @@ class Site:
             castshadow=False,
         )
 
+    def touched(self, name: str, frame: Frame, block: Block, material: str) -> None:
+        """Add a box that things bump into and beams end on, where what is seen is drawn apart."""
+        self._box(name, frame, block, material, cast=False, group=TOUCHED, contype=1, conaffinity=1)
+
     def lattice(self, name: str, frame: Frame, blocks: list[Block], material: str, cast: bool = True) -> None:
         """Add several boxes as one geom that only cameras see; sparing geoms spares rendering time."""
-        corners = np.concatenate([_corners(frame, block) for block in blocks])
-        faces = np.concatenate([BOX_FACES + 8 * i for i in range(len(blocks))])
-        if frame.handed < 0:
-            faces = faces[:, ::-1]  # a mirrored frame would turn the faces inside out
+        self.boxes(name, [(frame, block) for block in blocks], material, cast)
+
+    def boxes(self, name: str, placed: list[tuple[Frame, Block]], material: str, cast: bool = True) -> None:
+        """Add several boxes, each in a frame of its own, as one geom that only cameras see."""
+        corners = np.concatenate([_corners(frame, block) for frame, block in placed])
+        faces = np.concatenate([_faces(frame) + 8 * i for i, (frame, _) in enumerate(placed)])
         mesh = self.spec.add_mesh(name=name, uservert=corners.flatten(), userface=faces.flatten())
         mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
         mesh.smoothnormal = False
@@ -184,3 +190,8 @@ def _corners(frame: Frame, block: Block) -> NDArray[np.float64]:
     spans = np.array(block)
     local = spans[:, 0] + UNIT_BOX * np.diff(spans, axis=1)[:, 0]
     return np.array([frame.point(*corner) for corner in local])
+
+
+def _faces(frame: Frame) -> NDArray[np.int64]:
+    """Triangles of a box; a mirrored frame would turn them inside out, so there they go round the other way."""
+    return BOX_FACES if frame.handed > 0 else BOX_FACES[:, ::-1]
