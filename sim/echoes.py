@@ -52,15 +52,18 @@ def remissions(model: mujoco.MjModel) -> NDArray[np.float64]:
 
 
 def light_from(solid: Hits, glass: Hits, remission: NDArray[np.float64]) -> Light:
-    """Return what solids and panes send back to rays that stand for equal shares of a beam; at most one pane a ray."""
-    rays = solid.distance.shape[1]
+    """What comes back from solids, by rays of equal shares of a beam, and from the pane that its middle ray meets.
+
+    ``solid`` is (beams, rays), ``glass`` (beams, 1), ``remission`` (ngeom,).
+    """
     whiteness = remission[solid.geom]
     through_pane = glass.distance < solid.distance
     loss = np.where(through_pane, PANE_TRANSMISSION**2, 1.0)
-    glint = np.where(through_pane & (glass.cosine >= np.cos(PANE_LOBE)), PANE_REMISSION, 0.0)
+    share = through_pane.mean(axis=1, keepdims=True)
+    glint = np.where(glass.cosine >= np.cos(PANE_LOBE), PANE_REMISSION * share, 0.0)
     looks_at = solid.distance - DARK_SHIFT * np.maximum(np.log10(DARK / whiteness), 0.0)
     distance = np.hstack([looks_at, glass.distance])
-    power = np.hstack([_returned(whiteness * loss, solid), _returned(glint, glass)]) / rays
+    power = np.hstack([_returned(whiteness * loss, solid) / solid.distance.shape[1], _returned(glint, glass)])
     return Light(np.where(np.isfinite(distance), distance, 0.0), power)
 
 

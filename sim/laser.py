@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.view import Scan
-from sim.beams import BEAMS, GLASS_GROUPS, SEEN_GROUPS, START, STEP, cast, cones, directions, sweep
+from sim.beams import BEAMS, GLASS_GROUPS, SEEN_GROUPS, START, STEP, Hits, cast, cones, directions, sweep
 from sim.echoes import THRESHOLD, Echoes, first_echo, light_from, remissions
 from sim.errors import SimError
 
@@ -91,11 +91,12 @@ class Laser:
         blind_body = mj_model.body(exclude_body).id
         reach = self.model.mode.max_range + 1.0
 
-        middles = cast(mj_model, mj_data, looks, directions()[:, None], SEEN_GROUPS, blind_body, reach)
-        rays = cones(middles.distance[:, 0])
-        solid, glass = (
-            cast(mj_model, mj_data, looks, rays, groups, blind_body, reach) for groups in (SEEN_GROUPS, GLASS_GROUPS)
-        )
+        def meet(rays: NDArray[np.float64], groups: NDArray[np.uint8]) -> Hits:
+            return cast(mj_model, mj_data, looks, rays, groups, blind_body, reach)
+
+        middles = directions()[:, None]
+        nearest = meet(middles, SEEN_GROUPS).distance[:, 0]
+        solid, glass = meet(cones(nearest), SEEN_GROUPS), meet(middles, GLASS_GROUPS)
         return first_echo(light_from(solid, glass, remissions(mj_model)))
 
     def reading(self, echoes: Echoes) -> Telegram:

@@ -115,7 +115,7 @@ def test_the_scan_shows_the_walls_where_they_are(corridor: World) -> None:
         scan = bench.sense().scan
     assert scan is not None
     model = LaserModel()
-    error = model.bias_limit + 6 * model.sigma + model.resolution
+    error = model.bias_limit + 6 * model.sigma + 1 / model.mode.value
     assert scan.ranges[[0, -1]] == pytest.approx([1.2, 1.2], abs=error)
     assert scan.ranges[np.argmin(np.abs(scan.bearings - math.radians(30)))] == pytest.approx(2.4, abs=2 * error)
 
