@@ -16,6 +16,7 @@ from worlds.photometry import Photometry, photometry
 from worlds.schema import FloorPlan, Material
 from worlds.shell import raise_shell
 from worlds.site import Site
+from worlds.stairs import raise_stairs
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +44,7 @@ def build(plan: FloorPlan, light: LightSetting, seed: int) -> World:
     raise_shell(site, plan)
     cut_openings(site, plan)
     hang_fittings(site, plan)
+    raise_stairs(site, plan)
     illuminate(site, plan, numbers)
     routes = MappingProxyType({name: _frozen(points) for name, points in plan.routes.items()})
     return World(plan.name, site.spec, plan, light, seed, routes, numbers)
