@@ -1,5 +1,6 @@
 """From a TOML file to a checked floor plan; every mistake in it becomes one line that says what to write instead."""
 
+import re
 import tomllib
 import types
 import typing
@@ -14,6 +15,7 @@ from pydantic import BaseModel, ValidationError
 from worlds.areas import Rectangle, rectangles
 from worlds.errors import PlanError
 from worlds.frame import Frame
+from worlds.generate import corridor
 from worlds.schema import Door, FloorPlan, OnWall, Wall, Window
 
 __all__ = ["FloorPlan", "load_plan", "names", "parse_plan"]
@@ -35,13 +37,18 @@ def names() -> tuple[str, ...]:
 def load_plan(name_or_path: str | Path) -> FloorPlan:
     """Read a world of the library by its name, or a plan file by its path (one that ends in ``.toml``).
 
+    ``corridor:SEED`` is a world that is made from a seed.
+
     Raises ``PlanError`` with one line: file, key, value and what is valid.
     """
     path = Path(name_or_path)
     if path.suffix == ".toml":
         return parse_plan(_read(path), path.name)
+    if made := re.fullmatch(r"corridor:(\d{1,18})", str(name_or_path)):
+        return corridor(int(made[1]))
     if str(name_or_path) not in names():
-        raise PlanError(f"unknown world '{name_or_path}'; known are {', '.join(names())}, or a path ending in .toml")
+        known = f"{', '.join(names())}, corridor:SEED (a whole number from 0)"
+        raise PlanError(f"unknown world '{name_or_path}'; known are {known}, or a path ending in .toml")
     text = (resources.files("worlds") / "library" / f"{name_or_path}.toml").read_text(encoding="utf-8")
     return parse_plan(text, f"{name_or_path}.toml")
 
@@ -250,9 +257,10 @@ def _outside(plan: FloorPlan) -> Iterator[str]:
     areas = rectangles(plan)
     for key, point in places:
         if not any(area.holds(point) for area in areas):
-            yield f"{key}: {list(point)} lies outside the walls; {_valid_areas(areas)}"
+            yield f"{key}: {list(point)} lies outside the walls; {valid_areas(areas)}"
 
 
-def _valid_areas(areas: tuple[Rectangle, ...]) -> str:
+def valid_areas(areas: tuple[Rectangle, ...]) -> str:
+    """Return the spans of some areas as they are told in errors."""
     spans = [f"x {r.low[0]:g} to {r.high[0]:g}, y {r.low[1]:g} to {r.high[1]:g}" for r in areas[:4]]
     return f"valid is {'; or '.join(spans)}{'; …' if len(areas) > 4 else ''}"

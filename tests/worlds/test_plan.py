@@ -29,7 +29,8 @@ def test_all_worlds_of_the_library_load() -> None:
 def test_unknown_world() -> None:
     with pytest.raises(WorldsError) as caught:
         load_plan("halway")
-    assert str(caught.value) == "unknown world 'halway'; known are annex, hallway, or a path ending in .toml"
+    known = f"{', '.join(names())}, corridor:SEED (a whole number from 0), or a path ending in .toml"
+    assert str(caught.value) == f"unknown world 'halway'; known are {known}"
 
 
 def test_missing_file(tmp_path: Path) -> None:
@@ -114,9 +115,9 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
             'poster = [{ name = "p1", wall = "left", at = 3, style = "pop" }]',
             "poster[0].style: 'pop' is not valid; it should be 'text', 'plots', 'photo', 'mixed' or 'diagram'",
         ),
-        ("colour = 1", "colour: unknown key; valid keys are name, title, place, floor, ceiling, material, wall, window, "
-         "door, poster, board, cabinet, bin, fixture, furniture, stairs, car, tree, kerb, marking, post, person, lamp, "
-         "routes"),
+        ("colour = 1", "colour: unknown key; valid keys are name, title, place, floor, ceiling, material, wall, "
+         "window, door, poster, board, cabinet, bin, fixture, furniture, stairs, car, tree, kerb, marking, post, "
+         "person, lamp, routes"),
     ],
 )  # fmt: skip
 def test_each_mistake_is_one_line(small: Text, top: str, said: str) -> None:
