@@ -11,3 +11,7 @@ class PlanError(WorldsError):
 
 class LightError(WorldsError):
     """A light was asked for that does not exist."""
+
+
+class ChangeError(WorldsError):
+    """A change between drives was asked for that cannot be."""

@@ -6,6 +6,7 @@ import types
 import typing
 from collections.abc import Iterator
 from importlib import resources
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +15,12 @@ from pydantic import BaseModel, ValidationError
 
 from worlds.areas import Rectangle, rectangles
 from worlds.errors import PlanError
+from worlds.footprints import PERSON_RADIUS, gaps, taken, ways
 from worlds.frame import Frame
 from worlds.generate import corridor
 from worlds.schema import Door, FloorPlan, OnWall, Wall, Window
 
-__all__ = ["FloorPlan", "load_plan", "names", "parse_plan"]
+__all__ = ["FloorPlan", "checked", "collide", "load_plan", "names", "parse_plan"]
 
 ON_WALL = ("window", "door", "poster", "board", "cabinet", "bin", "fixture")
 """Tables of the plan whose entries hang on a wall or stand against one."""
@@ -61,6 +63,11 @@ def parse_plan(text: str, file: str = "plan.toml") -> FloorPlan:
         raise PlanError(f"{file}: not valid TOML: {error}") from None
     except ValidationError as error:
         raise PlanError(f"{file}: {_first(error)}") from None
+    return checked(plan, file)
+
+
+def checked(plan: FloorPlan, file: str) -> FloorPlan:
+    """Return the plan if all in it fits together; raises ``PlanError`` with its first mistake, as one of ``file``."""
     for mistake in _mistakes(plan):
         raise PlanError(f"{file}: {mistake}")
     return plan
@@ -129,6 +136,7 @@ def _mistakes(plan: FloorPlan) -> Iterator[str]:
     yield from _windows_inside(plan)
     yield from _overlaps(plan)
     yield from _outside(plan)
+    yield from _hemmed_in(plan)
 
 
 def _listed(plan: FloorPlan, tables: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
@@ -229,19 +237,24 @@ def _off_sideways(key: str, kind: str, item: OnWall, wall: Wall) -> Iterator[str
 
 
 def _overlaps(plan: FloorPlan) -> Iterator[str]:
-    """Find things on one wall that cover each other; openings also collide where one is above the other."""
+    """Find things on one wall that cover each other."""
     items = list(_on_walls(plan))
     for i, (key, item) in enumerate(items):
         for _, other in items[:i]:
-            if item.wall != other.wall or not _meet(item.extent, other.extent):
-                continue
-            both_open = isinstance(item, Door | Window) and isinstance(other, Door | Window)
-            if both_open or _meet(item.rise, other.rise):
+            if collide(item, other):
                 first, last = other.extent
                 yield (
                     f"{key}.at: {item.at:g}: '{item.name}' overlaps '{other.name}', which takes {first:g} to "
                     f"{last:g} m of wall '{item.wall}'"
                 )
+
+
+def collide(item: Any, other: Any) -> bool:
+    """Whether two things on walls cover each other; openings also collide where one is above the other."""
+    if item.wall != other.wall or not _meet(item.extent, other.extent):
+        return False
+    both_open = isinstance(item, Door | Window) and isinstance(other, Door | Window)
+    return both_open or _meet(item.rise, other.rise)
 
 
 def _meet(a: tuple[float, float], b: tuple[float, float]) -> bool:
@@ -264,3 +277,19 @@ def valid_areas(areas: tuple[Rectangle, ...]) -> str:
     """Return the spans of some areas as they are told in errors."""
     spans = [f"x {r.low[0]:g} to {r.high[0]:g}, y {r.low[1]:g} to {r.high[1]:g}" for r in areas[:4]]
     return f"valid is {'; or '.join(spans)}{'; …' if len(areas) > 4 else ''}"
+
+
+def _hemmed_in(plan: FloorPlan) -> Iterator[str]:
+    """Find people who stand or walk in a wall or a thing."""
+    things = [thing for thing in taken(plan) if thing.table != "person"]
+    for k, person in enumerate(plan.person):
+        if any(a == b for a, b in pairwise(person.path)):
+            yield f"person[{k}].walk: {_short(person.walk)} is not valid; no point should follow itself"
+        for way in ways(person.path, PERSON_RADIUS):
+            gap = gaps(way, [thing.footprint for thing in things])
+            if min(gap, default=0.0) < -1e-9:
+                nearest, near = things[int(np.argmin(gap))], max(0.0, gap.min() + PERSON_RADIUS)
+                yield (
+                    f"person[{k}]: '{person.name}' comes as near as {near:.2f} m to "
+                    f"{nearest.table} '{nearest.name}'; it should keep {PERSON_RADIUS:g} m"
+                )

@@ -269,12 +269,20 @@ class Post(Standing):
 
 
 class Person(Standing):
-    """Somebody who stands, or walks to and fro along ``walk`` from its first point, ``speed`` in [m/s]."""
+    """Somebody who stands at ``at`` or walks from there along the points of ``walk`` and back, at ``speed`` [m/s].
 
-    height: Length = 1.74
+    ``height`` in [m]; the clothes reflect ``albedo`` of the light.
+    """
+
+    height: Annotated[float, Field(strict=True, ge=1.2, le=1.9)] = 1.74
     albedo: Share = 0.25
     walk: tuple[Point, ...] = ()
     speed: Length = 1.2
+
+    @property
+    def path(self) -> tuple[Point, ...]:
+        """All points of the way; a single one for somebody who stands."""
+        return self.at, *self.walk
 
 
 class Line(_Table):

@@ -1,0 +1,136 @@
+"""People who were not there before: some stand beside the routes, some walk to and fro along them.
+
+Places are sought along the routes, one stretch after another; nobody comes so near to a route that a robot would
+have to give way.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from worlds.alterations import MARGIN, TRIES, WAY, drawn, kept_free, thresholds
+from worlds.areas import inside
+from worlds.footprints import PERSON_RADIUS, Footprint, clearance, taken
+from worlds.schema import FloorPlan, Person
+
+STAND_EVERY, WALK_EVERY = 8.0, 16.0
+"""At strength 1 there is one person who stands, or one who walks, in so many metres of route: choices."""
+BESIDE = np.arange(WAY + PERSON_RADIUS + 0.005, 3.0, 0.02)
+"""How far from a route people are [m]: up to where a camera still shows them large."""
+SHORTEST, LONGEST, STEP = 3.0, 12.0, 0.1
+"""Least and greatest length of a way to and fro [m], which is measured in steps of ``STEP``."""
+ROOM = PERSON_RADIUS + MARGIN
+CLOTHES = 0.04, 0.6
+"""Albedos of the darkest and the brightest clothes (choice)."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Stretch:
+    """A stretch of a route: its middle and its direction, (2,) each, and its ``length`` [m]."""
+
+    name: str
+    middle: Array
+    ahead: Array
+    length: float
+
+
+def let_stand(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
+    """Let people stand beside the routes, but not before doors."""
+    for stretch, rng in drawn("standing", _stretches(plan, STAND_EVERY), strength, seed):
+        ground = _ground(plan) + thresholds(plan)
+        spot = next((s for s in _spots(plan, stretch, ground, rng)), None)
+        if spot is not None:
+            plan = _joined(plan, _somebody(f"standing-{stretch.name}", spot[None], rng))
+    return plan
+
+
+def let_walk(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
+    """Let people walk to and fro beside the routes, where nothing is in their way for some metres."""
+    for stretch, rng in drawn("walking", _stretches(plan, WALK_EVERY), strength, seed):
+        ground = _ground(plan)
+        ways = (_way(plan, spot, stretch.ahead, ground) for spot in _spots(plan, stretch, ground, rng))
+        way = next((w for w in ways if np.linalg.norm(w[1] - w[0]) >= SHORTEST), None)
+        if way is not None:
+            turned = way[:: rng.choice([-1, 1])]
+            plan = _joined(plan, _somebody(f"walking-{stretch.name}", turned, rng))
+    return plan
+
+
+def _joined(plan: FloorPlan, person: Person) -> FloorPlan:
+    return plan.model_copy(update={"person": (*plan.person, person)})
+
+
+def _somebody(name: str, points: Array, rng: Generator) -> Person:
+    """Return a person on a way, or at a place, (n, 2) [m]."""
+    at, *walk = (tuple(point) for point in points.round(3).tolist())
+    return Person(
+        name=name,
+        at=at,
+        walk=tuple(walk),
+        heading=round(float(rng.uniform(0.0, 360.0)), 1),
+        height=round(float(np.clip(rng.normal(1.71, 0.08), 1.5, 1.9)), 2),
+        albedo=round(float(np.exp(rng.uniform(*np.log(CLOTHES)))), 3),
+        speed=round(float(rng.uniform(0.9, 1.4)), 2),
+    )
+
+
+# --- where ---
+
+
+def _stretches(plan: FloorPlan, length: float) -> dict[str, _Stretch]:
+    """Cut the routes into stretches; where several share their way it counts once."""
+    found: list[_Stretch] = []
+    for points in plan.routes.values():
+        for middle, ahead in _along(np.array(points), length):
+            if all(np.linalg.norm(middle - other.middle) >= length / 2 for other in found):
+                found.append(_Stretch(str(len(found)), middle, ahead, length))
+    return {stretch.name: stretch for stretch in found}
+
+
+def _along(points: Array, every: float) -> Iterator[tuple[Array, Array]]:
+    """Yield places along a route and the direction there, the first after half of ``every`` metres."""
+    wait = every / 2
+    for start, end in pairwise(points):
+        length = float(np.linalg.norm(end - start))
+        for s in np.arange(wait, length, every):
+            yield start + s * (end - start) / length, (end - start) / length
+        wait = (wait - length) % every
+
+
+def _ground(plan: FloorPlan) -> list[Footprint]:
+    """Return the ground on which nobody may be."""
+    return [thing.footprint for thing in taken(plan)] + kept_free(plan)
+
+
+def _spots(plan: FloorPlan, stretch: _Stretch, ground: list[Footprint], rng: Generator) -> Iterator[Array]:
+    """Draw free places beside a stretch, (2,) each."""
+    aside = np.array([-stretch.ahead[1], stretch.ahead[0]])
+    for _ in range(TRIES):
+        start = stretch.middle + rng.uniform(-0.5, 0.5) * stretch.length * stretch.ahead
+        line = start + rng.choice([-1.0, 1.0]) * BESIDE[:, None] * aside
+        free = line[_free(plan, line, ground)]
+        if len(free):
+            yield free[rng.integers(len(free))]
+
+
+def _way(plan: FloorPlan, spot: Array, ahead: Array, ground: list[Footprint]) -> Array:
+    """Return how far somebody at ``spot`` can go straight on and back, (2 ends, 2)."""
+    steps = np.arange(STEP, LONGEST / 2, STEP)[:, None] * ahead
+    ends = []
+    for steps_on in (-steps, steps):
+        blocked = np.append(~_free(plan, spot + steps_on, ground), True)
+        reached = int(blocked.argmax())
+        ends.append(spot + steps_on[reached - 1] if reached else spot)
+    return np.array(ends)
+
+
+def _free(plan: FloorPlan, points: Array, ground: list[Footprint]) -> NDArray[np.bool_]:
+    """Whether somebody can be at each of ``points`` (n, 2)."""
+    within = np.array([inside(plan, point) for point in points])
+    return within & (clearance(points, ground) >= ROOM)
