@@ -1,7 +1,8 @@
 """World and robot as one simulation: clock, stepping, sensors, odometry."""
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import mujoco
@@ -13,6 +14,7 @@ from robots import Robot, Twist
 from sim.camera import Camera, CameraModel
 from sim.errors import SimError
 from sim.laser import Laser, LaserModel
+from sim.motion_blur import paths, smeared
 from sim.odometry import CalibrationErrors, Encoders, Odometry, Pulses, believed_geometry
 from sim.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
 from worlds.build import World
@@ -24,8 +26,6 @@ ADAPTATION = 0.5
 
 Until then it saw what the last view showed. So the exposure trails the light by the camera's lag, as a real one's does,
 and no frame is rendered just to be metered: a small frame costs nearly half of a whole one."""
-METER_STEP = 8
-"""The exposure control's light meter takes a mean: every so many rows and columns are enough."""
 OPTIONS = ("timestep", "integrator", "cone", "impratio")
 """Physics options that the robot's model asks for: the world takes them over."""
 
@@ -35,11 +35,13 @@ class BenchSettings:
     """Sensors of the bench, and the individual robot ``unit``, which fixes its calibration errors for all drives.
 
     ``cameras`` are those that take images, None for all of the robot's: rendering is the cost of the bench.
+    ``camera_models`` are the cameras that are no plain ``CameraModel()``, by name; a model's lens and sensor rule over
+    the field of view in the robot's own file.
     """
 
     renderer: RendererKind = RendererKind.FILAMENT
     cameras: tuple[str, ...] | None = None
-    camera: CameraModel = field(default_factory=CameraModel)
+    camera_models: Mapping[str, CameraModel] = field(default_factory=dict)
     laser: LaserModel = field(default_factory=LaserModel)
     calibration: CalibrationErrors = field(default_factory=CalibrationErrors)
     unit: int = 1
@@ -49,8 +51,8 @@ class Bench(Closing):
     """A robot in a world, at the start of a route, at simulated time 0; use it in a ``with`` block.
 
     Every random draw (noise of laser and cameras, calibration) comes from ``seed`` and the settings' ``unit``: the same
-    seed gives the same scans and poses, bit for bit. Raises ``SimError`` for an unknown route, ``RendererError`` where
-    the renderer's driver is missing.
+    seed gives the same scans and poses, bit for bit. ``settings`` are kept with every camera's name and model written
+    out. Raises ``SimError`` for an unknown route or camera, ``RendererError`` where the renderer's driver is missing.
     """
 
     def __init__(
@@ -64,7 +66,7 @@ class Bench(Closing):
     ) -> None:
         if route not in world.routes:
             raise SimError(f"unknown route {route!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
-        self.world, self.robot, self.settings = world, robot, settings or BenchSettings()
+        self.world, self.robot, self.settings = world, robot, _resolved(settings or BenchSettings(), robot)
         self.route = world.routes[route]
         self._prefix = f"{robot.name}/"
         self.model = self._compile()
@@ -74,10 +76,10 @@ class Bench(Closing):
         laser_seed, *camera_seeds = np.random.SeedSequence(seed).spawn(1 + len(robot.cameras))
         self._laser = Laser(self.settings.laser, np.random.default_rng(laser_seed))
         self._cameras = {
-            name: Camera(self.settings.camera, np.random.default_rng(camera_seed))
+            name: Camera(self.settings.camera_models[name], np.random.default_rng(camera_seed))
             # Seeds go by the robot's cameras, so that one's noise does not depend on which others take images.
             for name, camera_seed in zip(robot.cameras, camera_seeds, strict=True)
-            if self.settings.cameras is None or name in self.settings.cameras
+            if name in self.settings.cameras
         }
         geometry = believed_geometry(robot.drive, self.settings.calibration, np.random.default_rng(self.settings.unit))
         self._encoders = Encoders(robot.pulses_per_turn)
@@ -92,7 +94,13 @@ class Bench(Closing):
         for option in OPTIONS:
             setattr(spec.option, option, getattr(self.robot.spec.option, option))
         spec.attach(self.robot.spec, frame=spec.worldbody.add_frame(), prefix=self._prefix)
-        spec.visual.global_.offwidth, spec.visual.global_.offheight = 640, 480
+        picture = spec.visual.global_
+        for name, model in self.settings.camera_models.items():
+            mounted, pinhole = spec.camera(self._prefix + name), model.optics().pinhole
+            mounted.fovy, mounted.resolution = pinhole.fovy, (pinhole.width, pinhole.height)
+            mounted.sensor_size = (0.0, 0.0)  # else it would set the field of view
+            picture.offwidth = max(picture.offwidth, pinhole.width)
+            picture.offheight = max(picture.offheight, pinhole.height)
         prepare_spec(spec)
         return spec.compile()
 
@@ -143,14 +151,26 @@ class Bench(Closing):
         elapsed, self._last_look = self.time - self._last_look, self.time
         images = {}
         for name, camera in self._cameras.items():
-            radiance = self.renderer.radiance(self.data, self._prefix + name)
-            camera.adapt(radiance[::METER_STEP, ::METER_STEP], min(elapsed, ADAPTATION))
-            images[name] = camera.expose(radiance)
+            optics, mounted = camera.optics, self._prefix + name
+            sharp = optics.draw(self.renderer.radiance(self.data, mounted, optics.pinhole.width, optics.pinhole.height))
+            camera.adapt(sharp, min(elapsed, ADAPTATION))
+            run = paths(self.model, self.data, mounted, optics, camera.exposure.shutter)
+            images[name] = camera.expose(smeared(sharp, run))
         return images
 
     def close(self) -> None:
         """Give the renderer's device back."""
         self.renderer.close()
+
+
+def _resolved(settings: BenchSettings, robot: Robot) -> BenchSettings:
+    """``settings`` with all cameras of the robot named and a model for each."""
+    for name in (*(settings.cameras or ()), *settings.camera_models):
+        if name not in robot.cameras:
+            raise SimError(f"unknown camera {name!r} of robot {robot.name!r}: valid are {', '.join(robot.cameras)}")
+    cameras = robot.cameras if settings.cameras is None else tuple(settings.cameras)
+    models = {name: settings.camera_models.get(name) or CameraModel() for name in robot.cameras}
+    return replace(settings, cameras=cameras, camera_models=models)
 
 
 def _start_of(route: NDArray[np.float64]) -> Pose:

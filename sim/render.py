@@ -29,7 +29,7 @@ hallway of 100 m under a sun with shadow: 40 lamps, a third less time apart; 18,
 CLIP_NEAR = 0.05
 """Nothing nearer to a camera [m] is drawn; a choice. MuJoCo's own limit grows with the size of the world."""
 WIDTH_TO_HEIGHT = 4 / 3
-"""Shape of the pictures, as far as the rays below need it."""
+"""Shape of a picture of which nothing else is said."""
 RAYS = (33, 25)
 """Rays across and down that look for the farthest thing in a picture: one every 20 pixels."""
 NEARBY = 10.0
@@ -111,7 +111,9 @@ def prepare_spec(spec: mujoco.MjSpec) -> None:
             spec.add_numeric(name=name, data=[value])
 
 
-def farthest(model: mujoco.MjModel, data: mujoco.MjData, seen: mujoco.MjvGLCamera) -> float:
+def farthest(
+    model: mujoco.MjModel, data: mujoco.MjData, seen: mujoco.MjvGLCamera, shape: float = WIDTH_TO_HEIGHT
+) -> float:
     """Distance of the farthest thing that a grid of rays through the picture meets [m]; infinite if one meets nothing.
 
     A shadow map is spread over all that lies before the far plane, so a far plane just behind what is there makes sun
@@ -120,7 +122,7 @@ def farthest(model: mujoco.MjModel, data: mujoco.MjData, seen: mujoco.MjvGLCamer
     right = np.cross(seen.forward, seen.up)
     half_height = (seen.frustum_top - seen.frustum_bottom) / 2 / seen.frustum_near
     # MuJoCo leaves the width at 0 where the picture's own shape sets it.
-    half_width = seen.frustum_width / seen.frustum_near or WIDTH_TO_HEIGHT * half_height
+    half_width = seen.frustum_width / seen.frustum_near or shape * half_height
     across, down = (axis.ravel() for axis in np.meshgrid(np.linspace(-1, 1, RAYS[0]), np.linspace(-1, 1, RAYS[1])))
     rays = (
         np.asarray(seen.forward)[None, :]
@@ -146,8 +148,13 @@ def farthest(model: mujoco.MjModel, data: mujoco.MjData, seen: mujoco.MjvGLCamer
     return float(np.inf if (distances < 0).any() else (distances / lengths).max())
 
 
-def frustum(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> mujoco.MjvGLCamera:
-    """Pose and frustum of a named camera, its near plane at ``CLIP_NEAR``; raises ``SimError`` for an unknown name."""
+def frustum(
+    model: mujoco.MjModel, data: mujoco.MjData, camera: str, shape: float = WIDTH_TO_HEIGHT
+) -> mujoco.MjvGLCamera:
+    """Pose and frustum of a named camera, its near plane at ``CLIP_NEAR``; ``shape`` is width to height of the picture.
+
+    Raises ``SimError`` for an unknown name.
+    """
     names = [model.camera(i).name for i in range(model.ncam)]
     if camera not in names:
         raise SimError(f"unknown camera '{camera}': the model has {', '.join(names) or 'none'}")
@@ -158,7 +165,7 @@ def frustum(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> mujoco.M
     seen.frustum_near = CLIP_NEAR
     for side in ("frustum_bottom", "frustum_top", "frustum_center", "frustum_width"):
         setattr(seen, side, scale * getattr(seen, side))
-    reach = farthest(model, data, seen)
+    reach = farthest(model, data, seen, shape)
     if reach < NEARBY:
         # Twice as far, and a little more: what shows in a gap between two rays must not be cut off.
         seen.frustum_far = min(seen.frustum_far, 2.0 * reach + 2.0)
@@ -206,7 +213,7 @@ class FilamentRenderer(Closing):
         """See ``Renderer``. Mirrors (``reflectance``) show no image; colours count by their red channel: use greys."""
         if self._context is None:
             raise RendererError("renderer 'filament' is closed")
-        seen, size = frustum(self._model, data, camera), (width, height)
+        seen, size = frustum(self._model, data, camera, width / height), (width, height)
         if size not in self._targets:
             self._targets[size] = _Target(self._context, width, height)
             # The first frame of a context differs from its repetitions in a few pixels, now and then: it is discarded.
@@ -325,15 +332,16 @@ class ClassicRenderer(Closing):
         size = self._model.vis.global_
         if width > size.offwidth or height > size.offheight:
             raise SimError(f"image of {width}×{height} is beyond the model's {size.offwidth}×{size.offheight}")
-        self._look(data, camera)
+        self._look(data, camera, width / height)
         self._gl.make_current()
         rgb, viewport = np.empty((height, width, 3), np.uint8), mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(viewport, self._scene, self._context)
         mujoco.mjr_readPixels(rgb, None, viewport, self._context)
         return CLASSIC_WHITE * (rgb[::-1] / np.float32(255) @ GREY_OF_RGB) ** np.float32(CLASSIC_GAMMA)
 
-    def _look(self, data: mujoco.MjData, camera: str) -> None:
-        seen, free, everything = frustum(self._model, data, camera), mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL
+    def _look(self, data: mujoco.MjData, camera: str, shape: float) -> None:
+        seen, free = frustum(self._model, data, camera, shape), mujoco.MjvCamera()
+        everything = mujoco.mjtCatBit.mjCAT_ALL
         free.type, free.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._model.camera(camera).id
         mujoco.mjv_updateScene(self._model, data, self._options, None, free, everything, self._scene)
         for eye in self._scene.camera:

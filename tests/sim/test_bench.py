@@ -1,3 +1,4 @@
+import json
 import math
 from itertools import pairwise
 
@@ -11,11 +12,17 @@ import sim.bench
 from refseq.view import View
 from robots import Twist
 from sim.bench import ADAPTATION, CONTROL_PERIOD, Bench, BenchSettings
-from sim.camera import CameraModel
+from sim.camera import METER_STEP, CameraModel
+from sim.cameras import load_camera
 from sim.errors import SimError
+from sim.exposure import ExposureControl, centre_weights
 from sim.laser import LaserModel
+from sim.lens import Lens
 from sim.odometry import CalibrationErrors
+from sim.operator import OperatorStyle
+from sim.recorder import Trigger, describe
 from sim.render import RendererKind
+from sim.sensor import Sensor
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build
 from worlds.light import light_named
@@ -152,16 +159,20 @@ def test_a_unit_keeps_its_calibration_errors_over_drives_and_another_unit_has_ot
 
 
 class Lamp:
-    """A renderer of a wall that is evenly lit by ``luminance`` [cd/m²]."""
+    """A renderer of a wall that is evenly lit by ``luminance`` [cd/m²], its left half dark if there is an ``edge``."""
 
     kind = RendererKind.FILAMENT
 
     def __init__(self, luminance: float) -> None:
         self.luminance = luminance
-        self.closed = False
+        self.edge = self.closed = False
+        self.sizes: list[tuple[int, int]] = []
 
     def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
-        return np.full((height, width), self.luminance, np.float32)
+        self.sizes.append((width, height))
+        picture = np.full((height, width), self.luminance, np.float32)
+        picture[:, : width // 2 if self.edge else 0] *= 0.2
+        return picture
 
     def close(self) -> None:
         self.closed = True
@@ -175,20 +186,22 @@ def lamp(monkeypatch: pytest.MonkeyPatch) -> Lamp:
 
 
 def signal(view: View) -> float:
-    """Mean signal before gamma, as a share of full scale."""
-    return float(np.mean((view.images["camera-1"] / 255.0) ** CameraModel().gamma))
+    """Signal before gamma as the light meter weighs it, as a share of full scale."""
+    zones = (view.images["camera-1"][::METER_STEP, ::METER_STEP] / 255.0) ** CameraModel().gamma
+    return float((centre_weights(*zones.shape) * zones).sum())
 
 
 @pytest.mark.parametrize("elapsed", [0.04, 0.2, 2.0])
 def test_the_exposure_trails_a_change_of_light_by_the_cameras_lag(corridor: World, lamp: Lamp, elapsed: float) -> None:
     model, factor = CameraModel(), 3.0
     with bench_in(corridor, settings=BenchSettings()) as bench:
-        assert signal(bench.sense()) == pytest.approx(model.target, rel=0.03)
+        target = model.exposure.target
+        assert signal(bench.sense()) == pytest.approx(target, rel=0.03)
         lamp.luminance *= factor
         drive(bench, Twist(), elapsed)
         # The loop looks at the new light for as long as the time since the last view, ADAPTATION at most.
-        left = math.exp(-min(elapsed, ADAPTATION) / model.lag)
-        assert signal(bench.sense()) == pytest.approx(model.target * factor**left, rel=0.03)
+        left = math.exp(-min(elapsed, ADAPTATION) / model.exposure.lag)
+        assert signal(bench.sense()) == pytest.approx(target * factor**left, rel=0.03)
 
 
 def test_every_camera_takes_a_picture_with_noise_of_its_own(corridor: World, lamp: Lamp) -> None:
@@ -197,6 +210,90 @@ def test_every_camera_takes_a_picture_with_noise_of_its_own(corridor: World, lam
     assert set(images) == {"camera-1", "camera-2"}
     assert all(image.shape == (480, 640) and image.dtype == np.uint8 for image in images.values())
     assert not np.array_equal(images["camera-1"], images["camera-2"])
+
+
+PHONE = CameraModel(lens=Lens(focal=3e-3), sensor=Sensor(size=(320, 200)))
+MIXED = BenchSettings(camera_models={"camera-1": load_camera("fire-i-wide"), "camera-2": PHONE})
+
+
+def test_each_camera_has_the_lens_and_the_sensor_of_its_own_model(corridor: World, lamp: Lamp) -> None:
+    with bench_in(corridor, settings=MIXED) as bench:
+        images = bench.sense().images
+        fields = {name: float(bench.model.camera(f"robuter/{name}").fovy[0]) for name in images}
+        offscreen = bench.model.vis.global_
+    assert {name: image.shape for name, image in images.items()} == {"camera-1": (480, 640), "camera-2": (200, 320)}
+    assert fields["camera-2"] == pytest.approx(2 * math.degrees(math.atan(100 * 5.6e-6 / 3e-3)))
+    wide = load_camera("fire-i-wide").optics().pinhole
+    assert fields["camera-1"] == pytest.approx(wide.fovy)
+    assert (offscreen.offwidth, offscreen.offheight) == (wide.width, wide.height)
+    assert lamp.sizes == [(wide.width, wide.height), (320, 200)]
+
+
+def test_the_model_of_one_camera_changes_nothing_about_the_other(corridor: World, lamp: Lamp) -> None:
+    seen = []
+    for models in ({}, {"camera-1": load_camera("fire-i-wide")}):
+        with bench_in(corridor, settings=BenchSettings(camera_models=models)) as bench:
+            seen.append(bench.sense().images)
+    assert np.array_equal(seen[0]["camera-2"], seen[1]["camera-2"])
+    assert not np.array_equal(seen[0]["camera-1"], seen[1]["camera-1"])
+
+
+def test_only_the_cameras_that_were_asked_for_take_images_with_the_noise_that_they_always_have(
+    corridor: World, lamp: Lamp
+) -> None:
+    with bench_in(corridor, settings=BenchSettings(cameras=("camera-2",))) as bench:
+        alone = bench.sense().images
+    with bench_in(corridor, settings=BenchSettings()) as bench:
+        both = bench.sense().images
+    assert set(alone) == {"camera-2"}
+    assert np.array_equal(alone["camera-2"], both["camera-2"])
+
+
+@pytest.mark.parametrize("key", ["cameras", "camera_models"])
+def test_a_camera_that_the_robot_has_not_is_told_with_those_it_has(corridor: World, key: str) -> None:
+    wrong = {"cameras": ("camera-3",), "camera_models": {"camera-3": CameraModel()}}[key]
+    settings = BenchSettings(RendererKind.NONE, **{key: wrong})
+    with pytest.raises(SimError, match=r"^unknown camera 'camera-3' of robot 'robuter': valid are camera-1, camera-2$"):
+        bench_in(corridor, settings=settings)
+
+
+def test_the_metadata_tell_every_cameras_model(corridor: World) -> None:
+    settings = BenchSettings(RendererKind.NONE, camera_models={"camera-1": load_camera("fire-i-wide")})
+    with bench_in(corridor, settings=settings) as bench:
+        record = describe(bench, route="forward", seed=1, trigger=Trigger(), style=OperatorStyle())
+    sensors = json.loads(record["config"])["sensors"]
+    assert sensors["cameras"] == ["camera-1", "camera-2"]
+    focal = {name: model["lens"]["focal"] for name, model in sensors["camera_models"].items()}
+    assert focal == {"camera-1": 2.17e-3, "camera-2": 4.3e-3}
+    assert sensors["camera_models"]["camera-1"]["exposure"]["shutter"] == [1e-4, 1 / 15]
+
+
+def test_driving_along_a_wall_blurs_an_upright_edge_by_speed_shutter_and_focal_over_depth(
+    corridor: World, lamp: Lamp
+) -> None:
+    """The picture is an edge, the depth and the speed are MuJoCo's."""
+    quiet = CameraModel(
+        gamma=1.0, lens=Lens(blur=0.0), sensor=Sensor(read_noise=0.0), exposure=ExposureControl(shutter=(0.05, 0.05))
+    )
+    lamp.luminance, lamp.edge = 8.0, True
+    with bench_in(corridor, settings=BenchSettings(camera_models={"camera-2": quiet})) as bench:
+        standing = width(bench.sense().images["camera-2"])
+        drive(bench, Twist(0.4, 0.0), 3.0)
+        moving = width(bench.sense().images["camera-2"])
+        depth = 1.2 - bench.data.camera("robuter/camera-2").xpos[1]
+        speed = float(np.hypot(*bench.data.qvel[:2]))
+    assert speed == pytest.approx(0.4, rel=0.05)
+    assert standing < 1.0
+    assert moving == pytest.approx(speed * 0.05 * 4.3e-3 / 5.6e-6 / depth, rel=0.05)
+
+
+def width(image: NDArray[np.uint8]) -> float:
+    """Length of the ramp that an upright edge in the middle has become [pixels]."""
+    profile = image.astype(float).mean(axis=0) / CameraModel().optics().shading.mean(axis=0)
+    dark, bright = profile[100:280].mean(), profile[360:540].mean()
+    rise = (profile[280:360] - dark) / (bright - dark)
+    # A ramp of length L from -L/2 to L/2 overlaps its own mirror image by L / 6.
+    return float(6.0 * np.sum(rise * (1.0 - rise)))
 
 
 def test_leaving_the_block_gives_the_renderer_back(corridor: World, lamp: Lamp) -> None:

@@ -177,6 +177,16 @@ def test_the_far_plane_looks_at_the_whole_picture_not_at_its_middle() -> None:
     assert frustum(model, data, "down").frustum_far == mujoco_camera(model, data).frustum_far
 
 
+def test_the_far_plane_looks_at_all_of_a_broad_picture() -> None:
+    # A lid 3 m above the camera that fills 4 : 3 to each side, and beyond it on the right one 37 m up.
+    lids = '<geom type="box" size="9 9 .1" pos="-7.4 0 6.1"/> <geom type="box" size="99 99 .1" pos="0 0 40.1"/>'
+    model, data = card("", more=lids)
+    model.cam_quat[0] = (0, 1, 0, 0)
+    mujoco.mj_forward(model, data)
+    assert frustum(model, data, "down").frustum_far < 10.0
+    assert frustum(model, data, "down", 16 / 9).frustum_far == mujoco_camera(model, data).frustum_far
+
+
 def mujoco_camera(model: mujoco.MjModel, data: mujoco.MjData) -> mujoco.MjvGLCamera:
     """MuJoCo's own view of the camera, before its planes are moved."""
     view = mujoco.MjvCamera()

@@ -1,0 +1,112 @@
+"""What a camera's picture loses while the shutter is open and camera or scene move.
+
+Each point's path over the picture follows from its depth and from the velocities of camera and body; a pixel then is
+the mean of the picture along the path through it.
+"""
+
+import math
+
+import cv2
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.lens import Optics
+
+SEEN_GROUPS = np.array([1, 1, 1, 0, 0, 0], np.uint8)
+"""Geom groups that a camera shows: MuJoCo's default."""
+BLOCK = 8
+"""Paths are reckoned for blocks of so many pixels and interpolated in between: a choice. The rays are what costs."""
+FAR = 1e4
+"""Depth of what no ray meets, as the sky [m]: only turning blurs it."""
+NEAREST = 0.05
+"""No point comes nearer than this to the camera [m]: the renderers' near plane."""
+SHORTEST = 0.3
+"""Paths shorter than this [pixels] are left alone: the lens blurs more."""
+MOST_TAPS = 64
+"""At most so many samples along a path: one a pixel and two more up to here, sparser on longer ones."""
+
+
+def paths(
+    model: mujoco.MjModel, data: mujoco.MjData, camera: str, optics: Optics, shutter: float
+) -> NDArray[np.float32]:
+    """How far (right, down) the image of what each block shows runs in ``shutter`` [s], (rows, columns, 2) [pixels].
+
+    ``data`` is the middle of that time. Bodies move as ``data`` says, and so does what the camera is mounted on.
+    """
+    u, v = block_centres(optics.size)
+    x, y = optics.rays(u, v)
+    rays = np.stack([x, -y, -np.ones_like(x)], axis=-1).reshape(-1, 3)  # MuJoCo: y up, looking along −z
+    seen, rate = _seen(model, data, camera, rays)
+    half = rate * (shutter / 2)
+    (u0, v0), (u1, v1) = (_drawn(optics, point) for point in (seen - half, seen + half))
+    return np.stack([u1 - u0, v1 - v0], axis=-1).reshape(*u.shape, 2).astype(np.float32)
+
+
+def block_centres(size: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Pixels (u, v) in the middle of each block of a picture of ``size`` (width, height), (rows, columns) each."""
+    columns, rows = (math.ceil(n / BLOCK) for n in size)
+    u, v = ((np.arange(n) + 0.5) * whole / n - 0.5 for n, whole in ((columns, size[0]), (rows, size[1])))
+    return np.meshgrid(u, v)
+
+
+def _seen(
+    model: mujoco.MjModel, data: mujoco.MjData, camera: str, rays: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points that ``rays`` (n, 3) meet and their velocities, (n, 3) [m] and [m/s], all in the camera's own frame."""
+    eye, number = data.camera(camera), model.camera(camera).id
+    T_world_camera = eye.xmat.reshape(3, 3)
+    rays = rays / np.linalg.norm(rays, axis=1, keepdims=True) @ T_world_camera.T
+    geoms, distances = np.empty(len(rays), np.int32), np.empty(len(rays))
+    mujoco.mj_multiRay(
+        model, data, eye.xpos, rays.ravel(), SEEN_GROUPS, True, -1, geoms, distances, None, len(rays), mujoco.mjMAXVAL
+    )
+    points = eye.xpos + rays * np.where(geoms < 0, FAR, distances)[:, None]
+    bodies = np.where(geoms < 0, 0, model.geom_bodyid[geoms])
+    rates = -_velocities(model, data, mujoco.mjtObj.mjOBJ_CAMERA, number, eye.xpos, points)
+    for body in np.unique(bodies):
+        on_it = bodies == body
+        rates[on_it] += _velocities(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, data.xpos[body], points[on_it])
+    return (points - eye.xpos) @ T_world_camera, rates @ T_world_camera
+
+
+def _velocities(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    kind: mujoco.mjtObj,
+    number: int,
+    origin: NDArray[np.float64],
+    points: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Velocities of points (n, 3) that move as if fixed to an object, (n, 3) [m/s]; all in the world's frame."""
+    twist = np.empty(6)
+    mujoco.mj_objectVelocity(model, data, kind, number, twist, 0)
+    return twist[3:] + np.cross(twist[:3], points - origin)
+
+
+def _drawn(optics: Optics, points: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
+    """Pixels (u, v) of points (n, 3) in MuJoCo's frame of the camera."""
+    depth = np.maximum(-points[:, 2], NEAREST)
+    return optics.pixels(points[:, 0] / depth, -points[:, 1] / depth)
+
+
+def smeared(picture: NDArray[np.float32], paths: NDArray[np.float32]) -> NDArray[np.float32]:
+    """``picture`` (height, width) as it gets when all points run along their ``paths`` (rows, columns, 2) [pixels].
+
+    Half of a path is before the picture's instant, half after. Past the picture's edge its last pixels are repeated.
+    Where near things hide far ones, a pixel takes the path of what is in its middle: the edge of a near thing stays
+    sharper than it should when the far side is still.
+    """
+    longest = float(np.hypot(paths[..., 0], paths[..., 1]).max())
+    if longest < SHORTEST:
+        return picture
+    height, width = picture.shape
+    along = cv2.resize(paths, (width, height), interpolation=cv2.INTER_LINEAR)
+    here = np.dstack(np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32)))
+    taps = min(math.ceil(longest) + 2, MOST_TAPS)
+    total = np.zeros_like(picture)
+    for share in (np.arange(taps) + 0.5) / taps - 0.5:
+        there = cv2.scaleAdd(along, float(share), here)
+        cv2.accumulate(cv2.remap(picture, there, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), total)
+    total /= taps
+    return total
