@@ -71,7 +71,7 @@ class Bench(Closing):
         self._prefix = f"{robot.name}/"
         self.model = self._compile()
         self.data = mujoco.MjData(self.model)
-        self._place(_start_of(self.route))
+        self._stand_at(_start_of(self.route))
 
         laser_seed, *camera_seeds = np.random.SeedSequence(seed).spawn(1 + len(robot.cameras))
         self._laser = Laser(self.settings.laser, np.random.default_rng(laser_seed))
@@ -104,10 +104,18 @@ class Bench(Closing):
         prepare_spec(spec)
         return spec.compile()
 
-    def _place(self, pose: Pose) -> None:
+    def place(self, pose: Pose) -> None:
+        """Carry the robot to ``pose``, where it stands still: its odometer does not notice, its cameras adapt."""
+        self._stand_at(pose)
+        for camera in self._cameras.values():
+            camera.forget()
+
+    def _stand_at(self, pose: Pose) -> None:
         half = pose.heading / 2
         joint = self.data.joint(self._prefix + self.robot.base)
-        joint.qpos = (pose.x, pose.y, joint.qpos[2], math.cos(half), 0.0, 0.0, math.sin(half))
+        height = self.model.joint(self._prefix + self.robot.base).qpos0[2]
+        joint.qpos = (pose.x, pose.y, height, math.cos(half), 0.0, 0.0, math.sin(half))
+        self.data.qvel[:], self.data.act[:], self.data.qacc_warmstart[:] = 0.0, 0.0, 0.0
         mujoco.mj_forward(self.model, self.data)
 
     @property

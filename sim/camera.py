@@ -84,6 +84,10 @@ class Camera:
             self._log_exposure = wanted
         self._log_exposure += (wanted - self._log_exposure) * -math.expm1(-dt / self.model.exposure.lag)
 
+    def forget(self) -> None:
+        """Forget the light: what is seen next sets the exposure at once."""
+        self._log_exposure = None
+
     def digital(self, picture: NDArray[np.floating]) -> NDArray[np.uint16]:
         """Numbers of the converter for ``picture`` with the exposure as it is: linear in the light, 0 to 4095."""
         self._check(picture)

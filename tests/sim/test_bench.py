@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import robots
 import sim.bench
-from refseq.view import View
+from refseq.view import Pose, View
 from robots import Twist
 from sim.bench import ADAPTATION, CONTROL_PERIOD, Bench, BenchSettings
 from sim.camera import METER_STEP, CameraModel
@@ -202,6 +202,27 @@ def test_the_exposure_trails_a_change_of_light_by_the_cameras_lag(corridor: Worl
         # The loop looks at the new light for as long as the time since the last view, ADAPTATION at most.
         left = math.exp(-min(elapsed, ADAPTATION) / model.exposure.lag)
         assert signal(bench.sense()) == pytest.approx(target * factor**left, rel=0.03)
+
+
+def test_a_robot_that_is_carried_stands_there_and_its_odometer_does_not_notice(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        drive(bench, Twist(0.4, 0.0), 2.0)
+        bench.sense()
+        before = bench.odometry
+        bench.place(Pose(5.0, -0.4, 1.2))
+        assert (bench.pose.x, bench.pose.y, bench.pose.heading) == pytest.approx((5.0, -0.4, 1.2), abs=1e-9)
+        assert bench.odometry == before
+        drive(bench, Twist(), 1.0)
+        assert math.dist((bench.pose.x, bench.pose.y), (5.0, -0.4)) < 0.005
+        assert abs(bench.sense().distance) < 0.01
+
+
+def test_cameras_of_a_robot_that_is_carried_are_used_to_the_light_there(corridor: World, lamp: Lamp) -> None:
+    with bench_in(corridor, settings=BenchSettings()) as bench:
+        bench.sense()
+        lamp.luminance *= 5.0
+        bench.place(Pose(5.0, 0.0, 0.0))
+        assert signal(bench.sense()) == pytest.approx(CameraModel().exposure.target, rel=0.03)
 
 
 def test_every_camera_takes_a_picture_with_noise_of_its_own(corridor: World, lamp: Lamp) -> None:
