@@ -34,7 +34,8 @@ def hang_fittings(site: Site, plan: FloorPlan) -> None:
 
 def _poster(site: Site, frame: Frame, poster: Poster) -> None:
     key = f"poster_{poster.name}"
-    image = textures.poster((poster.width, poster.height), poster.style, site.rng(key))
+    size, rng = (poster.width, poster.height), site.rng(key)
+    image = textures.whiteboard(size, rng) if poster.style == "whiteboard" else textures.poster(size, poster.style, rng)
     site.panel(key, frame, poster.extent, SKIN, poster.rise, site.picture(key, image, PAPER))
 
 

@@ -189,7 +189,8 @@ def _matt(roughness: float) -> dict[str, float]:
 def _corners(frame: Frame, block: Block) -> NDArray[np.float64]:
     spans = np.array(block)
     local = spans[:, 0] + UNIT_BOX * np.diff(spans, axis=1)[:, 0]
-    return np.array([frame.point(*corner) for corner in local])
+    level = frame.origin + local[:, :2] @ np.array([frame.along, frame.inward])
+    return np.column_stack([level, local[:, 2]])
 
 
 def _faces(frame: Frame) -> NDArray[np.int64]:

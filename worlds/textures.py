@@ -88,7 +88,49 @@ def tiles(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 4
     return encode(field, rng)
 
 
-FLOORS = MappingProxyType({"tiles": tiles})
+def carpet(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 48) -> Image:
+    """Draw a floor of (columns, rows) carpet tiles, each a quarter turned against the next; trodden spots."""
+    columns, rows = count
+    shape = rows * pixels, columns * pixels
+    pile = rng.standard_normal(shape)
+    along = cv2.GaussianBlur(pile, (0, 0), sigmaX=2.0, sigmaY=0.5, borderType=cv2.BORDER_REFLECT)
+    across = cv2.GaussianBlur(pile, (0, 0), sigmaX=0.5, sigmaY=2.0, borderType=cv2.BORDER_REFLECT)
+    turned = _checkered(count, pixels)
+    loops = np.where(turned, along / along.std(), across / across.std())
+    field = albedo * (1.0 + 0.03 * np.where(turned, 1, -1) + 0.12 * loops + 0.04 * cloud(shape, rng, coarsest=3))
+    return encode(field, rng)
+
+
+def parquet(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 48, strips: int = 5) -> Image:
+    """Draw a floor of (columns, rows) squares of oak strips, each a quarter turned against the next."""
+    columns, rows = count
+    shape = rows * pixels, columns * pixels
+    v, u = np.indices(shape)
+    turned = _checkered(count, pixels)
+    place = np.where(turned, v, u) % pixels * strips // pixels
+    oak = 1.0 + 0.11 * rng.standard_normal((rows, columns, strips))[v // pixels, u // pixels, place]
+    noise = rng.standard_normal(shape)
+    upright = cv2.GaussianBlur(noise, (0, 0), sigmaX=0.6, sigmaY=7.0)
+    lying = cv2.GaussianBlur(noise, (0, 0), sigmaX=7.0, sigmaY=0.6)
+    grain = np.where(turned, lying / lying.std(), upright / upright.std())
+    field = albedo * oak * (1.0 + 0.07 * grain)
+    field[_joints(np.where(turned, v, u), pixels, strips)] *= 0.72
+    field[(u % pixels == 0) | (v % pixels == 0)] *= 0.72
+    return encode(field, rng)
+
+
+def _checkered(count: tuple[int, int], pixels: int) -> NDArray[np.bool_]:
+    """Every second square of (columns, rows), as a mask of pixels."""
+    squares = np.indices(count[::-1]).sum(axis=0) % 2 == 0
+    return np.kron(squares, np.ones((pixels, pixels), bool))
+
+
+def _joints(across: NDArray, pixels: int, strips: int) -> NDArray[np.bool_]:
+    """Where one strip ends and the next begins."""
+    return (across % pixels * strips) % pixels < strips
+
+
+FLOORS = MappingProxyType({"tiles": tiles, "carpet": carpet, "parquet": parquet})
 """How each pattern of a floor is drawn: (columns, rows) of tiles, albedo, generator."""
 
 
@@ -271,6 +313,41 @@ def poster(size: tuple[float, float], style: str, rng: Generator, density: int =
     _fill_cells(image, _cells(width, height, head, style, rng), style, rng)
     cv2.rectangle(image, (0, 0), (width - 1, height - 1), tone(0.2), 2)
     return image
+
+
+def whiteboard(size: tuple[float, float], rng: Generator, density: int = DENSITY) -> Image:
+    """Draw a whiteboard of (width, height) [m]: what was sketched and written, badly wiped, a metal frame."""
+    width, height = round(size[0] * density), round(size[1] * density)
+    smears = np.zeros((60, 100), np.float32)
+    for _ in range(rng.integers(2, 5)):
+        centre, axes = rng.integers((15, 12), (86, 49)).tolist(), rng.integers((10, 5), (25, 12)).tolist()
+        cv2.ellipse(smears, centre, axes, float(rng.uniform(-20, 20)), 0, 360, 1.0, -1)
+    smears = cv2.resize(cv2.GaussianBlur(smears, (0, 0), 2.0), (width, height), interpolation=cv2.INTER_CUBIC)
+    image = encode(0.8 * (1.0 - 0.05 * smears), rng)
+    columns = max(1, round(size[0] / 0.7))
+    for i in range(columns):
+        _sketch(image, (round((i + 0.1) * width / columns), round(0.1 * height)), (width / columns, height), rng)
+    cv2.rectangle(image, (0, 0), (width - 1, height - 1), tone(0.45), round(0.03 * density))
+    return image
+
+
+def _sketch(image: Image, at: tuple[int, int], room: tuple[float, float], rng: Generator) -> None:
+    """Write or draw by hand into one part of a whiteboard; some parts stay empty."""
+    (x, y), (width, height) = at, (round(0.8 * room[0]), round(0.75 * room[1]))
+    kind, ink = rng.integers(4), rng.uniform(0.04, 0.2)
+    if kind == 0:
+        walk = np.cumsum(rng.normal(0, 0.06 * height, 40))
+        v = np.clip(y + height / 2 + walk - walk.mean(), y, y + height)
+        curve = np.stack([np.linspace(x, x + width, 40), v], axis=1).astype(np.int32)
+        cv2.polylines(image, [curve], False, tone(ink), 3, cv2.LINE_AA)
+        cv2.arrowedLine(image, (x, y + height), (x, y), tone(ink), 3, cv2.LINE_AA, tipLength=0.05)
+        cv2.arrowedLine(image, (x, y + height), (x + width, y + height), tone(ink), 3, cv2.LINE_AA, tipLength=0.05)
+    elif kind < 3:
+        for line in range(y + 40, y + height, 46):
+            if rng.random() < 0.75:
+                text = words(rng, int(rng.integers(1, 5)))[: max(1, width // 22)]
+                skewed = (x + int(rng.integers(0, 20)), line + int(rng.integers(-6, 7)))
+                cv2.putText(image, text, skewed, cv2.FONT_HERSHEY_SCRIPT_SIMPLEX, 1.1, tone(ink), 2, cv2.LINE_AA)
 
 
 def _cells(width: int, height: int, head: int, style: str, rng: Generator) -> list[tuple[int, int, int, int]]:
