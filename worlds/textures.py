@@ -25,8 +25,13 @@ SKY_BY_DAY, SKY_BY_NIGHT = 0.9, 0.004
 
 def srgb(linear: float | NDArray[np.floating]) -> NDArray[np.float64]:
     """Encode linear values 0..1 as sRGB values 0..1 (IEC 61966-2-1)."""
-    x = np.clip(np.asarray(linear, dtype=float), 0.0, 1.0)
-    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1 / 2.4) - 0.055)
+    x = np.atleast_1d(np.clip(np.asarray(linear, dtype=float), 0.0, 1.0))
+    code = np.power(x, 1 / 2.4)
+    code *= 1.055
+    code -= 0.055
+    dark = x <= 0.0031308
+    code[dark] = 12.92 * x[dark]
+    return code.reshape(np.shape(linear))
 
 
 def linear(code: NDArray[np.uint8]) -> NDArray[np.float64]:
@@ -37,7 +42,10 @@ def linear(code: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 def encode(albedo: NDArray[np.floating], rng: Generator) -> Image:
     """Turn albedos into bytes, dithered so that a faint gradient does not become steps."""
-    return np.clip(np.floor(255.0 * srgb(albedo) + rng.random(albedo.shape)), 0, 255).astype(np.uint8)
+    code = srgb(albedo)
+    code *= 255.0
+    code += rng.random(albedo.shape)
+    return np.clip(np.floor(code, out=code), 0, 255, out=code).astype(np.uint8)
 
 
 def tone(albedo: float) -> int:
@@ -411,13 +419,24 @@ def _pin(image: Image, sheet: Image, x: int, y: int, rng: Generator) -> None:
     """Paste ``sheet`` turned by a degree or two, with its shadow and a pin."""
     h, w = sheet.shape
     turn = cv2.getRotationMatrix2D((w / 2, h / 2), rng.normal(0, 1.5), 1.0)
+    low, high = _around(np.array([(x, y), (x + w, y + h)]), max(h, w) // 4 + 16, image.shape)
     turn[:, 2] += (x, y)
-    size = image.shape[::-1]
-    mask = cv2.warpAffine(np.full_like(sheet, 255), turn, size, flags=cv2.INTER_LINEAR) / 255.0
+    part = np.s_[low[1] : high[1], low[0] : high[0]]
+
+    def placed(patch: Image) -> Image:
+        return cv2.warpAffine(patch, turn, image.shape[::-1], flags=cv2.INTER_LINEAR)[part]
+
+    mask = placed(np.full_like(sheet, 255)) / 255.0
     shadow = cv2.GaussianBlur(np.roll(mask, (3, 2), (0, 1)), (0, 0), 2)
-    image[:] = image * (1 - 0.35 * shadow)
-    image[:] = image * (1 - mask) + mask * cv2.warpAffine(sheet, turn, size, flags=cv2.INTER_LINEAR)
+    image[part] = image[part] * (1 - 0.35 * shadow)
+    image[part] = image[part] * (1 - mask) + mask * placed(sheet)
     cv2.circle(image, (x + w // 2, y + 8), 4, tone(rng.choice([0.05, 0.4, 0.8])), -1, cv2.LINE_AA)
+
+
+def _around(points: NDArray[np.integer], margin: int, shape: tuple[int, ...]) -> tuple[NDArray, NDArray]:
+    """Corners (x, y) of the part of an image of that shape that lies around ``points`` (n, 2) [px]."""
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+    return np.clip(low, 0, shape[::-1]), np.clip(high, 0, shape[::-1])
 
 
 def _paste(image: Image, patch: Image, x: int, y: int) -> None:
@@ -467,13 +486,19 @@ def outside(width: int, height: int, horizon: float, day: bool, rng: Generator) 
 
 def _trees(field: NDArray, line: int, day: bool, rng: Generator) -> None:
     height, width = field.shape
+    largest = 4 + height // 22
     for _ in range(width // 60):
         centre = int(rng.integers(width)), line - int(rng.integers(0, height // 8))
-        blob = np.zeros(field.shape, np.uint8)
-        for _ in range(14):
-            at = (int(centre[0] + rng.normal(0, height / 14)), int(centre[1] + rng.normal(0, height / 18)))
-            cv2.circle(blob, at, int(rng.integers(4, 4 + height // 22)), 255, -1, cv2.LINE_AA)
-        field[blob > 127] = (0.1 if day else 0.001) * rng.uniform(0.6, 1.5)
+        circles = [
+            (centre[0] + rng.normal(0, height / 14), centre[1] + rng.normal(0, height / 18), rng.integers(4, largest))
+            for _ in range(14)
+        ]
+        low, high = _around(np.array(circles, int)[:, :2], largest, field.shape)
+        blob = np.zeros((high - low)[::-1], np.uint8)
+        for x, y, radius in circles:
+            cv2.circle(blob, (int(x) - int(low[0]), int(y) - int(low[1])), int(radius), 255, -1, cv2.LINE_AA)
+        part = field[low[1] : high[1], low[0] : high[0]]
+        part[blob > 127] = (0.1 if day else 0.001) * rng.uniform(0.6, 1.5)
 
 
 def _house(field: NDArray, x: int, width: int, line: int, day: bool, rng: Generator) -> None:
