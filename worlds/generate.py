@@ -21,8 +21,8 @@ from worlds.schema import Door, FloorPlan, Wall
 
 SHORTEST_LEG = 12.0
 """Every leg is at least so long [m]: two legs that run side by side keep room for open doors between them."""
-END_MARGIN = 1.5
-"""Walls stay free so far from their ends [m]: a robot needs the room in a bend."""
+END_MARGIN = 2.0
+"""Walls stay free so far from both ends of a leg's middle line [m]: a robot swings out where it turns."""
 START_MARGIN = 2.0
 """Routes begin and end so far from the end walls [m]."""
 BEND_CUT = 1.0
@@ -72,7 +72,7 @@ def corridor(seed: int) -> FloorPlan:
     glazed = [w.name for w in walls if _at_edge(w, walls) and _side(w) == like.glazed]
     walls = [w.model_copy(update={"thickness": 0.3}) if w.name in glazed else w for w in walls]
     bare = _bare_stretches(rng, points)
-    items = [item for w in walls for item in _hung(rng, like, w, w.name in glazed, _bare_on(w, points, bare))]
+    items = [item for w in walls for item in _hung(rng, like, w, w.name in glazed, points, bare)]
     items = _closed_where_cramped(items, walls)
     route = _route(points)
     length = sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
@@ -258,21 +258,19 @@ def _bare_stretches(rng: Generator, points: NDArray[np.float64]) -> list[tuple[i
     return found
 
 
-def _bare_on(wall: Wall, points: NDArray[np.float64], bare: list[tuple[int, Span]]) -> list[Span]:
-    """The bare stretches as spans of a wall, from its own start."""
-    if not _side(wall):
-        return []
+def _on_wall(wall: Wall, points: NDArray[np.float64], spans: Sequence[Span]) -> list[Span]:
+    """Spans along the middle line of a wall's leg as spans from the wall's own start."""
     frame = Frame.of(wall)
     shift = float((points[_leg(wall)] - frame.origin) @ frame.along)
-    return [(a + shift, b + shift) for leg, (a, b) in bare if leg == _leg(wall)]
+    return [(a + shift, b + shift) for a, b in spans]
 
 
 class _Rail:
-    """A wall on which things find a place: ``taken`` spans are not free."""
+    """The ``span`` of a wall on which things find a place; what is ``taken`` of it is not free."""
 
-    def __init__(self, wall: Wall, taken: list[Span]) -> None:
-        self.span = (END_MARGIN, wall.length - END_MARGIN)
-        self.taken = list(taken)
+    def __init__(self, span: Span) -> None:
+        self.span = span
+        self.taken: list[Span] = []
 
     def take(self, at: float, width: float, beside: float = 0.05) -> bool:
         """Take the place for something ``width`` wide around ``at`` if it is free, ``beside`` it too."""
@@ -288,21 +286,30 @@ class _Rail:
         return next((at for at in draws if self.take(at, width)), None)
 
 
-def _hung(rng: Generator, like: _Character, wall: Wall, glazed: bool, bare: list[Span]) -> list[Item]:
+def _hung(
+    rng: Generator,
+    like: _Character,
+    wall: Wall,
+    glazed: bool,
+    points: NDArray[np.float64],
+    bare: list[tuple[int, Span]],
+) -> list[Item]:
     """All that hangs on a wall or stands against it."""
     if not _side(wall):
         return _end_door(rng, wall)
-    rail = _Rail(wall, [])
+    leg = _leg(wall)
+    length = float(np.linalg.norm(points[leg + 1] - points[leg]))
+    rail = _Rail(_on_wall(wall, points, [(END_MARGIN, length - END_MARGIN)])[0])
     items = _windows(rng, like, rail) if glazed else []
-    items += _doors(rng, like, wall, rail, glazed)
-    rail.taken += bare
+    items += _doors(rng, like, rail, glazed)
+    rail.taken += _on_wall(wall, points, [span for on, span in bare if on == leg])
     for kind, rate in like.rates.items():
         for _ in range(int(rng.poisson(rate * wall.length))):
             thing = THINGS[kind](rng)
             if (at := rail.find(rng, thing["width"])) is not None:
                 items.append({**thing, "at": at})
     items = [{**item, "wall": wall.name} for item in items]
-    return _repeated(rng, items, wall) if rng.random() < 0.4 else items
+    return _repeated(rng, items, rail.span) if rng.random() < 0.4 else items
 
 
 def _end_door(rng: Generator, wall: Wall) -> list[Item]:
@@ -327,7 +334,7 @@ def _windows(rng: Generator, like: _Character, rail: _Rail) -> list[Item]:
     return items
 
 
-def _doors(rng: Generator, like: _Character, wall: Wall, rail: _Rail, glazed: bool) -> list[Item]:
+def _doors(rng: Generator, like: _Character, rail: _Rail, glazed: bool) -> list[Item]:
     """Doors with gamma-distributed gaps; few and closed where there are windows."""
     items: list[Item] = []
     number = int(rng.integers(1, 9))
@@ -389,17 +396,17 @@ THINGS = {
 }
 
 
-def _repeated(rng: Generator, items: list[Item], wall: Wall) -> list[Item]:
+def _repeated(rng: Generator, items: list[Item], whole: Span) -> list[Item]:
     """Let a stretch of the wall come again further on, thing for thing, instead of what was there."""
     span = float(rng.uniform(7.0, 14.0))
-    room = wall.length - 2 * END_MARGIN - 2 * span
+    room = whole[1] - whole[0] - 2 * span
     if room < 0.0:
         return items
-    begin, shift = END_MARGIN + float(rng.uniform(0.0, room)), round(span + 0.1, 1)
+    begin, shift = whole[0] + float(rng.uniform(0.0, room)), round(span + 0.1, 1)
     source = [item for item in items if _within(item, begin, begin + span)]
     kept = [item for item in items if not _reaches(item, begin + shift, begin + shift + span)]
     copies = [{**item, "at": round(item["at"] + shift, 2)} for item in source]
-    return kept + [copy for copy in copies if copy["at"] + _half(copy) <= wall.length - END_MARGIN]
+    return kept + [copy for copy in copies if copy["at"] + _half(copy) <= whole[1]]
 
 
 def _half(item: Item) -> float:

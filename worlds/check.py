@@ -1,0 +1,225 @@
+"""What a schema cannot tell: whether a world can be put up, nothing stands in anything else, and robots get through.
+
+It looks at the compiled model, at the same solids that robots touch and laser beams end on.
+"""
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from worlds.build import build
+from worlds.light import LightSetting
+from worlds.schema import FloorPlan
+
+TOLERANCE = 0.01
+"""Things may stand so far in each other [m]: what is drawn to the centimetre may be off by one. A choice."""
+CLEARANCE = 0.05
+"""A robot's footprint is grown by so much on all sides [m]: no robot keeps to its route exactly. A choice."""
+GROUND = 0.03
+"""What is lower than this [m] a robot rolls over."""
+STRIDE, SWING = 0.1, np.radians(10.0)
+"""A robot is put down at least every so many metres of a route, and so often while it turns [rad]."""
+TABLES = (
+    *("wall", "window", "door", "poster", "board", "cabinet", "bin", "fixture", "furniture", "stairs", "car", "tree"),
+    *("kerb", "marking", "post", "person", "lamp"),
+)
+PROBE = "check_probe"
+
+
+@dataclass(frozen=True, slots=True)
+class Footprint:
+    """A robot as a box, [m]: from ``back`` behind to ``front`` before the point that follows a route; ``height`` up."""
+
+    name: str
+    front: float
+    back: float
+    half_width: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Checkup:
+    """What was found, one line each, and what the world costs.
+
+    ``seconds`` to build and compile it, ``megabytes`` of the compiled model, its number of ``geoms`` and of ``solids``.
+    """
+
+    findings: tuple[str, ...]
+    seconds: float
+    megabytes: float
+    geoms: int
+    solids: int
+
+
+def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[Footprint] = (), seed: int = 0) -> Checkup:
+    """Put up a world and look for things that are missing, that overlap, and that stand on a route."""
+    begun = time.perf_counter()
+    spec = build(plan, light, seed).spec
+    model = spec.compile()
+    seconds = time.perf_counter() - begun
+    solids = _solids(model)
+    things = _things(plan)
+    findings = (
+        *_missing(model, things),
+        *_overlapping(model, plan, things, solids),
+        *(line for robot in robots for line in _blocked(spec, plan, things, robot)),
+    )
+    return Checkup(findings, seconds, mujoco.mj_sizeModel(model) / 1e6, model.ngeom, len(solids))
+
+
+# --- whose is a geom? ---
+
+
+class _Thing(NamedTuple):
+    """Something of the plan; what is in no table, such as the ceiling's slab, has none."""
+
+    table: str
+    name: str
+    kind: str
+
+    def __str__(self) -> str:
+        return f"{self.kind} '{self.name}'"
+
+
+def _things(plan: FloorPlan) -> dict[str, _Thing]:
+    """All things by what the names of their geoms begin with: their table's or their kind's word, and their name."""
+    found = {}
+    for table in TABLES:
+        for item in getattr(plan, table):
+            thing = _Thing(table, item.name, getattr(item, "kind", table))
+            found |= {f"{word}_{item.name}": thing for word in (table, thing.kind)}
+    return found
+
+
+def _owner(geom: str, things: dict[str, _Thing]) -> _Thing:
+    """The thing that a geom belongs to: the one with the longest name that the geom's begins with."""
+    parts = geom.split("_")
+    starts = ("_".join(parts[:n]) for n in range(len(parts), 0, -1))
+    return next((things[start] for start in starts if start in things), _Thing("", geom, "part"))
+
+
+def _missing(model: mujoco.MjModel, things: dict[str, _Thing]) -> Iterator[str]:
+    names = [model.geom(i).name for i in range(model.ngeom)] + [model.body(i).name for i in range(model.nbody)]
+    there = {_owner(name, things) for name in names}
+    for thing in dict.fromkeys(things.values()):
+        if thing not in there:
+            yield f"{thing} is in the plan, but not in the world"
+
+
+# --- do things stand in each other? ---
+
+
+def _solids(model: mujoco.MjModel) -> NDArray[np.intp]:
+    """Numbers of the geoms that are touched, without the endless floor."""
+    touched = (model.geom_contype | model.geom_conaffinity) != 0
+    return np.flatnonzero(touched & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
+
+
+def geom_boxes(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return low and high corners of the boxes around all geoms, along the world's axes, (ngeom, 3) each [m]."""
+    turns = data.geom_xmat.reshape(-1, 3, 3)
+    middle = data.geom_xpos + np.einsum("gij,gj->gi", turns, model.geom_aabb[:, :3])
+    half = np.einsum("gij,gj->gi", np.abs(turns), model.geom_aabb[:, 3:])
+    return middle - half, middle + half
+
+
+def _overlapping(
+    model: mujoco.MjModel, plan: FloorPlan, things: dict[str, _Thing], solids: NDArray[np.intp]
+) -> Iterator[str]:
+    """Tell of each two things that stand in each other where they do most."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    hung = {(door.name, door.wall) for door in plan.door}
+    worst: dict[tuple[_Thing, _Thing], tuple[float, NDArray[np.float64]]] = {}
+    for a, b in _near(model, data, solids):
+        one, other = (_owner(model.geom(g).name, things) for g in (a, b))
+        if _built_together(one, other, hung):
+            continue
+        depth, place = _depth(model, data, a, b)
+        if depth > max(TOLERANCE, worst.get((one, other), (0.0,))[0]):
+            worst[one, other] = depth, place
+    for (one, other), (depth, (x, y, z)) in worst.items():
+        yield f"{one} and {other} overlap by {depth:.2f} m at x {x:.2f}, y {y:.2f}, z {z:.2f}"
+
+
+def _depth(model: mujoco.MjModel, data: mujoco.MjData, a: int, b: int) -> tuple[float, NDArray[np.float64]]:
+    """How far one geom must be moved to leave the other [m], and where they overlap, (3,) [m]."""
+    ends = np.zeros(6)
+    return -mujoco.mj_geomDistance(model, data, a, b, 1.0, ends), (ends[:3] + ends[3:]) / 2
+
+
+def _near(model: mujoco.MjModel, data: mujoco.MjData, solids: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
+    """Pairs of solids whose boxes overlap by more than the tolerance."""
+    low, high = (corners[solids] for corners in geom_boxes(model, data))
+    meet = np.all(low[:, None] < high[None] - TOLERANCE, axis=2)
+    first, second = np.nonzero(np.triu(meet & meet.T, 1))
+    yield from zip(solids[first].tolist(), solids[second].tolist(), strict=True)
+
+
+def _built_together(one: _Thing, other: _Thing, hung: set[tuple[str, str]]) -> bool:
+    """Whether two solids belong together: of one thing, of the shell, or a door's and the wall's that it hangs in."""
+    match {one.table, other.table}:
+        case tables if tables <= {"wall", ""}:
+            return True
+        case tables if tables == {"wall", "door"}:
+            door, wall = (one, other) if one.table == "door" else (other, one)
+            return (door.name, wall.name) in hung
+    return one == other
+
+
+# --- do robots get through? ---
+
+
+def _blocked(spec: mujoco.MjSpec, plan: FloorPlan, things: dict[str, _Thing], robot: Footprint) -> Iterator[str]:
+    """Lead the robot's box along each route; each thing that it touches is told once a route."""
+    model = _with_probe(spec, robot)
+    data = mujoco.MjData(model)
+    for route, points in plan.routes.items():
+        touched: dict[_Thing, tuple[float, float]] = {}
+        for x, y, heading in _poses(np.array(points)):
+            for geom in _touched(model, data, x, y, heading):
+                touched.setdefault(_owner(geom, things), (x, y))
+        for thing, (x, y) in touched.items():
+            yield f"route '{route}': robot '{robot.name}' does not get past {thing} at x {x:.2f}, y {y:.2f}"
+
+
+def _with_probe(spec: mujoco.MjSpec, robot: Footprint) -> mujoco.MjModel:
+    """The world and in it a free box as large as the robot."""
+    world = spec.copy()
+    body = world.worldbody.add_body(name=PROBE)
+    body.add_freejoint()
+    length, height = (robot.front + robot.back) / 2 + CLEARANCE, robot.height - GROUND
+    middle = [(robot.front - robot.back) / 2, 0.0, GROUND + height / 2]
+    size = [length, robot.half_width + CLEARANCE, height / 2]
+    body.add_geom(name=PROBE, type=mujoco.mjtGeom.mjGEOM_BOX, pos=middle, size=size, mass=1.0)
+    return world.compile()
+
+
+def _poses(points: NDArray[np.float64]) -> Iterator[tuple[float, float, float]]:
+    """Places and headings along a route, (x, y, heading) [m, rad]; at each bend it turns on the spot."""
+    steps = np.diff(points, axis=0)
+    headings = np.arctan2(steps[:, 1], steps[:, 0])
+    for (start, end), heading, after in zip(pairwise(points), headings, [*headings[1:], None], strict=True):
+        count = max(2, int(np.ceil(np.linalg.norm(end - start) / STRIDE)) + 1)
+        yield from ((float(x), float(y), float(heading)) for x, y in np.linspace(start, end, count))
+        if after is not None:
+            turn = (after - heading + np.pi) % (2 * np.pi) - np.pi
+            for part in np.linspace(0.0, turn, int(np.ceil(abs(turn) / SWING)) + 1):
+                yield float(end[0]), float(end[1]), float(heading + part)
+
+
+def _touched(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float, heading: float) -> set[str]:
+    """Names of the geoms that the probe touches there."""
+    data.qpos[-7:] = [x, y, 0.0, np.cos(heading / 2), 0.0, 0.0, np.sin(heading / 2)]
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_collision(model, data)
+    probe = model.geom(PROBE).id
+    pairs = [set(pair) for pair in data.contact.geom.tolist()]
+    return {model.geom((pair - {probe}).pop()).name for pair in pairs if probe in pair}
