@@ -136,7 +136,7 @@ def farthest(
         data,
         np.asarray(seen.pos, float),
         (rays / lengths[:, None]).ravel(),
-        None,
+        mujoco.MjvOption().geomgroup,  # only what is drawn: what lies behind a window's pane is seen
         1,
         -1,
         geoms,

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worlds.fittings import hang_fittings
-from worlds.illuminate import illuminate
+from worlds.furniture import furnish
+from worlds.illuminate import BACKDROP, illuminate
 from worlds.light import LightSetting
 from worlds.openings import cut_openings
 from worlds.photometry import Photometry, photometry
@@ -45,6 +46,7 @@ def build(plan: FloorPlan, light: LightSetting, seed: int) -> World:
     cut_openings(site, plan)
     hang_fittings(site, plan)
     raise_stairs(site, plan)
+    furnish(site, plan)
     illuminate(site, plan, numbers)
     routes = MappingProxyType({name: _frozen(points) for name, points in plan.routes.items()})
     return World(plan.name, site.spec, plan, light, seed, routes, numbers)
@@ -59,14 +61,15 @@ def _frozen(points: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
 def _view(site: Site, plan: FloorPlan) -> None:
     """Set near and far plane, and a headlight that makes do where there is no photometric light.
 
-    Filament spreads its one shadow map over all that lies before the far plane (what is behind it is drawn all the
-    same): a far plane just beyond the walls gives the sharpest sun patches.
+    Filament spreads its one shadow map over all that lies before the far plane: one just beyond the walls, or beyond the
+    picture outside the windows where there are some, gives the sharpest sun patches.
     """
     spec = site.spec
     low, high = plan.bounds
     spec.stat.extent = float(np.linalg.norm(high - low))
     spec.visual.map.znear = 0.05 / spec.stat.extent
-    spec.visual.map.zfar = 1.1
+    outside = BACKDROP if plan.window else 0.0
+    spec.visual.map.zfar = 1.1 * (1.0 + outside / spec.stat.extent)
     spec.visual.headlight.ambient[:] = 0.5
     spec.visual.headlight.diffuse[:] = 0.4
     spec.visual.headlight.specular[:] = 0.0

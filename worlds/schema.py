@@ -159,7 +159,7 @@ class Poster(Sheet):
     width: Length = 0.841
     height: Length = 1.189
     bottom: Height = 0.85
-    style: Literal["text", "plots", "photo", "mixed", "diagram"] = "mixed"
+    style: Literal["text", "plots", "photo", "mixed", "diagram", "whiteboard"] = "mixed"
 
 
 class Board(Sheet):
