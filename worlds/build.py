@@ -13,6 +13,7 @@ from worlds.furniture import furnish
 from worlds.illuminate import BACKDROP, illuminate
 from worlds.light import LightSetting
 from worlds.openings import cut_openings
+from worlds.people import place_people
 from worlds.photometry import Photometry, photometry
 from worlds.schema import FloorPlan, Material
 from worlds.shell import raise_shell
@@ -47,6 +48,7 @@ def build(plan: FloorPlan, light: LightSetting, seed: int) -> World:
     hang_fittings(site, plan)
     raise_stairs(site, plan)
     furnish(site, plan)
+    place_people(site, plan)
     illuminate(site, plan, numbers)
     routes = MappingProxyType({name: _frozen(points) for name, points in plan.routes.items()})
     return World(plan.name, site.spec, plan, light, seed, routes, numbers)

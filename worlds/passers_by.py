@@ -7,13 +7,14 @@ have to give way.
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
 from worlds.alterations import MARGIN, TRIES, WAY, drawn, kept_free, thresholds
-from worlds.areas import inside
+from worlds.areas import Rectangle, rectangles
 from worlds.footprints import PERSON_RADIUS, Footprint, clearance, taken
 from worlds.schema import FloorPlan, Person
 
@@ -43,8 +44,9 @@ class _Stretch:
 def let_stand(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     """Let people stand beside the routes, but not before doors."""
     for stretch, rng in drawn("standing", _stretches(plan, STAND_EVERY), strength, seed):
-        ground = _ground(plan) + thresholds(plan)
-        spot = next((s for s in _spots(plan, stretch, ground, rng)), None)
+        ground = _Ground.of(plan)
+        ground.taken.extend(thresholds(plan))
+        spot = next(_spots(ground, stretch, rng), None)
         if spot is not None:
             plan = _joined(plan, _somebody(f"standing-{stretch.name}", spot[None], rng))
     return plan
@@ -53,8 +55,8 @@ def let_stand(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
 def let_walk(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     """Let people walk to and fro beside the routes, where nothing is in their way for some metres."""
     for stretch, rng in drawn("walking", _stretches(plan, WALK_EVERY), strength, seed):
-        ground = _ground(plan)
-        ways = (_way(plan, spot, stretch.ahead, ground) for spot in _spots(plan, stretch, ground, rng))
+        ground = _Ground.of(plan)
+        ways = (_way(ground, spot, stretch.ahead) for spot in _spots(ground, stretch, rng))
         way = next((w for w in ways if np.linalg.norm(w[1] - w[0]) >= SHORTEST), None)
         if way is not None:
             turned = way[:: rng.choice([-1, 1])]
@@ -103,34 +105,40 @@ def _along(points: Array, every: float) -> Iterator[tuple[Array, Array]]:
         wait = (wait - length) % every
 
 
-def _ground(plan: FloorPlan) -> list[Footprint]:
-    """Return the ground on which nobody may be."""
-    return [thing.footprint for thing in taken(plan)] + kept_free(plan)
+class _Ground(NamedTuple):
+    """The ground of a plan, and what of it is taken or kept free."""
+
+    areas: tuple[Rectangle, ...]
+    taken: list[Footprint]
+
+    @classmethod
+    def of(cls, plan: FloorPlan) -> "_Ground":
+        return cls(rectangles(plan), [thing.footprint for thing in taken(plan)] + kept_free(plan))
 
 
-def _spots(plan: FloorPlan, stretch: _Stretch, ground: list[Footprint], rng: Generator) -> Iterator[Array]:
+def _spots(ground: _Ground, stretch: _Stretch, rng: Generator) -> Iterator[Array]:
     """Draw free places beside a stretch, (2,) each."""
     aside = np.array([-stretch.ahead[1], stretch.ahead[0]])
     for _ in range(TRIES):
         start = stretch.middle + rng.uniform(-0.5, 0.5) * stretch.length * stretch.ahead
         line = start + rng.choice([-1.0, 1.0]) * BESIDE[:, None] * aside
-        free = line[_free(plan, line, ground)]
+        free = line[_free(ground, line)]
         if len(free):
             yield free[rng.integers(len(free))]
 
 
-def _way(plan: FloorPlan, spot: Array, ahead: Array, ground: list[Footprint]) -> Array:
+def _way(ground: _Ground, spot: Array, ahead: Array) -> Array:
     """Return how far somebody at ``spot`` can go straight on and back, (2 ends, 2)."""
     steps = np.arange(STEP, LONGEST / 2, STEP)[:, None] * ahead
     ends = []
     for steps_on in (-steps, steps):
-        blocked = np.append(~_free(plan, spot + steps_on, ground), True)
+        blocked = np.append(~_free(ground, spot + steps_on), True)
         reached = int(blocked.argmax())
         ends.append(spot + steps_on[reached - 1] if reached else spot)
     return np.array(ends)
 
 
-def _free(plan: FloorPlan, points: Array, ground: list[Footprint]) -> NDArray[np.bool_]:
+def _free(ground: _Ground, points: Array) -> NDArray[np.bool_]:
     """Whether somebody can be at each of ``points`` (n, 2)."""
-    within = np.array([inside(plan, point) for point in points])
-    return within & (clearance(points, ground) >= ROOM)
+    within = np.any([np.all((a.low <= points) & (points <= a.high), axis=1) for a in ground.areas], axis=0)
+    return np.asarray(within & (clearance(points, ground.taken) >= ROOM))

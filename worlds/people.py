@@ -1,0 +1,116 @@
+"""People: who stands is part of the world, who walks is led by its clock.
+
+Everyone is made of five bodies, ``person_<name>`` for the trunk, ``person_<name>_left-leg`` and so on, each with one
+solid geom of the same name. Those of a person who walks are mocap bodies: they go where they are put, whatever is in
+the way.
+"""
+
+import math
+
+import mujoco
+import numpy as np
+
+from worlds.figure import HEIGHT, HIP, PARTS, Part, clothes, skin
+from worlds.schema import FloorPlan, Material, Person
+from worlds.site import SOLID, Site
+from worlds.walk import STEP, Stance, Walk
+
+STRIDE = math.asin(STEP / 2 / HIP)
+"""Angle of a leg from upright in the middle of a step [rad]."""
+SINK = 0.5 * HIP * (1.0 - math.cos(STRIDE))
+"""So much lower are the hips then [m]: half of what straight legs would need; the figure has no knees and toes to bend,
+which make up for the rest."""
+ARM_SWAY = 0.12
+"""Deviation of the arms of somebody who stands, from hanging straight [rad] (choice)."""
+PIVOTS = [part.pivot for part in PARTS]
+SWINGS = [part.swing * STRIDE for part in PARTS]
+
+Placed = tuple[tuple[float, float, float], tuple[float, float, float, float]]
+"""Position [m] and rotation (w x y z) of a body."""
+
+
+def place_people(site: Site, plan: FloorPlan) -> None:
+    """Put everybody where they are when the clock starts."""
+    for person in plan.person:
+        _place(site, person)
+
+
+def _place(site: Site, person: Person) -> None:
+    key = f"person_{person.name}"
+    rng = site.rng(key)
+    material = site.picture(key, clothes(person.albedo, rng), Material(albedo=person.albedo, roughness=0.9))
+    sway = rng.normal(0.0, ARM_SWAY, len(PARTS)) * ["arm" in part.name for part in PARTS]
+    swings = np.zeros(len(PARTS)) if person.walk else sway
+    posture = _posture(_first_stance(person), person.height / HEIGHT, swings.tolist(), 0.0)
+    for part, (pos, quat) in zip(PARTS, posture, strict=True):
+        body = site.spec.worldbody.add_body(name=_name(person, part), pos=pos, quat=quat, mocap=bool(person.walk))
+        _dress(site, body, part, person, material)
+
+
+def _first_stance(person: Person) -> Stance:
+    return Walk.of(person).pose(0.0) if person.walk else Stance(*person.at, math.radians(person.heading), 0.0)
+
+
+def _name(person: Person, part: Part) -> str:
+    return f"person_{person.name}" + ("" if part is PARTS[0] else f"_{part.name}")
+
+
+def _dress(site: Site, body: mujoco.MjsBody, part: Part, person: Person, material: str) -> None:
+    """Give a body its skin."""
+    shape = skin(part, person.height)
+    mesh = site.spec.add_mesh(
+        name=body.name,
+        uservert=shape.vertices.ravel(),
+        usernormal=shape.normals.ravel(),
+        usertexcoord=shape.texture.ravel(),
+        userface=shape.faces.ravel(),
+    )
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    body.add_geom(
+        name=body.name,
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=body.name,
+        material=material,
+        userdata=[person.albedo],
+        group=SOLID,
+    )
+
+
+def _posture(stance: Stance, scale: float, swings: list[float], sink: float) -> list[Placed]:
+    """Return where the parts are that have swung by angles [rad], of somebody whose hips are ``sink`` [m] too low."""
+    x, y, heading, _ = stance
+    cos, sin = scale * math.cos(heading), scale * math.sin(heading)
+    w, z = math.cos(heading / 2), math.sin(heading / 2)
+    placed = []
+    for (aside, up), swing in zip(PIVOTS, swings, strict=True):
+        c, s = math.cos(swing / 2), math.sin(swing / 2)
+        # The rotation is the one about the vertical after the one about the line across.
+        placed.append(((x - aside * sin, y + aside * cos, up * scale - sink), (w * c, -z * s, w * s, z * c)))
+    return placed
+
+
+class Crowd:
+    """All who walk in a compiled world; tell it the time and they are where they are then.
+
+    Raises ``KeyError`` where the model has no such people.
+    """
+
+    def __init__(self, model: mujoco.MjModel, plan: FloorPlan) -> None:
+        walkers = [person for person in plan.person if person.walk]
+        self._walks = [(Walk.of(person), person.height / HEIGHT) for person in walkers]
+        bodies = [model.body(_name(person, part)).id for person in walkers for part in PARTS]
+        self._mocap = model.body_mocapid[bodies]
+
+    def at(self, data: mujoco.MjData, time: float) -> None:
+        """Put everybody where they are at ``time`` [s]; what touches them notices at the next step."""
+        if not self._walks:
+            return
+        placed = [one for walk, scale in self._walks for one in _striding(walk.pose(time), scale)]
+        data.mocap_pos[self._mocap] = [pos for pos, _ in placed]
+        data.mocap_quat[self._mocap] = [quat for _, quat in placed]
+
+
+def _striding(stance: Stance, scale: float) -> list[Placed]:
+    """Return where the parts are of somebody who makes steps: left and right forward in turn, arms against the legs."""
+    step = math.sin(math.pi * stance.steps)
+    return _posture(stance, scale, [swing * step for swing in SWINGS], SINK * scale * step * step)
