@@ -18,6 +18,7 @@ from sim.motion_blur import paths, smeared
 from sim.odometry import CalibrationErrors, Encoders, Odometry, Pulses, believed_geometry
 from sim.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
 from worlds.build import World
+from worlds.people import Crowd
 
 CONTROL_PERIOD = 0.04
 """Time between two commands to the wheels [s]; a choice, well above the rate of a person's hand."""
@@ -71,6 +72,7 @@ class Bench(Closing):
         self._prefix = f"{robot.name}/"
         self.model = self._compile()
         self.data = mujoco.MjData(self.model)
+        self._crowd = Crowd(self.model, world.plan)
         self._stand_at(_start_of(self.route))
 
         laser_seed, *camera_seeds = np.random.SeedSequence(seed).spawn(1 + len(robot.cameras))
@@ -143,6 +145,7 @@ class Bench(Closing):
         speeds = self.robot.drive.wheel_speeds(twist)
         for name, speed in zip(self.robot.wheel_actuators, (speeds.left, speeds.right), strict=True):
             self.data.actuator(self._prefix + name).ctrl = speed
+        self._crowd.at(self.data, self.time + CONTROL_PERIOD)
         mujoco.mj_step(self.model, self.data, nstep=self._steps)
         self._odometry.update(self._pulses())
 

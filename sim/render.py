@@ -62,6 +62,10 @@ class Renderer(Protocol):
         """Luminance [cd/m²] of each pixel, (height, width), a fresh array; the row 0 is the top one."""
         ...
 
+    def light_around(self, illuminance: float) -> None:
+        """Let the light that comes from all sides alike give so much [lx] from the next picture on."""
+        ...
+
     def close(self) -> None:
         """Give the device back; closing twice is fine, drawing afterwards is a ``RendererError``."""
         ...
@@ -220,6 +224,11 @@ class FilamentRenderer(Closing):
             self._draw(data, seen, self._targets[size])
         return self._draw(data, seen, self._targets[size])
 
+    def light_around(self, illuminance: float) -> None:
+        """See ``Renderer``; a world without an image light stays as it is."""
+        image = self._model.light_type == mujoco.mjtLightType.mjLIGHT_IMAGE
+        self._model.light_intensity[image] = illuminance / np.pi  # read at the scene's next update
+
     def _draw(self, data: mujoco.MjData, seen: mujoco.MjvGLCamera, target: "_Target") -> NDArray[np.float32]:
         total = np.zeros_like(target.pixels)
         for drawn in self._passes:
@@ -339,6 +348,9 @@ class ClassicRenderer(Closing):
         mujoco.mjr_readPixels(rgb, None, viewport, self._context)
         return CLASSIC_WHITE * (rgb[::-1] / np.float32(255) @ GREY_OF_RGB) ** np.float32(CLASSIC_GAMMA)
 
+    def light_around(self, illuminance: float) -> None:
+        """See ``Renderer``: this one's light knows no amounts and stays as it is."""
+
     def _look(self, data: mujoco.MjData, camera: str, shape: float) -> None:
         seen, free = frustum(self._model, data, camera, shape), mujoco.MjvCamera()
         everything = mujoco.mjtCatBit.mjCAT_ALL
@@ -368,6 +380,9 @@ class NullRenderer(Closing):
     def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
         """Raise ``SimError``: there is nothing to see."""
         raise SimError(f"renderer 'none' has no image of camera '{camera}': choose 'filament' or 'classic'")
+
+    def light_around(self, illuminance: float) -> None:
+        """See ``Renderer``: there is nothing to light."""
 
 
 _RENDERERS = {

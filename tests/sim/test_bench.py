@@ -321,3 +321,13 @@ def test_leaving_the_block_gives_the_renderer_back(corridor: World, lamp: Lamp) 
     with bench_in(corridor, settings=BenchSettings()):
         assert not lamp.closed
     assert lamp.closed
+
+
+def test_people_walk_while_the_robot_drives() -> None:
+    walker = 'person = [{ name = "p", at = [2, 0.8], walk = [[6, 0.8]], speed = 1.0 }]'
+    world = build(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
+    with bench_in(world) as bench:
+        for _ in range(3):
+            start = float(bench.data.body("person_p").xpos[0])
+            drive(bench, Twist(0.2, 0.0), 1.0)
+            assert bench.data.body("person_p").xpos[0] - start == pytest.approx(1.0, abs=0.05)

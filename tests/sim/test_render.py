@@ -95,6 +95,26 @@ def test_light_adds_up_and_doubles_with_the_lamps() -> None:
 
 
 @needs_vulkan
+def test_light_from_all_sides_gives_what_is_asked_for() -> None:
+    spec = mujoco.MjSpec()
+    spec.add_material(name="card", rgba=[GREY, GREY, GREY, 1.0], specular=0.0)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[20, 20, 0.1], material="card")
+    spec.worldbody.add_camera(name="down", pos=[0, 0, 3])
+    even = spec.add_texture(name="even", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3)
+    even.data = np.full((96, 16, 3), 255, np.uint8).tobytes()
+    spec.worldbody.add_light(type=mujoco.mjtLightType.mjLIGHT_IMAGE, texture="even", intensity=1.0, diffuse=[0] * 3)
+    prepare_spec(spec)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with open_renderer(RendererKind.FILAMENT, model) as renderer:
+        for lux in (50.0, 400.0):
+            renderer.light_around(lux)
+            assert centre(renderer.radiance(data, "down", 160, 120)) == pytest.approx(lux * ALBEDO / np.pi, rel=0.02)
+    assert model.light_intensity.tolist() == [1.0]
+
+
+@needs_vulkan
 def test_a_world_without_lamps_is_dark() -> None:
     assert look("").max() == 0.0
 
