@@ -6,7 +6,7 @@ import pytest
 from sim.cameras import load_camera
 from sim.drivers import vulkan_device
 from sim.lens import Lens, Optics
-from sim.motion_blur import FAR, SHORTEST, block_centres, paths, smeared
+from sim.motion_blur import BLOCK, FAR, SHORTEST, block_centres, paths, smeared
 from sim.render import open_renderer, prepare_spec
 
 needs_vulkan = pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device on this machine")
@@ -188,7 +188,7 @@ def test_blocks_cover_pictures_of_any_size() -> None:
         for centres, n in ((u[0], size[0]), (v[:, 0], size[1])):
             steps = np.diff(centres)
             assert (centres[0] + centres[-1]) / 2 == pytest.approx((n - 1) / 2)
-            assert (steps <= 8).all()
+            assert (steps <= BLOCK).all()
 
 
 @needs_vulkan
