@@ -34,13 +34,14 @@ class Daylight:
     """Light outdoors at one moment; angles in [rad], illuminances in [lx].
 
     ``azimuth`` is a compass bearing (clockwise from north); ``direct`` falls on a surface that faces the sun, ``sky``
-    on level ground from the sky alone.
+    on level ground from the sky alone; ``cloud`` is the share of the sky under clouds.
     """
 
     elevation: float
     azimuth: float
     direct: float
     sky: float
+    cloud: float = 0.0
 
     @property
     def ground(self) -> float:
@@ -57,7 +58,7 @@ def daylight(place: Place, date: datetime.date, hour: float, cloud: float = 0.0)
     elevation, azimuth = sun_position(place, date, hour)
     clear, overcast = _sky(elevation, CLEAR_SKY), _sky(elevation, OVERCAST_SKY)
     direct = (1.0 - cloud) * _direct(elevation, date)
-    return Daylight(elevation, azimuth, direct, (1.0 - cloud) * clear + cloud * overcast)
+    return Daylight(elevation, azimuth, direct, (1.0 - cloud) * clear + cloud * overcast, cloud)
 
 
 def sun_position(place: Place, date: datetime.date, hour: float) -> tuple[float, float]:

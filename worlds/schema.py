@@ -86,6 +86,7 @@ class Wall(_Table):
     height: Length | None = None
     """None: up to the ceiling; in the open air every wall has its own."""
     material: Name
+    surface: Literal["plaster", "brick", "hedge"] = "plaster"
 
     @property
     def length(self) -> float:

@@ -1,12 +1,14 @@
 """The shell of a building: floor, ceiling, walls with what is cut out of them."""
 
 from collections.abc import Iterator
+from itertools import groupby
+from types import MappingProxyType
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from worlds import textures
+from worlds import scenery, textures
 from worlds.areas import Rectangle, rectangles
 from worlds.frame import Frame, quaternion
 from worlds.schema import Door, FloorPlan, Point, Wall, Window
@@ -20,6 +22,10 @@ OVERHANG = 0.5
 """How far the ceiling goes on past the walls' inner faces [m]."""
 PLASTER_SIZE = (4.0, 2.8)
 PLASTERS = 3
+FLOORS = MappingProxyType({**textures.FLOORS, "asphalt": scenery.asphalt})
+"""How each pattern of a floor is drawn."""
+WALLS = MappingProxyType({"plaster": textures.plaster, "brick": scenery.brick, "hedge": scenery.hedge})
+"""How each surface of a wall is drawn."""
 LEVEL = Frame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
 """The world's own axes as a frame."""
 
@@ -35,10 +41,10 @@ def raise_shell(site: Site, plan: FloorPlan) -> None:
 
 
 def _plasters(site: Site, plan: FloorPlan) -> None:
-    for name in sorted({w.material for w in plan.wall}):
+    for name, surface in sorted({(w.material, w.surface) for w in plan.wall}):
         for i in range(PLASTERS):
-            key = f"{name}_plaster_{i}"
-            site.texture(key, textures.plaster(PLASTER_SIZE, plan.material[name].albedo, site.rng(key)))
+            key = f"{name}_{surface}_{i}"
+            site.texture(key, WALLS[surface](PLASTER_SIZE, plan.material[name].albedo, site.rng(key)))
 
 
 # --- floor and ceiling ---
@@ -52,7 +58,7 @@ def _floor(site: Site, plan: FloorPlan) -> None:
     )
     tile, material = plan.floor.tile, plan.material[plan.floor.material]
     drawn = _drawn(high - low, tile, 40)
-    site.texture("floor", textures.FLOORS[plan.floor.pattern](drawn, material.albedo, site.rng("floor")))
+    site.texture("floor", FLOORS[plan.floor.pattern](drawn, material.albedo, site.rng("floor")))
     for i, area in enumerate(rectangles(plan)):
         name = site.papered(f"floor_{i}", "floor", material, area.size / (tile * np.array(drawn)))
         site.plane(name, [*area.middle, 0.0], quaternion([1, 0, 0], [0, 0, 1]), tuple(area.size), name)
@@ -114,16 +120,17 @@ def _reach(plan: FloorPlan, wall: Wall) -> Span:
 
 
 def _pieces(wall: Wall, openings: list[Window | Door], height: float, reach: Span) -> Iterator[tuple[Span, Span]]:
-    """Cut a wall into upright pieces between openings, and what is below and above each opening."""
+    """Cut a wall into upright pieces between openings, and what is below, between and above openings."""
     begin = -reach[0]
-    for opening in openings:
-        first, last = opening.extent
+    for (first, last), above in groupby(openings, key=lambda o: o.extent):
         yield (begin, first), (0.0, height)
-        bottom, top = opening.rise
-        if bottom > 0.0:
-            yield (first, last), (0.0, bottom)
-        if top < height:
-            yield (first, last), (top, height)
+        floor = 0.0
+        for bottom, top in sorted(o.rise for o in above):
+            if bottom > floor:
+                yield (first, last), (floor, bottom)
+            floor = top
+        if floor < height:
+            yield (first, last), (floor, height)
         begin = last
     yield (begin, wall.length + reach[1]), (0.0, height)
 
@@ -132,4 +139,4 @@ def _plastered(site: Site, plan: FloorPlan, wall: Wall, piece: int, s: Span, z: 
     key = f"wall_{wall.name}_{piece}"
     choice = int(site.rng(key).integers(PLASTERS))
     repeat = ((s[1] - s[0]) / PLASTER_SIZE[0], (z[1] - z[0]) / PLASTER_SIZE[1])
-    return site.papered(key, f"{wall.material}_plaster_{choice}", plan.material[wall.material], repeat)
+    return site.papered(key, f"{wall.material}_{wall.surface}_{choice}", plan.material[wall.material], repeat)
