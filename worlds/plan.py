@@ -193,6 +193,13 @@ def _wrong_heights(plan: FloorPlan) -> Iterator[str]:
                 f"wall[{i}].height: {wall.height:g} is not valid; the ceiling is {plan.ceiling.height:g} m high: leave "
                 "the height out"
             )
+    for i, flight in enumerate(plan.stairs):
+        top = flight.steps * flight.rise
+        if plan.ceiling is not None and top > plan.ceiling.height:
+            yield (
+                f"stairs[{i}].steps: {flight.steps} is not valid; they rise {top:g} m, and the ceiling is "
+                f"{plan.ceiling.height:g} m high: at most {int(plan.ceiling.height / flight.rise)} steps fit"
+            )
 
 
 def _windows_inside(plan: FloorPlan) -> Iterator[str]:
