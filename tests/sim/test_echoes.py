@@ -174,6 +174,17 @@ def test_power_falls_with_the_cosine_of_incidence() -> None:
     np.testing.assert_allclose(power, 0.8 / 4 * np.cos(BEARINGS[seen]) ** 3, rtol=2e-3)
 
 
+def test_each_surface_has_its_own_remission() -> None:
+    spec = wall_at(3.0, userdata=[0.8])
+    add_box(spec, (2.1, 1.0), (0.1, 0.5), userdata=[0.2])
+    add_box(spec, (2.1, -1.0), (0.1, 0.5))
+    power = Carried(spec).echoes().power
+    left, right = AHEAD + 52, AHEAD - 52  # 26° to either side
+    slant = np.cos(BEARINGS[left]) ** 3
+    expected = [0.8 / 9, 0.2 / 4 * slant, UNKNOWN_REMISSION / 4 * slant]
+    assert power[[AHEAD, left, right]] == pytest.approx(expected, rel=2e-3)
+
+
 def test_what_does_not_state_its_remission_has_the_usual_one() -> None:
     silent = wall_at(2.0)
     assert Carried(silent).echoes().power[AHEAD] == pytest.approx(UNKNOWN_REMISSION / 4, rel=1e-3)
@@ -227,7 +238,7 @@ def test_glass_shortens_the_reach() -> None:
 
 
 def test_glass_behind_a_wall_does_nothing() -> None:
-    bare, hidden = Carried(wall_at(4.0, userdata=[0.5])).echoes(), glazed(pane_x=5.0).echoes()
+    bare, hidden = Carried(wall_at(4.0, userdata=[0.5])).echoes(), glazed(pane_x=4.3).echoes()
     np.testing.assert_array_equal(bare.distance, hidden.distance)
     np.testing.assert_array_equal(bare.power, hidden.power)
 
