@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenarios.console import err, out, print_results, progress_bar, say, share_text, step_bars
-from scenarios.inputs import check_output, read_comparison, read_drive, read_show, stages, words, writing
+from scenarios.inputs import assignments, check_output, read_comparison, read_drive, read_show, stages, words, writing
 
 if TYPE_CHECKING:
     from scenarios.evaluate import StageResult
@@ -31,6 +31,13 @@ app = typer.Typer(
 )
 
 
+class LaserRange(StrEnum):
+    """What ``--laser-range`` takes; the modes of ``sim.laser.RangeMode``."""
+
+    NEAR = "8"
+    FAR = "80"
+
+
 class RendererChoice(StrEnum):
     """What ``--renderer`` takes; the same as ``sim.render.RendererKind``, which is not imported just for help."""
 
@@ -40,7 +47,22 @@ class RendererChoice(StrEnum):
 
 
 World = Annotated[str, typer.Argument(help="A world of the library, or a floor plan: a path ending in .toml.")]
-Light = Annotated[str, typer.Option(metavar="LIGHT", help="Light preset: 16:00, 18:00 or late-evening.")]
+Light = Annotated[
+    str,
+    typer.Option(
+        metavar="LIGHT",
+        help="A preset (morning, noon, 16:00, 18:00, overcast, late-evening) or any hour: 17:45, and after it, commas "
+        "between, cloud=0..1, lamps=auto|on|off, date=2008-06-15.",
+    ),
+]
+Change = Annotated[
+    str,
+    typer.Option(
+        metavar="CHANGE",
+        help="What is not as the plan has it: none, few, busy, or strengths from 0 to 1, commas between, of people, "
+        "walkers, doors, bins, furniture, posters, cars: people=0.5,doors=0.3.",
+    ),
+]
 RobotName = Annotated[str, typer.Option("--robot", metavar="ROBOT", help="Robot that drives.")]
 Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw of the drive.")]
 Chance = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw of this command.")]
@@ -91,18 +113,33 @@ Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="First driv
 
 * `refseq record hallway --light 16:00 --seed 1 -o reference.mcap`
 * `refseq record hallway --light late-evening --seed 2 -o query.mcap`
+* `refseq record hallway --light 17:45,cloud=0.6 --change busy --seed 3 -o another-day.mcap`
+* `refseq record corridor:7 --camera camera-2=fire-i-wide -o wide.mcap`
 * `refseq record hallway --renderer none -o laser-only.mcap`"""
 )
 def record(
     world: World,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Recording to write (.mcap).")],
     light: Light = "16:00",
+    change: Change = "none",
+    change_seed: Annotated[
+        int | None, typer.Option(min=0, metavar="N", help="Seed of the change.  [default: the drive's]")
+    ] = None,
     robot: RobotName = "robuter",
     route: Annotated[str, typer.Option(metavar="ROUTE", help="Route of the world to follow.")] = "forward",
     seed: Seed = 1,
     world_seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the world's textures.")] = 0,
     renderer: Renderer = RendererChoice.FILAMENT,
     sensors: Sensors = None,
+    camera: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=MODEL", help="Another model of a camera: fire-i, fire-i-wide, or a path ending in .toml."
+        ),
+    ] = None,
+    laser_range: Annotated[
+        LaserRange, typer.Option(metavar="METRES", help="How far the laser reaches: 8 in steps of 1 mm, 80 of 1 cm.")
+    ] = LaserRange.FAR,
     every: Annotated[
         float,
         typer.Option(metavar="METRES", help="A view every so many metres by the odometer; 0: not by distance."),
@@ -117,12 +154,15 @@ def record(
     """Lead a robot through a world and record what it senses."""
     from scenarios.record import Drive
     from scenarios.record import record as record_drive
+    from sim.laser import RangeMode
     from sim.recorder import Trigger
     from sim.render import RendererKind
 
     drive = Drive(
         world=world,
         light=light,
+        change=change,
+        change_seed=change_seed,
         robot=robot,
         route=route,
         seed=seed,
@@ -130,6 +170,8 @@ def record(
         renderer=RendererKind(renderer.value),
         trigger=Trigger(distance=every or None, turn=turn, time=time),
         sensors=words(sensors, "sensors"),
+        cameras=assignments(camera, "camera"),
+        laser=RangeMode[f"METRES_{laser_range.value}"],
     )
     with _interruptible(), progress_bar(f"{world} at {light}") as progress:
         recording = record_drive(drive, output, progress)

@@ -29,6 +29,14 @@ def words(text: str | None, what: str) -> tuple[str, ...] | None:
     return found
 
 
+def assignments(texts: Sequence[str] | None, what: str) -> dict[str, str]:
+    """Pairs written as NAME=VALUE."""
+    for text in texts or ():
+        if not all(text.partition("=")):
+            raise ScenarioError(f"{what} {text!r}: valid is a name, '=' and a value")
+    return dict(text.split("=", 1) for text in texts or ())
+
+
 def stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
     """Stages by their names, each once; without names all of them."""
     from refseq.belief import Stage

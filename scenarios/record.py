@@ -1,7 +1,7 @@
 """Recording one drive from names: world, light, robot, seed."""
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -11,10 +11,13 @@ from refseq.view import LASER, View
 from robots import Robot
 from scenarios.errors import ScenarioError
 from sim.bench import Bench, BenchSettings
+from sim.cameras import load_camera
+from sim.laser import LaserModel, RangeMode
 from sim.operator import OperatorStyle
 from sim.recorder import Trigger, describe, drive_and_sense, operator_for
 from sim.render import RendererKind
 from worlds.build import build
+from worlds.change import change_named, changed
 from worlds.light import light_named
 from worlds.plan import load_plan
 
@@ -24,10 +27,17 @@ Progress = Callable[[float, float, int], None]
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """A drive to record; equal drives give equal recordings. ``sensors`` None means all that the robot has."""
+    """A drive to record; equal drives give equal recordings. ``sensors`` None means all that the robot has.
+
+    ``light`` and ``change`` are texts as ``light_named`` and ``change_named`` read them. The change is drawn from
+    ``change_seed``, None: the drive's own. ``cameras`` names the model of each camera that is no Fire-i. ``laser``
+    tells how far the laser reaches.
+    """
 
     world: str = "hallway"
     light: str = "16:00"
+    change: str = "none"
+    change_seed: int | None = None
     robot: str = "robuter"
     route: str = "forward"
     seed: int = 1
@@ -36,6 +46,13 @@ class Drive:
     trigger: Trigger = field(default_factory=Trigger)
     style: OperatorStyle = field(default_factory=OperatorStyle)
     sensors: tuple[str, ...] | None = None
+    cameras: Mapping[str, str] = field(default_factory=dict)
+    laser: RangeMode = RangeMode.METRES_80
+
+    @property
+    def day(self) -> int:
+        """Seed of what is not as it was."""
+        return self.seed if self.change_seed is None else self.change_seed
 
 
 class Interrupted(KeyboardInterrupt):
@@ -50,8 +67,14 @@ def open_bench(drive: Drive) -> Bench:
     cameras = tuple(name for name in robot.cameras if drive.sensors is None or name in drive.sensors)
     if drive.renderer is RendererKind.NONE and drive.sensors is not None and LASER not in drive.sensors:
         raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
-    world = build(load_plan(drive.world), light_named(drive.light), drive.world_seed)
-    settings = BenchSettings(renderer=drive.renderer if cameras else RendererKind.NONE, cameras=cameras)
+    plan = changed(load_plan(drive.world), change_named(drive.change), drive.day)
+    world = build(plan, light_named(drive.light), drive.world_seed)
+    settings = BenchSettings(
+        renderer=drive.renderer if cameras else RendererKind.NONE,
+        cameras=cameras,
+        camera_models={name: load_camera(model) for name, model in drive.cameras.items()},
+        laser=LaserModel(mode=drive.laser),
+    )
     return Bench(world, robot, route=drive.route, seed=drive.seed, settings=settings)
 
 
@@ -76,6 +99,7 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
         scanning = drive.sensors is None or LASER in drive.sensors
         operator = operator_for(bench, drive.seed, drive.style)
         metadata = describe(bench, route=drive.route, seed=drive.seed, trigger=drive.trigger, style=drive.style)
+        metadata = {**metadata, "change": change_named(drive.change).as_text(), "change_seed": str(drive.day)}
         drive_on = drive_and_sense(bench, operator, drive.trigger)
         first = next(drive_on)
         _make_folder(path)

@@ -123,7 +123,18 @@ BAD_INPUT = [
     # names that are unknown
     ("record nowhere -o new.mcap", "unknown world 'nowhere'; known are annex, "),
     (f"{RECORD} --robot r2d2", "unknown robot 'r2d2': valid are robuter"),
-    (f"{RECORD} --light noon", "unknown light 'noon'; known are 16:00, 18:00, late-evening"),
+    (f"{RECORD} --light dusk", "unknown light 'dusk'; known are morning, noon, 16:00, 18:00, overcast, late-evening, "),
+    (f"{RECORD} --light 18:00,cloud=2", "light '18:00,cloud=2': cloud '2' is not valid; it should be a share from 0"),
+    (f"{RECORD} --change rain=1", "change 'rain=1': unknown 'rain=1'; valid is none, few, busy, or any of people=0..1"),
+    (f"{RECORD} --camera wide", "camera 'wide': valid is a name, '=' and a value"),
+    (
+        f"{RECORD} --camera camera-9=fire-i",
+        "unknown camera 'camera-9' of robot 'robuter': valid are camera-1, camera-2",
+    ),
+    (
+        f"{RECORD} --camera camera-1=pixie",
+        "unknown camera 'pixie': valid are fire-i, fire-i-wide, or a path to a .toml",
+    ),
     (f"{RECORD} --route up", "unknown route 'up' in world 'small': valid are forward"),
     (f"{RECORD} --sensors sonar", "sensor 'sonar' is not on robot 'robuter'; valid are camera-1, camera-2, laser"),
     (f"{RECORD} --sensors camera-1", "renderer 'none' takes no images; valid is to record the laser as well"),
@@ -151,8 +162,8 @@ BAD_INPUT = [
     ("ablation run.mcap run.mcap --features magic", "feature 'magic' is unknown; valid are sift, dense, walls"),
     ("ablation run.mcap run.mcap --features sift", "features sift do not fit sensors laser; valid are walls"),
     ("demo --world nowhere -o new", "unknown world 'nowhere'; known are annex, "),
-    ("demo --to noon -o new", "unknown light 'noon'; known are 16:00, 18:00, late-evening"),
-    ("demo --from noon -o new", "unknown light 'noon'; known are 16:00, 18:00, late-evening"),
+    ("demo --to dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
+    ("demo --from dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
     ("demo --robot r2d2 -o new", "unknown robot 'r2d2': valid are robuter"),
     # numbers out of range
     (f"{RECORD} --every -1", "trigger: distance = -1.0 is not positive and finite"),

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from scenarios.errors import ScenarioError
 from scenarios.record import Drive, Interrupted, Progress, check_sensors, open_bench, record
 from sim.bench import Bench
 from sim.drivers import gl_backend, vulkan_device
+from sim.laser import RangeMode
 from sim.recorder import Trigger, drive_and_sense, operator_for
 from sim.render import RendererKind
 from tests.worlds.conftest import SMALL
@@ -74,6 +76,29 @@ def test_another_seed_gives_another_drive(plan: str, tmp_path: Path) -> None:
         record(Drive(world=plan, renderer=RendererKind.NONE, seed=seed), tmp_path / f"{seed}.mcap") for seed in (1, 2)
     )
     assert [view.truth for view in one.views] != [view.truth for view in other.views]
+
+
+def test_a_change_is_drawn_from_the_drives_seed_or_its_own_and_told(blind: Drive, tmp_path: Path) -> None:
+    busy = replace(blind, change="people=1", seed=4)
+    plans = []
+    for drive in (busy, replace(busy, change_seed=4), replace(busy, change_seed=9), replace(busy, change="none")):
+        with open_bench(drive) as bench:
+            plans.append(bench.world.plan.person)
+    assert plans[0] == plans[1] != plans[2]
+    assert plans[3] == ()
+    metadata = record(replace(busy, trigger=Trigger(distance=4.0)), tmp_path / "busy.mcap").metadata
+    assert (metadata["change"], metadata["change_seed"]) == ("people=1.0", "4")
+
+
+def test_the_near_mode_of_the_laser_ends_at_8_metres(blind: Drive) -> None:
+    reach = []
+    for mode in RangeMode:
+        with open_bench(replace(blind, world="hallway", laser=mode)) as bench:
+            scan = bench.sense().scan
+            assert scan is not None
+            reach.append(float(scan.ranges[np.isfinite(scan.ranges)].max()))
+    near, far = reach
+    assert near < 8.19 < far
 
 
 @needs_vulkan
