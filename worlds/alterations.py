@@ -14,7 +14,7 @@ import numpy as np
 from numpy.random import Generator
 
 from worlds.areas import inside, rectangles
-from worlds.footprints import Footprint, against, footprints, gaps, strip, taken, ways
+from worlds.footprints import Footprint, against, corners, footprints, gaps, strip, taken, ways
 from worlds.plan import ON_WALL, collide
 from worlds.schema import Bin, Cabinet, Car, Door, FloorPlan, Furniture, OnWall, Poster
 
@@ -137,9 +137,10 @@ class _Others(NamedTuple):
         if isinstance(item, Bin | Cabinet) and not _hangs_free(self.plan, item):
             return False
         (ground,) = footprints(self.plan, item)
-        if not inside(self.plan, (ground.x, ground.y)) or gaps(ground, kept_free(self.plan)).min() < 0.0:
+        if not all(inside(self.plan, corner) for corner in corners(ground)):
             return False
-        return bool(gaps(ground, self.ground).min(initial=np.inf) >= MARGIN)
+        off_routes = gaps(ground, kept_free(self.plan)).min() >= 0.0
+        return bool(off_routes and gaps(ground, self.ground).min(initial=np.inf) >= MARGIN)
 
 
 def _hangs_free(plan: FloorPlan, item: OnWall) -> bool:

@@ -104,6 +104,11 @@ def _standing(item: Standing) -> Footprint:
     return Footprint(x, y, radius=getattr(item, "trunk", POST_RADIUS))
 
 
+def corners(shape: Footprint) -> NDArray[np.float64]:
+    """Return the corners of a rectangle before it is grown, (4, 2)."""
+    return _corners(np.asarray(shape, dtype=float)[None, :])[0]
+
+
 # --- distances ---
 
 

@@ -20,8 +20,8 @@ STRIDE = math.asin(STEP / 2 / HIP)
 SINK = 0.5 * HIP * (1.0 - math.cos(STRIDE))
 """So much lower are the hips then [m]: half of what straight legs would need; the figure has no knees and toes to bend,
 which make up for the rest."""
-ARM_SWAY = 0.12
-"""Deviation of the arms of somebody who stands, from hanging straight [rad] (choice)."""
+ARM_SWAY = -0.02, 0.14
+"""Least and greatest angle of the arms of somebody who stands, backwards [rad]: hands keep within ``PERSON_RADIUS``."""
 PIVOTS = [part.pivot for part in PARTS]
 SWINGS = [part.swing * STRIDE for part in PARTS]
 
@@ -39,7 +39,7 @@ def _place(site: Site, person: Person) -> None:
     key = f"person_{person.name}"
     rng = site.rng(key)
     material = site.picture(key, clothes(person.albedo, rng), Material(albedo=person.albedo, roughness=0.9))
-    sway = rng.normal(0.0, ARM_SWAY, len(PARTS)) * ["arm" in part.name for part in PARTS]
+    sway = rng.uniform(*ARM_SWAY, len(PARTS)) * ["arm" in part.name for part in PARTS]
     swings = np.zeros(len(PARTS)) if person.walk else sway
     posture = _posture(_first_stance(person), person.height / HEIGHT, swings.tolist(), 0.0)
     for part, (pos, quat) in zip(PARTS, posture, strict=True):

@@ -141,6 +141,18 @@ def test_the_tallest_keep_within_their_radius_to_the_sides_of_their_way(model: m
             assert 3.0 - PERSON_RADIUS < points[:, 0].min() < points[:, 0].max() < 6.5 + PERSON_RADIUS
 
 
+def test_the_tallest_who_stand_keep_their_hands_and_feet_within_their_radius(small: Text) -> None:
+    places = [(1.0 + 0.6 * k, 0.8 * (-1) ** k) for k in range(10)]
+    rows = "".join(f'{{ name = "p{k}", at = [{x}, {y}], height = 1.9 }},\n' for k, (x, y) in enumerate(places))
+    plan = parse_plan(small(f"person = [\n{rows}]"))
+    model = build(plan, light_named("18:00"), seed=0).spec.compile()
+    data = at(model, plan, 0.0)
+    for person in plan.person:
+        names = (f"person_{person.name}{part}" for part in ("", "_left-arm", "_right-arm", "_left-leg", "_right-leg"))
+        points = np.concatenate([in_world(model, data, name) for name in names])
+        assert np.linalg.norm(points[:, :2] - person.at, axis=1).max() < PERSON_RADIUS
+
+
 def test_skins_are_closed_and_look_outwards() -> None:
     for part in PARTS:
         shape = skin(part, 1.74)
