@@ -60,8 +60,13 @@ def cloud(shape: tuple[int, int], rng: Generator, coarsest: int = 4, octaves: in
     for i in range(octaves):
         cells = coarsest * 2**i
         grid = rng.standard_normal((2 + cells * shape[0] // scale, 2 + cells * shape[1] // scale))
-        total += fall**i * cv2.resize(grid, shape[::-1], interpolation=cv2.INTER_CUBIC)
-    return (total - total.mean()) / total.std()
+        octave = cv2.resize(grid, shape[::-1], interpolation=cv2.INTER_CUBIC)
+        octave *= fall**i
+        total += octave
+    mean, deviation = total.mean(), total.std()
+    total -= mean
+    total /= deviation
+    return total
 
 
 # --- surfaces ---
@@ -470,7 +475,10 @@ def outside(width: int, height: int, horizon: float, day: bool, rng: Generator) 
     line = round((1.0 - horizon) * height)
     field = np.full((height, width), SKY_BY_DAY if day else SKY_BY_NIGHT)
     fade = np.clip(np.linspace(0.0, 2.0, height), 0.0, 1.0)[:, None]  # the plain sky goes on above the picture
-    field *= 1.0 + 0.05 * fade * cloud((height, width), rng, coarsest=2)
+    haze = cloud((height, width), rng, coarsest=2)
+    haze *= 0.05 * fade
+    haze += 1.0
+    field *= haze
     field[line:] = (0.28 if day else 0.002) * (1.0 + 0.15 * cloud((height - line, width), rng, coarsest=6))
     _trees(field, line, day, rng)
     x = 0
@@ -481,7 +489,7 @@ def outside(width: int, height: int, horizon: float, day: bool, rng: Generator) 
         x += w + int(rng.integers(0, height // 3))
     if not day:
         _street_lamps(field, line, rng)
-    return encode(np.clip(cv2.GaussianBlur(field, (0, 0), 1.0), 0, 1), rng)
+    return encode(cv2.GaussianBlur(field, (0, 0), 1.0), rng)
 
 
 def _trees(field: NDArray, line: int, day: bool, rng: Generator) -> None:
