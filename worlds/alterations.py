@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 from numpy.random import Generator
 
-from worlds.areas import inside, rectangles
+from worlds.areas import Rectangle, rectangles
 from worlds.footprints import Footprint, against, corners, footprints, gaps, strip, taken, ways
 from worlds.plan import ON_WALL, collide
 from worlds.schema import Bin, Cabinet, Car, Door, FloorPlan, Furniture, OnWall, Poster
@@ -122,24 +122,26 @@ def _shifted(item: Movable, reach: float, rng: Generator) -> Movable:
 
 
 class _Others(NamedTuple):
-    """A plan without one thing, and what that thing may not stand on."""
+    """A plan without one thing: where that thing may stand, and what ground is taken or kept free."""
 
     plan: FloorPlan
+    areas: tuple[Rectangle, ...]
     ground: list[Footprint]
+    routes: list[Footprint]
 
     @classmethod
     def of(cls, plan: FloorPlan, item: Movable | Car) -> "_Others":
         rest, own_wall = put(plan, _table(item), item), ("wall", getattr(item, "wall", None))
         things = [thing.footprint for thing in taken(rest) if (thing.table, thing.name) != own_wall]
-        return cls(rest, things + thresholds(plan))
+        return cls(rest, rectangles(plan), things + thresholds(plan), kept_free(plan))
 
     def leave_room_for(self, item: Movable | Car) -> bool:
         if isinstance(item, Bin | Cabinet) and not _hangs_free(self.plan, item):
             return False
         (ground,) = footprints(self.plan, item)
-        if not all(inside(self.plan, corner) for corner in corners(ground)):
+        if not all(any(area.holds(corner) for area in self.areas) for corner in corners(ground)):
             return False
-        off_routes = gaps(ground, kept_free(self.plan)).min() >= 0.0
+        off_routes = gaps(ground, self.routes).min() >= 0.0
         return bool(off_routes and gaps(ground, self.ground).min(initial=np.inf) >= MARGIN)
 
 
