@@ -72,11 +72,6 @@ def enclosing(plan: FloorPlan) -> tuple[Wall, ...]:
     return walls if straight and all(count == 2 for count in corners.values()) else ()
 
 
-def floor_area(plan: FloorPlan) -> float:
-    """Return the area between the walls [m²]."""
-    return float(sum(np.prod(r.size) for r in rectangles(plan)))
-
-
 def inside(plan: FloorPlan, point: ArrayLike) -> bool:
     """Whether ``point`` (2,) lies on the ground between the walls."""
     return any(r.holds(point) for r in rectangles(plan))

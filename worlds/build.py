@@ -8,11 +8,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from worlds.ambient import Ambient
+from worlds.cars import park_cars
 from worlds.fittings import hang_fittings
 from worlds.furniture import furnish
 from worlds.illuminate import BACKDROP, illuminate
 from worlds.light import LightSetting
 from worlds.openings import cut_openings
+from worlds.outdoors import furnish_grounds
 from worlds.people import place_people
 from worlds.photometry import Photometry, photometry
 from worlds.schema import FloorPlan, Material
@@ -25,7 +28,8 @@ from worlds.stairs import raise_stairs
 class World:
     """A world that is ready for a robot: attach one to ``spec`` and compile.
 
-    ``routes`` maps names to waypoints, (n, 2) [m], read-only. ``photometry`` tells how much light there is.
+    ``routes`` maps names to waypoints, (n, 2) [m], read-only. ``photometry`` tells which sources shine, and
+    ``ambient`` the illuminance that the image light should give around a camera, by place.
     """
 
     name: str
@@ -35,6 +39,7 @@ class World:
     seed: int
     routes: Mapping[str, NDArray[np.float64]]
     photometry: Photometry
+    ambient: Ambient
 
 
 def build(plan: FloorPlan, light: LightSetting, seed: int) -> World:
@@ -48,10 +53,12 @@ def build(plan: FloorPlan, light: LightSetting, seed: int) -> World:
     hang_fittings(site, plan)
     raise_stairs(site, plan)
     furnish(site, plan)
+    park_cars(site, plan)
+    furnish_grounds(site, plan)
     place_people(site, plan)
-    illuminate(site, plan, numbers)
+    around = illuminate(site, plan, light, numbers)
     routes = MappingProxyType({name: _frozen(points) for name, points in plan.routes.items()})
-    return World(plan.name, site.spec, plan, light, seed, routes, numbers)
+    return World(plan.name, site.spec, plan, light, seed, routes, numbers, around)
 
 
 def _frozen(points: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:

@@ -8,18 +8,14 @@ import mujoco
 import numpy as np
 
 from worlds import textures
+from worlds.ambient import Ambient, ambient
+from worlds.colour import camera_weight
 from worlds.daylight import sun_direction
 from worlds.frame import Frame, quaternion
-from worlds.photometry import (
-    CUTOFF,
-    LOBE,
-    NIGHT_PEAK,
-    REACH,
-    Photometry,
-    glass_area,
-    transmission,
-    window_luminance,
-)
+from worlds.light import LightSetting
+from worlds.meter import Meter
+from worlds.open_air import illuminate_open_air
+from worlds.photometry import CUTOFF, LAMP_DEPTH, NIGHT_PEAK, REACH, Photometry, Spot, spots, transmission
 from worlds.schema import FloorPlan, Material, Wall
 from worlds.site import Site
 
@@ -44,18 +40,33 @@ DAY_SKY, NIGHT_SKY_SHARE = textures.SKY_BY_DAY, textures.SKY_BY_NIGHT
 """Shares of the picture's brightest value that its sky has."""
 
 
-def illuminate(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
-    """Add the sun, the windows, the lamps, the light between the walls and the picture outside."""
+def illuminate(site: Site, plan: FloorPlan, setting: LightSetting, numbers: Photometry) -> Ambient:
+    """Add the sun, the windows, the lamps, the light between the walls and the picture outside.
+
+    Returns the light between the walls by place: the world starts with that at its first route's start.
+    """
     # Emission is then given in cd/m², and not in Filament's scale for classic materials.
     site.spec.add_numeric(name="filament.phong.emissive_multiplier", data=[1.0 / EXPOSED])
     # Screen-space occlusion costs a fifth of a frame on a software renderer, for faint shade in corners.
     site.spec.add_numeric(name="filament.ao.enabled", data=[0.0])
     site.spec.visual.quality.shadowsize = 1024
     _sun(site, plan, numbers)
-    _between_walls(site, numbers)
-    _windows(site, plan, numbers)
+    if plan.ceiling is None:
+        return illuminate_open_air(site, plan, numbers)
+    shining = spots(plan, numbers)
+    around = ambient(plan, Meter(plan, setting).for_camera, shining)
+    _between_walls(site, around.at(_start(plan)))
+    for spot in shining:
+        _spot(site, spot)
     _lamps(site, plan, numbers)
     _outside(site, plan, numbers)
+    return around
+
+
+def _start(plan: FloorPlan) -> np.ndarray:
+    """The first route's first point, or the middle of a plan without routes, (2,) [m]."""
+    low, high = plan.bounds
+    return np.array(next((points[0] for points in plan.routes.values()), (low + high) / 2))
 
 
 def _light(site: Site, name: str, kind: str, intensity: float, **options: object) -> None:
@@ -82,7 +93,7 @@ def _sun(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     )
 
 
-def _between_walls(site: Site, numbers: Photometry) -> None:
+def _between_walls(site: Site, lux: float) -> None:
     """Light from all sides alike: an image light of radiance E / π all around."""
     grey = np.full((96, 16, 3), 255, np.uint8)
     texture = site.spec.add_texture(name="even", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3)
@@ -91,40 +102,25 @@ def _between_walls(site: Site, numbers: Photometry) -> None:
         name="between_walls",
         type=mujoco.mjtLightType.mjLIGHT_IMAGE,
         texture="even",
-        intensity=numbers.indirect / np.pi,
+        intensity=lux / np.pi,
         diffuse=[0.0] * 3,
         specular=[0.0] * 3,
         castshadow=False,
     )
 
 
-def _windows(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
-    """One spot in each pane, pointing in: I = L A on its axis."""
-    for window in plan.window:
-        wall = plan.wall_named(window.wall)
-        candela = window_luminance(plan, window, numbers.outdoors) * glass_area(window)
-        if candela < FAINTEST:
-            continue
-        frame = Frame.of(wall)
-        _spot(
-            site,
-            f"window_{window.name}",
-            "window",
-            candela,
-            frame.point(window.at, -wall.thickness, window.sill + window.height / 2),
-            np.append(frame.inward, 0.0),
-        )
-
-
-def _spot(site: Site, name: str, kind: str, candela: float, pos: np.ndarray, direction: np.ndarray) -> None:
+def _spot(site: Site, spot: Spot) -> None:
+    """A window or lamp that points into the room."""
+    if spot.candela < FAINTEST:
+        return
     _light(
         site,
-        name,
-        kind,
-        candela,
+        spot.name,
+        spot.kind,
+        spot.candela,
         type=mujoco.mjtLightType.mjLIGHT_SPOT,
-        pos=pos,
-        dir=direction,
+        pos=spot.pos,
+        dir=spot.axis,
         cutoff=CUTOFF,
         softness=1.0,
         range=REACH,
@@ -133,22 +129,19 @@ def _spot(site: Site, name: str, kind: str, candela: float, pos: np.ndarray, dir
 
 
 def _lamps(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
-    """Flat lamps, Φ = π LOBE I on the axis; their faces have the luminance Φ / (π A)."""
+    """The lamps' bodies; the faces of those that burn have the luminance Φ / (π A), as a camera sees it."""
     level = Frame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
     for row in plan.lamp:
         width, depth = row.size
-        material, on = f"lamp_{row.name}", row.name in numbers.burning
-        if on:
-            site.glowing(material, row.lumen / (np.pi * width * depth))
+        material = f"lamp_{row.name}"
+        if row.name in numbers.burning:
+            site.glowing(material, camera_weight(row.kelvin) * row.lumen / (np.pi * width * depth))
         else:
             site.plain(material, Material(albedo=0.75, roughness=0.6))
         for i, (x, y) in enumerate(row.positions):
-            z = plan.ceiling.height - 0.06
-            block = ((x - width / 2, x + width / 2), (y - depth / 2, y + depth / 2), (z, plan.ceiling.height))
+            up = (plan.ceiling.height - LAMP_DEPTH, plan.ceiling.height)
+            block = ((x - width / 2, x + width / 2), (y - depth / 2, y + depth / 2), up)
             site.shown(f"lamp_{row.name}_{i}", level, block, material)
-            if on:
-                candela = row.lumen / (np.pi * LOBE)
-                _spot(site, f"lamp_{row.name}_{i}", "lamp", candela, np.array([x, y, z]), np.array([0.0, 0.0, -1.0]))
 
 
 def _outside(site: Site, plan: FloorPlan, numbers: Photometry) -> None:

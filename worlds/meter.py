@@ -1,41 +1,137 @@
-"""A light meter for a plan: how much light falls on a small flat card, by the formulas of the built lights.
+"""A light meter for a world: how much light falls on a small flat card, and where it comes from.
 
-Sunlight is left out (it falls in patches) and nothing casts a shadow; this is for documents and tests.
+Indoors it gathers what the card sees: the sun where its beam falls, windows and lamps as luminous rectangles, all else
+by ``worlds.radiosity``. In the open there are the sun, half a sphere of sky, half a sphere of ground, and street lamps.
+Only walls cast shadows.
 """
 
+from dataclasses import dataclass
+from typing import Protocol
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from worlds.frame import Frame
+from worlds.colour import camera_weight
+from worlds.daylight import sun_direction
+from worlds.errors import WorldsError
+from worlds.form_factors import Cards, form_factors
 from worlds.light import LightSetting
-from worlds.photometry import CUTOFF, LOBE, REACH, glass_area, photometry, window_luminance
+from worlds.open_air import CONE, INNER, axial, head_of
+from worlds.photometry import Photometry, outlook, photometry
+from worlds.radiosity import light_up, window_factors
 from worlds.schema import FloorPlan
+from worlds.sunlight import shaded, sunlit
+
+Floats = NDArray[np.float64]
 
 
-def illuminance(plan: FloorPlan, setting: LightSetting, point: ArrayLike, normal: ArrayLike) -> float:
-    """Return the illuminance [lx] at ``point`` (3,) [m] on a card that faces along ``normal`` (3,)."""
-    point, normal = np.asarray(point, dtype=float), np.asarray(normal, dtype=float)
-    numbers = photometry(plan, setting)
-    total = numbers.indirect
-    for window in plan.window:
-        wall = plan.wall_named(window.wall)
-        frame = Frame.of(wall)
-        source = frame.point(window.at, -wall.thickness, window.sill + window.height / 2)
-        axis = np.append(frame.inward, 0.0)
-        candela = window_luminance(plan, window, numbers.outdoors) * glass_area(window)
-        total += _spot(candela, source, axis, point, normal)
-    for row in (row for row in plan.lamp if row.name in numbers.burning):
-        for x, y in row.positions:
-            source = np.array([x, y, plan.ceiling.height - 0.06])
-            total += _spot(row.lumen / (np.pi * LOBE), source, np.array([0.0, 0.0, -1.0]), point, normal)
-    return total
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """Illuminance of a card by where the light comes from [lx].
+
+    ``sun`` is direct; ``sky`` comes from the sky, indoors with the ground outside, through windows; ``indirect`` from
+    surfaces that other light falls on.
+    """
+
+    sun: float
+    sky: float
+    lamps: float
+    indirect: float
+
+    @property
+    def total(self) -> float:
+        """All together [lx]."""
+        return self.sun + self.sky + self.lamps + self.indirect
 
 
-def _spot(candela: float, source: np.ndarray, axis: np.ndarray, point: np.ndarray, normal: np.ndarray) -> float:
-    """Illuminance from one spot [lx]: I(θ) cosβ / d², faded towards ``REACH``."""
-    ray = point - source
-    d = float(np.linalg.norm(ray))
-    edge = np.cos(np.radians(CUTOFF))
-    cone = max(0.0, (float(ray @ axis) / d - edge) / (1.0 - edge)) ** 2
-    fade = max(0.0, 1.0 - (d / REACH) ** 4) ** 2
-    return candela * cone * fade * max(0.0, -float(ray @ normal) / d) / d**2
+class Meter:
+    """A light meter that can be put anywhere in a plan under a light; the light between the walls is solved once."""
+
+    def __init__(self, plan: FloorPlan, setting: LightSetting) -> None:
+        kind = _OpenAir if plan.ceiling is None else _Indoors
+        self._light: _Light = kind(plan, photometry(plan, setting))
+
+    def read(self, point: ArrayLike, normal: ArrayLike = (0.0, 0.0, 1.0)) -> Reading:
+        """Measure at ``point`` (3,) [m] on a card that faces along ``normal`` (3,).
+
+        Raises ``WorldsError`` for a normal without a direction.
+        """
+        card, light = _card(point, normal), self._light
+        parts = (light.sun(card)[0], light.sky(card)[0], light.lamps(card)[0, 0], light.indirect(card)[0, 0])
+        return Reading(*map(float, parts))
+
+    def for_camera(self, cards: Cards) -> Floats:
+        """All but the direct sun on many cards, weighted with what a camera gathers, (m,) [lx]."""
+        return self._light.sky(cards) + self._light.lamps(cards)[:, 1] + self._light.indirect(cards)[:, 1]
+
+
+def illuminance(plan: FloorPlan, setting: LightSetting, point: ArrayLike, normal: ArrayLike) -> Reading:
+    """Measure once, as ``Meter.read`` does."""
+    return Meter(plan, setting).read(point, normal)
+
+
+def _card(point: ArrayLike, normal: ArrayLike) -> Cards:
+    normals = np.asarray(normal, dtype=float).reshape(1, 3)
+    length = float(np.linalg.norm(normals))
+    if length == 0.0:
+        raise WorldsError("normal (0, 0, 0) is not valid; it should be the direction that the card faces")
+    return Cards(np.asarray(point, dtype=float).reshape(1, 3), normals / length)
+
+
+class _Light(Protocol):
+    """Illuminance of cards [lx]: of lamps and walls (m, 2), in lumens and as a camera gathers them."""
+
+    def sun(self, cards: Cards) -> Floats: ...
+    def sky(self, cards: Cards) -> Floats: ...
+    def lamps(self, cards: Cards) -> Floats: ...
+    def indirect(self, cards: Cards) -> Floats: ...
+
+
+class _Indoors:
+    def __init__(self, plan: FloorPlan, numbers: Photometry) -> None:
+        self._plan, self._outdoors = plan, numbers.outdoors
+        self._interior = light_up(plan, numbers)
+        self.indirect = self._interior.indirect
+
+    def sun(self, cards: Cards) -> Floats:
+        beam = sun_direction(self._outdoors, self._plan.place.x_azimuth)
+        share = sunlit(self._plan, cards.points, beam)
+        return share * self._outdoors.direct * np.maximum(0.0, -cards.normals @ beam)
+
+    def sky(self, cards: Cards) -> Floats:
+        lit = self._interior.sources
+        above, below = window_factors(cards, lit.windows, self._plan)
+        return np.pi * (above @ lit.above + below @ lit.below)
+
+    def lamps(self, cards: Cards) -> Floats:
+        lit = self._interior.sources
+        return np.pi * (form_factors(cards, lit.lamps, self._plan) @ lit.lamp_luminances)
+
+
+class _OpenAir:
+    def __init__(self, plan: FloorPlan, numbers: Photometry) -> None:
+        self._plan, self._outdoors = plan, numbers.outdoors
+        self._above, self._below = np.pi * np.array(outlook(plan, numbers.outdoors))
+        self._posts = [post for post in plan.post if post.name in numbers.burning]
+
+    def sun(self, cards: Cards) -> Floats:
+        beam = sun_direction(self._outdoors, self._plan.place.x_azimuth)
+        clear = ~shaded(self._plan, cards.points, beam)
+        return clear * self._outdoors.direct * np.maximum(0.0, -cards.normals @ beam)
+
+    def sky(self, cards: Cards) -> Floats:
+        return self._above * (1.0 + cards.normals[:, 2]) / 2
+
+    def indirect(self, cards: Cards) -> Floats:
+        return np.repeat(self._below * (1.0 - cards.normals[:, 2:]) / 2, 2, axis=1)
+
+    def lamps(self, cards: Cards) -> Floats:
+        """E = I(θ) cosβ / d², the intensity as ``worlds.open_air`` has it."""
+        total, (outer, inner) = np.zeros((len(cards), 2)), np.cos([CONE, INNER])
+        for post in self._posts:
+            ray = cards.points - head_of(post)
+            d = np.linalg.norm(ray, axis=1)
+            cone = np.clip((-ray[:, 2] / d - outer) / (inner - outer), 0.0, 1.0) ** 2
+            facing = np.maximum(0.0, -np.einsum("mc,mc->m", ray, cards.normals) / d)
+            total += np.outer(axial(post) * cone * facing / d**2, [1.0, camera_weight(post.kelvin)])
+        return total

@@ -1,19 +1,23 @@
-"""How much light arrives indoors: the photometry of a plan under a light.
+"""The light sources of a plan under a light: what is on, how bright windows and lamps are, and what a renderer gets.
 
-Daylight comes in through the windows, lamps add theirs, and what they all leave after one reflection is spread evenly
-over the room's surfaces (split flux: E = Φ ρ / (A (1 − ρ)), as in the integrating sphere).
+Indoors each source is known twice: as what it is, a luminous rectangle (``Sources``), for all that is measured; and as
+the spot light that stands for it in a picture (``Spot``), which has no size, a narrower lobe and an end.
 """
 
 from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
-from worlds.areas import floor_area
-from worlds.daylight import Daylight, daylight, sun_direction
-from worlds.frame import Frame
+from worlds.colour import camera_weight
+from worlds.daylight import Daylight, daylight
+from worlds.form_factors import Faces
+from worlds.frame import UP, Frame
 from worlds.light import Lamps, LightSetting
-from worlds.schema import FloorPlan, LampRow, Window
+from worlds.schema import FloorPlan, LampRow, Post, Window
+
+Floats = NDArray[np.float64]
 
 GLAZING = MappingProxyType({"4mm": 0.89, "6mm": 0.87, "double": 0.76})
 """Share of light that each glazing lets through (facts: ESP-r)."""
@@ -21,6 +25,8 @@ LAMPS_BELOW = 2000.0
 """Lamps that nobody switches by hand burn while the ground outside gets less than this [lx]; a choice."""
 FRAME_SHARE = 0.15
 """Share of a window's opening that its frame takes; a choice that fits the frame that is built."""
+LAMP_DEPTH = 0.06
+"""How far a lamp's face hangs below the ceiling [m]; a choice."""
 CUTOFF = 80.0
 """Half angle of the cone that a window or lamp shines into [deg]; wider ones would light the wall they are in."""
 LOBE = 2.0 / 3.0 * (1.0 - np.cos(np.radians(CUTOFF)))
@@ -37,49 +43,26 @@ NIGHT_PEAK = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Photometry:
-    """Light in one plan: fluxes [lm], illuminances [lx], areas [m²]; ``indirect`` reaches every surface from all sides.
-
-    ``burning`` names the rows of lamps that are on.
-    """
+    """The light that a plan gets: daylight ``outdoors``, and the names of rows of lamps and posts ``burning``."""
 
     outdoors: Daylight
     burning: tuple[str, ...]
-    window_flux: float
-    sun_flux: float
-    lamp_flux: float
-    area: float
-    albedo: float
-    indirect: float
 
 
 def photometry(plan: FloorPlan, setting: LightSetting) -> Photometry:
-    """Work out all the light in ``plan`` under ``setting``."""
+    """Look up the sky and the switches for ``plan`` under ``setting``."""
     outdoors = daylight(plan.place, setting.date or plan.place.date, setting.hour, setting.cloud)
-    lit = [row for row in plan.lamp if burns(row, setting, outdoors)]
-    window_flux = np.pi * sum(window_luminance(plan, w, outdoors) * glass_area(w) for w in plan.window)
-    sun_flux = outdoors.direct * sum(GLAZING[w.glazing] * _sunlit(plan, w, outdoors) for w in plan.window)
-    lamp_flux = sum(row.count * row.lumen for row in lit)
-    area, albedo = _surfaces(plan)
-    floor = plan.material[plan.floor.material].albedo  # a high sun falls on the floor first
-    first_bounce = ((window_flux + lamp_flux) * albedo + sun_flux * floor) / (area * (1.0 - albedo))
-    beyond_lobe = (1.0 - LOBE) * window_flux / area  # what the windows' spot lights leave out at flat angles
-    return Photometry(
-        outdoors=outdoors,
-        burning=tuple(row.name for row in lit),
-        window_flux=window_flux,
-        sun_flux=sun_flux,
-        lamp_flux=lamp_flux,
-        area=area,
-        albedo=albedo,
-        indirect=first_bounce + beyond_lobe,
-    )
+    return Photometry(outdoors, tuple(row.name for row in (*plan.lamp, *plan.post) if burns(row, setting, outdoors)))
 
 
-def burns(row: LampRow, setting: LightSetting, outdoors: Daylight) -> bool:
-    """Whether a row of lamps is on."""
+def burns(row: LampRow | Post, setting: LightSetting, outdoors: Daylight) -> bool:
+    """Whether a row of lamps or a post is on."""
     if setting.lamps is not Lamps.AUTO:
         return setting.lamps is Lamps.ON
     return row.switch == "always" or outdoors.ground < LAMPS_BELOW
+
+
+# --- windows ---
 
 
 def transmission(plan: FloorPlan) -> float:
@@ -91,9 +74,13 @@ def transmission(plan: FloorPlan) -> float:
 
 
 def window_luminance(plan: FloorPlan, window: Window, outdoors: Daylight) -> float:
-    """Luminance of the glazing as the room sees it [cd/m²]: a vertical pane sees half sky, half ground."""
-    ground = plan.place.ground_albedo * outdoors.ground
-    return GLAZING[window.glazing] * (outdoors.sky + ground) / (2 * np.pi)
+    """Mean luminance of the glazing as the room sees it [cd/m²]: a vertical pane sees half sky, half ground."""
+    return float(np.mean([GLAZING[window.glazing] * half for half in outlook(plan, outdoors)]))
+
+
+def outlook(plan: FloorPlan, outdoors: Daylight) -> tuple[float, float]:
+    """Luminance of what lies above and below the horizon outside [cd/m²], each the same all over: a choice."""
+    return outdoors.sky / np.pi, plan.place.ground_albedo * outdoors.ground / np.pi
 
 
 def glass_area(window: Window) -> float:
@@ -101,26 +88,113 @@ def glass_area(window: Window) -> float:
     return (1.0 - FRAME_SHARE) * window.width * window.height
 
 
-def _sunlit(plan: FloorPlan, window: Window, outdoors: Daylight) -> float:
-    """Area of the sun's beam that gets through a window, across the beam [m²]: the reveal cuts slanting light."""
+# --- what the sources are ---
+
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """Luminous rectangles indoors and their luminances [cd/m²].
+
+    A window is as bright as the sky for who looks up to it and as the ground for who looks down: ``above`` and
+    ``below`` (w,). It lies in the wall's inner face: its reveal is taken to be as bright as the glass.
+    ``lamp_luminances`` are (l, 2): as they are, and weighted with what a camera gathers from the lamp's colour.
+    """
+
+    windows: Faces
+    above: Floats
+    below: Floats
+    lamps: Faces
+    lamp_luminances: Floats
+
+
+def sources(plan: FloorPlan, numbers: Photometry) -> Sources:
+    """Return the windows and the burning lamps of a plan with a ceiling."""
+    lit = [row for row in plan.lamp if row.name in numbers.burning]
+    shares = np.array([(1.0 - FRAME_SHARE) * GLAZING[w.glazing] for w in plan.window])
+    above, below = outlook(plan, numbers.outdoors)
+    return Sources(
+        windows=Faces.joined([_pane(plan, window) for window in plan.window]),
+        above=shares * above,
+        below=shares * below,
+        lamps=Faces.joined([_lamp(plan, row, at) for row in lit for at in row.positions]),
+        lamp_luminances=np.array([_lamp_luminance(row) for row in lit for _ in range(row.count)]).reshape(-1, 2),
+    )
+
+
+def _pane(plan: FloorPlan, window: Window) -> Faces:
+    frame = Frame.of(plan.wall_named(window.wall))
+    return frame_face(frame, window.extent, window.rise)
+
+
+def frame_face(frame: Frame, s: tuple[float, float], z: tuple[float, float], tiles: tuple[int, int] = (1, 1)) -> Faces:
+    """Cut a rectangle on a wall's face, spans along it and up [m]; it looks into the room."""
+    start, end = s if frame.handed < 0 else s[::-1]
+    along = np.append((end - start) * frame.along, 0.0)
+    return Faces.tiled(frame.point(start, 0.0, z[0]), along, (z[1] - z[0]) * UP, tiles)
+
+
+def _lamp(plan: FloorPlan, row: LampRow, at: Floats) -> Faces:
+    low = np.append(at - np.array(row.size) / 2, plan.ceiling.height - LAMP_DEPTH)
+    return Faces.tiled(low, [0.0, row.size[1], 0.0], [row.size[0], 0.0, 0.0])
+
+
+def _lamp_luminance(row: LampRow) -> tuple[float, float]:
+    luminance = row.lumen / (np.pi * row.size[0] * row.size[1])
+    return luminance, camera_weight(row.kelvin) * luminance
+
+
+# --- what a renderer gets ---
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A spot light of ``candela`` on its ``axis`` (3,) at ``pos`` (3,) [m]; ``kind`` is window or lamp.
+
+    A lamp's candela are weighted with what a camera gathers from its colour.
+    """
+
+    name: str
+    kind: str
+    candela: float
+    pos: Floats
+    axis: Floats
+
+
+def spots(plan: FloorPlan, numbers: Photometry) -> tuple[Spot, ...]:
+    """Return the spot lights that stand for the windows and the burning lamps."""
+    found = [_window_spot(plan, window, numbers.outdoors) for window in plan.window]
+    for row in (row for row in plan.lamp if row.name in numbers.burning):
+        candela = camera_weight(row.kelvin) * row.lumen / (np.pi * LOBE)
+        height = plan.ceiling.height - LAMP_DEPTH
+        found += [
+            Spot(f"lamp_{row.name}_{i}", "lamp", candela, np.append(at, height), -UP)
+            for i, at in enumerate(row.positions)
+        ]
+    return tuple(found)
+
+
+def _window_spot(plan: FloorPlan, window: Window, outdoors: Daylight) -> Spot:
+    """I = L A, along the mean direction of what comes through: light of the sky goes down, of the ground up.
+
+    A half hemisphere of one luminance sends 2/3 of it down and π/3 inwards: ∫ cosθ ω dΩ.
+    """
     wall = plan.wall_named(window.wall)
-    frame = Frame.of(wall)
-    beam = sun_direction(outdoors, plan.place.x_azimuth)
-    inward = float(beam[:2] @ frame.inward)
-    if inward <= 0.0 or outdoors.direct == 0.0:
-        return 0.0
-    sideways = wall.thickness * abs(float(beam[:2] @ frame.along)) / inward
-    downward = wall.thickness * abs(float(beam[2])) / inward
-    opening = max(0.0, window.width - sideways) * max(0.0, window.height - downward)
-    return (1.0 - FRAME_SHARE) * opening * inward
+    frame, (sky, ground) = Frame.of(wall), outlook(plan, outdoors)
+    fall = 2 / np.pi * (sky - ground) / (sky + ground)
+    candela = window_luminance(plan, window, outdoors) * glass_area(window)
+    pos = frame.point(window.at, -wall.thickness, window.sill + window.height / 2)
+    axis = np.append(frame.inward, -fall) / np.hypot(1.0, fall)
+    return Spot(f"window_{window.name}", "window", candela, pos, axis)
 
 
-def _surfaces(plan: FloorPlan) -> tuple[float, float]:
-    """Area of the room's inner surfaces [m²] and their mean albedo; a window reflects nothing back."""
-    level = floor_area(plan)
-    glass = sum(w.width * w.height for w in plan.window)
-    parts = [(level, plan.material[plan.floor.material].albedo), (level, plan.material[plan.ceiling.material].albedo)]
-    parts += [(w.length * plan.ceiling.height, plan.material[w.material].albedo) for w in plan.wall]
-    parts.append((-glass, plan.material[plan.wall[0].material].albedo))
-    area = sum(a for a, _ in parts) + glass
-    return area, sum(a * albedo for a, albedo in parts) / area
+def spot_illuminance(spot: Spot, points: Floats) -> Floats:
+    """Return what a card at each of ``points`` (m, 3) gets that faces the spot, as a vector towards the light, (m, 3).
+
+    E = I(θ) / d², faded towards ``REACH`` as Filament does it [lx].
+    """
+    ray = points - spot.pos
+    d = np.linalg.norm(ray, axis=1)
+    edge = np.cos(np.radians(CUTOFF))
+    cone = np.maximum(0.0, (ray @ spot.axis / d - edge) / (1.0 - edge)) ** 2
+    fade = np.maximum(0.0, 1.0 - (d / REACH) ** 4) ** 2
+    return -ray * (spot.candela * cone * fade / d**3)[:, None]

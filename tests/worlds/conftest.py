@@ -77,6 +77,18 @@ def corner(x: float = 0.0, length: float = 6.0, depth: float = 5.0) -> str:
     return CORNER + "".join(text) + f"[routes]\nforward = [[{x + 1}, 0], [{right - 1}, 0]]\n"
 
 
+def box(length: float, width: float, albedo: float = 0.7, end: str = "") -> str:
+    """Return the text of a closed room along y = 0 from x = 0 on, 2.8 m high, all of one albedo."""
+    half = width / 2
+    corners = [[0, -half], [length, -half], [length, half], [0, half]]
+    walls = "".join(
+        f'[[wall]]\nname = "{name}"\nstart = {a}\nend = {b}\ninside = "left"\nthickness = 0.3\nmaterial = "plaster"\n'
+        for name, a, b in zip(("right", "end", "left", "start"), corners, corners[1:] + corners[:1], strict=True)
+    )
+    text = CORNER.replace("albedo = 0.7", f"albedo = {albedo}").replace("corner", "box")
+    return f"{text}{walls}{end}\n[routes]\nforward = [[0.5, 0], [{length - 0.5}, 0]]\n"
+
+
 @pytest.fixture
 def small() -> Callable[..., str]:
     """Return the text of a short corridor, with ``top`` and ``end`` put in."""
