@@ -14,7 +14,7 @@ from robots import Robot, Twist
 from sim.camera import Camera, CameraModel
 from sim.errors import SimError
 from sim.laser import Laser, LaserModel
-from sim.motion_blur import paths, smeared
+from sim.motion_blur import MocapPoses, paths, smeared, tell_velocities
 from sim.odometry import CalibrationErrors, Encoders, Odometry, Pulses, believed_geometry
 from sim.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
 from worlds.build import World
@@ -145,8 +145,10 @@ class Bench(Closing):
         speeds = self.robot.drive.wheel_speeds(twist)
         for name, speed in zip(self.robot.wheel_actuators, (speeds.left, speeds.right), strict=True):
             self.data.actuator(self._prefix + name).ctrl = speed
+        stood = MocapPoses.of(self.data)
         self._crowd.at(self.data, self.time + CONTROL_PERIOD)
         mujoco.mj_step(self.model, self.data, nstep=self._steps)
+        tell_velocities(self.model, self.data, stood, CONTROL_PERIOD)
         self._odometry.update(self._pulses())
 
     def sense(self) -> View:
@@ -163,6 +165,7 @@ class Bench(Closing):
         images = {}
         for name, camera in self._cameras.items():
             optics, mounted = camera.optics, self._prefix + name
+            self.renderer.light_around(self.world.ambient.at(self.data.camera(mounted).xpos))
             sharp = optics.draw(self.renderer.radiance(self.data, mounted, optics.pinhole.width, optics.pinhole.height))
             camera.adapt(sharp, min(elapsed, ADAPTATION))
             run = paths(self.model, self.data, mounted, optics, camera.exposure.shutter)

@@ -167,12 +167,16 @@ class Lamp:
         self.luminance = luminance
         self.edge = self.closed = False
         self.sizes: list[tuple[int, int]] = []
+        self.around: list[float] = []
 
     def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
         self.sizes.append((width, height))
         picture = np.full((height, width), self.luminance, np.float32)
         picture[:, : width // 2 if self.edge else 0] *= 0.2
         return picture
+
+    def light_around(self, illuminance: float) -> None:
+        self.around.append(illuminance)
 
     def close(self) -> None:
         self.closed = True
@@ -202,6 +206,17 @@ def test_the_exposure_trails_a_change_of_light_by_the_cameras_lag(corridor: Worl
         # The loop looks at the new light for as long as the time since the last view, ADAPTATION at most.
         left = math.exp(-min(elapsed, ADAPTATION) / model.exposure.lag)
         assert signal(bench.sense()) == pytest.approx(target * factor**left, rel=0.03)
+
+
+def test_the_light_from_all_sides_is_that_of_the_place(lamp: Lamp) -> None:
+    window = 'window = [{ name = "w", wall = "right", at = 6.5 }]'
+    world = build(parse_plan(SMALL.format(top=window, end="")), light_named("16:00"), seed=0)
+    with bench_in(world, settings=BenchSettings(cameras=("camera-1",))) as bench:
+        for x in (1.0, 5.5):
+            bench.place(Pose(x, 0.0, 0.0))
+            bench.sense()
+            assert lamp.around[-1] == world.ambient.at(bench.data.camera("robuter/camera-1").xpos)
+    assert 0.0 < lamp.around[0] < lamp.around[1]
 
 
 def test_a_robot_that_is_carried_stands_there_and_its_odometer_does_not_notice(corridor: World) -> None:
