@@ -37,6 +37,11 @@ class Frame:
         """Return the world point ``s`` along the wall, ``out`` into the room and ``z`` up, (3,) [m]."""
         return np.append(self.origin + s * self.along + out * self.inward, z)
 
+    def corners(self, width: float, depth: float) -> NDArray[np.float64]:
+        """Return the corners of a rectangle about the origin, ``width`` along and ``depth`` out, (4, 2) [m]."""
+        signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) / 2
+        return self.origin + signs * (width, depth) @ np.array([self.along, self.inward])
+
     @property
     def box_quat(self) -> NDArray[np.float64]:
         """Rotation (w x y z) of a box whose x runs along the wall and whose z is up."""

@@ -18,7 +18,7 @@ from worlds.errors import PlanError
 from worlds.footprints import PERSON_RADIUS, gaps, taken, ways
 from worlds.frame import Frame
 from worlds.generate import corridor
-from worlds.schema import Door, FloorPlan, OnWall, Wall, Window
+from worlds.schema import SMALLEST, Door, FloorPlan, OnWall, Wall, Window
 
 __all__ = ["FloorPlan", "checked", "collide", "load_plan", "names", "parse_plan"]
 
@@ -136,6 +136,7 @@ def _mistakes(plan: FloorPlan) -> Iterator[str]:
     yield from _windows_inside(plan)
     yield from _overlaps(plan)
     yield from _outside(plan)
+    yield from _misfit_furniture(plan)
     yield from _hemmed_in(plan)
 
 
@@ -278,6 +279,21 @@ def _outside(plan: FloorPlan) -> Iterator[str]:
     for key, point in places:
         if not any(area.holds(point) for area in areas):
             yield f"{key}: {list(point)} lies outside the walls; {valid_areas(areas)}"
+
+
+def _misfit_furniture(plan: FloorPlan) -> Iterator[str]:
+    """Find furniture that is too small to be built, or that reaches into a wall or the ceiling."""
+    areas = rectangles(plan)
+    for key, item in _listed(plan, ("furniture",)):
+        for side, least in zip(("width", "depth", "height"), SMALLEST[item.kind], strict=True):
+            if getattr(item, side) < least:
+                yield f"{key}.{side}: {getattr(item, side):g} is not valid; a {item.kind} has at least {least:g} m"
+        if plan.ceiling is not None and item.height > plan.ceiling.height:
+            yield f"{key}.height: {item.height:g} is not valid; the ceiling is {plan.ceiling.height:g} m high"
+        for corner in Frame.under(item).corners(item.width, item.depth):
+            if not any(area.holds(corner) for area in areas):
+                x, y = corner
+                yield f"{key}.at: {item.kind} '{item.name}' reaches to [{x:.2f}, {y:.2f}], outside the walls; move it"
 
 
 def valid_areas(areas: tuple[Rectangle, ...]) -> str:

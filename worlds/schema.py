@@ -235,6 +235,18 @@ class Furniture(Standing):
     material: Name
 
 
+SMALLEST: dict[str, tuple[float, float, float]] = {
+    "bench": (0.9, 0.45, 0.5),
+    "table": (0.4, 0.3, 0.3),
+    "chair": (0.3, 0.3, 0.5),
+    "cupboard": (0.5, 0.2, 0.6),
+    "shelf": (0.4, 0.2, 0.4),
+    "pillar": (0.05, 0.05, 0.2),
+    "box": (0.05, 0.05, 0.05),
+}
+"""Width, depth and height [m] below which a kind of furniture cannot be built."""
+
+
 class Stairs(Standing):
     """A flight of steps that rises along its heading from ``at``, the middle of its lowest edge."""
 
