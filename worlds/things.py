@@ -236,11 +236,12 @@ def carton(rng: Generator) -> Thing:
 
 
 def carton_parts(width: float, depth: float, height: float, rng: Generator) -> Iterator[Part]:
-    """Yield a carton of that size: its body 4 mm less deep, tape along the top and down the front, a label."""
+    """Yield a carton of that size: its body, tape along the top and down the front, a label."""
     face = depth / 2 - 0.002
     tape, edge = 0.12 * min(width, height), rng.uniform(0.1, 0.3) * width
-    yield Part("grey" if rng.random() < 0.75 else "paper", _slab(width, depth - 0.004, 0.0, height - 0.001))
-    yield Part("light", _slab(tape, depth - 0.004, height - 0.001, height))
+    tone, sides, deep = "grey" if rng.random() < 0.75 else "paper", (-width / 2, width / 2), (-depth / 2, face)
+    yield Part(tone, (sides, deep, (0.0, height - 0.001)))
+    yield Part("light", ((-tape / 2, tape / 2), deep, (height - 0.001, height)))
     yield Part("light", _on_face(face, (-tape / 2, tape / 2), (0.7 * height, height), 0.001))
     label, line = (edge - 0.1 * width, edge + 0.2 * width), (edge - 0.05 * width, edge + 0.1 * width)
     yield Part("paper", _on_face(face, label, (0.2 * height, 0.55 * height), 0.001))
