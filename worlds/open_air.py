@@ -1,12 +1,14 @@
 """Light in the open: one sun that casts shadows, a sky from above and the ground from below, street lamps.
 
-Sky and ground are one image light: the upper half of the sphere has the luminance E / π of the sky, the lower half that
-of the ground. What cameras see of the sky is a picture on a dome, which gives the same illuminance and lights nothing.
+Sky and ground are one image light that lights as an upper half of a sphere with the sky's luminance E / π and a lower
+half with the ground's would. What cameras see of the sky is a picture on a dome, which gives the same illuminance and
+lights nothing.
 """
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from worlds import scenery
 from worlds.ambient import Ambient
@@ -31,6 +33,9 @@ LIT_SHARE = 0.2
 """Share of the windows that are lit in the dark; a choice."""
 ROOM_LUMINANCE = 120.0
 """Luminance of the brightest thing in a lit room [cd/m²]; a choice."""
+FACE_SHARES = np.array([[0.361, 0.642, 0.0], [0.165, 0.671, 0.165], [0.0, 0.642, 0.361]])
+"""Illuminance over π of cards that look up, sideways and down (rows) by image light from the upper, the four upright
+and the lower faces of luminance 1 (columns); measured in Filament."""
 PANE = Material(albedo=0.08, roughness=0.1)
 DIM = 0.15
 """Brightness of a street lamp's colour, for the classic renderer, as in ``worlds.illuminate``."""
@@ -52,11 +57,13 @@ def illuminate_open_air(site: Site, plan: FloorPlan, numbers: Photometry) -> Amb
 
 
 def _sky_and_ground(site: Site, plan: FloorPlan, numbers: Photometry) -> float:
-    """One image light, its brighter half white, the other as grey as it must be; returns what white gives [lx]."""
-    halves = np.array(outlook(plan, numbers.outdoors))
-    peak = float(halves.max())
+    """One image light with an upper, a lower and four upright faces; returns what a white one would give [lx]."""
+    faces = face_luminances(*outlook(plan, numbers.outdoors))
+    peak = float(faces.max())
+    above, beside, below = np.round(255 * faces / peak).astype(np.uint8)
+    side = np.ones((16, 16, 3), np.uint8)
     texture = site.spec.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3)
-    texture.data = np.repeat(half_and_half(*(halves / peak)), 3).tobytes()
+    texture.data = np.concatenate([grey * side for grey in (beside, beside, above, below, beside, beside)]).tobytes()
     site.spec.worldbody.add_light(
         name="sky",
         type=mujoco.mjtLightType.mjLIGHT_IMAGE,
@@ -69,11 +76,14 @@ def _sky_and_ground(site: Site, plan: FloorPlan, numbers: Photometry) -> float:
     return np.pi * peak
 
 
-def half_and_half(above: float, below: float, side: int = 16) -> NDArray[np.uint8]:
-    """Draw a cube's faces, (6 side, side): Filament lights what looks up by the third, what looks down by the next."""
-    upright = np.repeat([above, below], side // 2)[:, None] * np.ones((1, side))
-    faces = [upright, upright, np.full((side, side), above), np.full((side, side), below), upright, upright]
-    return np.round(255 * np.concatenate(faces)).astype(np.uint8)
+def face_luminances(above: float, below: float) -> NDArray[np.float64]:
+    """Luminances [cd/m²] of an image light's upper, upright and lower faces that light as two halves of a sphere would.
+
+    Filament takes each face for one luminance, and what they give a card falls off smoothly. The faces are fitted,
+    with equal shares of error, to cards that look up, sideways and down.
+    """
+    wanted = np.array([above, (above + below) / 2, below])
+    return np.asarray(nnls(FACE_SHARES / wanted[:, None], np.ones(3))[0])
 
 
 def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
