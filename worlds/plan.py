@@ -258,11 +258,11 @@ def _overlaps(plan: FloorPlan) -> Iterator[str]:
 
 
 def collide(item: Any, other: Any) -> bool:
-    """Whether two things on walls cover each other; openings also collide where one is above the other."""
+    """Whether two things on walls cover each other; an opening may only be above another one just as wide."""
     if item.wall != other.wall or not _meet(item.extent, other.extent):
         return False
     both_open = isinstance(item, Door | Window) and isinstance(other, Door | Window)
-    return both_open or _meet(item.rise, other.rise)
+    return (both_open and item.extent != other.extent) or _meet(item.rise, other.rise)
 
 
 def _meet(a: tuple[float, float], b: tuple[float, float]) -> bool:

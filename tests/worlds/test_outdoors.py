@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from worlds.build import build
 from worlds.cars import KINDS, hull, trim
+from worlds.errors import PlanError
 from worlds.facets import Facets
 from worlds.footprints import CAR_SIZES
 from worlds.light import light_named
@@ -229,3 +230,11 @@ def test_what_is_only_touched_is_never_seen() -> None:
     model, _ = lot()
     names = {model.geom(i).name for i in range(model.ngeom) if model.geom_group[i] == TOUCHED}
     assert names == {"floor"}
+
+
+def test_a_window_above_one_of_another_width_is_told() -> None:
+    wider = LOT.replace("at = 10\nsill = 4.0", "at = 10\nwidth = 3.0\nsill = 4.0")
+    with pytest.raises(PlanError) as caught:
+        parse_plan(wider)
+    said = "plan.toml: window[1].at: 10: 'upper' overlaps 'lower', which takes 9 to 11 m of wall 'house'"
+    assert str(caught.value) == said
