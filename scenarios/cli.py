@@ -1,5 +1,7 @@
 """The command line: ``refseq record | learn | localise | compare | matrix | ablation | report | view | demo | doctor``.
 
+``refseq worlds`` has commands of its own, in ``scenarios.worlds_cli``.
+
 Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line. Whatever a
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
 """
@@ -16,6 +18,7 @@ import typer
 
 from scenarios.console import err, out, print_results, progress_bar, say, share_text, step_bars
 from scenarios.inputs import assignments, check_output, read_comparison, read_drive, read_show, stages, words, writing
+from scenarios.worlds_cli import worlds
 
 if TYPE_CHECKING:
     from scenarios.evaluate import StageResult
@@ -29,6 +32,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     add_completion=False,
 )
+app.add_typer(worlds, name="worlds")
 
 
 class LaserRange(StrEnum):

@@ -38,6 +38,8 @@ LEFT, RIGHT = "left", "right"
 Item = dict[str, Any]
 """An entry of the plan with its ``table``; names come last."""
 Span = tuple[float, float]
+Bare = list[tuple[int, Span]]
+"""Stretches of legs where next to nothing hangs: a leg, and a span along its middle line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,9 +249,8 @@ def _lamps(rng: Generator, like: _Character, points: NDArray[np.float64]) -> lis
 # --- what hangs on the walls ---
 
 
-def _bare_stretches(rng: Generator, points: NDArray[np.float64]) -> list[tuple[int, Span]]:
-    """Stretches of legs where next to nothing hangs, as (leg, span along its middle line)."""
-    found = []
+def _bare_stretches(rng: Generator, points: NDArray[np.float64]) -> Bare:
+    found: Bare = []
     for _ in range(int(rng.integers(4))):
         leg = int(rng.integers(len(points) - 1))
         length = float(np.linalg.norm(points[leg + 1] - points[leg]))
@@ -287,12 +288,7 @@ class _Rail:
 
 
 def _hung(
-    rng: Generator,
-    like: _Character,
-    wall: Wall,
-    glazed: bool,
-    points: NDArray[np.float64],
-    bare: list[tuple[int, Span]],
+    rng: Generator, like: _Character, wall: Wall, glazed: bool, points: NDArray[np.float64], bare: Bare
 ) -> list[Item]:
     """All that hangs on a wall or stands against it."""
     if not _side(wall):
@@ -322,7 +318,7 @@ def _end_door(rng: Generator, wall: Wall) -> list[Item]:
 def _windows(rng: Generator, like: _Character, rail: _Rail) -> list[Item]:
     """Windows at a regular pitch, some left out; a radiator stands under some."""
     items: list[Item] = []
-    glazing, first = str(rng.choice(["4mm", "6mm", "double"])), float(rng.uniform(*rail.span[:1], rail.span[0] + 4.0))
+    glazing, first = str(rng.choice(["4mm", "6mm", "double"])), rail.span[0] + float(rng.uniform(0.0, 4.0))
     height = round(min(1.5, like.height - 1.1), 2)
     for at in np.round(np.arange(first, rail.span[1], like.pitch), 2).tolist():
         if rng.random() < 0.15 or not rail.take(at, like.pane, 0.1):

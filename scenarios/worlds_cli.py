@@ -1,0 +1,141 @@
+"""The commands ``refseq worlds list | show | check | draw | lux | generate``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scenarios.console import err, out, say
+from scenarios.errors import ScenarioError
+from scenarios.inputs import check_output, writing
+
+FOUND = 1
+
+worlds = typer.Typer(
+    help="The worlds that robots drive in: what there is, what is wrong with one, what it looks like, how light it is.",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+)
+
+World = Annotated[
+    str, typer.Argument(metavar="WORLD", help="A world of the library, corridor:SEED, or a path ending in .toml.")
+]
+LIGHT_HELP = "A preset or any hour, 17:45, and after it with commas cloud=0..1, lamps=auto|on|off, date=2008-06-15."
+
+
+@worlds.command("list")
+def list_worlds() -> None:
+    """List the worlds of the library."""
+    from scenarios.worlds import library_table
+
+    out.print(library_table())
+
+
+@worlds.command(epilog="Example: `refseq worlds show hallway`")
+def show(world: World) -> None:
+    """Tell all about one world."""
+    from scenarios.worlds import world_table
+    from worlds.plan import load_plan
+
+    out.print(world_table(load_plan(world)))
+
+
+@worlds.command(
+    epilog="""Examples:
+
+* `refseq worlds check hallway annex`
+* `refseq worlds check my.toml`
+
+Exit codes: 0 nothing found; 1 something found, one line each; 2 the plan cannot be read."""
+)
+def check(
+    names: Annotated[list[str], typer.Argument(metavar="WORLD...", help="Worlds, corridor:SEED, or plans (.toml).")],
+) -> None:
+    """Put worlds up and look for things that stand in each other or in a robot's way."""
+    from scenarios.worlds import robot_footprints
+    from worlds.check import check_world
+    from worlds.light import light_named
+    from worlds.plan import load_plan
+
+    plans = {name: load_plan(name) for name in names}
+    footprints, found = robot_footprints(), 0
+    for name, plan in plans.items():
+        checkup = check_world(plan, light_named("16:00"), footprints)
+        costs = f"{checkup.seconds:.1f} s, {checkup.megabytes:.0f} MB, {checkup.geoms} geoms, {checkup.solids} solid"
+        say(out, f"{name}: {costs}: {len(checkup.findings) or 'nothing'} found")
+        for finding in checkup.findings:
+            say(err, f"{name}: {finding}")
+        found += len(checkup.findings)
+    if found:
+        raise typer.Exit(FOUND)
+
+
+@worlds.command(
+    epilog="""Examples:
+
+* `refseq worlds draw hallway -o hallway.svg`
+* `refseq worlds draw annex --light 18:00 --route detour -o annex.png`"""
+)
+def draw(
+    world: World,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Drawing to write (.svg or .png).")],
+    light: Annotated[str | None, typer.Option(metavar="LIGHT", help=f"Show where the sun stands. {LIGHT_HELP}")] = None,
+    route: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ROUTE", help="Route to draw; may be repeated. [default: the first four]"),
+    ] = None,
+) -> None:
+    """Draw the plan of a world, with a scale and north."""
+    from worlds.draw import check_picture, draw_plan
+    from worlds.light import light_named
+    from worlds.plan import load_plan
+
+    check_picture(output)
+    check_output(output)
+    plan, setting = load_plan(world), light_named(light) if light else None
+    with writing(output):
+        draw_plan(plan, output, setting, route)
+    say(out, f"{output}")
+
+
+@worlds.command(
+    epilog="""Examples:
+
+* `refseq worlds lux hallway --at 12.5,0,1 --hour 18:00`
+* `refseq worlds lux hallway --at 12.5,0,0 --at 16,0,0 --facing 0,1,0 --light 18:00,cloud=0.5`"""
+)
+def lux(
+    world: World,
+    at: Annotated[list[str], typer.Option(metavar="X,Y,Z", help="Where to measure [m]; may be repeated.")],
+    facing: Annotated[str, typer.Option(metavar="DIRECTION", help="Where the meter faces: up, down or X,Y,Z.")] = "up",
+    light: Annotated[str, typer.Option("--light", "--hour", metavar="LIGHT", help=LIGHT_HELP)] = "16:00",
+) -> None:
+    """Measure how light it is at a point, and where the light comes from."""
+    from scenarios.worlds import direction, lux_table, point_in, sun_text
+    from worlds.light import light_named
+    from worlds.meter import Meter
+    from worlds.plan import load_plan
+
+    plan, setting, normal = load_plan(world), light_named(light), direction(facing)
+    points = {text: point_in(plan, text) for text in at}
+    meter = Meter(plan, setting)
+    say(out, f"{plan.name} at {sun_text(plan, setting)}; the meter faces {facing}")
+    out.print(lux_table([(text, meter.read(point, normal)) for text, point in points.items()]))
+
+
+@worlds.command(epilog="Example: `refseq worlds generate --seed 7 -o mine.toml`")
+def generate(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Plan to write (.toml).")],
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the corridor.")] = 1,
+) -> None:
+    """Write the plan of a new corridor, to look at and go on with; `corridor:N` is the same without a file."""
+    from worlds.generate import corridor
+    from worlds.write import plan_text
+
+    check_output(output)
+    if output.suffix != ".toml":
+        raise ScenarioError(f"{output}: is no name of a plan; valid is one that ends in .toml")
+    plan = corridor(seed)
+    with writing(output):
+        output.write_text(plan_text(plan, f"Made by: refseq worlds generate --seed {seed}"), encoding="utf-8")
+    say(out, f"{output}: {plan.title}")
