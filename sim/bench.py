@@ -88,6 +88,7 @@ class Bench(Closing):
         self._odometry = Odometry(geometry, self._encoders, self._pulses())
         self._last_view: Pose | None = None
         self._last_look = 0.0
+        self._stood = MocapPoses.of(self.data)  # a control period ago
         self._steps = max(1, round(CONTROL_PERIOD / self.model.opt.timestep))
         self.renderer: Renderer = open_renderer(self.settings.renderer, self.model)
 
@@ -145,10 +146,9 @@ class Bench(Closing):
         speeds = self.robot.drive.wheel_speeds(twist)
         for name, speed in zip(self.robot.wheel_actuators, (speeds.left, speeds.right), strict=True):
             self.data.actuator(self._prefix + name).ctrl = speed
-        stood = MocapPoses.of(self.data)
+        self._stood = MocapPoses.of(self.data)
         self._crowd.at(self.data, self.time + CONTROL_PERIOD)
         mujoco.mj_step(self.model, self.data, nstep=self._steps)
-        tell_velocities(self.model, self.data, stood, CONTROL_PERIOD)
         self._odometry.update(self._pulses())
 
     def sense(self) -> View:
@@ -162,6 +162,7 @@ class Bench(Closing):
 
     def _photograph(self) -> dict[str, NDArray[np.uint8]]:
         elapsed, self._last_look = self.time - self._last_look, self.time
+        tell_velocities(self.model, self.data, self._stood, CONTROL_PERIOD)
         images = {}
         for name, camera in self._cameras.items():
             optics, mounted = camera.optics, self._prefix + name

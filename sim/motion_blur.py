@@ -6,6 +6,7 @@ the mean of the picture along the path through it.
 
 import math
 from functools import lru_cache
+from typing import NamedTuple, Self
 
 import cv2
 import mujoco
@@ -29,6 +30,18 @@ TAP = 1.5
 """Samples along a path are so far apart [pixels]: closer ones come no nearer to the truth, farther ones do worse."""
 MOST_TAPS = 64
 """At most so many samples along a path: on longer ones they are sparser."""
+
+
+class MocapPoses(NamedTuple):
+    """Where a model's mocap bodies are: ``pos`` (nmocap, 3) [m] and ``quat`` (nmocap, 4), copies."""
+
+    pos: NDArray[np.float64]
+    quat: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, data: mujoco.MjData) -> Self:
+        """Return those of ``data``."""
+        return cls(data.mocap_pos.copy(), data.mocap_quat.copy())
 
 
 def paths(
@@ -58,7 +71,7 @@ def _seen(
     model: mujoco.MjModel, data: mujoco.MjData, camera: str, rays: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Points that ``rays`` (n, 3) meet and their velocities, (n, 3) [m] and [m/s], all in the camera's own frame."""
-    eye, number = data.camera(camera), model.camera(camera).id
+    eye = data.camera(camera)
     T_world_camera = eye.xmat.reshape(3, 3)
     rays = rays / np.linalg.norm(rays, axis=1, keepdims=True) @ T_world_camera.T
     geoms, distances = np.empty(len(rays), np.int32), np.empty(len(rays))
@@ -67,31 +80,40 @@ def _seen(
     )
     points = eye.xpos + rays * np.where(geoms < 0, FAR, distances)[:, None]
     bodies = np.where(geoms < 0, 0, model.geom_bodyid[geoms])
-    rates = -_velocities(model, data, mujoco.mjtObj.mjOBJ_CAMERA, number, eye.xpos, points)
+    rates = -_velocities(model, data, model.camera(camera).bodyid[0], points)
     for body in np.unique(bodies):
         on_it = bodies == body
-        rates[on_it] += _velocities(model, data, mujoco.mjtObj.mjOBJ_XBODY, body, data.xpos[body], points[on_it])
+        rates[on_it] += _velocities(model, data, body, points[on_it])
     return (points - eye.xpos) @ T_world_camera, rates @ T_world_camera
 
 
 def _velocities(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    kind: mujoco.mjtObj,
-    number: int,
-    origin: NDArray[np.float64],
-    points: NDArray[np.float64],
+    model: mujoco.MjModel, data: mujoco.MjData, body: int, points: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Velocities of points (n, 3) that move as if fixed to an object, (n, 3) [m/s]; all in the world's frame."""
-    twist = np.empty(6)
-    mujoco.mj_objectVelocity(model, data, kind, number, twist, 0)
-    return twist[3:] + np.cross(twist[:3], points - origin)
+    """Velocities of points (n, 3) that move with a body, (n, 3) [m/s]; all in the world's frame."""
+    turning, linear = np.split(data.cvel[body], 2)  # of the point of the body at its tree's centre of mass
+    return linear + np.cross(turning, points - data.subtree_com[model.body_rootid[body]])
 
 
 def _drawn(optics: Optics, points: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
     """Pixels (u, v) of points (n, 3) in MuJoCo's frame of the camera."""
     depth = np.maximum(-points[:, 2], NEAREST)
     return optics.pixels(points[:, 0] / depth, -points[:, 1] / depth)
+
+
+def tell_velocities(model: mujoco.MjModel, data: mujoco.MjData, before: MocapPoses, elapsed: float) -> None:
+    """Note in ``data.cvel`` how mocap bodies moved in ``elapsed`` [s], until MuJoCo's next step.
+
+    They are put from place to place, so MuJoCo takes them to stand still.
+    """
+    bodies = np.flatnonzero(model.body_mocapid >= 0)
+    for body, number in zip(bodies, model.body_mocapid[bodies], strict=True):
+        turn = np.empty(3)
+        mujoco.mju_subQuat(turn, data.mocap_quat[number], before.quat[number])  # in the body's frame
+        turning = data.xmat[body].reshape(3, 3) @ turn / elapsed
+        linear = (data.mocap_pos[number] - before.pos[number]) / elapsed
+        arm = data.subtree_com[model.body_rootid[body]] - data.xpos[body]
+        data.cvel[body] = [*turning, *(linear + np.cross(turning, arm))]
 
 
 def smeared(picture: NDArray[np.float32], paths: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -346,3 +346,21 @@ def test_people_walk_while_the_robot_drives() -> None:
             start = float(bench.data.body("person_p").xpos[0])
             drive(bench, Twist(0.2, 0.0), 1.0)
             assert bench.data.body("person_p").xpos[0] - start == pytest.approx(1.0, abs=0.05)
+
+
+def test_somebody_who_walks_is_blurred_by_their_speed(lamp: Lamp, monkeypatch: pytest.MonkeyPatch) -> None:
+    walker = 'person = [{ name = "p", at = [3, 0.2], walk = [[3, -0.9]], speed = 1.0 }]'
+    world = build(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
+    seen: list[NDArray[np.float32]] = []
+    monkeypatch.setattr(sim.bench, "smeared", lambda picture, run: seen.append(run) or picture)
+    with bench_in(world, settings=BenchSettings(cameras=("camera-1",))) as bench:
+        for seconds in (0.0, 0.6):
+            drive(bench, Twist(), seconds)
+            bench.sense()
+        shutter = bench._cameras["camera-1"].exposure.shutter
+        away = bench.data.body("person_p").xpos[0] - bench.data.camera("robuter/camera-1").xpos[0]
+    standing, walking = seen
+    assert np.abs(standing).max() < 0.1
+    # The person goes to the right. Arms and legs swing along the way, and the body is nearer than its middle.
+    to_the_right = walking[..., 0][np.abs(walking[..., 0]) > 0.1]
+    assert np.median(to_the_right) == pytest.approx(1.0 * shutter * 4.3e-3 / 5.6e-6 / away, rel=0.15)

@@ -6,7 +6,7 @@ import pytest
 from sim.cameras import load_camera
 from sim.drivers import vulkan_device
 from sim.lens import Lens, Optics
-from sim.motion_blur import BLOCK, FAR, SHORTEST, block_centres, paths, smeared
+from sim.motion_blur import BLOCK, FAR, SHORTEST, MocapPoses, block_centres, paths, smeared, tell_velocities
 from sim.render import open_renderer, prepare_spec
 
 needs_vulkan = pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device on this machine")
@@ -126,6 +126,28 @@ def test_what_moves_with_the_camera_stays_sharp_and_what_goes_by_does_not() -> N
     assert np.abs(found[own]).max() < 1e-4
     scale = SHUTTER * PLAIN.focal / 0.7
     assert found[other] == pytest.approx(np.broadcast_to([-0.4 * scale, -1.0 * scale], found[other].shape), rel=1e-3)
+
+
+def test_a_body_that_is_put_from_place_to_place_is_blurred_as_one_that_moves_there() -> None:
+    shape = '<geom type="box" size="0.2 0.1 0.05" pos="0.05 0 0" mass="1"/>'
+    turn, shift, elapsed = np.array([0.3, -0.4, 0.5]), np.array([0.6, -0.3, 0.2]), 0.001
+    found = []
+    for joint, mocap in (("<freejoint/>", ""), ("", 'mocap="true"')):
+        model, data = scene(WALL + f'<body pos="0.1 0 -0.8" euler="20 10 0" {mocap}>{joint}{shape}</body>')
+        body, before = model.nbody - 1, MocapPoses.of(data)
+        if mocap:
+            # The body's own frame turns by the vector, as a free joint's velocity is told.
+            mujoco.mju_quatIntegrate(data.mocap_quat[0], turn, elapsed)
+            data.mocap_pos[0] += shift * elapsed
+            mujoco.mj_forward(model, data)
+            tell_velocities(model, data, before, elapsed)
+        else:
+            data.qvel[6:12] = [*shift, *turn]
+            mujoco.mj_forward(model, data)
+        assert data.xpos[body] == pytest.approx([0.1, 0, -0.8], abs=0.001)
+        found.append(paths(model, data, "eye", PLAIN, SHUTTER))
+    assert np.abs(found[0]).max() > 20
+    assert np.mean(np.abs(found[0] - found[1]).max(axis=-1) < 0.2) > 0.99  # but where an edge crossed a ray
 
 
 def test_bodies_that_only_the_physics_knows_do_not_hide_what_is_seen() -> None:
