@@ -1,8 +1,7 @@
 """People: who stands is part of the world, who walks is led by its clock.
 
-Everyone is made of five bodies, ``person_<name>`` for the trunk, ``person_<name>_left-leg`` and so on, each with one
-solid geom of the same name. Those of a person who walks are mocap bodies: they go where they are put, whatever is in
-the way.
+Everyone is made of five solid geoms, ``person_<name>`` for the trunk, ``person_<name>_left-leg`` and so on. Those of a
+person who walks have mocap bodies of the same names: they go where they are put, whatever is in the way.
 """
 
 import math
@@ -10,7 +9,7 @@ import math
 import mujoco
 import numpy as np
 
-from worlds.figure import HEIGHT, HIP, PARTS, Part, clothes, skin
+from worlds.figure import HEIGHT, HIP, PARTS, Part, Skin, clothes, skin
 from worlds.schema import FloorPlan, Material, Person
 from worlds.site import SOLID, Site
 from worlds.walk import STEP, Stance, Walk
@@ -43,8 +42,25 @@ def _place(site: Site, person: Person) -> None:
     swings = np.zeros(len(PARTS)) if person.walk else sway
     posture = _posture(_first_stance(person), person.height / HEIGHT, swings.tolist(), 0.0)
     for part, (pos, quat) in zip(PARTS, posture, strict=True):
-        body = site.spec.worldbody.add_body(name=_name(person, part), pos=pos, quat=quat, mocap=bool(person.walk))
-        _dress(site, body, part, person, material)
+        name, world = _name(person, part), site.spec.worldbody
+        _add_mesh(site, name, skin(part, person.height))
+        look = {"name": name, "meshname": name, "material": material, "userdata": [person.albedo], "group": SOLID}
+        if person.walk:
+            body = world.add_body(name=name, pos=pos, quat=quat, mocap=True)
+            body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, **look)
+        else:
+            world.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, pos=pos, quat=quat, **look)
+
+
+def _add_mesh(site: Site, name: str, shape: Skin) -> None:
+    mesh = site.spec.add_mesh(
+        name=name,
+        uservert=shape.vertices.ravel(),
+        usernormal=shape.normals.ravel(),
+        usertexcoord=shape.texture.ravel(),
+        userface=shape.faces.ravel(),
+    )
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
 
 
 def _first_stance(person: Person) -> Stance:
@@ -53,27 +69,6 @@ def _first_stance(person: Person) -> Stance:
 
 def _name(person: Person, part: Part) -> str:
     return f"person_{person.name}" + ("" if part is PARTS[0] else f"_{part.name}")
-
-
-def _dress(site: Site, body: mujoco.MjsBody, part: Part, person: Person, material: str) -> None:
-    """Give a body its skin."""
-    shape = skin(part, person.height)
-    mesh = site.spec.add_mesh(
-        name=body.name,
-        uservert=shape.vertices.ravel(),
-        usernormal=shape.normals.ravel(),
-        usertexcoord=shape.texture.ravel(),
-        userface=shape.faces.ravel(),
-    )
-    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-    body.add_geom(
-        name=body.name,
-        type=mujoco.mjtGeom.mjGEOM_MESH,
-        meshname=body.name,
-        material=material,
-        userdata=[person.albedo],
-        group=SOLID,
-    )
 
 
 def _posture(stance: Stance, scale: float, swings: list[float], sink: float) -> list[Placed]:

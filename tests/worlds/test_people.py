@@ -52,11 +52,11 @@ def at(model: mujoco.MjModel, plan: FloorPlan, time: float) -> mujoco.MjData:
     return data
 
 
-def test_those_who_walk_are_mocap_bodies_and_those_who_stand_are_not(model: mujoco.MjModel) -> None:
+def test_those_who_walk_are_mocap_bodies_and_those_who_stand_are_of_the_world(model: mujoco.MjModel) -> None:
     assert model.nmocap == len(PARTS)
     for part in ("", "_left-arm", "_right-arm", "_left-leg", "_right-leg"):
         assert model.body(f"person_busy{part}").mocapid[0] >= 0
-        assert model.body(f"person_still{part}").mocapid[0] == -1
+        assert model.geom(f"person_still{part}").bodyid[0] == 0
 
 
 @pytest.mark.parametrize("height", [0.2, 0.3, 0.5])
