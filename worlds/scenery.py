@@ -46,7 +46,7 @@ def asphalt(count: tuple[int, int], albedo: float, rng: Generator, pixels: int =
     # Noise of a quarter of the size, so that the picture is drawn in a fraction of the time.
     stones = np.tile(cv2.GaussianBlur(rng.standard_normal((shape[0] // 4, shape[1] // 4)), (0, 0), 0.6), (4, 4))
     worn = cv2.resize(cloud((rows * 6, columns * 6), rng, coarsest=5, fall=0.7), (stones.shape[1], stones.shape[0]))
-    field = albedo * (1.0 + 0.16 * stones + 0.10 * worn)
+    field = albedo * (1.0 + 0.26 * stones + 0.10 * worn)
     for _ in range(rng.poisson(0.004 * columns * rows)):
         _mended(field, rng, pixels)
     for _ in range(rng.poisson(0.012 * columns * rows)):
