@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from worlds.areas import Rectangle, inside, rectangles
+from worlds.areas import Rectangle, rectangles
 from worlds.form_factors import SKIN, Cards
 from worlds.photometry import Spot, spot_illuminance
 from worlds.schema import FloorPlan
@@ -67,7 +67,8 @@ Measure = Callable[[Cards], Floats]
 
 def ambient(plan: FloorPlan, measure: Measure, spots: tuple[Spot, ...]) -> Ambient:
     """Measure the image light over all the ground between the walls."""
-    nodes = [_nodes(_within(plan, area)) for area in rectangles(plan)]
+    areas = rectangles(plan)
+    nodes = [_nodes(_within(areas, area)) for area in areas]
     lux = left_over(measure, spots, np.concatenate([points.reshape(-1, 3) for _, points in nodes]))
     ends = np.cumsum([points.shape[0] * points.shape[1] for _, points in nodes])[:-1]
     parts = np.split(lux, ends)
@@ -84,14 +85,14 @@ def left_over(measure: Measure, spots: tuple[Spot, ...], points: Floats) -> Floa
     return np.maximum(0.0, around - rendered)
 
 
-def _within(plan: FloorPlan, area: Rectangle) -> Rectangle:
+def _within(areas: tuple[Rectangle, ...], area: Rectangle) -> Rectangle:
     """Shrink a rectangle of the ground by ``CLEARANCE`` at its walls, not where it goes on in the next one."""
     low, high = area.low.copy(), area.high.copy()
     for axis in range(2):
         for side, sign in ((low, 1.0), (high, -1.0)):
             beyond = area.middle
             beyond[axis] = side[axis] - sign * SKIN
-            if not inside(plan, beyond):
+            if not any(other.holds(beyond) for other in areas):
                 side[axis] += sign * min(CLEARANCE, area.size[axis] / 4)
     return Rectangle(low, high)
 
