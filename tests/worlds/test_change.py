@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from worlds.alterations import ASTRAY, NUDGED, THRESHOLD, TURN, WAY
+from worlds.alterations import ASTRAY, NUDGED, THRESHOLD
 from worlds.areas import inside, rectangles
 from worlds.build import build
 from worlds.change import KINDS, Change, change_named, change_names, changed
@@ -19,11 +19,13 @@ from worlds.frame import Frame
 from worlds.light import light_named
 from worlds.passers_by import SHORTEST, STAND_EVERY, WALK_EVERY
 from worlds.people import Crowd
-from worlds.plan import checked, load_plan, parse_plan
+from worlds.plan import checked, load_plan, names, parse_plan
 from worlds.schema import FloorPlan, Furniture
 
 Text = Callable[..., str]
 HALLWAY, ANNEX = load_plan("hallway"), load_plan("annex")
+WAY = 0.8 / 2 + 0.2  # half a robot, and how far it wanders
+TURN = math.hypot(0.74, 0.8 / 2) + 0.2  # from the axle to a rear corner, and the same
 ALL = Change(*[1.0] * len(KINDS))
 strengths = st.one_of(st.just(0.0), st.just(1.0), st.floats(0.0, 1.0))
 changes = st.builds(Change, **dict.fromkeys(KINDS, strengths))
@@ -176,7 +178,18 @@ def route_samples(plan: FloorPlan) -> Iterator[tuple[NDArray[np.float64], float]
 @settings(max_examples=15, deadline=None)
 @given(st.sampled_from([HALLWAY, ANNEX]), changes, seeds)
 def test_all_that_changes_leaves_the_routes_free(plan: FloorPlan, change: Change, seed: int) -> None:
-    after = checked(changed(plan, change, seed), "changed")
+    assert_routes_are_free(plan, checked(changed(plan, change, seed), "changed"))
+
+
+@pytest.mark.parametrize("name", names())
+def test_every_world_changes_and_keeps_its_routes_free(name: str) -> None:
+    plan = load_plan(name)
+    after = changed(plan, change_named("busy"), 3)
+    assert len(after.person) > len(plan.person) + 2
+    assert_routes_are_free(plan, after)
+
+
+def assert_routes_are_free(plan: FloorPlan, after: FloorPlan) -> None:
     before = set(taken(plan))
     moved = [thing.footprint for thing in taken(after) if thing not in before]
     for points, room in route_samples(plan):
