@@ -113,7 +113,8 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
         ),
         (
             'poster = [{ name = "p1", wall = "left", at = 3, style = "pop" }]',
-            "poster[0].style: 'pop' is not valid; it should be 'text', 'plots', 'photo', 'mixed' or 'diagram'",
+            "poster[0].style: 'pop' is not valid; it should be 'text', 'plots', 'photo', 'mixed', 'diagram' or "
+            "'whiteboard'",
         ),
         ("colour = 1", "colour: unknown key; valid keys are name, title, place, floor, ceiling, material, wall, "
          "window, door, poster, board, cabinet, bin, fixture, furniture, stairs, car, tree, kerb, marking, post, "
