@@ -144,7 +144,8 @@ def robot_footprint(name: str) -> Footprint:
     low, high = geom_boxes(model, data)
     (back, right, bottom), (front, left, top) = low.min(axis=0), high.max(axis=0)
     x, y, _ = data.body(robot.base).xpos
-    return Footprint(name, front - x, x - back, max(left - y, y - right), top - bottom)
+    half_width = max(left - y, y - right)
+    return Footprint(name, *map(float, (front - x, x - back, half_width, top - bottom)))
 
 
 # --- lux ---
