@@ -195,7 +195,8 @@ def metal(size: tuple[float, float], albedo: float, rng: Generator, density: int
             cv2.line(image, (round(x * width), y), (round((x + 0.26) * width), y), dark, 2)
     for _ in range(rng.integers(1, 4)):
         label = printed((rng.integers(24, 44), rng.integers(30, 60)), rng)
-        _paste(image, label, rng.integers(8, width - 70), rng.integers(height // 4, height - 70))
+        x, y = rng.integers(8, max(9, width - 70)), rng.integers(height // 4, max(height // 4 + 1, height - 70))
+        _paste(image, label, x, y)
     return image
 
 

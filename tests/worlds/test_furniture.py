@@ -263,3 +263,8 @@ def test_a_whiteboard_is_mostly_white_with_some_writing() -> None:
         image = textures.whiteboard((1.5, 1.0), np.random.default_rng(seed))
         assert np.median(image) > textures.tone(0.7)
         assert len(cv2.SIFT_create().detect(image, None)) > 50
+
+
+def test_the_front_of_a_small_cabinet_has_its_label_too() -> None:
+    for seed in range(20):
+        assert textures.metal((0.3, 0.3), 0.45, np.random.default_rng(seed)).shape == (60, 60)

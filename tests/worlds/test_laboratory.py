@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 import robots
 from sim.bench import Bench, BenchSettings
 from sim.recorder import Trigger, drive_and_sense, operator_for
-from sim.render import RendererKind
+from sim.render import RendererKind, frustum
 from tests.worlds.test_build import image_of
 from worlds.build import World, build
 from worlds.light import light_named
@@ -138,6 +138,17 @@ def test_a_view_every_22_cm_makes_67_views_of_the_wall_of_posters(laboratory: Wo
     settings = BenchSettings(renderer=RendererKind.NONE)
     with Bench(laboratory, robots.load("robuter"), seed=1, settings=settings) as bench:
         assert len(list(drive_and_sense(bench, operator_for(bench, 1), Trigger(distance=0.22)))) == 67
+
+
+def test_a_camera_by_a_window_sees_what_is_outside(laboratory: World) -> None:
+    spec = laboratory.spec.copy()
+    spec.worldbody.add_camera(name="out", pos=[4.7, 1.1, 1.5], xyaxes=[-1, 0, 0, 0, 0, 1])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    beyond = -data.geom("outside_windows").xpos[1]
+    assert beyond > 15
+    assert frustum(model, data, "out").frustum_far > 1.1 + beyond
 
 
 def test_a_seed_fixes_every_bit(model: mujoco.MjModel) -> None:
