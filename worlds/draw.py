@@ -153,7 +153,7 @@ def _draw_all(axes: Axes, plan: FloorPlan, routes: Sequence[str]) -> None:
     _standing(axes, plan)
     _on_walls(axes, plan)
     for i, name in enumerate(routes):
-        _route(axes, plan, name, ASIDE * (1 + i // 2), *ROUTES[i % len(ROUTES)])
+        _route(axes, plan, name, ASIDE * (1 + i / 2), *ROUTES[i % len(ROUTES)])
 
 
 def _fill(axes: Axes, corners: ArrayLike, name: str | None = None, **style: object) -> None:
