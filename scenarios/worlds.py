@@ -14,7 +14,7 @@ from rich.text import Text
 import robots
 from scenarios.errors import ScenarioError
 from worlds.areas import inside, rectangles
-from worlds.check import Footprint, geom_boxes
+from worlds.check import RobotBox, geom_boxes
 from worlds.daylight import sun_position
 from worlds.light import PRESETS, LightSetting, light_named
 from worlds.meter import Reading
@@ -130,12 +130,12 @@ def sun_text(plan: FloorPlan, setting: LightSetting) -> str:
 # --- check ---
 
 
-def robot_footprints() -> tuple[Footprint, ...]:
+def robot_boxes() -> tuple[RobotBox, ...]:
     """The room that each robot takes as it is loaded, from the boxes around all its geoms."""
-    return tuple(robot_footprint(name) for name in robots.names())
+    return tuple(robot_box(name) for name in robots.names())
 
 
-def robot_footprint(name: str) -> Footprint:
+def robot_box(name: str) -> RobotBox:
     """The room that a robot takes around its base, [m]."""
     robot = robots.load(name)
     model = robot.spec.compile()
@@ -145,7 +145,7 @@ def robot_footprint(name: str) -> Footprint:
     (back, right, bottom), (front, left, top) = low.min(axis=0), high.max(axis=0)
     x, y, _ = data.body(robot.base).xpos
     half_width = max(left - y, y - right)
-    return Footprint(name, *map(float, (front - x, x - back, half_width, top - bottom)))
+    return RobotBox(name, *map(float, (front - x, x - back, half_width, top - bottom)))
 
 
 # --- lux ---

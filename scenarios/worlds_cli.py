@@ -52,15 +52,15 @@ def check(
     names: Annotated[list[str], typer.Argument(metavar="WORLD...", help="Worlds, corridor:SEED, or plans (.toml).")],
 ) -> None:
     """Put worlds up and look for things that stand in each other or in a robot's way."""
-    from scenarios.worlds import robot_footprints
+    from scenarios.worlds import robot_boxes
     from worlds.check import check_world
     from worlds.light import light_named
     from worlds.plan import load_plan
 
     plans = {name: load_plan(name) for name in names}
-    footprints, found = robot_footprints(), 0
+    boxes, found = robot_boxes(), 0
     for name, plan in plans.items():
-        checkup = check_world(plan, light_named("16:00"), footprints)
+        checkup = check_world(plan, light_named("16:00"), boxes)
         costs = f"{checkup.seconds:.1f} s, {checkup.megabytes:.0f} MB, {checkup.geoms} geoms, {checkup.solids} solid"
         say(out, f"{name}: {costs}: {len(checkup.findings) or 'nothing'} found")
         for finding in checkup.findings:

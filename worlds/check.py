@@ -20,7 +20,7 @@ from worlds.schema import FloorPlan
 TOLERANCE = 0.01
 """Things may stand so far in each other [m]: what is drawn to the centimetre may be off by one. A choice."""
 CLEARANCE = 0.03
-"""A robot's footprint is grown by so much on all sides [m]: no robot keeps to its route exactly. A choice; where it
+"""A robot's box is grown by so much on all sides [m]: no robot keeps to its route exactly. A choice; where it
 turns on the spot, as here at every bend, it takes more room than one that rounds them."""
 GROUND = 0.03
 """What is lower than this [m] a robot rolls over."""
@@ -34,7 +34,7 @@ PROBE = "check_probe"
 
 
 @dataclass(frozen=True, slots=True)
-class Footprint:
+class RobotBox:
     """A robot as a box, [m]: from ``back`` behind to ``front`` before the point that follows a route; ``height`` up."""
 
     name: str
@@ -58,7 +58,7 @@ class Checkup:
     solids: int
 
 
-def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[Footprint] = (), seed: int = 0) -> Checkup:
+def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[RobotBox] = (), seed: int = 0) -> Checkup:
     """Put up a world and look for things that are missing, that overlap, and that stand on a route."""
     begun = time.perf_counter()
     spec = build(plan, light, seed).spec
@@ -177,7 +177,7 @@ def _built_together(one: _Thing, other: _Thing, hung: set[tuple[str, str]]) -> b
 # --- do robots get through? ---
 
 
-def _blocked(spec: mujoco.MjSpec, plan: FloorPlan, things: dict[str, _Thing], robot: Footprint) -> Iterator[str]:
+def _blocked(spec: mujoco.MjSpec, plan: FloorPlan, things: dict[str, _Thing], robot: RobotBox) -> Iterator[str]:
     """Lead the robot's box along each route; each thing that it touches is told once a route."""
     model = _with_probe(spec, robot)
     data = mujoco.MjData(model)
@@ -190,7 +190,7 @@ def _blocked(spec: mujoco.MjSpec, plan: FloorPlan, things: dict[str, _Thing], ro
             yield f"route '{route}': robot '{robot.name}' does not get past {thing} at x {x:.2f}, y {y:.2f}"
 
 
-def _with_probe(spec: mujoco.MjSpec, robot: Footprint) -> mujoco.MjModel:
+def _with_probe(spec: mujoco.MjSpec, robot: RobotBox) -> mujoco.MjModel:
     """The world and in it a free box as large as the robot."""
     world = spec.copy()
     body = world.worldbody.add_body(name=PROBE)

@@ -12,7 +12,7 @@ import pytest
 
 import robots
 from scenarios import cli
-from scenarios.worlds import robot_footprint, routes_text
+from scenarios.worlds import robot_box, routes_text
 from tests.worlds.conftest import SMALL
 from worlds.generate import corridor
 from worlds.light import light_named
@@ -117,7 +117,7 @@ def test_check_names_what_is_in_the_way_and_leaves_with_1(refseq: Refseq) -> Non
 
 def test_a_robot_s_room_is_that_of_its_facts() -> None:
     """1.031 x 0.710 m with its end modules; the laser stands out in front, the mast up."""
-    robuter = robot_footprint("robuter")
+    robuter = robot_box("robuter")
     assert 1.031 <= robuter.front + robuter.back < 1.1
     assert 2 * robuter.half_width == pytest.approx(0.710, abs=0.005)
     assert robuter.height > 1.35

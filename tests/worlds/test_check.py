@@ -4,17 +4,17 @@ import mujoco
 import numpy as np
 import pytest
 
-from worlds.check import TOLERANCE, Checkup, Footprint, check_world, geom_boxes
+from worlds.check import TOLERANCE, Checkup, RobotBox, check_world, geom_boxes
 from worlds.light import light_named
 from worlds.plan import load_plan, names, parse_plan
 
 Text = Callable[..., str]
 LIGHT = light_named("16:00")
-ROBOT = Footprint("cart", front=0.3, back=0.7, half_width=0.35, height=1.4)
+ROBOT = RobotBox("cart", front=0.3, back=0.7, half_width=0.35, height=1.4)
 METAL = "\n[material.metal]\nalbedo = 0.4\nroughness = 0.5\n"
 
 
-def checked(text: str, robot: Footprint = ROBOT) -> Checkup:
+def checked(text: str, robot: RobotBox = ROBOT) -> Checkup:
     return check_world(parse_plan(text), LIGHT, [robot])
 
 
@@ -108,7 +108,7 @@ def test_a_robot_that_turns_back_sweeps_its_tail_around(small: Text) -> None:
     text = small(end=METAL).replace("[[1, 0], [7, 0]]", "[[1, 0], [4, 0], [1, 0]]") + box(0.75)
     (finding,) = checked(text).findings
     assert "box 'crate' at x 4.00, y 0.00" in finding
-    assert checked(text, Footprint("disc", 0.3, 0.3, 0.3, 1.4)).findings == ()
+    assert checked(text, RobotBox("disc", 0.3, 0.3, 0.3, 1.4)).findings == ()
 
 
 @pytest.mark.parametrize(("height", "free"), [(0.02, True), (0.12, False)])
