@@ -1,7 +1,7 @@
 """From a floor plan and a light to a world in MuJoCo."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import mujoco
@@ -33,13 +33,13 @@ class World:
     """
 
     name: str
-    spec: mujoco.MjSpec
-    plan: FloorPlan
+    spec: mujoco.MjSpec = field(repr=False)
+    plan: FloorPlan = field(repr=False)
     light: LightSetting
     seed: int
-    routes: Mapping[str, NDArray[np.float64]]
-    photometry: Photometry
-    ambient: Ambient
+    routes: Mapping[str, NDArray[np.float64]] = field(repr=False)
+    photometry: Photometry = field(repr=False)
+    ambient: Ambient = field(repr=False)
 
 
 def build(plan: FloorPlan, light: LightSetting, seed: int) -> World:
@@ -70,8 +70,8 @@ def _frozen(points: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
 def _view(site: Site, plan: FloorPlan) -> None:
     """Set near and far plane, and a headlight that makes do where there is no photometric light.
 
-    Filament spreads its one shadow map over all that lies before the far plane: one just beyond the walls, or beyond the
-    picture outside the windows where there are some, gives the sharpest sun patches.
+    Filament spreads its one shadow map over all that lies before the far plane: one just beyond the walls, or beyond
+    the picture outside the windows where there are some, gives the sharpest sun patches.
     """
     spec = site.spec
     low, high = plan.bounds

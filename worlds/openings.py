@@ -42,6 +42,7 @@ def _window(site: Site, frame: Frame, window: Window, thickness: float) -> None:
 
 def _door(site: Site, frame: Frame, door: Door, plan: FloorPlan) -> None:
     (a, b), jamb, proud = door.extent, 0.05, 0.015
+    wall = plan.wall_named(door.wall)
     reach = (-door.recess, proud)
     site.lattice(
         f"door_{door.name}_frame",
@@ -50,12 +51,12 @@ def _door(site: Site, frame: Frame, door: Door, plan: FloorPlan) -> None:
             ((a - jamb, a + 0.015), reach, (0.0, door.height + jamb)),
             ((b - 0.015, b + jamb), reach, (0.0, door.height + jamb)),
             ((a + 0.015, b - 0.015), reach, (door.height - 0.015, door.height + jamb)),
+            ((a, b), (-wall.thickness, 0.0), (-0.05, 0.003)),  # the threshold: the floor ends at the wall's face
         ],
         "trim",
     )
     _leaf(site, frame, door)
     if door.open > 0.0:
-        wall = plan.wall_named(door.wall)
         _room_behind(site, frame, door, wall, plan.wall_height(wall))
     if door.label:
         _number_plate(site, frame, door)

@@ -42,10 +42,14 @@ def linear(code: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 def encode(albedo: NDArray[np.floating], rng: Generator) -> Image:
     """Turn albedos into bytes, dithered so that a faint gradient does not become steps."""
-    code = srgb(albedo)
+    albedo = np.clip(albedo, 0.0, 1.0, dtype=np.float32)
+    code = cv2.pow(albedo, 1 / 2.4)  # as ``srgb``, in a quarter of the time
+    code *= 1.055
+    code -= 0.055
+    np.copyto(code, 12.92 * albedo, where=albedo <= 0.0031308)
     code *= 255.0
-    code += rng.random(albedo.shape)
-    return np.clip(np.floor(code, out=code), 0, 255, out=code).astype(np.uint8)
+    code += rng.random(albedo.shape, dtype=np.float32)
+    return np.minimum(code, 255, out=code).astype(np.uint8)
 
 
 def tone(albedo: float) -> int:
@@ -53,20 +57,25 @@ def tone(albedo: float) -> int:
     return round(255 * float(srgb(albedo)))
 
 
-def cloud(shape: tuple[int, int], rng: Generator, coarsest: int = 4, octaves: int = 5, fall: float = 0.55) -> NDArray:
+def cloud(
+    shape: tuple[int, int], rng: Generator, coarsest: int = 4, octaves: int = 5, fall: float = 0.55
+) -> NDArray[np.float32]:
     """Draw fractal value noise, zero mean and unit deviation; ``coarsest`` cells across the shorter side."""
-    total = np.zeros(shape)
+    total = np.zeros(shape, np.float32)
     scale = min(shape)
     for i in range(octaves):
         cells = coarsest * 2**i
-        grid = rng.standard_normal((2 + cells * shape[0] // scale, 2 + cells * shape[1] // scale))
-        octave = cv2.resize(grid, shape[::-1], interpolation=cv2.INTER_CUBIC)
-        octave *= fall**i
-        total += octave
+        grid = noise((2 + cells * shape[0] // scale, 2 + cells * shape[1] // scale), rng)
+        total += cv2.resize(grid * np.float32(fall**i), shape[::-1], interpolation=cv2.INTER_CUBIC)
     mean, deviation = total.mean(), total.std()
     total -= mean
     total /= deviation
     return total
+
+
+def noise(shape: tuple[int, int], rng: Generator) -> NDArray[np.float32]:
+    """Draw a number for each pixel, zero mean and unit deviation."""
+    return rng.standard_normal(shape, dtype=np.float32)
 
 
 # --- surfaces ---
@@ -93,8 +102,8 @@ def _scuff(field: NDArray, rng: Generator, darken: float) -> None:
 def tiles(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 48) -> Image:
     """Draw a floor of (columns, rows) tiles; no two quite alike, speckled, with dark joints."""
     columns, rows = count
-    each = np.kron(1.0 + 0.035 * rng.standard_normal((rows, columns)), np.ones((pixels, pixels)))
-    speckle = cv2.GaussianBlur(rng.standard_normal(each.shape), (0, 0), 1.0)
+    each = np.kron(1.0 + 0.035 * noise((rows, columns), rng), np.ones((pixels, pixels), np.float32))
+    speckle = cv2.GaussianBlur(noise(each.shape, rng), (0, 0), 1.0)
     field = albedo * (each + 0.06 * speckle)
     field[::pixels] *= 0.7
     field[:, ::pixels] *= 0.7
@@ -105,7 +114,7 @@ def carpet(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 
     """Draw a floor of (columns, rows) carpet tiles, each a quarter turned against the next; trodden spots."""
     columns, rows = count
     shape = rows * pixels, columns * pixels
-    pile = rng.standard_normal(shape)
+    pile = noise(shape, rng)
     along = cv2.GaussianBlur(pile, (0, 0), sigmaX=2.0, sigmaY=0.5, borderType=cv2.BORDER_REFLECT)
     across = cv2.GaussianBlur(pile, (0, 0), sigmaX=0.5, sigmaY=2.0, borderType=cv2.BORDER_REFLECT)
     turned = _checkered(count, pixels)
@@ -122,9 +131,9 @@ def parquet(count: tuple[int, int], albedo: float, rng: Generator, pixels: int =
     turned = _checkered(count, pixels)
     place = np.where(turned, v, u) % pixels * strips // pixels
     oak = 1.0 + 0.11 * rng.standard_normal((rows, columns, strips))[v // pixels, u // pixels, place]
-    noise = rng.standard_normal(shape)
-    upright = cv2.GaussianBlur(noise, (0, 0), sigmaX=0.6, sigmaY=7.0)
-    lying = cv2.GaussianBlur(noise, (0, 0), sigmaX=7.0, sigmaY=0.6)
+    grain = noise(shape, rng)
+    upright = cv2.GaussianBlur(grain, (0, 0), sigmaX=0.6, sigmaY=7.0)
+    lying = cv2.GaussianBlur(grain, (0, 0), sigmaX=7.0, sigmaY=0.6)
     grain = np.where(turned, lying / lying.std(), upright / upright.std())
     field = albedo * oak * (1.0 + 0.07 * grain)
     field[_joints(np.where(turned, v, u), pixels, strips)] *= 0.72
@@ -151,7 +160,7 @@ def ceiling_panels(count: tuple[int, int], albedo: float, rng: Generator, pixels
     """Draw a ceiling of (columns, rows) mineral-fibre panels: pinholes and thin metal bars."""
     columns, rows = count
     field = np.full((rows * pixels, columns * pixels), albedo)
-    field *= np.kron(1.0 + 0.012 * rng.standard_normal((rows, columns)), np.ones((pixels, pixels)))
+    field *= np.kron(1.0 + 0.012 * rng.standard_normal((rows, columns)), np.ones((pixels, pixels), np.float32))
     field[rng.random(field.shape) < 0.03] *= 0.8
     for edge in (0, 1):
         field[edge::pixels] = field[:, edge::pixels] = albedo * (1.05 if edge else 0.75)
@@ -161,7 +170,7 @@ def ceiling_panels(count: tuple[int, int], albedo: float, rng: Generator, pixels
 def wood(size: tuple[float, float], albedo: float, rng: Generator, density: int = 320) -> Image:
     """Draw a veneered door leaf of (width, height) [m]: upright grain, a kick plate, a lock with its handle."""
     shape = round(size[1] * density), round(size[0] * density)
-    grain = cv2.GaussianBlur(rng.standard_normal(shape), (0, 0), sigmaX=1.2, sigmaY=40)
+    grain = cv2.GaussianBlur(noise(shape, rng), (0, 0), sigmaX=1.2, sigmaY=40)
     bands = cv2.GaussianBlur(rng.standard_normal((1, shape[1])), (0, 0), 14)
     field = albedo * (1.0 + 0.05 * grain / grain.std() + 0.05 * bands / bands.std())
     image = encode(field, rng)
@@ -396,7 +405,7 @@ def _fill_cells(image: Image, cells: list[tuple[int, int, int, int]], style: str
 def notice_board(size: tuple[float, float], sheets: int, rng: Generator, density: int = DENSITY) -> Image:
     """Draw a cork board of (width, height) [m] with a dark frame and two rows of pinned, slightly askew papers."""
     width, height = round(size[0] * density), round(size[1] * density)
-    image = encode(0.28 * (1.0 + 0.16 * rng.standard_normal((height, width))), rng)
+    image = encode(0.28 * (1.0 + 0.16 * noise((height, width), rng)), rng)
     image = cv2.GaussianBlur(image, (0, 0), 0.9)
     columns = (sheets + 1) // 2
     slot = 0.94 * width / columns
@@ -474,8 +483,10 @@ def outside(width: int, height: int, horizon: float, day: bool, rng: Generator) 
     the same shapes nearly black, with some lit windows and street lamps.
     """
     line = round((1.0 - horizon) * height)
-    field = np.full((height, width), SKY_BY_DAY if day else SKY_BY_NIGHT)
-    fade = np.clip(np.linspace(0.0, 2.0, height), 0.0, 1.0)[:, None]  # the plain sky goes on above the picture
+    field = np.full((height, width), SKY_BY_DAY if day else SKY_BY_NIGHT, np.float32)
+    fade = np.clip(np.linspace(0.0, 2.0, height, dtype=np.float32), 0.0, 1.0)[
+        :, None
+    ]  # the plain sky goes on above the picture
     haze = cloud((height, width), rng, coarsest=2)
     haze *= 0.05 * fade
     haze += 1.0
