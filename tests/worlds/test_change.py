@@ -357,3 +357,13 @@ def test_a_car_s_ground_holds_all_of_it() -> None:
         length, width = CAR_SIZES[name]
         assert kind.length <= length <= kind.length + 0.2
         assert 2 * kind.half_width <= width <= 2 * kind.half_width + 0.2
+
+
+def test_a_door_before_another_corridor_stays_shut() -> None:
+    from tests.worlds.conftest import corner
+
+    doors = '{ name = "free", wall = "inner-1", at = 1.2 }, { name = "near", wall = "inner-1", at = 3.3 }'
+    door = "door = { albedo = 0.3, roughness = 0.5 }\n"
+    plan = parse_plan(f"door = [{doors}]\n" + corner().replace("[material]\n", "[material]\n" + door))
+    after = [changed(plan, Change(doors=1.0), seed).door for seed in range(3)]
+    assert all(free.open > 0.0 and near.open == 0.0 for free, near in after)
