@@ -19,6 +19,8 @@ from worlds.scenery import ATLAS
 from worlds.schema import Car, FloorPlan, Material
 from worlds.site import SEEN, Site, Span
 
+Floats = NDArray[np.float64]
+
 PROUD = 0.006
 """How far glass, lamps and plates stand out from the hull [m]."""
 WHEEL, TYRE, ARCH = 0.30, 0.18, 0.36
@@ -149,7 +151,7 @@ def _park(site: Site, car: Car, ground: float) -> None:
 # --- the hull ---
 
 
-def _ring(section: Section) -> NDArray[np.float64]:
+def _ring(section: Section) -> Floats:
     """Outline of a cross-section, (10, 3), counter-clockwise as seen from the front."""
     x, sill, belt, top, wide, narrow = section
     edge = min(0.05, (top - belt) / 2)
@@ -165,7 +167,7 @@ def _ring(section: Section) -> NDArray[np.float64]:
     return np.vstack([right[0], right * [1.0, -1.0, 1.0], right[:0:-1]])
 
 
-def _rail(section: Section) -> NDArray[np.float64]:
+def _rail(section: Section) -> Floats:
     """Belt line and roof edge of a section's right side, (2, 3)."""
     return _ring(section)[[8, 7]]
 
@@ -221,13 +223,13 @@ def _top_glass(kind: Kind, i: int) -> Facets:
     return _pane(*((right, left) if falls else (left, right)), (0.06, 0.94), (0.08, 0.92))
 
 
-def _pane(start: NDArray, end: NDArray, across: Span, up: Span, part: str = "glass") -> Facets:
+def _pane(start: Floats, end: Floats, across: Span, up: Span, part: str = "glass") -> Facets:
     """Glass, or another ``part`` of the picture, over a part of the quad between two edges.
 
     Edges are (2, 3), each from its lower to its upper end.
     """
 
-    def at(s: float, t: float) -> NDArray[np.float64]:
+    def at(s: float, t: float) -> Floats:
         low, high = (1 - s) * start[0] + s * end[0], (1 - s) * start[1] + s * end[1]
         return (1 - t) * low + t * high
 

@@ -20,6 +20,7 @@ from worlds.outdoors import ARM, HEAD
 from worlds.photometry import LAMPS_BELOW, Photometry, outlook
 from worlds.schema import FloorPlan, Material, Post, Window
 from worlds.site import Site
+from worlds.textures import encode
 
 DOME = 230.0
 """Radius of the dome that shows the sky [m]: what is drawn on its horizon moves as if it stood so far away."""
@@ -93,7 +94,7 @@ def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     sun = float(np.arctan2(-beam[1], -beam[0]))
     field = scenery.panorama(DOME_PICTURE, numbers.outdoors, sun, plan.place.ground_albedo, site.rng("dome"))
     peak = float(field.max())
-    site.glowing("dome", peak, scenery.encode(field / peak, site.rng("dome_grain")))
+    site.glowing("dome", peak, encode(field / peak, site.rng("dome_grain")))
     up = np.radians([-4.0, 0.0, 4.0, 10.0, 16.0, 22.0, 33.0, 45.0, 60.0, 75.0, 89.9])
     around = np.linspace(np.pi, -np.pi, 73)
     azimuth, height = np.meshgrid(around, up)  # (rows, columns)
@@ -105,7 +106,7 @@ def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
 
 def _share(up: NDArray[np.float64]) -> NDArray[np.float64]:
     """How far up the picture an elevation [rad] is, 0 to 1."""
-    return np.interp(up, [scenery.LOWEST, scenery.BEND, scenery.HIGHEST], [0.0, 0.5, 1.0])
+    return np.asarray(np.interp(up, [scenery.LOWEST, scenery.BEND, scenery.HIGHEST], [0.0, 0.5, 1.0]))
 
 
 # --- lamps and windows ---

@@ -13,6 +13,8 @@ from worlds.schema import FloorPlan, Kerb, Marking, Material, Post, Tree
 from worlds.shell import SKIN
 from worlds.site import Site
 
+Floats = NDArray[np.float64]
+
 AROUND = 500.0
 """Side of the land around the plan [m]: beyond it there is only the picture of the horizon."""
 BELOW = 0.03
@@ -81,7 +83,7 @@ def _stretches(points: tuple[tuple[float, float], ...]) -> list[tuple[tuple[floa
     return list(dict.fromkeys(tuple(sorted(piece)) for piece in pairwise(points)))
 
 
-def _strip(a: NDArray[np.float64], b: NDArray[np.float64], width: float) -> Facets:
+def _strip(a: Floats, b: Floats, width: float) -> Facets:
     along = (b - a) / np.linalg.norm(b - a)
     side = width / 2 * np.array([-along[1], along[0]])
     corners = np.array([a - side, b - side, b + side, a + side])
@@ -123,15 +125,15 @@ def _crown(tree: Tree, rng: np.random.Generator) -> Facets:
     return _stars(middle + distance[:, None] * out, out, CLUSTER * tree.crown, rng)
 
 
-def _directions(count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def _directions(count: int, rng: np.random.Generator) -> Floats:
     return _unit(rng.standard_normal((count, 3)))
 
 
-def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unit(vectors: Floats) -> Floats:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def _stars(at: NDArray, out: NDArray, radius: float, rng: np.random.Generator) -> Facets:
+def _stars(at: Floats, out: Floats, radius: float, rng: np.random.Generator) -> Facets:
     """Ragged stars around ``at`` (n, 3), each facing roughly along ``out`` (n, 3), and their backs."""
     n, rim = len(at), CLUSTER_RIM
     normal = _unit(out + 0.7 * rng.standard_normal((n, 3)))

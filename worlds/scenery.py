@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from worlds.daylight import Daylight
 from worlds.textures import FONT, Image, cloud, encode, srgb, tone
 
+Floats = NDArray[np.float64]
+
 ATLAS = MappingProxyType(
     {
         "glass": (0.0, 0.5, 0.5, 1.0),
@@ -56,7 +58,7 @@ def asphalt(count: tuple[int, int], albedo: float, rng: Generator, pixels: int =
     return encode(np.clip(field, 0.3 * albedo, 2.0 * albedo), rng)
 
 
-def _mended(field: NDArray, rng: Generator, pixels: int) -> None:
+def _mended(field: Floats, rng: Generator, pixels: int) -> None:
     height, width = field.shape
     w, h = (rng.uniform(1.5, 6.0, 2) * pixels).astype(int)
     x, y = int(rng.integers(max(1, width - w))), int(rng.integers(max(1, height - h)))
@@ -64,14 +66,14 @@ def _mended(field: NDArray, rng: Generator, pixels: int) -> None:
     cv2.rectangle(field, (x, y), (x + int(w), y + int(h)), float(0.6 * field.mean()), 2)
 
 
-def _crack(field: NDArray, rng: Generator, pixels: int) -> None:
+def _crack(field: Floats, rng: Generator, pixels: int) -> None:
     height, width = field.shape
     steps = rng.normal(0, 0.35, (int(rng.integers(8, 30)), 2)) + rng.normal(0, 0.4, 2)
     line = rng.uniform(0, 1, 2) * (width, height) + np.cumsum(steps, axis=0) * pixels
     cv2.polylines(field, [line.astype(np.int32)], False, float(0.5 * field.mean()), int(rng.integers(1, 4)))
 
 
-def _drop(field: NDArray, rng: Generator, pixels: int) -> None:
+def _drop(field: Floats, rng: Generator, pixels: int) -> None:
     height, width = field.shape
     radius = rng.uniform(0.06, 0.4) * pixels
     x, y, r = int(rng.integers(width)), int(rng.integers(height)), int(3 * radius) + 1
@@ -194,7 +196,7 @@ def shade_under(size: tuple[float, float], height: float, beyond: float, albedo:
     return np.round(255 * srgb(albedo * (1.0 - hidden))).astype(np.uint8)
 
 
-def _corner_factor(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+def _corner_factor(x: Floats, y: Floats) -> Floats:
     """Form factor from a small surface to a parallel rectangle of sides x, y (over the distance) over its corner.
 
     (x / √(1+x²) atan(y / √(1+x²)) + y / √(1+y²) atan(x / √(1+y²))) / 2π: the usual catalogue's, odd in x and y.
@@ -234,13 +236,13 @@ def lit_room(size: tuple[float, float], panes: int, rng: Generator, density: int
 # --- the sky and the horizon ---
 
 
-def elevations(height: int) -> NDArray[np.float64]:
+def elevations(height: int) -> Floats:
     """Elevation of each row of a picture of the sky, (height,) [rad], from the zenith down."""
     share = (np.arange(height) + 0.5) / height
     return np.interp(share, [0.0, 0.5, 1.0], [HIGHEST, BEND, LOWEST])
 
 
-def sky(size: tuple[int, int], light: Daylight, sun: float, rng: Generator) -> NDArray[np.float64]:
+def sky(size: tuple[int, int], light: Daylight, sun: float, rng: Generator) -> Floats:
     """Luminance of the sky all around, (height, width) of ``size`` (width, height) [cd/m²].
 
     Columns run clockwise as seen from inside, their azimuths from π down to −π; the sun is at azimuth ``sun`` [rad].
@@ -258,32 +260,32 @@ def sky(size: tuple[int, int], light: Daylight, sun: float, rng: Generator) -> N
     return field * light.sky / illuminance_of(field)
 
 
-def illuminance_of(field: NDArray[np.float64]) -> float:
+def illuminance_of(field: Floats) -> float:
     """Illuminance on level ground [lx] by the sky of luminance ``field`` [cd/m²]: ∫ L sin(γ) cos(γ) dγ dα."""
     edges = np.interp(np.arange(len(field) + 1) / len(field), [0.0, 0.5, 1.0], [HIGHEST, BEND, LOWEST])
     weight = np.sin(np.maximum(edges, 0.0)) ** 2
     return float(np.pi * np.sum((weight[:-1] - weight[1:]) * field.mean(axis=1)))
 
 
-def _azimuths(width: int) -> NDArray[np.float64]:
+def _azimuths(width: int) -> Floats:
     return np.pi - 2 * np.pi * (np.arange(width) + 0.5) / width
 
 
-def _cosine_to_sun(up: NDArray, around: NDArray, elevation: float, sun: float) -> NDArray[np.float64]:
+def _cosine_to_sun(up: Floats, around: Floats, elevation: float, sun: float) -> Floats:
     return np.sin(up) * np.sin(elevation) + np.cos(up) * np.cos(elevation) * np.cos(around - sun)
 
 
-def _clear(up: NDArray, gap: NDArray, elevation: float) -> NDArray[np.float64]:
+def _clear(up: Floats, gap: Floats, elevation: float) -> Floats:
     """CIE clear sky (Kittler 1967), over its value at the zenith; common knowledge, not looked up again (M)."""
 
-    def scattered(angle: NDArray | float) -> NDArray:
+    def scattered(angle: Floats | float) -> Floats:
         return 0.91 + 10.0 * np.exp(-3.0 * np.asarray(angle)) + 0.45 * np.cos(angle) ** 2
 
     zenith = scattered(np.pi / 2 - max(elevation, 0.0)) * (1.0 - np.exp(-0.32))
     return scattered(gap) * (1.0 - np.exp(-0.32 / np.sin(up))) / zenith
 
 
-def _clouds(shape: tuple[int, int], share: float, rng: Generator) -> tuple[NDArray, NDArray]:
+def _clouds(shape: tuple[int, int], share: float, rng: Generator) -> tuple[Floats, Floats]:
     """Cover 0..1 and brightness of the clouds, (height, width) each; ``share`` of the picture is covered."""
     height, width = shape
     half = cloud((height, width // 2), rng, coarsest=3, octaves=6, fall=0.6)
@@ -294,7 +296,7 @@ def _clouds(shape: tuple[int, int], share: float, rng: Generator) -> tuple[NDArr
     return cover, np.clip(1.0 - 0.14 * field, 0.5, 1.5)
 
 
-def panorama(size: tuple[int, int], light: Daylight, sun: float, albedo: float, rng: Generator) -> NDArray[np.float64]:
+def panorama(size: tuple[int, int], light: Daylight, sun: float, albedo: float, rng: Generator) -> Floats:
     """Luminance of the sky and of trees and houses far around, (height, width) [cd/m²]; see ``sky``."""
     width, height = size
     small = sky((width // SIMPLER, height // SIMPLER), light, sun, rng)
@@ -310,11 +312,11 @@ def panorama(size: tuple[int, int], light: Daylight, sun: float, albedo: float, 
     return field
 
 
-def _row(up: NDArray, degrees: float) -> int:
+def _row(up: Floats, degrees: float) -> int:
     return int(np.searchsorted(-up, -np.radians(degrees)))
 
 
-def _far_trees(field: NDArray, around: NDArray, up: NDArray, tall: float, rng: Generator) -> None:
+def _far_trees(field: Floats, around: Floats, up: Floats, tall: float, rng: Generator) -> None:
     width = field.shape[1]
     grain = np.abs(cloud((32, width // 8), rng, coarsest=8, octaves=5, fall=0.75)[16])
     line = cv2.resize(grain[None, :], (width, 1), interpolation=cv2.INTER_CUBIC)[0]
@@ -326,7 +328,7 @@ def _far_trees(field: NDArray, around: NDArray, up: NDArray, tall: float, rng: G
     field[rows][mask] = (leaf * around)[mask]
 
 
-def _far_houses(field: NDArray, around: NDArray, up: NDArray, tall: float, night: bool, rng: Generator) -> None:
+def _far_houses(field: Floats, around: Floats, up: Floats, tall: float, night: bool, rng: Generator) -> None:
     x, width = 0, field.shape[1]
     while x < width:
         w = int(rng.integers(60, 240))
@@ -335,7 +337,7 @@ def _far_houses(field: NDArray, around: NDArray, up: NDArray, tall: float, night
         x += w + int(rng.integers(0, 160))
 
 
-def _far_house(field: NDArray, around: NDArray, up: NDArray, tall: float, night: bool, rng: Generator) -> None:
+def _far_house(field: Floats, around: Floats, up: Floats, tall: float, night: bool, rng: Generator) -> None:
     top, foot = _row(up, tall), _row(up, -0.5)
     field[top:foot] = rng.uniform(0.25, 0.6) * around
     step = int(rng.integers(9, 15))
