@@ -15,8 +15,8 @@ import robots
 from scenarios.errors import ScenarioError
 from worlds.areas import inside, rectangles
 from worlds.check import RobotBox, geom_boxes
-from worlds.daylight import sun_position
 from worlds.light import PRESETS, LightSetting, light_named
+from worlds.lighting.daylight import sun_position
 from worlds.meter import Reading
 from worlds.plan import LINES, ON_WALL, STANDING, load_plan, names, valid_areas
 from worlds.schema import FloorPlan, Point

@@ -18,7 +18,7 @@ from sim.motion_blur import MocapPoses, paths, smeared, tell_velocities
 from sim.odometry import CalibrationErrors, Encoders, Odometry, Pulses, believed_geometry
 from sim.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
 from worlds.build import World
-from worlds.people import Crowd
+from worlds.parts.people import Crowd
 
 CONTROL_PERIOD = 0.04
 """Time between two commands to the wheels [s]; a choice, well above the rate of a person's hand."""

@@ -8,20 +8,20 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from worlds.ambient import Ambient
-from worlds.cars import park_cars
-from worlds.fittings import hang_fittings
-from worlds.furniture import furnish
-from worlds.illuminate import BACKDROP, illuminate
 from worlds.light import LightSetting
-from worlds.openings import cut_openings
-from worlds.outdoors import furnish_grounds
-from worlds.people import place_people
-from worlds.photometry import Photometry, photometry
+from worlds.lighting.ambient import Ambient
+from worlds.lighting.illuminate import BACKDROP, illuminate
+from worlds.lighting.photometry import Photometry, photometry
+from worlds.parts.cars import park_cars
+from worlds.parts.fittings import hang_fittings
+from worlds.parts.furniture import furnish
+from worlds.parts.openings import cut_openings
+from worlds.parts.outdoors import furnish_grounds
+from worlds.parts.people import place_people
+from worlds.parts.shell import raise_shell
+from worlds.parts.site import Site
+from worlds.parts.stairs import raise_stairs
 from worlds.schema import FloorPlan, Material
-from worlds.shell import raise_shell
-from worlds.site import Site
-from worlds.stairs import raise_stairs
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,11 +18,11 @@ from matplotlib.patches import Circle, Patch, Polygon
 from numpy.typing import ArrayLike, NDArray
 
 from worlds.areas import Rectangle, enclosing, rectangles
-from worlds.daylight import sun_position
 from worlds.errors import WorldsError
 from worlds.footprints import Footprint, footprints
 from worlds.frame import Frame
 from worlds.light import LightSetting
+from worlds.lighting.daylight import sun_position
 from worlds.schema import Door, Fixture, FloorPlan, LampRow, Person, Stairs, Tree, Wall, Window
 from worlds.sheet import EDGE, FOOT, Piece, Sheet, lay_out
 

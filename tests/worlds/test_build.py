@@ -7,8 +7,8 @@ import pytest
 from worlds.build import World, build
 from worlds.frame import quaternion
 from worlds.light import light_named
+from worlds.parts.site import GLASS, SEEN, SOLID, TOUCHED
 from worlds.plan import parse_plan
-from worlds.site import GLASS, SEEN, SOLID, TOUCHED
 
 
 def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[float, float, float]) -> set[str]:

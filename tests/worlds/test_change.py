@@ -17,8 +17,8 @@ from worlds.errors import ChangeError
 from worlds.footprints import CAR_SIZES, PERSON_RADIUS, Footprint, clearance, footprints, gaps, taken
 from worlds.frame import Frame
 from worlds.light import light_named
+from worlds.parts.people import Crowd
 from worlds.passers_by import SHORTEST, STAND_EVERY, WALK_EVERY
-from worlds.people import Crowd
 from worlds.plan import checked, load_plan, names, parse_plan
 from worlds.schema import FloorPlan, Furniture
 
@@ -352,7 +352,7 @@ def test_a_wider_body_meets_people() -> None:
 
 
 def test_a_car_s_ground_holds_all_of_it() -> None:
-    cars = pytest.importorskip("worlds.cars")
+    cars = pytest.importorskip("worlds.parts.cars")
     for name, kind in cars.KINDS.items():
         length, width = CAR_SIZES[name]
         assert kind.length <= length <= kind.length + 0.2

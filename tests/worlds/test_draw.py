@@ -6,10 +6,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from worlds.daylight import sun_position
 from worlds.draw import DPI, _bearing, draw_plan
 from worlds.errors import WorldsError
 from worlds.light import light_named
+from worlds.lighting.daylight import sun_position
 from worlds.plan import load_plan, parse_plan
 from worlds.schema import FloorPlan
 from worlds.sheet import PAPERS

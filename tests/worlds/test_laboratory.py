@@ -14,8 +14,8 @@ from sim.render import RendererKind, frustum
 from tests.worlds.test_build import image_of
 from worlds.build import World, build
 from worlds.light import light_named
+from worlds.parts.site import SEEN
 from worlds.plan import load_plan
-from worlds.site import SEEN
 
 LENGTH, WIDTH, MARGIN = 1.1, 0.8, 0.2
 """A robot and the room that it should have on each side [m]."""

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from tests.worlds.conftest import SMALL, box
-from worlds.daylight import sun_direction
 from worlds.errors import WorldsError
-from worlds.form_factors import Cards
 from worlds.light import light_named
+from worlds.lighting.daylight import sun_direction
+from worlds.lighting.form_factors import Cards
+from worlds.lighting.photometry import FRAME_SHARE, GLAZING, photometry
 from worlds.meter import Meter, illuminance
-from worlds.photometry import FRAME_SHARE, GLAZING, photometry
 from worlds.plan import load_plan, parse_plan
 
 PLAN = load_plan("hallway")

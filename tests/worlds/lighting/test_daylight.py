@@ -1,0 +1,51 @@
+import dataclasses
+import datetime
+
+import numpy as np
+import pytest
+
+from worlds.lighting.daylight import daylight, sun_direction, sun_position
+from worlds.schema import Place
+
+SUMMER, AUTUMN = datetime.date(2008, 6, 15), datetime.date(2008, 11, 15)
+TABLE_PLACE = Place(latitude=40.2, longitude=-8.4, timezone="Europe/Lisbon", date=SUMMER, x_azimuth=0.0)
+
+
+@pytest.mark.parametrize(
+    ("date", "hour", "elevation", "azimuth"),
+    [
+        (SUMMER, 9, 30.8, 84.3),
+        (SUMMER, 16, 55.0, 252.3),
+        (SUMMER, 20, 10.2, 292.0),
+        (AUTUMN, 9, 15.4, 131.6),
+        (AUTUMN, 16, 11.8, 232.9),
+        (AUTUMN, 17, 2.1, 243.4),
+    ],
+)
+def test_the_sun_stands_where_the_almanac_has_it(
+    date: datetime.date, hour: float, elevation: float, azimuth: float
+) -> None:
+    # The figures are for Coimbra, a year apart at most: refraction and the leap year move them by under 0.5°.
+    found = np.degrees(sun_position(TABLE_PLACE, date, hour))
+    np.testing.assert_allclose(found, [elevation, azimuth], atol=0.5)
+
+
+def test_sun_in_the_east_shines_west() -> None:
+    light = dataclasses.replace(daylight(TABLE_PLACE, SUMMER, 9), elevation=0.0, azimuth=np.pi / 2)
+    # x points north, so y (to its left) points west.
+    np.testing.assert_allclose(sun_direction(light, x_azimuth=0.0), [0, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(sun_direction(light, x_azimuth=90.0), [-1, 0, 0], atol=1e-12)
+
+
+def test_daylight_is_of_the_size_that_is_measured() -> None:
+    noon = daylight(TABLE_PLACE, SUMMER, 13.5)
+    assert 32e3 < noon.direct < 100e3 + 15e3
+    assert 10e3 < noon.sky < 25e3
+    assert daylight(TABLE_PLACE, SUMMER, 13.5, cloud=1.0).direct == 0.0
+
+
+def test_daylight_only_falls_through_dusk_into_the_night() -> None:
+    hours = np.arange(13.5, 24.0, 0.25)
+    ground = np.array([daylight(TABLE_PLACE, AUTUMN, h).ground for h in hours])
+    assert (np.diff(ground) <= 0).all()
+    assert daylight(TABLE_PLACE, AUTUMN, 17 + 47 / 60).ground == pytest.approx(3.4, rel=0.35)

@@ -1,0 +1,165 @@
+"""Light in the open: one sun that casts shadows, a sky from above and the ground from below, street lamps.
+
+Sky and ground are one image light that lights as an upper half of a sphere with the sky's luminance E / π and a lower
+half with the ground's would. What cameras see of the sky is a picture on a dome, which gives the same illuminance and
+lights nothing.
+"""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from worlds.frame import Frame
+from worlds.lighting.ambient import Ambient
+from worlds.lighting.colour import camera_weight
+from worlds.lighting.daylight import sun_direction
+from worlds.lighting.photometry import LAMPS_BELOW, Photometry, outlook
+from worlds.parts import scenery
+from worlds.parts.facets import grid, show
+from worlds.parts.outdoors import ARM, HEAD
+from worlds.parts.site import Site
+from worlds.parts.textures import encode
+from worlds.schema import FloorPlan, Material, Post, Window
+
+DOME = 230.0
+"""Radius of the dome that shows the sky [m]: what is drawn on its horizon moves as if it stood so far away."""
+DOME_PICTURE = (5120, 768)
+"""Size of its picture [px]: 14 pixels a degree around, as many as a camera of 45° and 640 columns has."""
+CONE, INNER = np.radians((80.0, 60.0))
+"""Half angles of a street lamp's light [rad]: at the inner one it begins to fade, at the outer it ends; a choice."""
+REACH = 30.0
+"""How far a street lamp shines [m]; Filament lets it fade by (1 - (d / REACH)^4)^2."""
+LIT_SHARE = 0.2
+"""Share of the windows that are lit in the dark; a choice."""
+ROOM_LUMINANCE = 120.0
+"""Luminance of the brightest thing in a lit room [cd/m²]; a choice."""
+FACE_SHARES = np.array([[0.361, 0.642, 0.0], [0.165, 0.671, 0.165], [0.0, 0.642, 0.361]])
+"""Illuminance over π of cards that look up, sideways and down (rows) by image light from the upper, the four upright
+and the lower faces of luminance 1 (columns); measured in Filament."""
+PANE = Material(albedo=0.08, roughness=0.1)
+DIM = 0.15
+"""Brightness of a street lamp's colour, for the classic renderer, as in ``worlds.lighting.illuminate``."""
+
+
+def illuminate_open_air(site: Site, plan: FloorPlan, numbers: Photometry) -> Ambient:
+    """Add sky and ground, the street lamps that burn, what is seen of the sky, and window panes; the sun is there.
+
+    Returns the light that the image light should give [lx], the same everywhere.
+    """
+    _dome(site, plan, numbers)
+    _posts(site, plan, numbers)
+    for window in plan.window:
+        _pane(site, plan, window, numbers)
+    return Ambient.even(_sky_and_ground(site, plan, numbers))
+
+
+# --- sky and ground ---
+
+
+def _sky_and_ground(site: Site, plan: FloorPlan, numbers: Photometry) -> float:
+    """One image light with an upper, a lower and four upright faces; returns what a white one would give [lx]."""
+    faces = face_luminances(*outlook(plan, numbers.outdoors))
+    peak = float(faces.max())
+    above, beside, below = np.round(255 * faces / peak).astype(np.uint8)
+    side = np.ones((16, 16, 3), np.uint8)
+    texture = site.spec.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3)
+    texture.data = np.concatenate([grey * side for grey in (beside, beside, above, below, beside, beside)]).tobytes()
+    site.spec.worldbody.add_light(
+        name="sky",
+        type=mujoco.mjtLightType.mjLIGHT_IMAGE,
+        texture="sky",
+        intensity=peak,
+        diffuse=[0.0] * 3,
+        specular=[0.0] * 3,
+        castshadow=False,
+    )
+    return np.pi * peak
+
+
+def face_luminances(above: float, below: float) -> NDArray[np.float64]:
+    """Luminances [cd/m²] of an image light's upper, upright and lower faces that light as two halves of a sphere would.
+
+    Filament takes each face for one luminance, and what they give a card falls off smoothly. The faces are fitted,
+    with equal shares of error, to cards that look up, sideways and down.
+    """
+    wanted = np.array([above, (above + below) / 2, below])
+    return np.asarray(nnls(FACE_SHARES / wanted[:, None], np.ones(3))[0])
+
+
+def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
+    """A picture of the sky and the horizon, which glows by itself."""
+    low, high = plan.bounds
+    beam = sun_direction(numbers.outdoors, plan.place.x_azimuth)
+    sun = float(np.arctan2(-beam[1], -beam[0]))
+    field = scenery.panorama(DOME_PICTURE, numbers.outdoors, sun, plan.place.ground_albedo, site.rng("dome"))
+    peak = float(field.max())
+    site.glowing("dome", peak, encode(field / peak, site.rng("dome_grain")))
+    up = np.radians([-4.0, 0.0, 4.0, 10.0, 16.0, 22.0, 33.0, 45.0, 60.0, 75.0, 89.9])
+    around = np.linspace(np.pi, -np.pi, 73)
+    azimuth, height = np.meshgrid(around, up)  # (rows, columns)
+    level = np.cos(height)
+    points = DOME * np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(height)], axis=-1)
+    uv = np.stack([0.5 - azimuth / (2 * np.pi), _share(height)], axis=-1)
+    show(site, "dome", grid(points + np.append((low + high) / 2, 0.0), uv), "dome", cast=False)
+
+
+def _share(up: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far up the picture an elevation [rad] is, 0 to 1."""
+    return np.asarray(np.interp(up, [scenery.LOWEST, scenery.BEND, scenery.HIGHEST], [0.0, 0.5, 1.0]))
+
+
+# --- lamps and windows ---
+
+
+def axial(post: Post) -> float:
+    """Intensity of a street lamp below it [cd].
+
+    Filament's spot has I ((cosθ - o) / (i - o))² between the cosines i and o of its two angles, and I within: its flux
+    is 2π I ((1 - i) + (i - o) / 3).
+    """
+    inner, outer = np.cos(INNER), np.cos(CONE)
+    return float(post.lumen / (2 * np.pi * ((1.0 - inner) + (inner - outer) / 3.0)))
+
+
+def head_of(post: Post) -> NDArray[np.float64]:
+    """Where its light comes from, (3,) [m]."""
+    return Frame.under(post).point(ARM, 0.0, post.height - 0.03)
+
+
+def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
+    length, width, _ = HEAD
+    for post in plan.post:
+        name, on = f"post_{post.name}_lamp", post.name in numbers.burning
+        candela = camera_weight(post.kelvin) * axial(post)
+        below = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height - 0.02, post.height))
+        glass = site.glowing(name, candela / (length * width)) if on else "frame"
+        site.shown(name, Frame.under(post), below, glass)
+        if not on:
+            continue
+        site.spec.worldbody.add_light(
+            name=name,
+            type=mujoco.mjtLightType.mjLIGHT_SPOT,
+            pos=head_of(post),
+            dir=[0.0, 0.0, -1.0],
+            intensity=candela / DIM,
+            diffuse=[DIM] * 3,
+            specular=[0.0] * 3,
+            ambient=[0.0] * 3,
+            cutoff=float(np.degrees(CONE)),
+            softness=1.0 - INNER / CONE,
+            range=REACH,
+            castshadow=False,
+        )
+
+
+def _pane(site: Site, plan: FloorPlan, window: Window, numbers: Photometry) -> None:
+    """What a window of a house shows outside: dark glass and blinds, or in the dark perhaps a lit room."""
+    wall, key = plan.wall_named(window.wall), f"window_{window.name}_view"
+    size, rng = (window.width, window.height), site.rng(key)
+    lit = rng.random() < LIT_SHARE and numbers.outdoors.ground < LAMPS_BELOW
+    if lit:
+        site.glowing(key, ROOM_LUMINANCE, scenery.lit_room(size, window.panes, rng))
+    else:
+        site.picture(key, scenery.window_pane(size, window.panes, rng), PANE)
+    site.panel(key, Frame.of(wall), window.extent, 0.055 - wall.thickness, window.rise, key)

@@ -1,0 +1,104 @@
+"""Meshes made of flat facets, each with its place on a picture."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from worlds.parts.site import SEEN, Site
+
+
+@dataclass(frozen=True, slots=True)
+class Facets:
+    """``points`` (n, 3) [m], ``uv`` (n, 2) on a picture whose lower left corner is (0, 0), ``triangles`` (m, 3).
+
+    Triangles run counter-clockwise as seen from outside. ``normals`` (n, 3) where light is to fall otherwise than on
+    the facets themselves.
+    """
+
+    points: NDArray[np.float64]
+    uv: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    normals: NDArray[np.float64] | None = None
+
+    def mirrored(self) -> "Facets":
+        """Return their mirror image across the xz plane, facing outwards again."""
+        return Facets(self.points * [1.0, -1.0, 1.0], self.uv, self.triangles[:, ::-1])
+
+
+def joined(parts: Iterable[Facets]) -> Facets:
+    """Return several meshes as one; all of them have normals, or none."""
+    parts = list(parts)
+    starts = np.cumsum([0, *(len(p.points) for p in parts)])
+    return Facets(
+        np.concatenate([p.points for p in parts]),
+        np.concatenate([p.uv for p in parts]),
+        np.concatenate([p.triangles + s for p, s in zip(parts, starts[:-1], strict=True)]),
+        None if parts[0].normals is None else np.concatenate([p.normals for p in parts]),
+    )
+
+
+def quad(corners: ArrayLike, box: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)) -> Facets:
+    """Return a flat facet with four ``corners`` (4, 3), counter-clockwise from the picture's lower left.
+
+    ``box`` is the part of the picture that it shows: left, bottom, right, top.
+    """
+    left, bottom, right, top = box
+    uv = np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
+    return Facets(np.array(corners, dtype=float), uv, np.array([(0, 1, 2), (0, 2, 3)]))
+
+
+def fan(rim: ArrayLike, uv: ArrayLike) -> Facets:
+    """Return a convex facet inside its ``rim`` (n, 3), counter-clockwise; ``uv`` (n, 2)."""
+    rim, uv = np.asarray(rim, dtype=float), np.asarray(uv, dtype=float)
+    n = len(rim)
+    around = np.stack([np.zeros(n, int), 1 + np.arange(n), 1 + (np.arange(n) + 1) % n], axis=1)
+    return Facets(np.vstack([rim.mean(axis=0), rim]), np.vstack([uv.mean(axis=0), uv]), around)
+
+
+def grid(points: NDArray[np.float64], uv: NDArray[np.float64]) -> Facets:
+    """Return the sheet through ``points`` (rows, columns, 3), seen from where rows run up and columns to the right."""
+    rows, columns = points.shape[:2]
+    i, j = (a.ravel() for a in np.meshgrid(np.arange(rows - 1), np.arange(columns - 1), indexing="ij"))
+    a = i * columns + j
+    b, c, d = a + 1, a + columns + 1, a + columns
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return Facets(points.reshape(-1, 3), uv.reshape(-1, 2), triangles)
+
+
+def add_mesh(site: Site, name: str, facets: Facets) -> str:
+    """Add them to the world's meshes, to be shown by any number of geoms."""
+    corners = facets.triangles
+    extra = {}
+    if facets.normals is not None:
+        extra = {"usernormal": facets.normals.ravel(), "userfacenormal": corners.ravel()}
+    mesh = site.spec.add_mesh(
+        name=name,
+        uservert=facets.points.ravel(),
+        userface=corners.ravel(),
+        usertexcoord=(facets.uv * [1.0, -1.0] + [0.0, 1.0]).ravel(),  # MuJoCo counts from the upper edge
+        userfacetexcoord=corners.ravel(),
+        **extra,
+    )
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    mesh.smoothnormal = False
+    return name
+
+
+def show(site: Site, name: str, facets: Facets, material: str, cast: bool) -> None:
+    """Show a mesh of its own, for cameras only, where its points are."""
+    site.shape(
+        name,
+        mujoco.mjtGeom.mjGEOM_MESH,
+        [0, 0, 0],
+        [0, 0, 0],
+        material,
+        meshname=add_mesh(site, name, facets),
+        group=SEEN,
+        contype=0,
+        conaffinity=0,
+        mass=0.0,
+        castshadow=cast,
+    )

@@ -1,0 +1,80 @@
+"""What hangs on the walls and stands against them, but for windows and doors."""
+
+import mujoco
+import numpy as np
+
+from worlds.frame import Frame
+from worlds.parts import textures
+from worlds.parts.shell import SKIN
+from worlds.parts.site import Block, Site
+from worlds.schema import Bin, Board, Cabinet, Fixture, FloorPlan, Material, OnWall, Poster
+
+PAPER = Material(albedo=0.8, roughness=0.7)
+CORK = Material(albedo=0.28, roughness=0.9)
+ENAMEL = Material(albedo=0.5, roughness=0.4)
+
+
+def hang_fittings(site: Site, plan: FloorPlan) -> None:
+    """Put everything on the walls and against them."""
+
+    def frame(item: OnWall) -> Frame:
+        return Frame.of(plan.wall_named(item.wall))
+
+    for poster in plan.poster:
+        _poster(site, frame(poster), poster)
+    for board in plan.board:
+        _board(site, frame(board), board)
+    for cabinet in plan.cabinet:
+        _cabinet(site, frame(cabinet), cabinet, plan.material[cabinet.material])
+    for one in plan.bin:
+        _cylinder(site, f"bin_{one.name}", frame(one), one, one.material)
+    for fixture in plan.fixture:
+        _fixture(site, frame(fixture), fixture)
+
+
+def _poster(site: Site, frame: Frame, poster: Poster) -> None:
+    key = f"poster_{poster.name}"
+    size, rng = (poster.width, poster.height), site.rng(key)
+    image = textures.whiteboard(size, rng) if poster.style == "whiteboard" else textures.poster(size, poster.style, rng)
+    site.panel(key, frame, poster.extent, SKIN, poster.rise, site.picture(key, image, PAPER))
+
+
+def _board(site: Site, frame: Frame, board: Board) -> None:
+    key = f"board_{board.name}"
+    image = textures.notice_board((board.width, board.height), board.sheets, site.rng(key))
+    site.panel(key, frame, board.extent, 2 * SKIN, board.rise, site.picture(key, image, CORK))
+
+
+def _cabinet(site: Site, frame: Frame, cabinet: Cabinet, material: Material) -> None:
+    key = f"cabinet_{cabinet.name}"
+    site.solid(key, frame, (cabinet.extent, (0.0, cabinet.depth), cabinet.rise), cabinet.material)
+    image = textures.metal((cabinet.width, cabinet.height), material.albedo, site.rng(key))
+    front = site.picture(f"{key}_front", image, material)
+    site.panel(f"{key}_front", frame, cabinet.extent, cabinet.depth + SKIN, cabinet.rise, front)
+
+
+def _cylinder(site: Site, name: str, frame: Frame, item: Bin | Fixture, material: str) -> None:
+    """Stand or hang an upright cylinder 2 cm from the wall."""
+    radius, (low, high) = item.width / 2, item.rise
+    pos = frame.point(item.at, radius + 0.02, (low + high) / 2)
+    site.shape(name, mujoco.mjtGeom.mjGEOM_CYLINDER, pos, [radius, (high - low) / 2, 0.0], material)
+
+
+def _fixture(site: Site, frame: Frame, fixture: Fixture) -> None:
+    key, block = f"{fixture.kind}_{fixture.name}", (fixture.extent, (0.0, fixture.depth), fixture.rise)
+    if fixture.kind == "extinguisher":
+        _cylinder(site, key, frame, fixture, fixture.material)
+        return
+    site.solid(key, frame, block, fixture.material)
+    if fixture.kind == "radiator":
+        site.lattice(f"{key}_fins", frame, _fins(fixture), fixture.material, cast=False)
+    if fixture.kind == "sign":
+        image = textures.sign((fixture.width, fixture.height), site.rng(key))
+        material = site.picture(f"{key}_face", image, ENAMEL)
+        site.panel(f"{key}_face", frame, fixture.extent, fixture.depth + SKIN, fixture.rise, material)
+
+
+def _fins(fixture: Fixture) -> list[Block]:
+    pitch, (first, last), (low, high) = 0.06, fixture.extent, fixture.rise
+    out = (fixture.depth, fixture.depth + 0.015)
+    return [((s, s + 0.035), out, (low + 0.03, high - 0.03)) for s in np.arange(first + 0.02, last - 0.04, pitch)]

@@ -1,0 +1,159 @@
+"""What stands and lies in the open: kerbs, markings, trees, lamp posts, and the land around the ground of the plan."""
+
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from worlds.frame import Frame, quaternion
+from worlds.parts import scenery
+from worlds.parts.facets import Facets, joined, quad, show
+from worlds.parts.shell import SKIN
+from worlds.parts.site import Site
+from worlds.schema import FloorPlan, Kerb, Marking, Material, Post, Tree
+
+Floats = NDArray[np.float64]
+
+AROUND = 500.0
+"""Side of the land around the plan [m]: beyond it there is only the picture of the horizon."""
+BELOW = 0.03
+"""How far that land lies below the ground of the plan [m]: enough for the depth buffer at 200 m."""
+MOTTLE = 3.0
+"""Side of the picture that repeats on markings, and on the land around [m]."""
+LEAF = Material(albedo=0.12, roughness=1.0)
+BARK = Material(albedo=0.14, roughness=1.0)
+POLE = Material(albedo=0.35, roughness=0.5)
+CLUSTERS = 320
+"""Bunches of leaves of a crown."""
+CLUSTER = 0.17
+"""Radius of a bunch of leaves, as a share of the crown's."""
+CLUSTER_RIM = 5
+POLE_RADIUS = 0.07
+ARM = 0.9
+"""How far a lamp post's head stands out from it [m]."""
+HEAD = (0.55, 0.26, 0.10)
+"""Length, width and height of a lamp post's head [m]."""
+
+CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
+
+
+def furnish_grounds(site: Site, plan: FloorPlan) -> None:
+    """Lay kerbs and markings, plant the trees, put up the lamp posts, without their light."""
+    if plan.ceiling is None:
+        _land(site, plan)
+    for name in sorted({m.material for m in plan.marking}):
+        site.texture(f"{name}_mottled", scenery.mottled(plan.material[name].albedo, site.rng(f"{name}_mottled")))
+        site.papered(f"{name}_mottled", f"{name}_mottled", plan.material[name])
+    for marking in plan.marking:
+        _marking(site, marking)
+    for kerb in plan.kerb:
+        _kerb(site, kerb)
+    if plan.tree:
+        site.picture("leaf", scenery.foliage(LEAF.albedo, site.rng("leaf")), LEAF)
+        site.plain("bark", BARK)
+    for tree in plan.tree:
+        _tree(site, tree)
+    if plan.post:
+        site.plain("pole", POLE)
+    for post in plan.post:
+        _post(site, post)
+
+
+def _land(site: Site, plan: FloorPlan) -> None:
+    low, high = plan.bounds
+    land = Material(albedo=plan.place.ground_albedo, roughness=1.0)
+    site.texture("land", scenery.mottled(land.albedo, site.rng("land")))
+    site.papered("land", "land", land, (AROUND / MOTTLE, AROUND / MOTTLE))
+    middle = [*(low + high) / 2, -BELOW]
+    site.plane("land", middle, quaternion([1, 0, 0], [0, 0, 1]), (AROUND, AROUND), "land")
+
+
+# --- along lines ---
+
+
+def _marking(site: Site, marking: Marking) -> None:
+    """Paint, or soil, asphalt, grass, as flat strips; a line that goes back along itself is painted once."""
+    strips = [_strip(np.array(a), np.array(b), marking.width) for a, b in _stretches(marking.points)]
+    show(site, f"marking_{marking.name}", joined(strips), f"{marking.material}_mottled", cast=False)
+
+
+def _stretches(points: tuple[tuple[float, float], ...]) -> list[tuple[tuple[float, float], ...]]:
+    """Each piece of a line once, whichever way it goes, in the order of the line."""
+    return list(dict.fromkeys(tuple(sorted(piece)) for piece in pairwise(points)))
+
+
+def _strip(a: Floats, b: Floats, width: float) -> Facets:
+    along = (b - a) / np.linalg.norm(b - a)
+    side = width / 2 * np.array([-along[1], along[0]])
+    corners = np.array([a - side, b - side, b + side, a + side])
+    facet = quad(np.column_stack([corners, np.full(4, SKIN)]))
+    return Facets(facet.points, corners / MOTTLE, facet.triangles)
+
+
+def _kerb(site: Site, kerb: Kerb) -> None:
+    """One stone a stretch, square at its ends: at a corner two stones share half a width."""
+    for i, (a, b) in enumerate(pairwise(kerb.points)):
+        start, end = np.array(a), np.array(b)
+        length = float(np.linalg.norm(end - start))
+        along = (end - start) / length
+        frame = Frame(start, along, np.array([-along[1], along[0]]))
+        half = kerb.width / 2
+        site.solid(
+            f"kerb_{kerb.name}_{i}", frame, ((-half, length + half), (-half, half), (0, kerb.height)), kerb.material
+        )
+
+
+# --- trees and posts ---
+
+
+def _tree(site: Site, tree: Tree) -> None:
+    """A trunk that is touched, and a crown of leaves that is only seen."""
+    stem = tree.height - tree.crown
+    pos = [*tree.at, stem / 2]
+    site.shape(f"tree_{tree.name}", CYLINDER, pos, [tree.trunk, stem / 2, 0], "bark", contype=1, conaffinity=1)
+    crown = _crown(tree, site.rng(f"tree_{tree.name}"))
+    show(site, f"tree_{tree.name}_crown", crown, "leaf", cast=True)
+
+
+def _crown(tree: Tree, rng: np.random.Generator) -> Facets:
+    """Bunches of leaves all through an uneven ball, denser outside."""
+    out, lumps = _directions(CLUSTERS, rng), _directions(6, rng)
+    reach = 0.72 + 0.28 * np.max(out @ lumps.T, axis=1)
+    distance = tree.crown * reach * rng.uniform(0.2, 1.0, CLUSTERS) ** (1 / 3)
+    middle = np.array([*tree.at, tree.height - tree.crown])
+    return _stars(middle + distance[:, None] * out, out, CLUSTER * tree.crown, rng)
+
+
+def _directions(count: int, rng: np.random.Generator) -> Floats:
+    return _unit(rng.standard_normal((count, 3)))
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def _stars(at: Floats, out: Floats, radius: float, rng: np.random.Generator) -> Facets:
+    """Ragged stars around ``at`` (n, 3), each facing roughly along ``out`` (n, 3), and their backs."""
+    n, rim = len(at), CLUSTER_RIM
+    normal = _unit(out + 0.7 * rng.standard_normal((n, 3)))
+    u = _unit(np.cross(normal, [0.3, 0.5, 0.8]))
+    angle = 2 * np.pi * (np.arange(rim) + rng.uniform(-0.3, 0.3, (n, rim))) / rim
+    flat = rng.uniform(0.45, 1.25, (n, rim))[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    flat = np.concatenate([np.zeros((n, 1, 2)), flat], axis=1)  # (n, middle and rim, 2)
+    points = at[:, None] + radius * flat @ np.stack([u, np.cross(normal, u)], axis=1)
+    uv = rng.uniform(0, 1, (n, 1, 2)) + 0.4 * flat
+    shine = np.repeat(_unit(out + 0.6 * normal), rim + 1, axis=0)  # a crown is lit as a whole, not leaf by leaf
+    star = np.stack([np.zeros(rim, int), 1 + np.arange(rim), 1 + (np.arange(rim) + 1) % rim], axis=1)
+    front = (star + (rim + 1) * np.arange(n)[:, None, None]).reshape(-1, 3)
+    return Facets(points.reshape(-1, 3), uv.reshape(-1, 2), np.concatenate([front, front[:, ::-1]]), shine)
+
+
+def _post(site: Site, post: Post) -> None:
+    frame, radius = Frame.under(post), POLE_RADIUS
+    half = post.height / 2
+    site.shape(f"post_{post.name}", CYLINDER, [*post.at, half], [radius, half, 0], "pole", contype=1, conaffinity=1)
+    length, width, height = HEAD
+    arm = ((0.0, ARM), (-0.03, 0.03), (post.height - 0.06, post.height))
+    case = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height, post.height + height))
+    site.lattice(f"post_{post.name}_arm", frame, [arm, case], "pole")

@@ -1,0 +1,198 @@
+"""Where a world is put up: an ``MjSpec`` with the few kinds of parts that worlds are made of.
+
+Geoms are in one of four groups. ``SOLID``: cameras see them, things touch them, laser beams end on them. ``SEEN``: for
+cameras only. ``TOUCHED``: for things and beams, not for cameras. ``GLASS``: panes, which only beams notice. A geom's
+first user value is its remission, what a laser gets back [share of white plaster]. All materials are grey and set up
+for physically based shading.
+"""
+
+import zlib
+
+import mujoco
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import ArrayLike, NDArray
+
+from worlds.frame import Frame
+from worlds.parts.textures import Image, srgb
+from worlds.schema import Material
+
+SOLID, SEEN, TOUCHED, GLASS = 0, 2, 3, 4
+RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+EMISSIVE = int(mujoco.mjtTextureRole.mjTEXROLE_EMISSIVE)
+UNIT_BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+BOX_FACES = np.array(
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ]
+)
+"""Triangles of a box over the corners of ``UNIT_BOX``, counter-clockwise from outside."""
+
+Span = tuple[float, float]
+Block = tuple[Span, Span, Span]
+"""A box in a wall's frame: spans along the wall, out of it and up [m]."""
+
+
+class Site:
+    """A spec under construction; ``seed`` and a part's name fix the drawing of its texture."""
+
+    def __init__(self, name: str, seed: int) -> None:
+        self.spec = mujoco.MjSpec()
+        self.spec.modelname = name
+        self.spec.compiler.degree = False
+        self.spec.nuser_geom = 1
+        self._seed = seed
+        self._echo: dict[str, float] = {}
+
+    def rng(self, name: str) -> Generator:
+        """Return the generator of the part called ``name``: adding a part does not redraw the others."""
+        return np.random.default_rng([self._seed, zlib.crc32(name.encode())])
+
+    # --- materials ---
+
+    def plain(self, name: str, material: Material) -> str:
+        """Add a material of one albedo."""
+        grey = float(srgb(material.albedo))
+        self.spec.add_material(name=name, rgba=[grey, grey, grey, 1.0], **_matt(material.roughness))
+        self._echo[name] = material.echo
+        return name
+
+    def picture(self, name: str, image: Image, like: Material) -> str:
+        """Add a texture and a material that shows it once."""
+        self.texture(name, image)
+        return self.papered(name, name, like)
+
+    def papered(self, name: str, texture: str, like: Material, repeat: ArrayLike = (1.0, 1.0)) -> str:
+        """Add a material that repeats a texture over each face; it is ``like`` another in all but the picture."""
+        roles = [""] * int(mujoco.mjtTextureRole.mjNTEXROLE)
+        roles[RGB] = texture
+        self.spec.add_material(name=name, textures=roles, texrepeat=repeat, **_matt(like.roughness))
+        self._echo[name] = like.echo
+        return name
+
+    def glowing(self, name: str, luminance: float, image: Image | None = None) -> str:
+        """Add a dark material that gives light of its own [cd/m²], over the picture where there is one."""
+        roles = [""] * int(mujoco.mjtTextureRole.mjNTEXROLE)
+        if image is not None:
+            self.texture(name, image)
+            roles[RGB] = roles[EMISSIVE] = name
+        self.spec.add_material(name=name, textures=roles, rgba=[0.05] * 3 + [1.0], emission=luminance, **_matt(1.0))
+        return name
+
+    def texture(self, name: str, image: Image) -> None:
+        """Add a grey picture; row 0 is its upper edge."""
+        height, width = image.shape
+        texture = self.spec.add_texture(
+            name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=3
+        )
+        texture.colorspace = mujoco.mjtColorSpace.mjCOLORSPACE_SRGB
+        texture.data = np.repeat(image, 3).tobytes()  # Filament takes no one-channel textures
+
+    # --- geometry ---
+
+    def solid(self, name: str, frame: Frame, block: Block, material: str, cast: bool = True) -> None:
+        """Add a box that things bump into and beams end on."""
+        self._box(name, frame, block, material, cast, group=SOLID, contype=1, conaffinity=1)
+
+    def shown(self, name: str, frame: Frame, block: Block, material: str, cast: bool = False) -> None:
+        """Add a box that only cameras see."""
+        self._box(name, frame, block, material, cast, group=SEEN, contype=0, conaffinity=0, mass=0.0)
+
+    def pane(self, name: str, frame: Frame, block: Block) -> None:
+        """Add a pane of glass, which only laser beams notice."""
+        self._box(name, frame, block, "", cast=False, group=GLASS, contype=0, conaffinity=0, mass=0.0)
+
+    def _box(self, name: str, frame: Frame, block: Block, material: str, cast: bool, **options: float) -> None:
+        spans = np.array(block)
+        self.shape(
+            name,
+            mujoco.mjtGeom.mjGEOM_BOX,
+            frame.point(*spans.mean(axis=1)),
+            np.diff(spans, axis=1)[:, 0] / 2,
+            material,
+            quat=frame.box_quat,
+            castshadow=cast,
+            **options,
+        )
+
+    def shape(
+        self, name: str, kind: mujoco.mjtGeom, pos: ArrayLike, size: ArrayLike, material: str, **options: object
+    ) -> None:
+        """Add a geom of any kind, solid unless the options say otherwise."""
+        self.spec.worldbody.add_geom(
+            **{
+                "name": name,
+                "type": kind,
+                "pos": pos,
+                "size": size,
+                "material": material,
+                "userdata": [self._echo.get(material, 0.0)],
+                "group": SOLID,
+                **options,
+            }
+        )
+
+    def panel(self, name: str, frame: Frame, s: Span, out: float, z: Span, material: str) -> None:
+        """Add a picture flat on a wall, ``out`` metres in front of it."""
+        self.plane(
+            name, frame.point(np.mean(s), out, np.mean(z)), frame.panel_quat, (s[1] - s[0], z[1] - z[0]), material
+        )
+
+    def plane(self, name: str, pos: ArrayLike, quat: ArrayLike, extent: Span, material: str) -> None:
+        """Add a rectangle that only cameras see, of (width, height) ``extent`` [m]."""
+        self.spec.worldbody.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            pos=pos,
+            quat=quat,
+            size=[extent[0] / 2, extent[1] / 2, 1.0],
+            material=material,
+            group=SEEN,
+            contype=0,
+            conaffinity=0,
+            castshadow=False,
+        )
+
+    def touched(self, name: str, frame: Frame, block: Block, material: str) -> None:
+        """Add a box that things bump into and beams end on, where what is seen is drawn apart."""
+        self._box(name, frame, block, material, cast=False, group=TOUCHED, contype=1, conaffinity=1)
+
+    def lattice(self, name: str, frame: Frame, blocks: list[Block], material: str, cast: bool = True) -> None:
+        """Add several boxes as one geom that only cameras see; sparing geoms spares rendering time."""
+        self.boxes(name, [(frame, block) for block in blocks], material, cast)
+
+    def boxes(self, name: str, placed: list[tuple[Frame, Block]], material: str, cast: bool = True) -> None:
+        """Add several boxes, each in a frame of its own, as one geom that only cameras see."""
+        corners = np.concatenate([_corners(frame, block) for frame, block in placed])
+        faces = np.concatenate([_faces(frame) + 8 * i for i, (frame, _) in enumerate(placed)])
+        mesh = self.spec.add_mesh(name=name, uservert=corners.flatten(), userface=faces.flatten())
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+        mesh.smoothnormal = False
+        self.spec.worldbody.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            material=material,
+            group=SEEN,
+            contype=0,
+            conaffinity=0,
+            mass=0.0,
+            castshadow=cast,
+        )
+
+
+def _matt(roughness: float) -> dict[str, float]:
+    return {"roughness": roughness, "metallic": 0.0, "specular": 0.0}
+
+
+def _corners(frame: Frame, block: Block) -> NDArray[np.float64]:
+    spans = np.array(block)
+    local = spans[:, 0] + UNIT_BOX * np.diff(spans, axis=1)[:, 0]
+    level = frame.origin + local[:, :2] @ np.array([frame.along, frame.inward])
+    return np.column_stack([level, local[:, 2]])
+
+
+def _faces(frame: Frame) -> NDArray[np.int64]:
+    """Triangles of a box; a mirrored frame would turn them inside out, so there they go round the other way."""
+    return BOX_FACES if frame.handed > 0 else BOX_FACES[:, ::-1]
