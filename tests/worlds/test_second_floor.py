@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from worlds.areas import enclosing, rectangles
 from worlds.build import build
-from worlds.check import Footprint, check_world, geom_boxes
+from worlds.check import RobotBox, check_world, geom_boxes
 from worlds.frame import Frame
 from worlds.light import light_named
 from worlds.parts.site import SOLID
@@ -105,7 +105,7 @@ def test_the_walls_close_the_floor_off() -> None:
 
 
 def test_nothing_stands_in_anything_else_and_a_body_1_3_m_wide_gets_along_every_route() -> None:
-    cart = Footprint("cart", front=0.55, back=0.55, half_width=0.6, height=1.3)  # 5 cm are added on all sides
+    cart = RobotBox("cart", front=0.55, back=0.55, half_width=0.6, height=1.3)  # 5 cm are added on all sides
     one_way = {name: PLAN.routes[name] for name in ("path-a", "path-b", *FOUR)}  # the cart has no front
     plan = PLAN.model_copy(update={"routes": one_way})
     assert check_world(plan, light_named("16:00"), [cart]).findings == ()
