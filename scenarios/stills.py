@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from refseq.view import Pose
 from scenarios.errors import ScenarioError
 from scenarios.record import Drive, open_bench
+from worlds.plan import load_plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,21 @@ def stills(drive: Drive, lights: Sequence[str], places: Sequence[float]) -> Iter
                 bench.place(pose_along(bench.route, along))
                 view = bench.sense()
                 yield Still(light, along, bench.pose, view.images)
+
+
+def places_on(drive: Drive, along: Sequence[float] | None) -> tuple[float, ...]:
+    """The places asked for along the route of ``drive`` [m], or three of them, a quarter of the route apart.
+
+    Raises ``ScenarioError`` for a route that is not there, and for places that are not on it.
+    """
+    routes = load_plan(drive.world).routes
+    if drive.route not in routes:
+        raise ScenarioError(f"unknown route {drive.route!r} in world {drive.world!r}; valid are {', '.join(routes)}")
+    route = np.array(routes[drive.route])
+    length = float(np.hypot(*np.diff(route, axis=0).T).sum())
+    for place in along or ():
+        pose_along(route, place)
+    return tuple(along or (round(share * length, 1) for share in (0.25, 0.5, 0.75)))
 
 
 def pose_along(route: NDArray[np.float64], along: float) -> Pose:

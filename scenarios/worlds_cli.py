@@ -1,10 +1,11 @@
-"""The commands ``refseq worlds list | show | check | draw | lux | generate``."""
+"""The commands ``refseq worlds list | show | check | draw | sheet | lux | day | generate``."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from refseq.files import replace_text, replacing_at
 from scenarios.console import err, out, say
 from scenarios.errors import ScenarioError
 from scenarios.inputs import check_output, writing
@@ -19,6 +20,12 @@ worlds = typer.Typer(
 
 World = Annotated[
     str, typer.Argument(metavar="WORLD", help="A world of the library, corridor:SEED, or a path ending in .toml.")
+]
+Picture = Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Picture to write (.svg or .png).")]
+Route = Annotated[str, typer.Option(metavar="ROUTE", help="Route of the world along which places are told.")]
+Along = Annotated[
+    list[float] | None,
+    typer.Option(metavar="METRES", help="A place along the route; may be repeated. [default: three, a quarter apart]"),
 ]
 LIGHT_HELP = "A preset or any hour, 17:45, and after it with commas cloud=0..1, lamps=auto|on|off, date=2008-06-15."
 
@@ -78,7 +85,7 @@ def check(
 )
 def draw(
     world: World,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Drawing to write (.svg or .png).")],
+    output: Picture,
     light: Annotated[str | None, typer.Option(metavar="LIGHT", help=f"Show where the sun stands. {LIGHT_HELP}")] = None,
     route: Annotated[
         list[str] | None,
@@ -93,8 +100,47 @@ def draw(
     check_picture(output)
     check_output(output)
     plan, setting = load_plan(world), light_named(light) if light else None
-    with writing(output):
-        draw_plan(plan, output, setting, route)
+    with writing(output), replacing_at(output) as temporary:
+        draw_plan(plan, temporary, setting, route)
+    say(out, f"{output}")
+
+
+@worlds.command(
+    epilog="""Examples:
+
+* `refseq worlds sheet hallway -o sheet.png`
+* `refseq worlds sheet car-park --light 09:00 --light overcast --along 40 --change busy -o sheet.png`"""
+)
+def sheet(
+    world: World,
+    output: Picture,
+    light: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LIGHT", help="A column; may be repeated. [default: 09:00, 13:00, 18:00, late-evening]"),
+    ] = None,
+    along: Along = None,
+    route: Route = "forward",
+    change: Annotated[
+        str, typer.Option(metavar="CHANGE", help="What is not as the plan has it: none, few, busy…")
+    ] = "none",
+    robot: Annotated[str, typer.Option(metavar="ROBOT", help="Robot whose cameras look.")] = "robuter",
+) -> None:
+    """Show what a robot's cameras see at places along a route, in several lights side by side."""
+    from scenarios.contact_sheet import contact_sheet
+    from scenarios.record import Drive
+    from scenarios.stills import places_on, stills
+    from worlds.draw import check_picture
+    from worlds.light import light_named
+
+    check_picture(output)
+    check_output(output)
+    lights = tuple(dict.fromkeys(light or ("09:00", "13:00", "18:00", "late-evening")))
+    for name in lights:
+        light_named(name)
+    drive = Drive(world=world, route=route, change=change, robot=robot)
+    found = list(stills(drive, lights, places_on(drive, along)))
+    with writing(output), replacing_at(output) as temporary:
+        contact_sheet(f"{world}, {route}", found).savefig(temporary)
     say(out, f"{output}")
 
 
@@ -123,6 +169,50 @@ def lux(
     out.print(lux_table([(text, meter.read(point, normal)) for text, point in points.items()]))
 
 
+@worlds.command(
+    epilog="""Examples:
+
+* `refseq worlds day hallway -o day.png`
+* `refseq worlds day hallway --reference 12:00 --with cloud=1,date=2008-12-21 --every 30 -o december.png`"""
+)
+def day(
+    world: World,
+    output: Picture,
+    reference: Annotated[
+        str, typer.Option(metavar="LIGHT", help=f"Light of the pictures looked for. {LIGHT_HELP}")
+    ] = "16:00",
+    first: Annotated[int, typer.Option("--from", min=0, max=24, metavar="HOUR", help="First hour.")] = 6,
+    last: Annotated[int, typer.Option("--to", min=0, max=24, metavar="HOUR", help="Last hour.")] = 23,
+    every: Annotated[int, typer.Option(min=1, metavar="MINUTES", help="Time from one picture to the next.")] = 60,
+    options: Annotated[
+        str, typer.Option("--with", metavar="OPTIONS", help="What goes with every hour: cloud=1,lamps=off.")
+    ] = "",
+    along: Along = None,
+    route: Route = "forward",
+) -> None:
+    """Tell how many of a picture's SIFT keys are found again at other hours of the day, and how light it is."""
+    from scenarios.day import Day, day_curve, day_table, through_the_day
+    from scenarios.record import Drive
+    from scenarios.stills import places_on
+    from worlds.draw import check_picture
+    from worlds.light import light_named
+
+    check_picture(output)
+    check_output(output)
+    clock = [f"{minute // 60:02d}:{minute % 60:02d}" for minute in range(60 * first, 60 * last + 1, every)]
+    if not clock:
+        raise ScenarioError(
+            f"--from {first} --to {last}: no hour lies between; valid is a last hour that is not before the first"
+        )
+    lights = [light_named(",".join(filter(None, (hour, options)))) for hour in clock]
+    drive = Drive(world=world, light=light_named(reference).name, route=route)
+    found = through_the_day(Day(drive, tuple(lights), places_on(drive, along)))
+    with writing(output), replacing_at(output) as temporary:
+        day_curve(f"{world}: SIFT keys of {reference} found again", found).savefig(temporary)
+    out.print(day_table(found))
+    say(out, f"{output}")
+
+
 @worlds.command(epilog="Example: `refseq worlds generate --seed 7 -o mine.toml`")
 def generate(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Plan to write (.toml).")],
@@ -137,5 +227,5 @@ def generate(
         raise ScenarioError(f"{output}: is no name of a plan; valid is one that ends in .toml")
     plan = corridor(seed)
     with writing(output):
-        output.write_text(plan_text(plan, f"Made by: refseq worlds generate --seed {seed}"), encoding="utf-8")
+        replace_text(output, plan_text(plan, f"Made by: refseq worlds generate --seed {seed}"))
     say(out, f"{output}: {plan.title}")
