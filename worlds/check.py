@@ -19,7 +19,7 @@ from worlds.schema import FloorPlan
 
 TOLERANCE = 0.01
 """Things may stand so far in each other [m]: what is drawn to the centimetre may be off by one. A choice."""
-CLEARANCE = 0.03
+CLEARANCE = 0.05
 """A robot's box is grown by so much on all sides [m]: no robot keeps to its route exactly. A choice; where it
 turns on the spot, as here at every bend, it takes more room than one that rounds them."""
 GROUND = 0.03

@@ -85,26 +85,26 @@ def test_a_leaf_that_swings_into_a_wall(small: Text) -> None:
 
 def box(y: float) -> str:
     return (
-        f'[[furniture]]\nname = "crate"\nkind = "box"\nat = [4, {y}]\nwidth = 0.5\ndepth = 0.5\nheight = 0.5\n'
+        f'[[furniture]]\nname = "crate"\nkind = "box"\nat = [4.03, {y}]\nwidth = 0.5\ndepth = 0.5\nheight = 0.5\n'
         'material = "metal"\n'
     )
 
 
 def test_a_box_on_the_route(small: Text) -> None:
-    """It is touched when the robot's front, 0.3 + 0.03 m before its base, comes to the box's side, x 3.75."""
+    """It is touched when the robot's front, 0.3 + 0.05 m before its base, comes to the box's side, x 3.78."""
     (finding,) = checked(small(end=METAL) + box(0.0)).findings
     assert finding.startswith("route 'forward': robot 'cart' does not get past box 'crate' at x 3.50, y 0.00")
 
 
 @pytest.mark.parametrize(("slack", "free"), [(0.02, True), (-0.02, False)])
 def test_a_robot_gets_through_a_gap_that_is_as_wide_as_it_is(small: Text, slack: float, free: bool) -> None:
-    """Half the robot and its clearance are 0.38 m; the box's side is 0.25 m from its middle."""
-    findings = checked(small(end=METAL) + box(0.63 + slack)).findings
+    """Half the robot and its clearance are 0.40 m; the box's side is 0.25 m from its middle."""
+    findings = checked(small(end=METAL) + box(0.65 + slack)).findings
     assert (findings == ()) == free
 
 
 def test_a_robot_that_turns_back_sweeps_its_tail_around(small: Text) -> None:
-    """There and back along one line: at the far end its tail, 0.73 m long, passes over what stands beside the line."""
+    """There and back along one line: at the far end its tail, 0.75 m long, passes over what stands beside the line."""
     text = small(end=METAL).replace("[[1, 0], [7, 0]]", "[[1, 0], [4, 0], [1, 0]]") + box(0.75)
     (finding,) = checked(text).findings
     assert "box 'crate' at x 4.00, y 0.00" in finding
