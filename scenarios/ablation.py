@@ -32,6 +32,7 @@ from scenarios.comparison import Comparison
 from scenarios.errors import ScenarioError
 from scenarios.evaluate import StageResult, compare, results
 from scenarios.inputs import read_drive
+from scenarios.naming import pair_name
 from scenarios.score import WIDE, Proportion, ReferencePath
 
 FIGURE = (("camera-1",), ("camera-1", LASER), ("camera-2", LASER), ("camera-1", "camera-2"))
@@ -143,7 +144,7 @@ def run_ablation(ablation: Ablation, step: Callable[[str], object]) -> tuple[lis
             )
         sensors = shared
         answers = answer(sequence, query, cases_of(sensors, every=ablation.every), seed=ablation.seed)
-        found.setdefault(_name(sequence, query), []).append(((str(first), str(later)), answers))
+        found.setdefault(pair_name(sequence.metadata, query.metadata), []).append(((str(first), str(later)), answers))
     return [_experiment(name, pairs) for name, pairs in found.items()], sensors
 
 
@@ -168,7 +169,9 @@ def answer(sequence: ReferenceSequence, query: Recording, cases: Sequence[Case],
     for sensors, group in itertools.groupby(cases, key=lambda case: case.sensors):
         same = tuple(group)
         stages = [case.stage for case in same]
-        comparison = compare(_name(sequence, query), once, query, stages=stages, sensors=sensors, seed=seed)
+        comparison = compare(
+            pair_name(sequence.metadata, query.metadata), once, query, stages=stages, sensors=sensors, seed=seed
+        )
         for case in same:
             beliefs = {case.stage: comparison.beliefs[case.stage]}
             found[case] = replace(comparison, query_views=bare, beliefs=beliefs)
@@ -212,13 +215,6 @@ def _shared_sensors(sequence: ReferenceSequence, query: Recording, first: Path, 
             f"{first}; valid are {', '.join(sorted(sequence.sensors))}"
         )
     return shared
-
-
-def _name(sequence: ReferenceSequence, query: Recording) -> str:
-    """World and lights: what drives have in common that differ in the seed only."""
-    lights = [str(metadata.get("light", "")) for metadata in (sequence.metadata, query.metadata)]
-    world = str(sequence.metadata.get("world", ""))
-    return f"{world or 'drive'}, {lights[0]} → {lights[1]}" if all(lights) else world or "drives of unknown light"
 
 
 def _experiment(name: str, pairs: Sequence[tuple[tuple[str, str], _Answers]]) -> Experiment:

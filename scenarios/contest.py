@@ -11,6 +11,7 @@ from scenarios.comparison import Comparison
 from scenarios.errors import ScenarioError
 from scenarios.inputs import read_drive
 from scenarios.methods import METHODS, answers
+from scenarios.naming import pair_name
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,14 +79,11 @@ def kidnapped(views: Sequence[View], kidnap: str, path: Path) -> tuple[View, ...
 
 def _name(reference: Recording, query: Recording, contest: Contest) -> str:
     """What drives have in common that differ in the seed only, and what was made of them."""
-    lights = [metadata.get("light", "") for metadata in (reference.metadata, query.metadata)]
-    parts = [reference.metadata.get("world", ""), " → ".join(lights) if all(lights) else ""]
-    if (route := query.metadata.get("route", "")) != reference.metadata.get("route", ""):
-        parts.append(route)
+    parts = [pair_name(reference.metadata, query.metadata)]
     if contest.places:
         parts.append(f"places {contest.places} learnt")
     if contest.start != "0":
         parts.append(f"from {contest.start if '%' in contest.start else f'view {contest.start}'} on")
     if contest.kidnap:
         parts.append(f"kidnapped {contest.kidnap}")
-    return ", ".join(part for part in parts if part) or "drives of unknown light"
+    return ", ".join(parts)

@@ -61,7 +61,7 @@ def test_only_the_places_asked_for_are_learnt(logs: tuple[Path, Path]) -> None:
     assert len(found.reference_views) == 6
     assert len(found.query_views) == 10
     assert {len(belief.places) for belief in found.beliefs["thesis/uniform"]} == {6}
-    assert found.name == "places 3:9 learnt, from view 2 on"
+    assert found.name == "drives of unknown light, places 3:9 learnt, from view 2 on"
 
 
 def test_a_missing_file_is_told_before_the_first_step(logs: tuple[Path, Path]) -> None:

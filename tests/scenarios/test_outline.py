@@ -16,3 +16,13 @@ def test_walls_step_back_at_their_openings_and_cabinets_stand_out() -> None:
         face = np.linalg.norm(np.diff(line, axis=0), axis=1)
         back = sum(2 * door.recess for door in doors) + 2 * OPENING * len(windows)
         assert np.isclose(face.sum(), wall.length + back)
+
+
+def test_what_stands_on_the_floor_is_outlined_where_it_stands() -> None:
+    plan = load_plan("car-park")
+    lines = outline_of(plan)[len(plan.wall) :]
+    assert len(lines) == len(plan.car)
+    for car, line in zip(plan.car, lines, strict=True):
+        assert line.shape == (5, 2)
+        np.testing.assert_array_equal(line[0], line[-1])
+        np.testing.assert_allclose(line[:4].mean(axis=0), car.at, atol=1e-9)
