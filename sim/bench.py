@@ -72,6 +72,8 @@ class Bench(Closing):
         self._prefix = f"{robot.name}/"
         self.model = self._compile()
         self.data = mujoco.MjData(self.model)
+        self._wheels = [self.data.joint(self._prefix + name) for name in robot.wheel_joints]
+        self._motors = [self.data.actuator(self._prefix + name) for name in robot.wheel_actuators]
         self._crowd = Crowd(self.model, world.plan)
         self._stand_at(_start_of(self.route))
 
@@ -138,14 +140,14 @@ class Bench(Closing):
         return self._odometry.pose
 
     def _pulses(self) -> Pulses:
-        left, right = (float(self.data.joint(self._prefix + name).qpos[0]) for name in self.robot.wheel_joints)
+        left, right = (float(wheel.qpos[0]) for wheel in self._wheels)
         return self._encoders.read(left, right)
 
     def drive(self, twist: Twist) -> None:
         """Go on for one control period under a command."""
         speeds = self.robot.drive.wheel_speeds(twist)
-        for name, speed in zip(self.robot.wheel_actuators, (speeds.left, speeds.right), strict=True):
-            self.data.actuator(self._prefix + name).ctrl = speed
+        for motor, speed in zip(self._motors, (speeds.left, speeds.right), strict=True):
+            motor.ctrl = speed
         self._stood = MocapPoses.of(self.data)
         self._crowd.at(self.data, self.time + CONTROL_PERIOD)
         mujoco.mj_step(self.model, self.data, nstep=self._steps)

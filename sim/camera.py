@@ -100,7 +100,7 @@ class Camera:
 
     def expose(self, picture: NDArray[np.floating]) -> NDArray[np.uint8]:
         """Take the image of ``picture`` with the exposure as it is."""
-        return self._curve[self.digital(picture)]
+        return self._curve.take(self.digital(picture))
 
     def _check(self, picture: NDArray[np.floating]) -> None:
         height, width = picture.shape

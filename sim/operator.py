@@ -200,7 +200,7 @@ class _Leg:
 
     def _segment(self, along: float) -> int:
         last = len(self._tangents) - 1
-        return int(np.clip(np.searchsorted(self._starts, along, side="right") - 1, 0, last))
+        return min(max(int(self._starts.searchsorted(along, side="right")) - 1, 0), last)
 
 
 def _checked(route: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from sim.figures import TABLE, Number, Whole, require, require_positive, require_share
 
@@ -12,6 +13,10 @@ PHOTONS_PER_LUX_SECOND = 4.09e15
 """Photons on a square metre in a second at one lux: 1 / 683 W/m² of 3.58e-19 J each, all light at 555 nm."""
 WHITE = (1 << 12) - 1
 """Largest number of the analogue-digital converter: 12 bits, a choice."""
+_NORMAL = ndtri((np.arange(1 << 16) + 0.5) / (1 << 16)).astype(np.float32)
+"""The standard normal distribution in equally likely steps: a sixth of the time of drawing from the continuous one.
+
+The steps are far below those of the converter; the last one, at 4.3 σ, stands for all beyond, 1 pixel of 65 000."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +53,7 @@ class Sensor:
         n: nobody could tell, and the draw takes a tenth of the time. No pixel holds more than ``full_well``.
         """
         light = np.maximum(mean, np.float32(0.0))
-        electrons = rng.standard_normal(mean.shape, dtype=np.float32)
+        electrons = _NORMAL.take(rng.integers(len(_NORMAL), size=mean.shape, dtype=np.uint16))
         electrons *= np.sqrt(light + np.float32(self.read_noise**2))
         electrons += light
         return np.minimum(electrons, np.float32(self.full_well), out=electrons)

@@ -36,10 +36,11 @@ TRUTH_TOPIC = "/truth"
 NANOSECONDS = 1_000_000_000
 FAST_PNG = (
     *(int(cv2.IMWRITE_PNG_COMPRESSION), 1),
-    *(int(cv2.IMWRITE_PNG_FILTER), int(cv2.IMWRITE_PNG_FILTER_SUB)),
+    *(int(cv2.IMWRITE_PNG_FILTER), int(cv2.IMWRITE_PNG_FILTER_AVG)),
     *(int(cv2.IMWRITE_PNG_STRATEGY), int(cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY)),
 )
-"""Half the time of OpenCV's fastest default, and a tenth smaller: sensor noise leaves no repetitions to look for."""
+"""A quarter less time than OpenCV's default, and a twelfth smaller: noise leaves no repetitions to look for, and the
+mean of two neighbours has less of it than one."""
 
 
 class RecordingWriter:

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.stats import kstest, kurtosis
 
 from sim.errors import SimError
 from sim.sensor import WHITE, Sensor
@@ -18,6 +19,12 @@ def test_photon_transfer_of_electrons_has_slope_one_and_the_read_noise_as_interc
     slope, intercept = np.polyfit([f.mean() for f in frames], [f.var() for f in frames], 1)
     assert slope == pytest.approx(1.0, abs=0.01)
     assert np.sqrt(intercept) == pytest.approx(SENSOR.read_noise, rel=0.05)
+
+
+def test_noise_is_normal() -> None:
+    noise = (SENSOR.read(even(2000.0), np.random.default_rng(2)) - 2000.0) / np.sqrt(2400.0)
+    assert kstest(noise.ravel(), "norm").pvalue > 0.05
+    assert kurtosis(noise.ravel()) == pytest.approx(0.0, abs=0.03)
 
 
 def test_a_full_well_holds_no_more() -> None:
