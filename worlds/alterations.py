@@ -14,9 +14,9 @@ import numpy as np
 from numpy.random import Generator
 
 from worlds.areas import Rectangle, rectangles
-from worlds.footprints import Footprint, against, corners, footprints, gaps, strip, taken, ways
-from worlds.plan import ON_WALL, collide
-from worlds.schema import Bin, Cabinet, Car, Door, FloorPlan, Furniture, OnWall, Poster
+from worlds.footprints import Footprint, against, corners, footprints, gaps, room_behind, strip, taken, ways
+from worlds.plan import collide
+from worlds.schema import ON_WALL, Bin, Cabinet, Car, Door, FloorPlan, Furniture, OnWall, Poster
 
 WAY = 0.6
 """Half the width of what is kept free along a route [m]: a robot of 0.8 m that wanders by 0.2 m."""
@@ -79,14 +79,8 @@ def _room_fits(plan: FloorPlan, door: Door) -> bool:
     lit = [plan.wall_named(name) for name in {window.wall for window in plan.window}]
     outlooks = [against(plan, w.name, (0.0, w.length), (-OUTLOOK, -w.thickness)) for w in lit]
     corridors = [Footprint(*area.middle, 0.0, *area.size / 2) for area in rectangles(plan)]
-    rooms = [_room(plan, other) for other in plan.door if other.open]
-    return bool(gaps(_room(plan, door), outlooks + corridors + rooms).min() > 0.0)
-
-
-def _room(plan: FloorPlan, door: Door) -> Footprint:
-    """Return the ground that the room behind a door takes, walls and all."""
-    thickness, (first, last) = plan.wall_named(door.wall).thickness, door.extent
-    return against(plan, door.wall, (first - 0.7, last + 0.7), (-thickness - door.depth - 0.1, -thickness))
+    rooms = [room_behind(plan, other) for other in plan.door if other.open]
+    return bool(gaps(room_behind(plan, door), outlooks + corridors + rooms).min() > 0.0)
 
 
 # --- things that are moved ---

@@ -5,12 +5,14 @@ walls' own coordinates. Around any other walls it is the smallest rectangle.
 """
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from worlds.arrays import Floats
 from worlds.schema import FloorPlan, Wall
 
 
@@ -18,16 +20,16 @@ from worlds.schema import FloorPlan, Wall
 class Rectangle:
     """Corners ``low`` and ``high``, (2,) each [m]."""
 
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    low: Floats
+    high: Floats
 
     @property
-    def size(self) -> NDArray[np.float64]:
+    def size(self) -> Floats:
         """Lengths of the sides, (2,) [m]."""
         return self.high - self.low
 
     @property
-    def middle(self) -> NDArray[np.float64]:
+    def middle(self) -> Floats:
         """Its centre, (2,) [m]."""
         return (self.low + self.high) / 2
 
@@ -51,12 +53,12 @@ def rectangles(plan: FloorPlan) -> tuple[Rectangle, ...]:
     )
 
 
-def _runs(columns: object, upright: NDArray[np.float64], y: float) -> list[tuple[float, float]]:
+def _runs(columns: Iterable[tuple[float, float]], upright: Floats, y: float) -> list[tuple[float, float]]:
     """Spans along x at the height ``y`` that lie inside: neighbouring columns are joined."""
     low, high = np.sort(upright[..., 1], axis=1).T
     crossed = upright[(low < y) & (y < high), 0, 0]
     runs: list[tuple[float, float]] = []
-    for x0, x1 in columns:  # type: ignore[attr-defined]
+    for x0, x1 in columns:
         if np.sum(crossed < (x0 + x1) / 2) % 2 == 0:
             continue
         joins = runs and runs[-1][1] == x0

@@ -6,12 +6,13 @@ from types import MappingProxyType
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from worlds.arrays import Floats
 from worlds.light import LightSetting
 from worlds.lighting.ambient import Ambient
 from worlds.lighting.illuminate import BACKDROP, illuminate
 from worlds.lighting.photometry import Photometry, photometry
+from worlds.meter import Meter
 from worlds.parts.cars import park_cars
 from worlds.parts.fittings import hang_fittings
 from worlds.parts.furniture import furnish
@@ -37,7 +38,7 @@ class World:
     plan: FloorPlan = field(repr=False)
     light: LightSetting
     seed: int
-    routes: Mapping[str, NDArray[np.float64]] = field(repr=False)
+    routes: Mapping[str, Floats] = field(repr=False)
     photometry: Photometry = field(repr=False)
     ambient: Ambient = field(repr=False)
 
@@ -56,12 +57,12 @@ def build(plan: FloorPlan, light: LightSetting, seed: int) -> World:
     park_cars(site, plan)
     furnish_grounds(site, plan)
     place_people(site, plan)
-    around = illuminate(site, plan, light, numbers)
+    around = illuminate(site, plan, numbers, Meter(plan, light).for_camera)
     routes = MappingProxyType({name: _frozen(points) for name, points in plan.routes.items()})
     return World(plan.name, site.spec, plan, light, seed, routes, numbers, around)
 
 
-def _frozen(points: tuple[tuple[float, float], ...]) -> NDArray[np.float64]:
+def _frozen(points: tuple[tuple[float, float], ...]) -> Floats:
     array = np.array(points, dtype=float)
     array.setflags(write=False)
     return array

@@ -59,11 +59,6 @@ PRESETS = MappingProxyType(
 FORM = "any of " + ", ".join(f"{kind}=0..1" for kind in KINDS) + ", commas between"
 
 
-def change_names() -> tuple[str, ...]:
-    """Return the names of the presets."""
-    return tuple(PRESETS)
-
-
 def change_named(text: str) -> Change:
     """Read a change: a preset's name, ``people=0.5,doors=0.3``, or a preset with strengths after it that replace its.
 

@@ -13,9 +13,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from worlds.arrays import Floats
 from worlds.build import build
 from worlds.light import LightSetting
-from worlds.schema import FloorPlan
+from worlds.schema import TABLES, FloorPlan
 
 TOLERANCE = 0.01
 """Things may stand so far in each other [m]: what is drawn to the centimetre may be off by one. A choice."""
@@ -26,11 +27,8 @@ GROUND = 0.03
 """What is lower than this [m] a robot rolls over."""
 STRIDE, SWING = 0.1, np.radians(10.0)
 """A robot is put down at least every so many metres of a route, and so often while it turns [rad]."""
-TABLES = (
-    *("wall", "window", "door", "poster", "board", "cabinet", "bin", "fixture", "furniture", "stairs", "car", "tree"),
-    *("kerb", "marking", "post", "person", "lamp"),
-)
 PROBE = "check_probe"
+"""Name of the box that stands for a robot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +120,7 @@ def _solids(model: mujoco.MjModel) -> NDArray[np.intp]:
     return np.flatnonzero(touched & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
 
 
-def geom_boxes(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def geom_boxes(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Floats, Floats]:
     """Return low and high corners of the boxes around all geoms, along the world's axes, (ngeom, 3) each [m]."""
     turns = data.geom_xmat.reshape(-1, 3, 3)
     middle = data.geom_xpos + np.einsum("gij,gj->gi", turns, model.geom_aabb[:, :3])
@@ -137,7 +135,7 @@ def _overlapping(
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     hung = {(door.name, door.wall) for door in plan.door}
-    worst: dict[tuple[_Thing, _Thing], tuple[float, NDArray[np.float64]]] = {}
+    worst: dict[tuple[_Thing, _Thing], tuple[float, Floats]] = {}
     for a, b in _near(model, data, solids):
         one, other = (_owner(model.geom(g).name, things) for g in (a, b))
         if _built_together(one, other, hung):
@@ -149,7 +147,7 @@ def _overlapping(
         yield f"{one} and {other} overlap by {depth:.2f} m at x {x:.2f}, y {y:.2f}, z {z:.2f}"
 
 
-def _depth(model: mujoco.MjModel, data: mujoco.MjData, a: int, b: int) -> tuple[float, NDArray[np.float64]]:
+def _depth(model: mujoco.MjModel, data: mujoco.MjData, a: int, b: int) -> tuple[float, Floats]:
     """How far one geom must be moved to leave the other [m], and where they overlap, (3,) [m]."""
     ends = np.zeros(6)
     return -mujoco.mj_geomDistance(model, data, a, b, 1.0, ends), (ends[:3] + ends[3:]) / 2
@@ -202,7 +200,7 @@ def _with_probe(spec: mujoco.MjSpec, robot: RobotBox) -> mujoco.MjModel:
     return world.compile()
 
 
-def _poses(points: NDArray[np.float64]) -> Iterator[tuple[float, float, float]]:
+def _poses(points: Floats) -> Iterator[tuple[float, float, float]]:
     """Places and headings along a route, (x, y, heading) [m, rad]; at each bend it turns on the spot."""
     steps = np.diff(points, axis=0)
     headings = np.arctan2(steps[:, 1], steps[:, 0])

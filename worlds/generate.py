@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from worlds.areas import Rectangle
-from worlds.frame import Frame
+from worlds.arrays import Floats, Span
+from worlds.footprints import ROOM_SIDE, ROOM_WALL
+from worlds.frame import Frame, left_of
 from worlds.schema import Door, FloorPlan, Wall
 
 SHORTEST_LEG = 12.0
@@ -31,13 +32,12 @@ PLATE = 0.3
 """A door keeps so much of the wall beside it free [m]: its number plate hangs there."""
 TRIES = 8
 """A thing that finds no free place on its wall in so many draws is left out."""
-ROOM_SIDE, ROOM_BACK = 0.8, 0.2
-"""What the room behind an open door may take beside the door, and beyond the room's depth [m]."""
+ROOM_GAP = 0.1
+"""The room behind an open door keeps so far from other rooms and corridors [m]."""
 
 LEFT, RIGHT = "left", "right"
 Item = dict[str, Any]
 """An entry of the plan with its ``table``; names come last."""
-Span = tuple[float, float]
 Bare = list[tuple[int, Span]]
 """Stretches of legs where next to nothing hangs: a leg, and a span along its middle line."""
 
@@ -98,7 +98,7 @@ def corridor(seed: int) -> FloorPlan:
 # --- the shape ---
 
 
-def _centre_line(rng: Generator) -> NDArray[np.float64]:
+def _centre_line(rng: Generator) -> Floats:
     """Points of the middle line, (legs + 1, 2) [m], from the origin along x."""
     legs = int(rng.choice([1, 2, 3], p=[0.4, 0.35, 0.25]))
     total = rng.uniform(40.0, 120.0)
@@ -106,20 +106,16 @@ def _centre_line(rng: Generator) -> NDArray[np.float64]:
     heading, points = np.array([1.0, 0.0]), [np.zeros(2)]
     for length in lengths:
         points.append(points[-1] + round(float(length), 1) * heading)
-        heading = rng.choice([-1.0, 1.0]) * _left_of(heading)
+        heading = rng.choice([-1.0, 1.0]) * left_of(heading)
     return np.round(points, 2)
 
 
-def _left_of(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.array([-direction[1], direction[0]])
-
-
-def _directions(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _directions(points: Floats) -> Floats:
     steps = np.diff(points, axis=0)
     return steps / np.linalg.norm(steps, axis=1, keepdims=True)
 
 
-def _walls(points: NDArray[np.float64], like: _Character) -> list[Wall]:
+def _walls(points: Floats, like: _Character) -> list[Wall]:
     """Left and right wall of each leg, which meet at the bends, and the two end walls."""
     lefts, rights = (_aside(points, offset) for offset in (like.width / 2, -like.width / 2))
     walls = [_wall("start", rights[0], lefts[0], "right"), _wall("end", rights[-1], lefts[-1], "left")]
@@ -129,14 +125,14 @@ def _walls(points: NDArray[np.float64], like: _Character) -> list[Wall]:
     return walls
 
 
-def _aside(points: NDArray[np.float64], offset: float) -> NDArray[np.float64]:
+def _aside(points: Floats, offset: float) -> Floats:
     """The line ``offset`` to the left of a line of points, (n, 2): at a corner both legs' offsets add."""
-    lefts = np.array([_left_of(d) for d in _directions(points)])
+    lefts = np.array([left_of(d) for d in _directions(points)])
     at_points = np.concatenate([lefts[:1], lefts[:-1] + lefts[1:], lefts[-1:]])
     return np.round(points + offset * at_points, 3)
 
 
-def _wall(name: str, start: NDArray[np.float64], end: NDArray[np.float64], inside: str) -> Wall:
+def _wall(name: str, start: Floats, end: Floats, inside: str) -> Wall:
     return Wall.model_validate(
         {"name": name, "start": start.tolist(), "end": end.tolist(), "inside": inside, "material": "plaster"}
     )
@@ -160,7 +156,7 @@ def _at_edge(wall: Wall, walls: Sequence[Wall]) -> bool:
     return bool(np.min((corners - frame.origin) @ frame.inward) > -1e-9)
 
 
-def _route(points: NDArray[np.float64]) -> list[list[float]]:
+def _route(points: Floats) -> list[list[float]]:
     """The middle line, without its ends and with cut corners."""
     along = _directions(points)
     route = [points[0] + START_MARGIN * along[0]]
@@ -233,7 +229,7 @@ def _materials(rng: Generator) -> dict[str, Item]:
     }
 
 
-def _lamps(rng: Generator, like: _Character, points: NDArray[np.float64]) -> list[Item]:
+def _lamps(rng: Generator, like: _Character, points: Floats) -> list[Item]:
     """One row a leg, in its middle, along it."""
     switch, kelvin = str(rng.choice(["dusk", "always"])), float(rng.choice([3000.0, 4000.0]))
     rows = []
@@ -249,7 +245,7 @@ def _lamps(rng: Generator, like: _Character, points: NDArray[np.float64]) -> lis
 # --- what hangs on the walls ---
 
 
-def _bare_stretches(rng: Generator, points: NDArray[np.float64]) -> Bare:
+def _bare_stretches(rng: Generator, points: Floats) -> Bare:
     found: Bare = []
     for _ in range(int(rng.integers(4))):
         leg = int(rng.integers(len(points) - 1))
@@ -259,7 +255,7 @@ def _bare_stretches(rng: Generator, points: NDArray[np.float64]) -> Bare:
     return found
 
 
-def _on_wall(wall: Wall, points: NDArray[np.float64], spans: Sequence[Span]) -> list[Span]:
+def _on_wall(wall: Wall, points: Floats, spans: Sequence[Span]) -> list[Span]:
     """Spans along the middle line of a wall's leg as spans from the wall's own start."""
     frame = Frame.of(wall)
     shift = float((points[_leg(wall)] - frame.origin) @ frame.along)
@@ -287,9 +283,7 @@ class _Rail:
         return next((at for at in draws if self.take(at, width)), None)
 
 
-def _hung(
-    rng: Generator, like: _Character, wall: Wall, glazed: bool, points: NDArray[np.float64], bare: Bare
-) -> list[Item]:
+def _hung(rng: Generator, like: _Character, wall: Wall, glazed: bool, points: Floats, bare: Bare) -> list[Item]:
     """All that hangs on a wall or stands against it."""
     if not _side(wall):
         return _end_door(rng, wall)
@@ -450,8 +444,8 @@ def _ground(walls: Sequence[Wall]) -> Rectangle:
 
 
 def _room(item: Item, wall: Wall) -> Rectangle:
-    frame, half = Frame.of(wall), item["width"] / 2 + ROOM_SIDE
-    depth = Door.model_fields["depth"].default + wall.thickness + ROOM_BACK
+    frame, half = Frame.of(wall), item["width"] / 2 + ROOM_SIDE + ROOM_WALL + ROOM_GAP
+    depth = Door.model_fields["depth"].default + wall.thickness + ROOM_WALL + ROOM_GAP
     corners = np.array([frame.point(item["at"] + s, out, 0.0)[:2] for s in (-half, half) for out in (0.0, -depth)])
     return Rectangle(corners.min(axis=0), corners.max(axis=0))
 

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from worlds.arrays import Floats
 from worlds.errors import WorldsError
 from worlds.light import LightSetting
 from worlds.lighting.colour import camera_weight
@@ -21,8 +22,6 @@ from worlds.lighting.photometry import Photometry, outlook, photometry
 from worlds.lighting.radiosity import light_up, window_factors
 from worlds.lighting.sunlight import shaded, sunlit
 from worlds.schema import FloorPlan
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

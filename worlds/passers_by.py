@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from worlds.alterations import MARGIN, TRIES, WAY, drawn, kept_free, thresholds
 from worlds.areas import Rectangle, rectangles
+from worlds.arrays import Floats
 from worlds.footprints import PERSON_RADIUS, Footprint, clearance, taken
+from worlds.frame import left_of
 from worlds.schema import FloorPlan, Person
 
 STAND_EVERY, WALK_EVERY = 8.0, 16.0
@@ -25,10 +27,9 @@ BESIDE = np.arange(WAY + PERSON_RADIUS + 0.005, 3.0, 0.02)
 SHORTEST, LONGEST, STEP = 3.0, 12.0, 0.1
 """Least and greatest length of a way to and fro [m], which is measured in steps of ``STEP``."""
 ROOM = PERSON_RADIUS + MARGIN
+"""Least distance of somebody's middle from all things [m]."""
 CLOTHES = 0.04, 0.6
 """Albedos of the darkest and the brightest clothes (choice)."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +37,8 @@ class _Stretch:
     """A stretch of a route: its middle and its direction, (2,) each, and its ``length`` [m]."""
 
     name: str
-    middle: Array
-    ahead: Array
+    middle: Floats
+    ahead: Floats
     length: float
 
 
@@ -68,7 +69,7 @@ def _joined(plan: FloorPlan, person: Person) -> FloorPlan:
     return plan.model_copy(update={"person": (*plan.person, person)})
 
 
-def _somebody(name: str, points: Array, rng: Generator) -> Person:
+def _somebody(name: str, points: Floats, rng: Generator) -> Person:
     """Return a person on a way, or at a place, (n, 2) [m]."""
     at, *walk = (tuple(point) for point in points.round(3).tolist())
     return Person(
@@ -95,7 +96,7 @@ def _stretches(plan: FloorPlan, length: float) -> dict[str, _Stretch]:
     return {stretch.name: stretch for stretch in found}
 
 
-def _along(points: Array, every: float) -> Iterator[tuple[Array, Array]]:
+def _along(points: Floats, every: float) -> Iterator[tuple[Floats, Floats]]:
     """Yield places along a route and the direction there, the first after half of ``every`` metres."""
     wait = every / 2
     for start, end in pairwise(points):
@@ -116,9 +117,9 @@ class _Ground(NamedTuple):
         return cls(rectangles(plan), [thing.footprint for thing in taken(plan)] + kept_free(plan))
 
 
-def _spots(ground: _Ground, stretch: _Stretch, rng: Generator) -> Iterator[Array]:
+def _spots(ground: _Ground, stretch: _Stretch, rng: Generator) -> Iterator[Floats]:
     """Draw free places beside a stretch, (2,) each."""
-    aside = np.array([-stretch.ahead[1], stretch.ahead[0]])
+    aside = left_of(stretch.ahead)
     for _ in range(TRIES):
         start = stretch.middle + rng.uniform(-0.5, 0.5) * stretch.length * stretch.ahead
         line = start + rng.choice([-1.0, 1.0]) * BESIDE[:, None] * aside
@@ -127,7 +128,7 @@ def _spots(ground: _Ground, stretch: _Stretch, rng: Generator) -> Iterator[Array
             yield free[rng.integers(len(free))]
 
 
-def _way(ground: _Ground, spot: Array, ahead: Array) -> Array:
+def _way(ground: _Ground, spot: Floats, ahead: Floats) -> Floats:
     """Return how far somebody at ``spot`` can go straight on and back, (2 ends, 2)."""
     steps = np.arange(STEP, LONGEST / 2, STEP)[:, None] * ahead
     ends = []
@@ -138,7 +139,7 @@ def _way(ground: _Ground, spot: Array, ahead: Array) -> Array:
     return np.array(ends)
 
 
-def _free(ground: _Ground, points: Array) -> NDArray[np.bool_]:
+def _free(ground: _Ground, points: Floats) -> NDArray[np.bool_]:
     """Whether somebody can be at each of ``points`` (n, 2)."""
     within = np.any([np.all((a.low <= points) & (points <= a.high), axis=1) for a in ground.areas], axis=0)
     return np.asarray(within & (clearance(points, ground.taken) >= ROOM))

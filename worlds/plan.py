@@ -18,16 +18,9 @@ from worlds.errors import PlanError
 from worlds.footprints import PERSON_RADIUS, gaps, taken, ways
 from worlds.frame import Frame
 from worlds.generate import corridor
-from worlds.schema import SMALLEST, Door, FloorPlan, OnWall, Wall, Window
+from worlds.schema import LINES, ON_WALL, SMALLEST, STANDING, TABLES, Door, FloorPlan, OnWall, Wall, Window
 
 __all__ = ["FloorPlan", "checked", "collide", "load_plan", "names", "parse_plan"]
-
-ON_WALL = ("window", "door", "poster", "board", "cabinet", "bin", "fixture")
-"""Tables of the plan whose entries hang on a wall or stand against one."""
-STANDING = ("furniture", "stairs", "car", "tree", "post", "person")
-"""Tables of the plan whose entries stand free on the floor."""
-LINES = ("kerb", "marking")
-"""Tables of the plan whose entries follow a line on the floor."""
 
 
 def names() -> tuple[str, ...]:
@@ -131,7 +124,7 @@ def _mistakes(plan: FloorPlan) -> Iterator[str]:
     yield from _without_bounds(plan)
     yield from _flat_walls(plan)
     yield from _wrong_heights(plan)
-    for key, item in _on_walls(plan):
+    for key, item in _listed(plan, ON_WALL):
         yield from _off_its_wall(plan, key, item)
     yield from _windows_inside(plan)
     yield from _overlaps(plan)
@@ -146,12 +139,8 @@ def _listed(plan: FloorPlan, tables: tuple[str, ...]) -> Iterator[tuple[str, Any
             yield f"{table}[{i}]", item
 
 
-def _on_walls(plan: FloorPlan) -> Iterator[tuple[str, Any]]:
-    yield from _listed(plan, ON_WALL)
-
-
 def _repeated_names(plan: FloorPlan) -> Iterator[str]:
-    for table in ("wall", *ON_WALL, *STANDING, *LINES, "lamp"):
+    for table in TABLES:
         seen: set[str] = set()
         for i, item in enumerate(getattr(plan, table)):
             if item.name in seen:
@@ -246,7 +235,7 @@ def _off_sideways(key: str, kind: str, item: OnWall, wall: Wall) -> Iterator[str
 
 def _overlaps(plan: FloorPlan) -> Iterator[str]:
     """Find things on one wall that cover each other."""
-    items = list(_on_walls(plan))
+    items = list(_listed(plan, ON_WALL))
     for i, (key, item) in enumerate(items):
         for _, other in items[:i]:
             if collide(item, other):

@@ -340,6 +340,16 @@ class LampRow(_Table):
         return np.asarray(self.first) + np.arange(self.count)[:, None] * np.asarray(self.step)
 
 
+ON_WALL = ("window", "door", "poster", "board", "cabinet", "bin", "fixture")
+"""Tables of the plan whose entries hang on a wall or stand against one."""
+STANDING = ("furniture", "stairs", "car", "tree", "post", "person")
+"""Tables of the plan whose entries stand free on the floor."""
+LINES = ("kerb", "marking")
+"""Tables of the plan whose entries follow a line on the floor."""
+TABLES = ("wall", *ON_WALL, *STANDING, *LINES, "lamp")
+"""All tables of the plan whose entries have names."""
+
+
 class FloorPlan(_Table):
     """A whole world as its author wrote it; one without a ceiling is in the open air."""
 
@@ -375,7 +385,7 @@ class FloorPlan(_Table):
 
     def wall_height(self, wall: Wall) -> float:
         """Return how high a wall is [m]."""
-        return wall.height if wall.height is not None else self.ceiling.height  # type: ignore[union-attr]
+        return self.ceiling.height if wall.height is None else wall.height
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

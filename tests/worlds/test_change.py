@@ -9,15 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from tests.worlds.conftest import corner
 from worlds.alterations import ASTRAY, NUDGED, THRESHOLD
 from worlds.areas import inside, rectangles
 from worlds.build import build
-from worlds.change import KINDS, Change, change_named, change_names, changed
+from worlds.change import KINDS, PRESETS, Change, change_named, changed
 from worlds.errors import ChangeError
-from worlds.footprints import CAR_SIZES, PERSON_RADIUS, Footprint, clearance, footprints, gaps, taken
+from worlds.footprints import PERSON_RADIUS, Footprint, clearance, footprints, gaps, taken
 from worlds.frame import Frame
 from worlds.light import light_named
-from worlds.parts.cars import KINDS as CARS
 from worlds.parts.people import Crowd
 from worlds.passers_by import SHORTEST, STAND_EVERY, WALK_EVERY
 from worlds.plan import checked, load_plan, names, parse_plan
@@ -41,7 +41,7 @@ def test_a_change_reads_its_own_text(change: Change) -> None:
 
 
 def test_presets_and_what_replaces_their_strengths() -> None:
-    assert change_names() == ("none", "few", "busy")
+    assert tuple(PRESETS) == ("none", "few", "busy")
     assert change_named("none") == Change()
     assert Change().as_text() == "none"
     assert change_named("people=0.5,doors=0.3") == Change(people=0.5, doors=0.3)
@@ -352,16 +352,7 @@ def test_a_wider_body_meets_people() -> None:
     assert WAY < clearance(line, ground).min() < 1.2 - 2 * PERSON_RADIUS
 
 
-def test_a_car_s_ground_holds_all_of_it() -> None:
-    for name, kind in CARS.items():
-        length, width = CAR_SIZES[name]
-        assert kind.length <= length <= kind.length + 0.2
-        assert 2 * kind.half_width <= width <= 2 * kind.half_width + 0.2
-
-
 def test_a_door_before_another_corridor_stays_shut() -> None:
-    from tests.worlds.conftest import corner
-
     doors = '{ name = "free", wall = "inner-1", at = 1.2 }, { name = "near", wall = "inner-1", at = 3.3 }'
     door = "door = { albedo = 0.3, roughness = 0.5 }\n"
     plan = parse_plan(f"door = [{doors}]\n" + corner().replace("[material]\n", "[material]\n" + door))

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from worlds.areas import enclosing, inside
 from worlds.errors import PlanError
 from worlds.generate import corridor
-from worlds.plan import ON_WALL, load_plan, parse_plan
-from worlds.schema import FloorPlan
+from worlds.plan import load_plan, parse_plan
+from worlds.schema import ON_WALL, FloorPlan
 from worlds.write import plan_text
 
 seeds = st.integers(0, 10**18 - 1)

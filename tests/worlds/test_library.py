@@ -3,7 +3,8 @@
 import itertools
 import math
 
-from worlds.plan import ON_WALL, load_plan
+from worlds.plan import load_plan
+from worlds.schema import ON_WALL
 
 ANNEX = load_plan("annex")
 

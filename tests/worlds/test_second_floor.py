@@ -14,8 +14,8 @@ from worlds.check import RobotBox, check_world, geom_boxes
 from worlds.frame import Frame
 from worlds.light import light_named
 from worlds.parts.site import SOLID
-from worlds.plan import ON_WALL, load_plan
-from worlds.schema import OnWall
+from worlds.plan import load_plan
+from worlds.schema import ON_WALL, OnWall
 
 PLAN = load_plan("second-floor")
 FOUR = ("path-1", "path-2", "path-3", "path-4")

@@ -1,1 +1,1 @@
-"""Where light comes from and where it goes: sun and sky, windows and lamps, and what surfaces pass on."""
+"""Light of a world: what its sources give, what walls send on, and the lights and pictures that renderers get."""

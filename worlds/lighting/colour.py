@@ -8,9 +8,8 @@ approximations to the CIE XYZ color matching functions' (JCGT 2013), their ȳ wi
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from worlds.arrays import Floats
 
 DAYLIGHT = 6500.0
 """Colour temperature of the light that the camera is calibrated with [K]: an overcast sky (facts, tag M)."""

@@ -11,8 +11,8 @@ from zoneinfo import ZoneInfo
 import numpy as np
 from astral import Observer
 from astral import sun as astral_sun
-from numpy.typing import NDArray
 
+from worlds.arrays import Floats
 from worlds.schema import Place
 
 SOLAR_CONSTANT = 127_500.0
@@ -21,7 +21,8 @@ NIGHT_SKY = 0.1
 """What a town's sky gives on level ground after dusk [lx]; a choice."""
 DUSK = 3.4
 """Illuminance at the end of civil dusk, the sun 6° below the horizon [lx] (facts: teckxpert)."""
-
+DARK = 50.0
+"""Under a sky that gives less than this [lx] windows and street lamps show as lights; a choice."""
 
 CLEAR_EXTINCTION = 0.21
 """Optical depth of clear air for direct sun, one air mass."""
@@ -48,6 +49,11 @@ class Daylight:
         """Sun and sky on level ground [lx]."""
         return self.sky + self.direct * max(0.0, float(np.sin(self.elevation)))
 
+    @property
+    def night(self) -> bool:
+        """Whether what is outside is drawn as by night."""
+        return self.sky < DARK
+
 
 def daylight(place: Place, date: datetime.date, hour: float, cloud: float = 0.0) -> Daylight:
     """Compute the light at ``hour`` (0..24, local clock time) of ``date`` under a share ``cloud`` of clouds (0..1).
@@ -70,7 +76,7 @@ def sun_position(place: Place, date: datetime.date, hour: float) -> tuple[float,
     return float(np.radians(elevation)), float(np.radians(astral_sun.azimuth(observer, moment)))
 
 
-def sun_direction(light: Daylight, x_azimuth: float) -> NDArray[np.float64]:
+def sun_direction(light: Daylight, x_azimuth: float) -> Floats:
     """Return the unit vector from the sun to the world, (3,); ``x_azimuth`` [deg] as in the plan."""
     bearing = np.radians(x_azimuth) - light.azimuth
     level = np.cos(light.elevation)

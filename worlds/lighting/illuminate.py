@@ -4,26 +4,21 @@ The panes themselves are not built: glass takes its share of the light (``GLAZIN
 through the openings and what is outside moves behind them as the robot passes.
 """
 
-import mujoco
 import numpy as np
 
-from worlds.frame import Frame, quaternion
-from worlds.light import LightSetting
-from worlds.lighting.ambient import Ambient, ambient
+from worlds.frame import LEVEL, Frame
+from worlds.lighting.ambient import Ambient, Measure, ambient
 from worlds.lighting.colour import camera_weight
 from worlds.lighting.daylight import sun_direction
+from worlds.lighting.lights import add_image_light, add_spot, add_sun
 from worlds.lighting.open_air import illuminate_open_air
 from worlds.lighting.photometry import CUTOFF, LAMP_DEPTH, NIGHT_PEAK, REACH, Photometry, Spot, spots, transmission
-from worlds.meter import Meter
-from worlds.parts import textures
 from worlds.parts.site import Site
+from worlds.parts.textures import SKY_BY_DAY, SKY_BY_NIGHT, outside
 from worlds.schema import FloorPlan, Material, Wall
 
 EXPOSED = 1.2 * 16.0**2 * 125.0
 """Filament's radiance at its default exposure: a pixel of 1.0 stands for so many cd/m² (f/16, 1/125 s, ISO 100)."""
-DIM = {"sun": 0.5, "window": 0.1, "lamp": 0.15}
-"""Brightness of each light's colour. Filament multiplies it with the intensity, which is divided by it to make up; the
-classic renderer, which knows no intensities, takes it alone."""
 FAINTEST = 0.01
 """Windows of less intensity than this [cd] are left out."""
 BACKDROP = 20.0
@@ -36,26 +31,27 @@ SKYLINE = 20.0
 """Height of the picture [m]; above and beside it there is bare sky."""
 SKY_HEIGHT = 120.0
 """Height of the sky behind the picture [m]."""
-DAY_SKY, NIGHT_SKY_SHARE = textures.SKY_BY_DAY, textures.SKY_BY_NIGHT
-"""Shares of the picture's brightest value that its sky has."""
 
 
-def illuminate(site: Site, plan: FloorPlan, setting: LightSetting, numbers: Photometry) -> Ambient:
+def illuminate(site: Site, plan: FloorPlan, numbers: Photometry, measure: Measure) -> Ambient:
     """Add the sun, the windows, the lamps, the light between the walls and the picture outside.
 
-    Returns the light between the walls by place: the world starts with that at its first route's start.
+    ``measure`` tells all light but the direct sun. Returns the light between the walls by place: the world starts with
+    that at its first route's start.
     """
     # Emission is then given in cd/m², and not in Filament's scale for classic materials.
     site.spec.add_numeric(name="filament.phong.emissive_multiplier", data=[1.0 / EXPOSED])
     # Screen-space occlusion costs a fifth of a frame on a software renderer, for faint shade in corners.
     site.spec.add_numeric(name="filament.ao.enabled", data=[0.0])
     site.spec.visual.quality.shadowsize = 1024
-    _sun(site, plan, numbers)
+    sun = transmission(plan) * numbers.outdoors.direct
+    if sun > 0.0:
+        add_sun(site, sun, sun_direction(numbers.outdoors, plan.place.x_azimuth))
     if plan.ceiling is None:
         return illuminate_open_air(site, plan, numbers)
     shining = spots(plan, numbers)
-    around = ambient(plan, Meter(plan, setting).for_camera, shining)
-    _between_walls(site, around.at(_start(plan)))
+    around = ambient(plan, measure, shining)
+    add_image_light(site, "between_walls", (255,) * 6, around.at(_start(plan)) / np.pi)
     for spot in shining:
         _spot(site, spot)
     _lamps(site, plan, numbers)
@@ -69,68 +65,14 @@ def _start(plan: FloorPlan) -> np.ndarray:
     return np.array(next((points[0] for points in plan.routes.values()), (low + high) / 2))
 
 
-def _light(site: Site, name: str, kind: str, intensity: float, **options: object) -> None:
-    dim = DIM[kind]
-    site.spec.worldbody.add_light(
-        name=name, intensity=intensity / dim, diffuse=[dim] * 3, specular=[0.0] * 3, ambient=[0.0] * 3, **options
-    )
-
-
-def _sun(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
-    """One directional light that casts shadows; its intensity is an illuminance [lx]."""
-    lux = transmission(plan) * numbers.outdoors.direct
-    if lux <= 0.0:
-        return
-    _light(
-        site,
-        "sun",
-        "sun",
-        lux,
-        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-        pos=[0.0, 0.0, 30.0],
-        dir=sun_direction(numbers.outdoors, plan.place.x_azimuth),
-        castshadow=True,
-    )
-
-
-def _between_walls(site: Site, lux: float) -> None:
-    """Light from all sides alike: an image light of radiance E / π all around."""
-    grey = np.full((96, 16, 3), 255, np.uint8)
-    texture = site.spec.add_texture(name="even", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3)
-    texture.data = grey.tobytes()
-    site.spec.worldbody.add_light(
-        name="between_walls",
-        type=mujoco.mjtLightType.mjLIGHT_IMAGE,
-        texture="even",
-        intensity=lux / np.pi,
-        diffuse=[0.0] * 3,
-        specular=[0.0] * 3,
-        castshadow=False,
-    )
-
-
 def _spot(site: Site, spot: Spot) -> None:
     """A window or lamp that points into the room."""
-    if spot.candela < FAINTEST:
-        return
-    _light(
-        site,
-        spot.name,
-        spot.kind,
-        spot.candela,
-        type=mujoco.mjtLightType.mjLIGHT_SPOT,
-        pos=spot.pos,
-        dir=spot.axis,
-        cutoff=CUTOFF,
-        softness=1.0,
-        range=REACH,
-        castshadow=False,
-    )
+    if spot.candela >= FAINTEST:
+        add_spot(site, spot.name, spot.kind, spot.candela, spot.pos, spot.axis, CUTOFF, 1.0, REACH)
 
 
 def _lamps(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     """The lamps' bodies; the faces of those that burn have the luminance Φ / (π A), as a camera sees it."""
-    level = Frame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
     for row in plan.lamp:
         width, depth = row.size
         material = f"lamp_{row.name}"
@@ -141,12 +83,12 @@ def _lamps(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
         for i, (x, y) in enumerate(row.positions):
             up = (plan.ceiling.height - LAMP_DEPTH, plan.ceiling.height)
             block = ((x - width / 2, x + width / 2), (y - depth / 2, y + depth / 2), up)
-            site.shown(f"lamp_{row.name}_{i}", level, block, material)
+            site.shown(f"lamp_{row.name}_{i}", LEVEL, block, material)
 
 
 def _outside(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
-    day = numbers.outdoors.sky > 50.0
-    peak = transmission(plan) * numbers.outdoors.sky / np.pi / DAY_SKY if day else NIGHT_PEAK
+    day = not numbers.outdoors.night
+    peak = transmission(plan) * numbers.outdoors.sky / np.pi / SKY_BY_DAY if day else NIGHT_PEAK
     for wall in plan.wall:
         if any(w.wall == wall.name for w in plan.window):
             _backdrop(site, wall, peak, day)
@@ -155,12 +97,10 @@ def _outside(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
 def _backdrop(site: Site, wall: Wall, peak: float, day: bool) -> None:
     key, frame = f"outside_{wall.name}", Frame.of(wall)
     width, pixels = wall.length + 2 * OVERHANG, (8192, 640)
-    image = textures.outside(*pixels, horizon=STOREY / SKYLINE, day=day, rng=site.rng(key))
+    image = outside(*pixels, horizon=STOREY / SKYLINE, day=day, rng=site.rng(key))
     site.glowing(key, peak, image)
-    site.glowing(f"{key}_sky", peak * (DAY_SKY if day else NIGHT_SKY_SHARE))
-    out = np.append(frame.inward, 0.0)
-    turn = quaternion(np.cross([0.0, 0.0, 1.0], out), out)
-    away, middle = -wall.thickness - BACKDROP, wall.length / 2
+    site.glowing(f"{key}_sky", peak * (SKY_BY_DAY if day else SKY_BY_NIGHT))
+    turn, away, middle = frame.panel_quat, -wall.thickness - BACKDROP, wall.length / 2
     site.plane(key, frame.point(middle, away, SKYLINE / 2 - STOREY), turn, (width, SKYLINE), key)
     sky = frame.point(middle, away - 0.5, SKY_HEIGHT / 2 - STOREY)
     site.plane(f"{key}_sky", sky, turn, (3 * width, SKY_HEIGHT), f"{key}_sky")

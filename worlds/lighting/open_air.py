@@ -5,16 +5,17 @@ half with the ground's would. What cameras see of the sky is a picture on a dome
 lights nothing.
 """
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from worlds.frame import Frame
+from worlds.arrays import Floats
+from worlds.frame import UP, Frame
 from worlds.lighting.ambient import Ambient
 from worlds.lighting.colour import camera_weight
 from worlds.lighting.daylight import sun_direction
+from worlds.lighting.lights import add_image_light, add_spot
 from worlds.lighting.photometry import LAMPS_BELOW, Photometry, outlook
+from worlds.lighting.sky import BEND, HIGHEST, LOWEST, panorama
 from worlds.parts import scenery
 from worlds.parts.facets import grid, show
 from worlds.parts.outdoors import ARM, HEAD
@@ -38,8 +39,6 @@ FACE_SHARES = np.array([[0.361, 0.642, 0.0], [0.165, 0.671, 0.165], [0.0, 0.642,
 """Illuminance over π of cards that look up, sideways and down (rows) by image light from the upper, the four upright
 and the lower faces of luminance 1 (columns); measured in Filament."""
 PANE = Material(albedo=0.08, roughness=0.1)
-DIM = 0.15
-"""Brightness of a street lamp's colour, for the classic renderer, as in ``worlds.lighting.illuminate``."""
 
 
 def illuminate_open_air(site: Site, plan: FloorPlan, numbers: Photometry) -> Ambient:
@@ -61,23 +60,12 @@ def _sky_and_ground(site: Site, plan: FloorPlan, numbers: Photometry) -> float:
     """One image light with an upper, a lower and four upright faces; returns what a white one would give [lx]."""
     faces = face_luminances(*outlook(plan, numbers.outdoors))
     peak = float(faces.max())
-    above, beside, below = np.round(255 * faces / peak).astype(np.uint8)
-    side = np.ones((16, 16, 3), np.uint8)
-    texture = site.spec.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_CUBE, width=16, height=96, nchannel=3)
-    texture.data = np.concatenate([grey * side for grey in (beside, beside, above, below, beside, beside)]).tobytes()
-    site.spec.worldbody.add_light(
-        name="sky",
-        type=mujoco.mjtLightType.mjLIGHT_IMAGE,
-        texture="sky",
-        intensity=peak,
-        diffuse=[0.0] * 3,
-        specular=[0.0] * 3,
-        castshadow=False,
-    )
+    above, beside, below = np.round(255 * faces / peak).astype(int).tolist()
+    add_image_light(site, "sky", (beside, beside, above, below, beside, beside), peak)
     return np.pi * peak
 
 
-def face_luminances(above: float, below: float) -> NDArray[np.float64]:
+def face_luminances(above: float, below: float) -> Floats:
     """Luminances [cd/m²] of an image light's upper, upright and lower faces that light as two halves of a sphere would.
 
     Filament takes each face for one luminance, and what they give a card falls off smoothly. The faces are fitted,
@@ -92,7 +80,7 @@ def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     low, high = plan.bounds
     beam = sun_direction(numbers.outdoors, plan.place.x_azimuth)
     sun = float(np.arctan2(-beam[1], -beam[0]))
-    field = scenery.panorama(DOME_PICTURE, numbers.outdoors, sun, plan.place.ground_albedo, site.rng("dome"))
+    field = panorama(DOME_PICTURE, numbers.outdoors, sun, plan.place.ground_albedo, site.rng("dome"))
     peak = float(field.max())
     site.glowing("dome", peak, encode(field / peak, site.rng("dome_grain")))
     up = np.radians([-4.0, 0.0, 4.0, 10.0, 16.0, 22.0, 33.0, 45.0, 60.0, 75.0, 89.9])
@@ -104,9 +92,9 @@ def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     show(site, "dome", grid(points + np.append((low + high) / 2, 0.0), uv), "dome", cast=False)
 
 
-def _share(up: NDArray[np.float64]) -> NDArray[np.float64]:
+def _share(up: Floats) -> Floats:
     """How far up the picture an elevation [rad] is, 0 to 1."""
-    return np.asarray(np.interp(up, [scenery.LOWEST, scenery.BEND, scenery.HIGHEST], [0.0, 0.5, 1.0]))
+    return np.asarray(np.interp(up, [LOWEST, BEND, HIGHEST], [0.0, 0.5, 1.0]))
 
 
 # --- lamps and windows ---
@@ -122,7 +110,7 @@ def axial(post: Post) -> float:
     return float(post.lumen / (2 * np.pi * ((1.0 - inner) + (inner - outer) / 3.0)))
 
 
-def head_of(post: Post) -> NDArray[np.float64]:
+def head_of(post: Post) -> Floats:
     """Where its light comes from, (3,) [m]."""
     return Frame.under(post).point(ARM, 0.0, post.height - 0.03)
 
@@ -135,22 +123,8 @@ def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
         below = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height - 0.02, post.height))
         glass = site.glowing(name, candela / (length * width)) if on else "frame"
         site.shown(name, Frame.under(post), below, glass)
-        if not on:
-            continue
-        site.spec.worldbody.add_light(
-            name=name,
-            type=mujoco.mjtLightType.mjLIGHT_SPOT,
-            pos=head_of(post),
-            dir=[0.0, 0.0, -1.0],
-            intensity=candela / DIM,
-            diffuse=[DIM] * 3,
-            specular=[0.0] * 3,
-            ambient=[0.0] * 3,
-            cutoff=float(np.degrees(CONE)),
-            softness=1.0 - INNER / CONE,
-            range=REACH,
-            castshadow=False,
-        )
+        if on:
+            add_spot(site, name, "lamp", candela, head_of(post), -UP, np.degrees(CONE), 1.0 - INNER / CONE, REACH)
 
 
 def _pane(site: Site, plan: FloorPlan, window: Window, numbers: Photometry) -> None:

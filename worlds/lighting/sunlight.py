@@ -3,12 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from worlds.arrays import Floats
 from worlds.frame import Frame
 from worlds.lighting.form_factors import SKIN, hidden
 from worlds.lighting.photometry import GLAZING
 from worlds.schema import FloorPlan, Window
-
-Floats = NDArray[np.float64]
 
 
 def sunlit(plan: FloorPlan, points: Floats, beam: Floats) -> Floats:

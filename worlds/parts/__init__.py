@@ -1,1 +1,1 @@
-"""What worlds are made of: walls, doors, furniture, cars, people, and how each is drawn."""
+"""What worlds are made of: things of a plan as geoms, meshes and pictures; nothing here knows of light."""

@@ -8,24 +8,22 @@ from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from worlds.frame import quaternion
+from worlds.arrays import Floats, Span
+from worlds.frame import Frame
 from worlds.parts import scenery
 from worlds.parts.facets import Facets, add_mesh, fan, joined, quad
 from worlds.parts.scenery import ATLAS
-from worlds.parts.site import SEEN, Site, Span
+from worlds.parts.site import SEEN, Site
 from worlds.schema import Car, FloorPlan, Material
-
-Floats = NDArray[np.float64]
 
 PROUD = 0.006
 """How far glass, lamps and plates stand out from the hull [m]."""
 WHEEL, TYRE, ARCH = 0.30, 0.18, 0.36
 """Radius and width of a wheel, and radius of the dark opening around it [m]."""
 RIM_POINTS = 14
+"""Corners of a wheel."""
 CLEARANCE = 0.2
 """Height of a car's floor above the ground [m]."""
 SHADED = 0.12
@@ -60,7 +58,7 @@ class Kind:
         return max(s[4] for s in self.sections)
 
 
-KINDS = MappingProxyType(
+CARS = MappingProxyType(
     {
         "hatchback": Kind(
             (
@@ -115,37 +113,21 @@ def park_cars(site: Site, plan: FloorPlan) -> None:
     """Put every car of the plan on its place."""
     ground = plan.material[plan.floor.material].albedo
     for name in sorted({car.kind for car in plan.car}):
-        add_mesh(site, f"{name}_hull", hull(KINDS[name]))
-        add_mesh(site, f"{name}_trim", trim(KINDS[name]))
+        add_mesh(site, f"{name}_hull", hull(CARS[name]))
+        add_mesh(site, f"{name}_trim", trim(CARS[name]))
     for car in plan.car:
         _park(site, car, ground)
 
 
 def _park(site: Site, car: Car, ground: float) -> None:
-    key, kind = f"car_{car.name}", KINDS[car.kind]
-    turn = np.radians(car.heading)
-    quat = quaternion([np.cos(turn), np.sin(turn), 0.0], [0.0, 0.0, 1.0])
+    key, kind = f"car_{car.name}", CARS[car.kind]
     site.plain(key, Material(albedo=car.albedo, roughness=PAINT_ROUGHNESS))
     shade = scenery.shade_under((kind.length, 2 * kind.half_width), CLEARANCE, SHADED, ground)
     image = scenery.car_atlas(shade, site.rng(key))
     site.picture(f"{key}_trim", image, TRIM)
-    mesh = mujoco.mjtGeom.mjGEOM_MESH
-    pos = [*car.at, 0.0]
-    site.shape(key, mesh, pos, [0, 0, 0], key, quat=quat, meshname=f"{car.kind}_hull", contype=1, conaffinity=1)
-    site.shape(
-        f"{key}_trim",
-        mesh,
-        pos,
-        [0, 0, 0],
-        f"{key}_trim",
-        quat=quat,
-        meshname=f"{car.kind}_trim",
-        group=SEEN,
-        contype=0,
-        conaffinity=0,
-        mass=0.0,
-        castshadow=True,
-    )
+    place = {"pos": [*car.at, 0.0], "quat": Frame.under(car).box_quat}
+    site.meshed(key, f"{car.kind}_hull", key, **place)
+    site.meshed(f"{key}_trim", f"{car.kind}_trim", f"{key}_trim", SEEN, castshadow=True, **place)
 
 
 # --- the hull ---

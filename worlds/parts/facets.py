@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from worlds.arrays import Floats
 from worlds.parts.site import SEEN, Site
 
 
@@ -18,10 +18,10 @@ class Facets:
     the facets themselves.
     """
 
-    points: NDArray[np.float64]
-    uv: NDArray[np.float64]
+    points: Floats
+    uv: Floats
     triangles: NDArray[np.int64]
-    normals: NDArray[np.float64] | None = None
+    normals: Floats | None = None
 
     def mirrored(self) -> "Facets":
         """Return their mirror image across the xz plane, facing outwards again."""
@@ -58,47 +58,32 @@ def fan(rim: ArrayLike, uv: ArrayLike) -> Facets:
     return Facets(np.vstack([rim.mean(axis=0), rim]), np.vstack([uv.mean(axis=0), uv]), around)
 
 
-def grid(points: NDArray[np.float64], uv: NDArray[np.float64]) -> Facets:
+def grid(points: Floats, uv: Floats) -> Facets:
     """Return the sheet through ``points`` (rows, columns, 3), seen from where rows run up and columns to the right."""
     rows, columns = points.shape[:2]
     i, j = (a.ravel() for a in np.meshgrid(np.arange(rows - 1), np.arange(columns - 1), indexing="ij"))
     a = i * columns + j
     b, c, d = a + 1, a + columns + 1, a + columns
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    triangles = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
     return Facets(points.reshape(-1, 3), uv.reshape(-1, 2), triangles)
 
 
 def add_mesh(site: Site, name: str, facets: Facets) -> str:
     """Add them to the world's meshes, to be shown by any number of geoms."""
-    corners = facets.triangles
-    extra = {}
+    corners, arrays = facets.triangles.ravel(), {}
     if facets.normals is not None:
-        extra = {"usernormal": facets.normals.ravel(), "userfacenormal": corners.ravel()}
-    mesh = site.spec.add_mesh(
-        name=name,
+        arrays = {"usernormal": facets.normals.ravel(), "userfacenormal": corners}
+    site.mesh(
+        name,
         uservert=facets.points.ravel(),
-        userface=corners.ravel(),
+        userface=corners,
         usertexcoord=(facets.uv * [1.0, -1.0] + [0.0, 1.0]).ravel(),  # MuJoCo counts from the upper edge
-        userfacetexcoord=corners.ravel(),
-        **extra,
+        userfacetexcoord=corners,
+        **arrays,
     )
-    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-    mesh.smoothnormal = False
     return name
 
 
 def show(site: Site, name: str, facets: Facets, material: str, cast: bool) -> None:
-    """Show a mesh of its own, for cameras only, where its points are."""
-    site.shape(
-        name,
-        mujoco.mjtGeom.mjGEOM_MESH,
-        [0, 0, 0],
-        [0, 0, 0],
-        material,
-        meshname=add_mesh(site, name, facets),
-        group=SEEN,
-        contype=0,
-        conaffinity=0,
-        mass=0.0,
-        castshadow=cast,
-    )
+    """Add them to the world, for cameras only."""
+    site.meshed(name, add_mesh(site, name, facets), material, SEEN, castshadow=cast)

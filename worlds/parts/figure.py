@@ -4,13 +4,14 @@ Lengths are those of somebody of ``HEIGHT`` who looks along x, taken by eye from
 others are scaled.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
+from worlds.arrays import Floats
+from worlds.parts.facets import Facets, grid
 from worlds.parts.textures import Image, cloud, encode
 
 HEIGHT = 1.74
@@ -115,21 +116,8 @@ PARTS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Skin:
-    """A closed surface: ``vertices`` (n, 3) [m] from the part's pivot, ``normals`` (n, 3), ``faces`` (m, 3).
-
-    ``texture`` (n, 2): columns and rows of the picture, as shares of it, the rows from its upper edge.
-    """
-
-    vertices: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    texture: NDArray[np.float64]
-    faces: NDArray[np.int64]
-
-
-def skin(part: Part, height: float) -> Skin:
-    """Stretch a part's skin over its rings, for somebody of ``height`` [m]."""
+def skin(part: Part, height: float) -> Facets:
+    """Stretch a part's skin over its rings, for somebody of ``height`` [m]; points are counted from its pivot."""
     z, x, y, depth, width = (np.array(column)[:, None] for column in zip(*part.rings, strict=True))
     angle = np.linspace(-np.pi, np.pi, SIDES + 1)[None, :]  # the seam is at the back
     points = np.stack(np.broadcast_arrays(x + depth * np.cos(angle), y + width * np.sin(angle), z), axis=2)
@@ -137,17 +125,9 @@ def skin(part: Part, height: float) -> Skin:
     normals = np.cross(around, np.gradient(points, axis=0))
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     columns = part.strip[0] + (part.strip[1] - part.strip[0]) * np.linspace(0.01, 0.99, SIDES + 1)[None, :]
-    texture = np.stack(np.broadcast_arrays(columns, 1.0 - z / HEIGHT), axis=2)
-    vertices = (points - np.array([0.0, *part.pivot])) * height / HEIGHT
-    return Skin(vertices.reshape(-1, 3), normals.reshape(-1, 3), texture.reshape(-1, 2), _faces(len(part.rings)))
-
-
-def _faces(rings: int) -> NDArray[np.int64]:
-    """Two triangles between each two corners of neighbouring rings, counter-clockwise from outside."""
-    ring, corner = (i.ravel() for i in np.meshgrid(np.arange(rings - 1), np.arange(SIDES), indexing="ij"))
-    a = ring * (SIDES + 1) + corner
-    b, c, d = a + 1, a + SIDES + 2, a + SIDES + 1
-    return np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
+    uv = np.stack(np.broadcast_arrays(columns, z / HEIGHT), axis=2)
+    sheet = grid((points - np.array([0.0, *part.pivot])) * height / HEIGHT, uv)
+    return replace(sheet, normals=normals.reshape(-1, 3))
 
 
 # --- clothes ---
@@ -177,18 +157,18 @@ def _rows(low: float, high: float) -> slice:
     return slice(round(SHEET[0] * (1.0 - high / HEIGHT)), round(SHEET[0] * (1.0 - low / HEIGHT)))
 
 
-def _turn(trunk: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn(trunk: Floats) -> Floats:
     """Angle of each column of the trunk away from ahead [rad]."""
     return np.abs(np.linspace(-np.pi, np.pi, trunk.shape[1]))
 
 
-def _open_jacket(trunk: NDArray[np.float64], shirt: float) -> None:
+def _open_jacket(trunk: Floats, shirt: float) -> None:
     """Let a shirt show in front, wider towards the neck."""
     heights = HEIGHT * (1.0 - np.arange(SHEET[0]) / SHEET[0])[:, None]
     trunk[_turn(trunk) < np.interp(heights, [1.0, 1.15, 1.47], [0.05, 0.1, 0.6])] = shirt
 
 
-def _features(trunk: NDArray[np.float64]) -> None:
+def _features(trunk: Floats) -> None:
     """Paint eyes with brows, the shade below the chin, and a mouth."""
     ahead, turn = np.linspace(-np.pi, np.pi, trunk.shape[1]), _turn(trunk)
     for eye in (-0.42, 0.42):
@@ -198,7 +178,7 @@ def _features(trunk: NDArray[np.float64]) -> None:
     trunk[_rows(1.485, 1.53)] *= 0.8
 
 
-def _hair(trunk: NDArray[np.float64], hair: float, line: tuple[float, ...]) -> None:
+def _hair(trunk: Floats, hair: float, line: tuple[float, ...]) -> None:
     """Paint hair above a line of heights, given at 0, 50, 75, 110 and 180° from ahead."""
     low = np.interp(_turn(trunk), np.radians([0, 50, 75, 110, 180]), line)
     heights = HEIGHT * (1.0 - np.arange(SHEET[0]) / SHEET[0])[:, None]

@@ -3,10 +3,12 @@
 import mujoco
 import numpy as np
 
+from worlds.arrays import Block
+from worlds.footprints import OFF_WALL
 from worlds.frame import Frame
 from worlds.parts import textures
-from worlds.parts.shell import SKIN
-from worlds.parts.site import Block, Site
+from worlds.parts.shell import PROUD
+from worlds.parts.site import Site
 from worlds.schema import Bin, Board, Cabinet, Fixture, FloorPlan, Material, OnWall, Poster
 
 PAPER = Material(albedo=0.8, roughness=0.7)
@@ -36,13 +38,13 @@ def _poster(site: Site, frame: Frame, poster: Poster) -> None:
     key = f"poster_{poster.name}"
     size, rng = (poster.width, poster.height), site.rng(key)
     image = textures.whiteboard(size, rng) if poster.style == "whiteboard" else textures.poster(size, poster.style, rng)
-    site.panel(key, frame, poster.extent, SKIN, poster.rise, site.picture(key, image, PAPER))
+    site.panel(key, frame, poster.extent, PROUD, poster.rise, site.picture(key, image, PAPER))
 
 
 def _board(site: Site, frame: Frame, board: Board) -> None:
     key = f"board_{board.name}"
     image = textures.notice_board((board.width, board.height), board.sheets, site.rng(key))
-    site.panel(key, frame, board.extent, 2 * SKIN, board.rise, site.picture(key, image, CORK))
+    site.panel(key, frame, board.extent, 2 * PROUD, board.rise, site.picture(key, image, CORK))
 
 
 def _cabinet(site: Site, frame: Frame, cabinet: Cabinet, material: Material) -> None:
@@ -50,13 +52,13 @@ def _cabinet(site: Site, frame: Frame, cabinet: Cabinet, material: Material) -> 
     site.solid(key, frame, (cabinet.extent, (0.0, cabinet.depth), cabinet.rise), cabinet.material)
     image = textures.metal((cabinet.width, cabinet.height), material.albedo, site.rng(key))
     front = site.picture(f"{key}_front", image, material)
-    site.panel(f"{key}_front", frame, cabinet.extent, cabinet.depth + SKIN, cabinet.rise, front)
+    site.panel(f"{key}_front", frame, cabinet.extent, cabinet.depth + PROUD, cabinet.rise, front)
 
 
 def _cylinder(site: Site, name: str, frame: Frame, item: Bin | Fixture, material: str) -> None:
-    """Stand or hang an upright cylinder 2 cm from the wall."""
+    """Stand or hang an upright cylinder."""
     radius, (low, high) = item.width / 2, item.rise
-    pos = frame.point(item.at, radius + 0.02, (low + high) / 2)
+    pos = frame.point(item.at, radius + OFF_WALL, (low + high) / 2)
     site.shape(name, mujoco.mjtGeom.mjGEOM_CYLINDER, pos, [radius, (high - low) / 2, 0.0], material)
 
 
@@ -71,7 +73,7 @@ def _fixture(site: Site, frame: Frame, fixture: Fixture) -> None:
     if fixture.kind == "sign":
         image = textures.sign((fixture.width, fixture.height), site.rng(key))
         material = site.picture(f"{key}_face", image, ENAMEL)
-        site.panel(f"{key}_face", frame, fixture.extent, fixture.depth + SKIN, fixture.rise, material)
+        site.panel(f"{key}_face", frame, fixture.extent, fixture.depth + PROUD, fixture.rise, material)
 
 
 def _fins(fixture: Fixture) -> list[Block]:

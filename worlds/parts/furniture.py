@@ -10,10 +10,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.random import Generator
 
+from worlds.arrays import Block, Span
 from worlds.frame import Frame
 from worlds.parts import textures, things
-from worlds.parts.shell import SKIN
-from worlds.parts.site import Block, Site, Span
+from worlds.parts.shell import PROUD
+from worlds.parts.site import Site
 from worlds.parts.textures import Image
 from worlds.parts.things import TONES, Maker, Thing
 from worlds.schema import FloorPlan, Furniture, Material
@@ -86,7 +87,7 @@ class _Pile:
 
     def front(self, s: Span, out: float, z: Span, draw: Draw) -> None:
         """Add a picture of what the whole piece is made of, on its front at ``out``."""
-        self._site.panel(f"{self._key}_front", self._frame, s, out + SKIN, z, self._drawn((s, z), draw))
+        self._site.panel(f"{self._key}_front", self._frame, s, out + PROUD, z, self._drawn((s, z), draw))
 
     def block(self, block: Block, draw: Draw) -> None:
         """Add a solid box that shows a picture of what the whole piece is made of on each face."""

@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from worlds.arrays import Block
+from worlds.footprints import ROOM_SIDE, ROOM_WALL
 from worlds.frame import Frame
 from worlds.parts import textures
-from worlds.parts.shell import SKIN
-from worlds.parts.site import Block, Site
+from worlds.parts.shell import PROUD
+from worlds.parts.site import Site
 from worlds.schema import Door, FloorPlan, Material, Wall, Window
 
 PLATE = Material(albedo=0.75, roughness=0.4)
@@ -75,9 +77,9 @@ def _leaf(site: Site, frame: Frame, door: Door) -> None:
 
 def _room_behind(site: Site, frame: Frame, door: Door, wall: Wall, height: float) -> None:
     """Close off what is seen through an open door: a bare room."""
-    a, b = door.extent[0] - 0.6, door.extent[1] + 0.6
+    a, b = door.extent[0] - ROOM_SIDE, door.extent[1] + ROOM_SIDE
     near, far = -wall.thickness, -wall.thickness - door.depth
-    name, t = f"door_{door.name}_room", 0.1
+    name, t = f"door_{door.name}_room", ROOM_WALL
     site.solid(f"{name}_back", frame, ((a - t, b + t), (far - t, far), (0.0, height)), wall.material)
     site.solid(f"{name}_start", frame, ((a - t, a), (far, near), (0.0, height)), wall.material)
     site.solid(f"{name}_end", frame, ((b, b + t), (far, near), (0.0, height)), wall.material)
@@ -91,4 +93,4 @@ def _number_plate(site: Site, frame: Frame, door: Door) -> None:
     key, size = f"door_{door.name}_plate", (0.16, 0.12)
     material = site.picture(key, textures.number_plate(door.label, site.rng(key)), PLATE)
     s = door.extent[1] + 0.17
-    site.panel(key, frame, (s - size[0] / 2, s + size[0] / 2), SKIN, (1.5, 1.5 + size[1]), material)
+    site.panel(key, frame, (s - size[0] / 2, s + size[0] / 2), PROUD, (1.5, 1.5 + size[1]), material)

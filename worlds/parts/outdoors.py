@@ -1,19 +1,19 @@
 """What stands and lies in the open: kerbs, markings, trees, lamp posts, and the land around the ground of the plan."""
 
+import math
 from itertools import pairwise
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from worlds.arrays import Floats
+from worlds.footprints import POST_RADIUS
 from worlds.frame import Frame, quaternion
 from worlds.parts import scenery
 from worlds.parts.facets import Facets, joined, quad, show
-from worlds.parts.shell import SKIN
+from worlds.parts.shell import PROUD
 from worlds.parts.site import Site
 from worlds.schema import FloorPlan, Kerb, Marking, Material, Post, Tree
-
-Floats = NDArray[np.float64]
 
 AROUND = 500.0
 """Side of the land around the plan [m]: beyond it there is only the picture of the horizon."""
@@ -29,7 +29,7 @@ CLUSTERS = 320
 CLUSTER = 0.17
 """Radius of a bunch of leaves, as a share of the crown's."""
 CLUSTER_RIM = 5
-POLE_RADIUS = 0.07
+"""Tips of a bunch of leaves."""
 ARM = 0.9
 """How far a lamp post's head stands out from it [m]."""
 HEAD = (0.55, 0.26, 0.10)
@@ -84,24 +84,18 @@ def _stretches(points: tuple[tuple[float, float], ...]) -> list[tuple[tuple[floa
 
 
 def _strip(a: Floats, b: Floats, width: float) -> Facets:
-    along = (b - a) / np.linalg.norm(b - a)
-    side = width / 2 * np.array([-along[1], along[0]])
+    side = width / 2 * Frame.between(a, b).inward
     corners = np.array([a - side, b - side, b + side, a + side])
-    facet = quad(np.column_stack([corners, np.full(4, SKIN)]))
+    facet = quad(np.column_stack([corners, np.full(4, PROUD)]))
     return Facets(facet.points, corners / MOTTLE, facet.triangles)
 
 
 def _kerb(site: Site, kerb: Kerb) -> None:
     """One stone a stretch, square at its ends: at a corner two stones share half a width."""
-    for i, (a, b) in enumerate(pairwise(kerb.points)):
-        start, end = np.array(a), np.array(b)
-        length = float(np.linalg.norm(end - start))
-        along = (end - start) / length
-        frame = Frame(start, along, np.array([-along[1], along[0]]))
-        half = kerb.width / 2
-        site.solid(
-            f"kerb_{kerb.name}_{i}", frame, ((-half, length + half), (-half, half), (0, kerb.height)), kerb.material
-        )
+    half = kerb.width / 2
+    for i, (start, end) in enumerate(pairwise(kerb.points)):
+        stone = (-half, math.dist(start, end) + half), (-half, half), (0.0, kerb.height)
+        site.solid(f"kerb_{kerb.name}_{i}", Frame.between(start, end), stone, kerb.material)
 
 
 # --- trees and posts ---
@@ -111,7 +105,7 @@ def _tree(site: Site, tree: Tree) -> None:
     """A trunk that is touched, and a crown of leaves that is only seen."""
     stem = tree.height - tree.crown
     pos = [*tree.at, stem / 2]
-    site.shape(f"tree_{tree.name}", CYLINDER, pos, [tree.trunk, stem / 2, 0], "bark", contype=1, conaffinity=1)
+    site.shape(f"tree_{tree.name}", CYLINDER, pos, [tree.trunk, stem / 2, 0], "bark")
     crown = _crown(tree, site.rng(f"tree_{tree.name}"))
     show(site, f"tree_{tree.name}_crown", crown, "leaf", cast=True)
 
@@ -150,9 +144,8 @@ def _stars(at: Floats, out: Floats, radius: float, rng: np.random.Generator) -> 
 
 
 def _post(site: Site, post: Post) -> None:
-    frame, radius = Frame.under(post), POLE_RADIUS
-    half = post.height / 2
-    site.shape(f"post_{post.name}", CYLINDER, [*post.at, half], [radius, half, 0], "pole", contype=1, conaffinity=1)
+    frame, half = Frame.under(post), post.height / 2
+    site.shape(f"post_{post.name}", CYLINDER, [*post.at, half], [POST_RADIUS, half, 0], "pole")
     length, width, height = HEAD
     arm = ((0.0, ARM), (-0.03, 0.03), (post.height - 0.06, post.height))
     case = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height, post.height + height))

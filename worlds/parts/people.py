@@ -9,8 +9,9 @@ import math
 import mujoco
 import numpy as np
 
-from worlds.parts.figure import HEIGHT, HIP, PARTS, Part, Skin, clothes, skin
-from worlds.parts.site import SOLID, Site
+from worlds.parts.facets import add_mesh
+from worlds.parts.figure import HEIGHT, HIP, PARTS, Part, clothes, skin
+from worlds.parts.site import Site
 from worlds.parts.walk import STEP, Stance, Walk
 from worlds.schema import FloorPlan, Material, Person
 
@@ -42,25 +43,12 @@ def _place(site: Site, person: Person) -> None:
     swings = np.zeros(len(PARTS)) if person.walk else sway
     posture = _posture(_first_stance(person), person.height / HEIGHT, swings.tolist(), 0.0)
     for part, (pos, quat) in zip(PARTS, posture, strict=True):
-        name, world = _name(person, part), site.spec.worldbody
-        _add_mesh(site, name, skin(part, person.height))
-        look = {"name": name, "meshname": name, "material": material, "userdata": [person.albedo], "group": SOLID}
+        name = add_mesh(site, _name(person, part), skin(part, person.height))
         if person.walk:
-            body = world.add_body(name=name, pos=pos, quat=quat, mocap=True)
-            body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, **look)
+            body = site.spec.worldbody.add_body(name=name, pos=pos, quat=quat, mocap=True)
+            site.meshed(name, name, material, body=body)
         else:
-            world.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, pos=pos, quat=quat, **look)
-
-
-def _add_mesh(site: Site, name: str, shape: Skin) -> None:
-    mesh = site.spec.add_mesh(
-        name=name,
-        uservert=shape.vertices.ravel(),
-        usernormal=shape.normals.ravel(),
-        usertexcoord=shape.texture.ravel(),
-        userface=shape.faces.ravel(),
-    )
-    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+            site.meshed(name, name, material, pos=pos, quat=quat)
 
 
 def _first_stance(person: Person) -> Stance:

@@ -6,28 +6,35 @@ from types import MappingProxyType
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from worlds.areas import Rectangle, rectangles
-from worlds.frame import Frame, quaternion
+from worlds.arrays import Block, Floats, Span
+from worlds.frame import LEVEL, Frame, quaternion
 from worlds.parts import scenery, textures
-from worlds.parts.site import TOUCHED, Block, Site, Span
+from worlds.parts.site import TOUCHED, Site
 from worlds.schema import Door, FloorPlan, Point, Wall, Window
 
-SKIN = 0.004
+PROUD = 0.004
 """How far a picture stands in front of what is behind it [m]: enough for the depth buffer at 100 m."""
 SLAB = 0.3
 """Thickness of the ceiling [m]; sunlight must not find a way in."""
 OVERHANG = 0.5
 """How far the ceiling goes on past the walls' inner faces [m]."""
 PLASTER_SIZE = (4.0, 2.8)
+"""Width and height of a picture of plaster [m]."""
 PLASTERS = 3
-FLOORS = MappingProxyType({**textures.FLOORS, "asphalt": scenery.asphalt})
-"""How each pattern of a floor is drawn."""
+"""So many pictures are drawn of a surface: pieces of wall choose one."""
+FLOORS = MappingProxyType(
+    {
+        "tiles": textures.tiles,
+        "carpet": textures.carpet,
+        "parquet": textures.parquet,
+        "asphalt": scenery.asphalt,
+    }
+)
+"""How each pattern of a floor is drawn: (columns, rows) of tiles, albedo, generator."""
 WALLS = MappingProxyType({"plaster": textures.plaster, "brick": scenery.brick, "hedge": scenery.hedge})
 """How each surface of a wall is drawn."""
-LEVEL = Frame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
-"""The world's own axes as a frame."""
 
 
 def raise_shell(site: Site, plan: FloorPlan) -> None:
@@ -53,9 +60,8 @@ def _plasters(site: Site, plan: FloorPlan) -> None:
 def _floor(site: Site, plan: FloorPlan) -> None:
     """One endless plane that is touched, and a picture on each part of the ground."""
     low, high = plan.bounds
-    site.shape(
-        "floor", mujoco.mjtGeom.mjGEOM_PLANE, [*(low + high) / 2, 0.0], [*(high - low) / 2, 1.0], "", group=TOUCHED
-    )
+    middle, size = [*(low + high) / 2, 0.0], [*(high - low) / 2, 1.0]
+    site.shape("floor", mujoco.mjtGeom.mjGEOM_PLANE, middle, size, "", TOUCHED)
     tile, material = plan.floor.tile, plan.material[plan.floor.material]
     drawn = _drawn(high - low, tile, 40)
     site.texture("floor", FLOORS[plan.floor.pattern](drawn, material.albedo, site.rng("floor")))
@@ -64,7 +70,7 @@ def _floor(site: Site, plan: FloorPlan) -> None:
         site.plane(name, [*area.middle, 0.0], quaternion([1, 0, 0], [0, 0, 1]), tuple(area.size), name)
 
 
-def _drawn(size: NDArray[np.float64], each: float, most: int) -> tuple[int, int]:
+def _drawn(size: Floats, each: float, most: int) -> tuple[int, int]:
     """Columns and rows of tiles to draw before they repeat, at most ``most``: a wide floor takes no larger picture."""
     columns, rows = (max(1, min(round(side / each), most)) for side in size)
     return columns, rows
@@ -84,7 +90,7 @@ def _ceiling(site: Site, plan: FloorPlan) -> None:
 
 def _slab(area: Rectangle, height: float) -> Block:
     (x0, y0), (x1, y1) = area.low - OVERHANG, area.high + OVERHANG
-    return (x0, x1), (y0, y1), (height + SKIN, height + SLAB)
+    return (x0, x1), (y0, y1), (height + PROUD, height + SLAB)
 
 
 # --- walls and their openings ---

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
+from worlds.arrays import Block, Floats, Span
 from worlds.frame import Frame
 from worlds.parts.textures import Image, srgb
 from worlds.schema import Material
@@ -28,10 +29,6 @@ BOX_FACES = np.array(
     ]
 )
 """Triangles of a box over the corners of ``UNIT_BOX``, counter-clockwise from outside."""
-
-Span = tuple[float, float]
-Block = tuple[Span, Span, Span]
-"""A box in a wall's frame: spans along the wall, out of it and up [m]."""
 
 
 class Site:
@@ -93,70 +90,35 @@ class Site:
 
     def solid(self, name: str, frame: Frame, block: Block, material: str, cast: bool = True) -> None:
         """Add a box that things bump into and beams end on."""
-        self._box(name, frame, block, material, cast, group=SOLID, contype=1, conaffinity=1)
+        self._box(name, frame, block, material, cast, SOLID)
 
     def shown(self, name: str, frame: Frame, block: Block, material: str, cast: bool = False) -> None:
         """Add a box that only cameras see."""
-        self._box(name, frame, block, material, cast, group=SEEN, contype=0, conaffinity=0, mass=0.0)
-
-    def pane(self, name: str, frame: Frame, block: Block) -> None:
-        """Add a pane of glass, which only laser beams notice."""
-        self._box(name, frame, block, "", cast=False, group=GLASS, contype=0, conaffinity=0, mass=0.0)
-
-    def _box(self, name: str, frame: Frame, block: Block, material: str, cast: bool, **options: float) -> None:
-        spans = np.array(block)
-        self.shape(
-            name,
-            mujoco.mjtGeom.mjGEOM_BOX,
-            frame.point(*spans.mean(axis=1)),
-            np.diff(spans, axis=1)[:, 0] / 2,
-            material,
-            quat=frame.box_quat,
-            castshadow=cast,
-            **options,
-        )
-
-    def shape(
-        self, name: str, kind: mujoco.mjtGeom, pos: ArrayLike, size: ArrayLike, material: str, **options: object
-    ) -> None:
-        """Add a geom of any kind, solid unless the options say otherwise."""
-        self.spec.worldbody.add_geom(
-            **{
-                "name": name,
-                "type": kind,
-                "pos": pos,
-                "size": size,
-                "material": material,
-                "userdata": [self._echo.get(material, 0.0)],
-                "group": SOLID,
-                **options,
-            }
-        )
-
-    def panel(self, name: str, frame: Frame, s: Span, out: float, z: Span, material: str) -> None:
-        """Add a picture flat on a wall, ``out`` metres in front of it."""
-        self.plane(
-            name, frame.point(np.mean(s), out, np.mean(z)), frame.panel_quat, (s[1] - s[0], z[1] - z[0]), material
-        )
-
-    def plane(self, name: str, pos: ArrayLike, quat: ArrayLike, extent: Span, material: str) -> None:
-        """Add a rectangle that only cameras see, of (width, height) ``extent`` [m]."""
-        self.spec.worldbody.add_geom(
-            name=name,
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            pos=pos,
-            quat=quat,
-            size=[extent[0] / 2, extent[1] / 2, 1.0],
-            material=material,
-            group=SEEN,
-            contype=0,
-            conaffinity=0,
-            castshadow=False,
-        )
+        self._box(name, frame, block, material, cast, SEEN)
 
     def touched(self, name: str, frame: Frame, block: Block, material: str) -> None:
         """Add a box that things bump into and beams end on, where what is seen is drawn apart."""
-        self._box(name, frame, block, material, cast=False, group=TOUCHED, contype=1, conaffinity=1)
+        self._box(name, frame, block, material, False, TOUCHED)
+
+    def pane(self, name: str, frame: Frame, block: Block) -> None:
+        """Add a pane of glass, which only laser beams notice."""
+        self._box(name, frame, block, "", False, GLASS)
+
+    def _box(self, name: str, frame: Frame, block: Block, material: str, cast: bool, group: int) -> None:
+        spans = np.array(block)
+        pos, size = frame.point(*spans.mean(axis=1)), np.diff(spans, axis=1)[:, 0] / 2
+        kind = mujoco.mjtGeom.mjGEOM_BOX
+        self.shape(name, kind, pos, size, material, group, quat=frame.box_quat, castshadow=cast)
+
+    def panel(self, name: str, frame: Frame, s: Span, out: float, z: Span, material: str) -> None:
+        """Add a picture flat on a wall, ``out`` metres in front of it."""
+        middle, extent = frame.point(np.mean(s), out, np.mean(z)), (s[1] - s[0], z[1] - z[0])
+        self.plane(name, middle, frame.panel_quat, extent, material)
+
+    def plane(self, name: str, pos: ArrayLike, quat: ArrayLike, extent: Span, material: str) -> None:
+        """Add a rectangle that only cameras see, of (width, height) ``extent`` [m]."""
+        kind, size = mujoco.mjtGeom.mjGEOM_PLANE, [extent[0] / 2, extent[1] / 2, 1.0]
+        self.shape(name, kind, pos, size, material, SEEN, quat=quat, castshadow=False)
 
     def lattice(self, name: str, frame: Frame, blocks: list[Block], material: str, cast: bool = True) -> None:
         """Add several boxes as one geom that only cameras see; sparing geoms spares rendering time."""
@@ -166,19 +128,46 @@ class Site:
         """Add several boxes, each in a frame of its own, as one geom that only cameras see."""
         corners = np.concatenate([_corners(frame, block) for frame, block in placed])
         faces = np.concatenate([_faces(frame) + 8 * i for i, (frame, _) in enumerate(placed)])
-        mesh = self.spec.add_mesh(name=name, uservert=corners.flatten(), userface=faces.flatten())
+        self.mesh(name, uservert=corners.flatten(), userface=faces.flatten())
+        self.meshed(name, name, material, SEEN, castshadow=cast)
+
+    def mesh(self, name: str, **arrays: NDArray) -> None:
+        """Add a mesh of flat faces, to be shown by any number of geoms."""
+        mesh = self.spec.add_mesh(name=name, **arrays)
         mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
         mesh.smoothnormal = False
-        self.spec.worldbody.add_geom(
+
+    def meshed(self, name: str, mesh: str, material: str, group: int = SOLID, **options: object) -> None:
+        """Add a geom that is a mesh."""
+        options = {"pos": [0.0] * 3, "size": [0.0] * 3, **options}
+        self.shape(name, mujoco.mjtGeom.mjGEOM_MESH, material=material, group=group, meshname=mesh, **options)
+
+    def shape(
+        self,
+        name: str,
+        kind: mujoco.mjtGeom,
+        pos: ArrayLike,
+        size: ArrayLike,
+        material: str,
+        group: int = SOLID,
+        body: mujoco.MjsBody | None = None,
+        **options: object,
+    ) -> None:
+        """Add a geom of any kind to the world, or to another ``body``; its group tells whether things touch it."""
+        touched = group in (SOLID, TOUCHED)
+        if not touched:
+            options["mass"] = 0.0
+        (body or self.spec.worldbody).add_geom(
             name=name,
-            type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=name,
+            type=kind,
+            pos=pos,
+            size=size,
             material=material,
-            group=SEEN,
-            contype=0,
-            conaffinity=0,
-            mass=0.0,
-            castshadow=cast,
+            group=group,
+            contype=int(touched),
+            conaffinity=int(touched),
+            userdata=[self._echo.get(material, 0.0)],
+            **options,
         )
 
 
@@ -186,7 +175,7 @@ def _matt(roughness: float) -> dict[str, float]:
     return {"roughness": roughness, "metallic": 0.0, "specular": 0.0}
 
 
-def _corners(frame: Frame, block: Block) -> NDArray[np.float64]:
+def _corners(frame: Frame, block: Block) -> Floats:
     spans = np.array(block)
     local = spans[:, 0] + UNIT_BOX * np.diff(spans, axis=1)[:, 0]
     level = frame.origin + local[:, :2] @ np.array([frame.along, frame.inward])

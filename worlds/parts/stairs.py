@@ -3,8 +3,9 @@
 import mujoco
 import numpy as np
 
+from worlds.arrays import Block
 from worlds.frame import Frame, quaternion
-from worlds.parts.site import SEEN, Block, Site
+from worlds.parts.site import SEEN, Site
 from worlds.schema import FloorPlan, Stairs
 
 NOSING, PROUD = 0.045, 0.003
@@ -56,16 +57,6 @@ def _post(s: float, out: float, foot: float) -> Block:
 def _bar(site: Site, name: str, foot: np.ndarray, head: np.ndarray) -> None:
     up = (head - foot) / np.linalg.norm(head - foot)
     level = np.cross(up, [0.0, 0.0, 1.0])
-    site.shape(
-        name,
-        mujoco.mjtGeom.mjGEOM_CYLINDER,
-        (foot + head) / 2,
-        [RAIL_RADIUS, float(np.linalg.norm(head - foot)) / 2, 0.0],
-        "trim",
-        quat=quaternion(level / np.linalg.norm(level), up),
-        group=SEEN,
-        contype=0,
-        conaffinity=0,
-        mass=0.0,
-        castshadow=False,
-    )
+    middle, size = (foot + head) / 2, [RAIL_RADIUS, float(np.linalg.norm(head - foot)) / 2, 0.0]
+    turn = quaternion(level / np.linalg.norm(level), up)
+    site.shape(name, mujoco.mjtGeom.mjGEOM_CYLINDER, middle, size, "trim", SEEN, quat=turn, castshadow=False)

@@ -6,12 +6,13 @@ Every function takes a seeded generator and returns (height, width) uint8. The v
 
 from collections.abc import Callable
 from itertools import pairwise
-from types import MappingProxyType
 
 import cv2
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
+
+from worlds.arrays import Floats
 
 Image = NDArray[np.uint8]
 
@@ -23,7 +24,7 @@ SKY_BY_DAY, SKY_BY_NIGHT = 0.9, 0.004
 """Luminance of the sky over the brightest thing outside, by day and by night."""
 
 
-def srgb(linear: float | NDArray[np.floating]) -> NDArray[np.float64]:
+def srgb(linear: float | NDArray[np.floating]) -> Floats:
     """Encode linear values 0..1 as sRGB values 0..1 (IEC 61966-2-1)."""
     x = np.atleast_1d(np.clip(np.asarray(linear, dtype=float), 0.0, 1.0))
     code = np.power(x, 1 / 2.4)
@@ -34,7 +35,7 @@ def srgb(linear: float | NDArray[np.floating]) -> NDArray[np.float64]:
     return code.reshape(np.shape(linear))
 
 
-def linear(code: NDArray[np.uint8]) -> NDArray[np.float64]:
+def linear(code: NDArray[np.uint8]) -> Floats:
     """Decode sRGB bytes to linear values 0..1, the inverse of ``srgb``."""
     x = code / 255.0
     return np.where(x <= 0.04045, x / 12.92, np.power((x + 0.055) / 1.055, 2.4))
@@ -150,10 +151,6 @@ def _checkered(count: tuple[int, int], pixels: int) -> NDArray[np.bool_]:
 def _joints(across: NDArray, pixels: int, strips: int) -> NDArray[np.bool_]:
     """Where one strip ends and the next begins."""
     return (across % pixels * strips) % pixels < strips
-
-
-FLOORS = MappingProxyType({"tiles": tiles, "carpet": carpet, "parquet": parquet})
-"""How each pattern of a floor is drawn: (columns, rows) of tiles, albedo, generator."""
 
 
 def ceiling_panels(count: tuple[int, int], albedo: float, rng: Generator, pixels: int = 72) -> Image:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from worlds.parts.site import Block, Span
+from worlds.arrays import Block, Span
 
 TONES = {"black": 0.03, "dark": 0.1, "grey": 0.3, "light": 0.55, "paper": 0.78}
 """Albedo of what things are made of."""
@@ -32,9 +32,10 @@ class Thing:
 
     @property
     def hull(self) -> Block:
-        """The box around it."""
-        width, depth, height = self.size
-        return (-width / 2, width / 2), (-depth / 2, depth / 2), (0.0, height)
+        """The box around its parts, which may be less than ``size``."""
+        spans = np.array([part.block for part in self.parts])
+        s, out, z = np.stack([spans[..., 0].min(axis=0), spans[..., 1].max(axis=0)], axis=1).tolist()
+        return tuple(s), tuple(out), tuple(z)
 
 
 Maker = Callable[[Generator], Thing]

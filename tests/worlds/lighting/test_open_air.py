@@ -12,8 +12,8 @@ from worlds.light import light_named
 from worlds.lighting.colour import camera_weight
 from worlds.lighting.daylight import Daylight, sun_direction
 from worlds.lighting.open_air import CONE, FACE_SHARES, INNER, axial, face_luminances, head_of
+from worlds.lighting.sky import elevations, sky
 from worlds.meter import illuminance
-from worlds.parts import scenery
 from worlds.plan import parse_plan
 from worlds.schema import FloorPlan
 
@@ -141,22 +141,22 @@ def test_a_card_in_the_shade_of_a_wall_gets_no_sun() -> None:
 )
 def test_the_sky_in_the_picture_gives_the_skys_illuminance(elevation: float, cloud: float) -> None:
     light = Daylight(np.radians(elevation), 2.0, 0.0, 1234.0, cloud)
-    field = scenery.sky((640, 256), light, 0.7, np.random.default_rng(1))
+    field = sky((640, 256), light, 0.7, np.random.default_rng(1))
     rng = np.random.default_rng(0)
     # Directions as a level card sees them: uniform on the disc below the dome (Malley).
     height, azimuth = np.arccos(np.sqrt(rng.random(200_000))), rng.uniform(-np.pi, np.pi, 200_000)
-    row = np.searchsorted(-scenery.elevations(256), -height).clip(0, 255)
+    row = np.searchsorted(-elevations(256), -height).clip(0, 255)
     column = ((np.pi - azimuth) / (2 * np.pi) * 640).astype(int)
     assert np.pi * field[row, column].mean() == pytest.approx(1234.0, rel=0.02)
 
 
 def test_the_clear_sky_is_brightest_around_the_sun_and_darkest_opposite() -> None:
     sun = np.radians(40.0)
-    field = scenery.sky((360, 180), Daylight(np.radians(35.0), 0.0, 0.0, 1e4), sun, np.random.default_rng(0))
+    field = sky((360, 180), Daylight(np.radians(35.0), 0.0, 0.0, 1e4), sun, np.random.default_rng(0))
     row, column = np.unravel_index(np.argmax(field), field.shape)
-    assert np.degrees(scenery.elevations(180)[row]) == pytest.approx(35.0, abs=8.0)
+    assert np.degrees(elevations(180)[row]) == pytest.approx(35.0, abs=8.0)
     assert 180 - column == pytest.approx(40.0, abs=8.0)
-    band = field[np.searchsorted(-scenery.elevations(180), -np.radians(35.0))]
+    band = field[np.searchsorted(-elevations(180), -np.radians(35.0))]
     assert abs(180 - int(np.argmin(band)) - 40) > 60
 
 
@@ -172,10 +172,19 @@ def test_the_dome_shows_the_sun_where_it_shines_from() -> None:
     assert abs((30.0 * int(np.argmax(upper)) - toward_sun + 180.0) % 360.0 - 180.0) <= 31.0
 
 
+def test_an_overcast_sky_is_three_times_as_bright_above_as_at_the_horizon() -> None:
+    # Moon and Spencer, as the CIE has it: L = L_zenith (1 + 2 sin γ) / 3. The mean around evens the clouds out.
+    light = Daylight(np.radians(40.0), 0.0, 0.0, 1e4, 1.0)
+    fields = [sky((256, 128), light, 0.0, np.random.default_rng(seed)).mean(axis=1) for seed in range(6)]
+    around, up = np.mean(fields, axis=0), np.maximum(elevations(128), 0.0)
+    slope, horizon = np.polyfit(np.sin(up), around, 1)
+    assert slope / horizon == pytest.approx(2.0, rel=0.15)
+
+
 def test_clouds_cover_their_share() -> None:
     light = Daylight(np.radians(40.0), 0.0, 0.0, 1e4, 0.3)
-    clear = scenery.sky((256, 128), Daylight(light.elevation, 0.0, 0.0, 1e4), 0.0, np.random.default_rng(3))
-    broken = scenery.sky((256, 128), light, 0.0, np.random.default_rng(3))
+    clear = sky((256, 128), Daylight(light.elevation, 0.0, 0.0, 1e4), 0.0, np.random.default_rng(3))
+    broken = sky((256, 128), light, 0.0, np.random.default_rng(3))
     ratio = broken / clear
     elsewhere = np.median(ratio)  # most of the sky is clear: the same but for one factor
     assert np.mean(abs(ratio / elsewhere - 1.0) > 0.005) == pytest.approx(0.3, abs=0.12)

@@ -217,11 +217,13 @@ def test_a_thing_keeps_within_its_size(maker: things.Maker) -> None:
     for seed in range(40):
         thing = maker(np.random.default_rng(seed))
         spans = np.array([part.block for part in thing.parts])
-        hull = np.array(thing.hull)
+        width, depth, height = thing.size
+        room = np.array([(-width / 2, width / 2), (-depth / 2, depth / 2), (0.0, height)])
         assert np.all(spans[..., 1] > spans[..., 0]), seed
-        assert np.all(spans[..., 0] >= hull[:, 0] - 1e-9), seed
-        assert np.all(spans[..., 1] <= hull[:, 1] + 1e-9), seed
+        assert np.all(spans[..., 0] >= room[:, 0] - 1e-9), seed
+        assert np.all(spans[..., 1] <= room[:, 1] + 1e-9), seed
         assert spans[:, 2, 0].min() == pytest.approx(0.0, abs=0.021), seed  # it stands, and does not float
+        np.testing.assert_allclose(thing.hull, np.stack([spans[..., 0].min(axis=0), spans[..., 1].max(axis=0)], axis=1))
         assert {part.tone for part in thing.parts} <= set(things.TONES)
 
 

@@ -11,7 +11,7 @@ from worlds.build import build
 from worlds.errors import PlanError
 from worlds.footprints import CAR_SIZES
 from worlds.light import light_named
-from worlds.parts.cars import KINDS, hull, trim
+from worlds.parts.cars import CARS, hull, trim
 from worlds.parts.facets import Facets
 from worlds.parts.scenery import shade_under
 from worlds.parts.site import SEEN, SOLID, TOUCHED
@@ -113,9 +113,9 @@ def directed_edges(facets: Facets) -> NDArray[np.int64]:
 # --- cars ---
 
 
-@pytest.mark.parametrize("name", list(KINDS))
+@pytest.mark.parametrize("name", list(CARS))
 def test_a_cars_hull_is_closed_and_faces_outwards(name: str) -> None:
-    skin = hull(KINDS[name])
+    skin = hull(CARS[name])
     edges = directed_edges(skin)
     there, back = ({tuple(e) for e in edges.tolist()}, {tuple(e[::-1]) for e in edges.tolist()})
     assert there == back
@@ -124,19 +124,20 @@ def test_a_cars_hull_is_closed_and_faces_outwards(name: str) -> None:
     assert 0.5 * np.prod(sizes) < volume(skin) < 0.9 * np.prod(sizes)
 
 
-@pytest.mark.parametrize("name", list(KINDS))
+@pytest.mark.parametrize("name", list(CARS))
 def test_a_car_keeps_to_its_footprint_and_is_alike_on_both_sides(name: str) -> None:
-    kind = KINDS[name]
+    kind = CARS[name]
     for facets, proud in ((hull(kind), 0.0), (trim(kind), 0.03)):
         raised = facets.points[facets.points[:, 2] > 0.02]
+        assert (np.array(CAR_SIZES[name]) <= np.ptp(raised[:, :2], axis=0) + 0.1).all()
         assert (np.abs(raised[:, :2]).max(axis=0) <= np.array(CAR_SIZES[name]) / 2 + proud + 1e-9).all()
         mirrored = {tuple(p) for p in (raised * [1, -1, 1]).round(6).tolist()}
         assert mirrored == {tuple(p) for p in raised.round(6).tolist()}
 
 
-@pytest.mark.parametrize("name", list(KINDS))
+@pytest.mark.parametrize("name", list(CARS))
 def test_glass_and_lamps_look_out_of_the_hull(name: str) -> None:
-    facets = trim(KINDS[name])
+    facets = trim(CARS[name])
     a, b, c = np.swapaxes(facets.points[facets.triangles], 0, 1)
     middle, normal = (a + b + c) / 3, np.cross(b - a, c - a)
     high = middle[:, 2] > 0.75  # above the wheels
@@ -147,7 +148,7 @@ def test_glass_and_lamps_look_out_of_the_hull(name: str) -> None:
 def test_a_laser_sees_a_car_where_its_hull_is(angle: float, half: str) -> None:
     at = -8.0 * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
     name, distance = beam((*at, 0.35), angle)
-    extent = KINDS["saloon"].length / 2 if half == "length" else KINDS["saloon"].half_width
+    extent = CARS["saloon"].length / 2 if half == "length" else CARS["saloon"].half_width
     assert name == "car_c1"
     assert 8.0 - extent - 1e-6 <= distance <= 8.0 - extent + 0.08
 

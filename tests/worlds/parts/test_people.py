@@ -5,6 +5,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from tests.worlds.conftest import SMALL
 from worlds.build import build
 from worlds.errors import PlanError
 from worlds.footprints import PERSON_RADIUS
@@ -25,8 +26,6 @@ TWO = """person = [
 
 @pytest.fixture(scope="module")
 def plan() -> FloorPlan:
-    from tests.worlds.conftest import SMALL
-
     return parse_plan(SMALL.format(top=TWO, end=""))
 
 
@@ -132,7 +131,7 @@ def test_people_are_as_tall_as_they_are_said_to_be_and_stay_within_their_radius(
 
 
 def test_the_tallest_keep_within_their_radius_to_the_sides_of_their_way(model: mujoco.MjModel, plan: FloorPlan) -> None:
-    widest = max(np.abs(skin(part, 1.9).vertices[:, 1] + part.pivot[0] * 1.9 / 1.74).max() for part in PARTS)
+    widest = max(np.abs(skin(part, 1.9).points[:, 1] + part.pivot[0] * 1.9 / 1.74).max() for part in PARTS)
     assert widest < PERSON_RADIUS
     for time in np.linspace(0.0, Walk.of(plan.person[1]).period, 60):
         data = at(model, plan, float(time))
@@ -156,11 +155,11 @@ def test_the_tallest_who_stand_keep_their_hands_and_feet_within_their_radius(sma
 def test_skins_are_closed_and_look_outwards() -> None:
     for part in PARTS:
         shape = skin(part, 1.74)
-        corners = shape.vertices[shape.faces]  # (m, 3, 3)
+        corners = shape.points[shape.triangles]  # (m, 3, 3)
         volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
         assert volume > 0.0
         facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        mean_normal = shape.normals[shape.faces].mean(axis=1)
+        mean_normal = shape.normals[shape.triangles].mean(axis=1)
         large = np.linalg.norm(facing, axis=1) > 1e-4
         assert (np.einsum("ij,ij->i", facing, mean_normal)[large] > 0.0).mean() > 0.98
         np.testing.assert_allclose(np.linalg.norm(shape.normals, axis=1), 1.0)
@@ -171,7 +170,7 @@ def test_skins_are_closed_and_look_outwards() -> None:
 def skin_volume(name: str) -> float:
     part = next(p for p in PARTS if p.name == name)
     shape = skin(part, 1.74)
-    a, b, c = np.moveaxis(shape.vertices[shape.faces], 1, 0)
+    a, b, c = np.moveaxis(shape.points[shape.triangles], 1, 0)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
