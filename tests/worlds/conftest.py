@@ -1,5 +1,6 @@
 from collections.abc import Callable
 
+import mujoco
 import pytest
 
 from worlds.build import World, build
@@ -102,3 +103,8 @@ def small() -> Callable[..., str]:
 @pytest.fixture(scope="session")
 def hallway() -> World:
     return build(load_plan("hallway"), light_named("18:00"), seed=0)
+
+
+@pytest.fixture(scope="session")
+def hallway_model(hallway: World) -> mujoco.MjModel:
+    return hallway.spec.compile()

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from tests.worlds.conftest import SMALL, corner
 from worlds.build import World, build
 from worlds.frame import quaternion
 from worlds.light import light_named
@@ -26,8 +27,6 @@ def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[fl
 
 @pytest.fixture(scope="module")
 def corridor() -> World:
-    from tests.worlds.conftest import SMALL
-
     return build(parse_plan(SMALL.format(top="", end="")), light_named("18:00"), seed=0)
 
 
@@ -51,8 +50,6 @@ def test_the_hallway_leaves_room_for_a_wandering_robot(hallway: World) -> None:
 
 
 def test_around_a_corner_both_corridors_are_free_and_no_wider() -> None:
-    from tests.worlds.conftest import corner
-
     spec = build(parse_plan(corner()), light_named("18:00"), seed=0).spec
     assert touched(spec, (3, 0, 1.4), (2.99, 0.99, 1.39)) == set()
     assert touched(spec, (5, 2, 1.4), (0.99, 2.99, 1.39)) == set()
@@ -101,8 +98,8 @@ def test_everything_in_the_plan_is_built_under_its_name(hallway: World) -> None:
     assert expected <= names
 
 
-def test_what_is_only_seen_has_no_mass_and_touches_nothing(hallway: World) -> None:
-    model = hallway.spec.compile()
+def test_what_is_only_seen_touches_nothing(hallway_model: mujoco.MjModel) -> None:
+    model = hallway_model
     seen = np.isin(model.geom_group, (SEEN, GLASS))
     assert set(model.geom_group) == {SOLID, SEEN, TOUCHED, GLASS}
     assert not model.geom_contype[seen].any()
@@ -110,20 +107,18 @@ def test_what_is_only_seen_has_no_mass_and_touches_nothing(hallway: World) -> No
     assert model.geom_contype[~seen].all()
 
 
-def test_solid_things_tell_the_laser_their_remission(hallway: World) -> None:
-    model, materials = hallway.spec.compile(), hallway.plan.material
+def test_solid_things_tell_the_laser_their_remission(hallway: World, hallway_model: mujoco.MjModel) -> None:
+    model, materials = hallway_model, hallway.plan.material
     found = {name: model.geom(name).user[0] for name in ("wall_left_0", "door_d01_leaf", "cabinet_c01")}
     wanted = {"wall_left_0": "plaster", "door_d01_leaf": "door", "cabinet_c01": "metal"}
     assert found == {name: materials[material].echo for name, material in wanted.items()}
 
 
-def test_memory_stays_modest(hallway: World) -> None:
-    assert hallway.spec.compile().ntexdata < 200e6
+def test_memory_stays_modest(hallway_model: mujoco.MjModel) -> None:
+    assert hallway_model.ntexdata < 200e6
 
 
 def test_a_wide_floor_takes_no_larger_picture_than_a_long_one() -> None:
-    from tests.worlds.conftest import corner
-
     for text in (corner(length=60.0), corner(depth=60.0)):
         texture = compiled(text, seed=0).texture("floor")
         assert max(texture.height[0], texture.width[0]) == 40 * 48  # 40 tiles, then they repeat

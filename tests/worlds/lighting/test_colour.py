@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from worlds.lighting.colour import camera_weight, eye
+from worlds.lighting.colour import black_body, camera_weight, eye
 
 PEAK = 683.0
 """Luminous efficacy at 555 nm [lm/W], the definition of the lumen."""
@@ -52,8 +52,6 @@ def test_eye_is_the_standard_observers(wavelength: float, standard: float) -> No
 def test_sunlit_lumen_has_the_energy_that_textbooks_give() -> None:
     # A black body of 5778 K gives about 93 lm/W (all wavelengths).
     visible = np.arange(360.0, 831.0)
-    from worlds.lighting.colour import black_body
-
     every = np.arange(100.0, 1e5, 5.0)
     total = np.trapezoid(black_body(every, 5778.0), every)
     assert PEAK * np.trapezoid(eye(visible) * black_body(visible, 5778.0), visible) / total == pytest.approx(

@@ -44,6 +44,16 @@ def test_daylight_is_of_the_size_that_is_measured() -> None:
     assert daylight(TABLE_PLACE, SUMMER, 13.5, cloud=1.0).direct == 0.0
 
 
+def test_direct_sun_fades_with_the_air_that_it_passes() -> None:
+    # Beer and Lambert: ln E falls by the optical depth of one air mass times 1 / sin(elevation).
+    hours = np.arange(8.0, 13.0)
+    lights = [daylight(TABLE_PLACE, SUMMER, hour) for hour in hours]
+    air = np.array([1.0 / np.sin(light.elevation) for light in lights])
+    depth, above_air = np.polyfit(air, np.log([light.direct for light in lights]), 1)
+    assert depth == pytest.approx(-0.21)
+    assert np.exp(above_air) == pytest.approx(127_500, rel=0.035)  # the Earth's distance changes through the year
+
+
 def test_daylight_only_falls_through_dusk_into_the_night() -> None:
     hours = np.arange(13.5, 24.0, 0.25)
     ground = np.array([daylight(TABLE_PLACE, AUTUMN, h).ground for h in hours])
