@@ -60,6 +60,29 @@ plaster = { albedo = 0.7, roughness = 0.9 }
 """
 
 
+OPEN = """
+name = "open"
+[place]
+latitude = 40.63
+longitude = -8.66
+timezone = "Europe/Lisbon"
+date = 2008-03-20
+x_azimuth = 70
+[floor]
+material = "asphalt"
+pattern = "asphalt"
+area = [[-20, -15], [20, 15]]
+[material]
+asphalt = { albedo = 0.12, roughness = 1.0 }
+paint = { albedo = 0.4, roughness = 1.0 }
+"""
+
+
+def in_the_open(things: str = "", y: float = 0.0) -> str:
+    """Return the text of ground 40 x 30 m around the origin with ``things`` and a route along x at ``y``."""
+    return f"{OPEN}{things}\n[routes]\nforward = [[-10, {y}], [10, {y}]]\n"
+
+
 def corner(x: float = 0.0, length: float = 6.0, depth: float = 5.0) -> str:
     """Return the text of two corridors 2 m wide, along y = 0 from ``x`` on for ``length``, and up to y = ``depth``."""
     right, left = x + length, x + length - 2

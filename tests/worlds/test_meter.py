@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.worlds.conftest import SMALL, box
+from tests.worlds.conftest import SMALL, box, in_the_open
 from worlds.errors import WorldsError
 from worlds.light import light_named
 from worlds.lighting.daylight import sun_direction
@@ -123,13 +123,8 @@ def test_a_card_must_face_somewhere(day: Meter) -> None:
 # --- in the open ---
 
 
-OPEN = box(6, 5).replace('[ceiling]\nheight = 2.8\nmaterial = "plaster"\n', "")
-OPEN = OPEN[: OPEN.index("[[wall]]")] + OPEN[OPEN.index("[routes]") :]
-OPEN = OPEN.replace("[floor]\n", "[floor]\narea = [[-50, -50], [50, 50]]\n")
-
-
 def test_level_ground_in_the_open_gets_sun_and_sky() -> None:
-    plan = parse_plan(OPEN)
+    plan = parse_plan(in_the_open())
     outdoors = photometry(plan, DAY).outdoors
     up, down = (illuminance(plan, DAY, (0, 0, 0.5), normal) for normal in (UP, DOWN))
     assert up.total == pytest.approx(outdoors.ground)
@@ -140,9 +135,7 @@ def test_level_ground_in_the_open_gets_sun_and_sky() -> None:
 
 
 def test_under_a_street_lamp_its_light_follows_the_inverse_square() -> None:
-    meter = Meter(
-        parse_plan(OPEN.replace("[routes]", '[[post]]\nname = "p"\nat = [0, 0]\n[routes]')), light_named("23:00")
-    )
+    meter = Meter(parse_plan(in_the_open('[[post]]\nname = "p"\nat = [0, 0]')), light_named("23:00"))
     places = np.array([[x, 0.0, z] for x in np.arange(-3, 3, 0.05) for z in (0.0, 2.0)])
     low, high = (max(meter.read(p).lamps for p in places[k::2]) for k in (0, 1))
     assert high / low == pytest.approx((5.0 / 3.0) ** 2, rel=0.05)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from sim.render import open_renderer, prepare_spec
+from tests.worlds.conftest import in_the_open
 from worlds.build import World, build
 from worlds.light import light_named
 from worlds.lighting.colour import camera_weight
@@ -18,19 +19,6 @@ from worlds.plan import parse_plan
 from worlds.schema import FloorPlan
 
 YARD = """
-name = "yard"
-[place]
-latitude = 40.63
-longitude = -8.66
-timezone = "Europe/Lisbon"
-date = 2008-03-20
-x_azimuth = 70
-[floor]
-material = "asphalt"
-pattern = "asphalt"
-area = [[-20, -15], [20, 15]]
-[material]
-asphalt = { albedo = 0.12, roughness = 1.0 }
 [[wall]]
 name = "north"
 start = [-20, 15]
@@ -44,8 +32,6 @@ at = [-15, -10]
 height = 5.0
 lumen = 6000
 kelvin = 2700
-[routes]
-forward = [[-10, 0], [10, 0]]
 """
 CARD = 3.0
 """Height of the cards [m]."""
@@ -55,7 +41,7 @@ POLE, UP = 2.0, (0, 0, 1)
 
 @cache
 def yard() -> FloorPlan:
-    return parse_plan(YARD)
+    return parse_plan(in_the_open(YARD))
 
 
 @cache

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.worlds.conftest import in_the_open
 from worlds.build import build
 from worlds.errors import PlanError
 from worlds.footprints import CAR_SIZES
@@ -20,20 +21,6 @@ from worlds.plan import parse_plan
 from worlds.schema import Tree
 
 LOT = """
-name = "lot"
-[place]
-latitude = 40.63
-longitude = -8.66
-timezone = "Europe/Lisbon"
-date = 2008-03-20
-x_azimuth = 70
-[floor]
-material = "asphalt"
-pattern = "asphalt"
-area = [[-20, -15], [20, 15]]
-[material]
-asphalt = { albedo = 0.12, roughness = 1.0 }
-paint = { albedo = 0.4, roughness = 1.0 }
 [[wall]]
 name = "house"
 start = [-20, 15]
@@ -75,15 +62,13 @@ name = "m1"
 points = [[-5, 5], [-5, 9], [-5, 5], [0, 5]]
 width = 0.1
 material = "paint"
-[routes]
-forward = [[-10, -10], [10, -10]]
 """
 LASER_GROUPS = np.array([1, 0, 0, 1, 0, 0], np.uint8)
 
 
 @cache
 def lot() -> tuple[mujoco.MjModel, mujoco.MjData]:
-    model = build(parse_plan(LOT), light_named("13:00"), seed=0).spec.compile()
+    model = build(parse_plan(in_the_open(LOT, y=-10)), light_named("13:00"), seed=0).spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     return model, data
@@ -236,6 +221,6 @@ def test_what_is_only_touched_is_never_seen() -> None:
 def test_a_window_above_one_of_another_width_is_told() -> None:
     wider = LOT.replace("at = 10\nsill = 4.0", "at = 10\nwidth = 3.0\nsill = 4.0")
     with pytest.raises(PlanError) as caught:
-        parse_plan(wider)
+        parse_plan(in_the_open(wider, y=-10))
     said = "plan.toml: window[1].at: 10: 'upper' overlaps 'lower', which takes 9 to 11 m of wall 'house'"
     assert str(caught.value) == said
