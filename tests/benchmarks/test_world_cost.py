@@ -90,6 +90,10 @@ def test_a_view_costs_little_more_than_its_frames(
     spent = {part: 1e3 * watch.spent[part] / (2 * len(places)) for part in ("frames", "view")}
     frame = spent["frames"] / len(bench.robot.cameras)
     whole = (spent["frames"] + spent["view"]) / spent["frames"]
-    print(f"\n{name:12s} {light:12s} {kind.value:8s} {frame[0]:5.0f} {frame[1]:5.0f} {spent['view'][0]:5.0f}", end="")
-    print(f" {spent['view'][1]:5.0f} {whole[0]:6.2f} {whole[1]:6.2f}", end="")
+    print(
+        f"\n{name:12s} {light:12s} {kind.value:8s} [ms of clock, processor] a frame {frame[0]:.0f} {frame[1]:.0f}, ",
+        end="",
+    )
+    rest = "rest of a view {:.0f} {:.0f}".format(*spent["view"])
+    print(f"{rest}; view over frames {whole[0]:.2f} {whole[1]:.2f}", end="")
     assert whole[1] < (1.2 if kind is RendererKind.FILAMENT else 3.0)
