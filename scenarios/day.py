@@ -13,6 +13,7 @@ from rich.table import Table
 from refseq.features.sift import Keys, SiftSettings, SiftWords
 from scenarios.record import Drive
 from scenarios.stills import Still, stills
+from scenarios.worlds import lux_text
 from worlds.light import LightSetting
 from worlds.meter import Meter
 from worlds.plan import load_plan
@@ -101,18 +102,19 @@ def day_table(found: Sequence[Recall]) -> Table:
     """Shares [%] by hour, a column for each place and camera; the light [lx] in a column for each place."""
     places, cameras = (list(dict.fromkeys(getattr(r, key) for r in found)) for key in ("along", "camera"))
     cells = {(r.hour, r.along, r.camera): r for r in found}
-    table = Table(box=SIMPLE, pad_edge=False)
+    # Three places of two cameras fit a terminal of 80 characters only with narrow gaps.
+    table = Table(box=SIMPLE, padding=0)
     table.add_column("hour")
     for place in places:
         for camera in cameras:
             keys = cells[found[0].hour, place, camera].keys
-            table.add_column(f"{place:g} m {camera}, % of {keys}", justify="right")
+            table.add_column(f"{place:g} m\n{camera}\n% of {keys}", justify="right")
         table.add_column("lx", justify="right")
     for hour in dict.fromkeys(r.hour for r in found):
         row = []
         for place in places:
             row += [f"{100 * cells[hour, place, camera].share:.0f}" for camera in cameras]
-            row.append(f"{cells[hour, place, cameras[0]].lux:.3g}")
+            row.append(lux_text(cells[hour, place, cameras[0]].lux))
         table.add_row(_clock(hour), *row)
     return table
 

@@ -34,8 +34,8 @@ def library_table() -> Table:
     table = Table(box=SIMPLE, pad_edge=False)
     table.add_column("world", no_wrap=True)
     table.add_column("what", min_width=20)
-    table.add_column("size [m]", no_wrap=True)
-    table.add_column("routes [m]", min_width=14)
+    table.add_column(Text("size [m]"), no_wrap=True)
+    table.add_column(Text("routes [m]"), min_width=14)
     table.add_column("things", justify="right", no_wrap=True)
     for name in names():
         plan = load_plan(name)
@@ -183,10 +183,15 @@ def _triple(what: str, text: str, valid: str) -> tuple[float, float, float]:
 def lux_table(readings: Sequence[tuple[str, Reading]]) -> Table:
     """Illuminance by point and by where it comes from [lx]."""
     table = Table(box=SIMPLE, pad_edge=False)
-    table.add_column("at [m]")
+    table.add_column(Text("at [m]"))
     for column in ("sun [lx]", "sky", "lamps", "reflected", "total"):
-        table.add_column(column, justify="right")
+        table.add_column(Text(column), justify="right")
     for at, reading in readings:
         parts = (reading.sun, reading.sky, reading.lamps, reading.indirect, reading.total)
-        table.add_row(at, *(f"{part:.0f}" if part >= 10 else f"{part:.2g}" for part in parts))
+        table.add_row(at, *map(lux_text, parts))
     return table
+
+
+def lux_text(lux: float) -> str:
+    """An illuminance in full, to two digits where it is faint [lx]."""
+    return f"{lux:.0f}" if lux >= 10 else f"{lux:.2g}"

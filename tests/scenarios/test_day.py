@@ -1,8 +1,10 @@
+import io
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from rich.console import Console
 
 from refseq.features.sift import Keys, SiftSettings, SiftWords
 from scenarios.day import SAME_PLACE, Day, Recall, day_curve, day_table, found_again, through_the_day
@@ -62,12 +64,25 @@ def test_the_table_has_a_row_for_each_hour() -> None:
     table = day_table(FOUND)
     assert [str(cell) for cell in table.columns[0].cells] == ["08:00", "09:30"]
     assert [str(column.header) for column in table.columns[1:4]] == [
-        "10 m camera-1, % of 50",
-        "10 m camera-2, % of 50",
+        "10 m\ncamera-1\n% of 50",
+        "10 m\ncamera-2\n% of 50",
         "lx",
     ]
     assert [str(cell) for cell in table.columns[1].cells] == ["58", "60"]
     assert [str(cell) for cell in table.columns[3].cells] == ["800", "950"]
+
+
+def test_three_places_of_two_cameras_fit_a_terminal() -> None:
+    found = [
+        Recall(15.0, along, camera, 200, 0.9, 46_400.0)
+        for along in (24.0, 48.0, 72.0)
+        for camera in ("camera-1", "camera-2")
+    ]
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(day_table(found))
+    text = console.export_text()
+    assert "…" not in text
+    assert text.split()[-9:] == ["90", "90", "46400"] * 3
 
 
 def test_the_curve_has_a_panel_for_each_camera_and_one_for_the_light() -> None:

@@ -137,6 +137,8 @@ def test_lux_is_what_the_meter_reads_there(refseq: Refseq) -> None:
     assert answer.out.startswith("small at 21:00, the sun is ")
     plan = parse_plan(SMALL.format(top="", end=""))
     reading = illuminance(plan, light_named("21:00,lamps=on"), (4, 0, 1), (0, 1, 0))
+    assert "at [m]" in answer.out
+    assert "sun [lx]" in answer.out
     row = next(line.split() for line in answer.out.splitlines() if line.split()[:1] == ["4,0,1"])
     assert float(row[-1]) == pytest.approx(reading.total, rel=0.05, abs=0.05)
     assert any(line.split()[:1] == ["2,0.5,0"] for line in answer.out.splitlines())
