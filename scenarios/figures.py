@@ -60,7 +60,7 @@ def figures_table(title: str, found: Sequence[Figures]) -> Table:
         "error [m]\nmed./p95",
         "ms a\nview",
     ):
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(Text(heading), justify="right", no_wrap=True)
     for one in found:
         table.add_row(one.method, *_cells(one))
     return table
@@ -103,7 +103,7 @@ def lost_table(title: str, found: Sequence[Figures]) -> Table | None:
         "way to recover [m]\nmedian (never)",
         "way to first fix [m]\nmedian (never)",
     ):
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(Text(heading), justify="right", no_wrap=True)
     for one in found:
         wide, off_map = one.wide, int(one.wide.off_map.sum())
         table.add_row(
