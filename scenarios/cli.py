@@ -50,7 +50,9 @@ class RendererChoice(StrEnum):
     NONE = "none"
 
 
-World = Annotated[str, typer.Argument(help="A world of the library, or a floor plan: a path ending in .toml.")]
+World = Annotated[
+    str, typer.Argument(help="A world of the library, corridor:SEED, or a floor plan: a path ending in .toml.")
+]
 Light = Annotated[
     str,
     typer.Option(

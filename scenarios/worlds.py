@@ -18,8 +18,8 @@ from worlds.check import RobotBox, geom_boxes
 from worlds.light import PRESETS, LightSetting, light_named
 from worlds.lighting.daylight import sun_position
 from worlds.meter import Reading
-from worlds.plan import LINES, ON_WALL, STANDING, load_plan, names, valid_areas
-from worlds.schema import FloorPlan, Point
+from worlds.plan import load_plan, names, valid_areas
+from worlds.schema import LINES, ON_WALL, STANDING, FloorPlan, Point
 
 FACINGS: Mapping[str, tuple[float, float, float]] = {"up": (0.0, 0.0, 1.0), "down": (0.0, 0.0, -1.0)}
 THINGS = (*ON_WALL, *STANDING, *LINES)

@@ -12,9 +12,9 @@ from worlds.lighting.colour import camera_weight
 from worlds.lighting.daylight import sun_direction
 from worlds.lighting.lights import add_image_light, add_spot, add_sun
 from worlds.lighting.open_air import illuminate_open_air
+from worlds.lighting.outlook import SKY_BY_DAY, SKY_BY_NIGHT, outside
 from worlds.lighting.photometry import CUTOFF, LAMP_DEPTH, NIGHT_PEAK, REACH, Photometry, Spot, spots, transmission
 from worlds.parts.site import Site
-from worlds.parts.textures import SKY_BY_DAY, SKY_BY_NIGHT, outside
 from worlds.schema import FloorPlan, Material, Wall
 
 EXPOSED = 1.2 * 16.0**2 * 125.0

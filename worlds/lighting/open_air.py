@@ -20,7 +20,7 @@ from worlds.parts import scenery
 from worlds.parts.facets import grid, show
 from worlds.parts.outdoors import ARM, HEAD
 from worlds.parts.site import Site
-from worlds.parts.textures import encode
+from worlds.parts.tones import encode
 from worlds.schema import FloorPlan, Material, Post, Window
 
 DOME = 230.0

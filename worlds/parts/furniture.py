@@ -15,8 +15,8 @@ from worlds.frame import Frame
 from worlds.parts import textures, things
 from worlds.parts.shell import PROUD
 from worlds.parts.site import Site
-from worlds.parts.textures import Image
 from worlds.parts.things import TONES, Maker, Thing
+from worlds.parts.tones import Image
 from worlds.schema import FloorPlan, Furniture, Material
 
 Draw = Callable[[tuple[float, float], float, Generator], Image]

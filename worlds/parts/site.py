@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from worlds.arrays import Block, Floats, Span
 from worlds.frame import Frame
-from worlds.parts.textures import Image, srgb
+from worlds.parts.tones import Image, srgb
 from worlds.schema import Material
 
 SOLID, SEEN, TOUCHED, GLASS = 0, 2, 3, 4

@@ -9,7 +9,7 @@ from worlds.frame import quaternion
 from worlds.light import light_named
 from worlds.lighting.photometry import transmission, window_luminance
 from worlds.meter import Meter
-from worlds.parts.textures import srgb
+from worlds.parts.tones import srgb
 from worlds.plan import load_plan
 
 PLAN = load_plan("hallway")

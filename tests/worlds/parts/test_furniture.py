@@ -15,7 +15,7 @@ from worlds.build import build
 from worlds.errors import PlanError
 from worlds.frame import Frame
 from worlds.light import light_named
-from worlds.parts import textures, things
+from worlds.parts import prints, textures, things, tones
 from worlds.parts.furniture import BENCH_THINGS, LIGHT_THINGS, SHELF_THINGS, TABLE_THINGS, furnish
 from worlds.parts.site import SEEN, SOLID, TOUCHED, Site
 from worlds.plan import parse_plan
@@ -244,15 +244,15 @@ def test_things_in_a_row_stand_side_by_side_within_the_room(
 
 
 @pytest.mark.parametrize("draw", [textures.carpet, textures.parquet])
-def test_a_floor_has_the_albedo_of_its_material(draw: Callable[..., textures.Image]) -> None:
+def test_a_floor_has_the_albedo_of_its_material(draw: Callable[..., tones.Image]) -> None:
     image = draw((8, 6), 0.3, np.random.default_rng(0))
     assert image.shape == (6 * 48, 8 * 48)
-    assert textures.linear(image).mean() == pytest.approx(0.3, rel=0.08)
+    assert tones.linear(image).mean() == pytest.approx(0.3, rel=0.08)
 
 
 @pytest.mark.parametrize("draw", [textures.carpet, textures.parquet])
-def test_neighbouring_squares_of_a_floor_run_across_each_other(draw: Callable[..., textures.Image]) -> None:
-    field = textures.linear(draw((8, 6), 0.3, np.random.default_rng(0)))
+def test_neighbouring_squares_of_a_floor_run_across_each_other(draw: Callable[..., tones.Image]) -> None:
+    field = tones.linear(draw((8, 6), 0.3, np.random.default_rng(0)))
     for row in range(6):
         for column in range(8):
             square = field[row * 48 + 3 : row * 48 + 46, column * 48 + 3 : column * 48 + 46]
@@ -262,8 +262,8 @@ def test_neighbouring_squares_of_a_floor_run_across_each_other(draw: Callable[..
 
 def test_a_whiteboard_is_mostly_white_with_some_writing() -> None:
     for seed in range(3):
-        image = textures.whiteboard((1.5, 1.0), np.random.default_rng(seed))
-        assert np.median(image) > textures.tone(0.7)
+        image = prints.whiteboard((1.5, 1.0), np.random.default_rng(seed))
+        assert np.median(image) > tones.tone(0.7)
         assert len(cv2.SIFT_create().detect(image, None)) > 50
 
 

@@ -16,7 +16,7 @@ from worlds.parts.cars import CARS, hull, trim
 from worlds.parts.facets import Facets
 from worlds.parts.scenery import shade_under
 from worlds.parts.site import SEEN, SOLID, TOUCHED
-from worlds.parts.textures import linear
+from worlds.parts.tones import linear
 from worlds.plan import parse_plan
 from worlds.schema import Tree
 
