@@ -9,6 +9,7 @@ import sys
 import time
 import zipfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -415,11 +416,17 @@ def driving(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     script = "import sys; from scenarios.cli import main; sys.argv[0] = 'refseq'; main()"
     words = ["record", "long.toml", *LASER_ONLY, "--every", "0.2", "-o", "long.mcap"]
     process = subprocess.Popen(
-        [sys.executable, "-c", script, *words], cwd=tmp_path, env=environment(), stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", script, *words],
+        cwd=tmp_path,
+        env=environment(),
+        stderr=subprocess.PIPE,
+        text=True,
+        # A shell lets what it runs in the background ignore Ctrl-C, and this suite may run there.
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
     )
-    partial, limit = tmp_path / "long.partial.mcap", time.monotonic() + 60
+    written, limit = tmp_path / "long.partial.mcap", time.monotonic() + 60
     while time.monotonic() < limit and process.poll() is None:
-        if partial.exists() and partial.stat().st_size > 30_000:
+        if written.exists() and written.stat().st_size > 30_000:
             break
         time.sleep(0.02)
     yield process
