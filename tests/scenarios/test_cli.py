@@ -8,18 +8,17 @@ import subprocess
 import sys
 import time
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from refseq.logs import read_recording
-from scenarios import cli
 from sim.bench import Bench
+from tests.scenarios.conftest import Refseq
 from tests.worlds.conftest import SMALL
 
 DOOR = """
@@ -32,35 +31,6 @@ material = "door"
 """
 COMMANDS = ("record", "learn", "localise", "matrix", "ablation", "report", "view", "demo", "doctor")
 LASER_ONLY = ("--renderer", "none")
-
-
-class Answer(NamedTuple):
-    """What a command left: its exit code and what it said."""
-
-    code: int
-    out: str
-    err: str
-
-
-Refseq = Callable[..., Answer]
-
-
-@pytest.fixture
-def refseq(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Refseq:
-    """Run a command as its script does, in this process."""
-
-    def run(*words: str | Path) -> Answer:
-        capsys.readouterr()
-        monkeypatch.setattr(sys, "argv", ["refseq", *map(str, words)])
-        code = 0
-        try:
-            cli.main()
-        except SystemExit as left:
-            code = int(left.code or 0)
-        said = capsys.readouterr()
-        return Answer(code, said.out, said.err)
-
-    return run
 
 
 @pytest.fixture(scope="module")

@@ -1,18 +1,16 @@
 """The commands about worlds as a user meets them."""
 
 import re
-import sys
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from math import dist
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
 import robots
-from scenarios import cli
 from scenarios.worlds import robot_box, routes_text
+from tests.scenarios.conftest import Answer, Refseq
 from tests.worlds.conftest import SMALL
 from worlds.generate import corridor
 from worlds.light import light_named
@@ -31,46 +29,26 @@ material = "door"
 """
 
 
-class Answer(NamedTuple):
-    """What a command left: its exit code and what it said."""
-
-    code: int
-    out: str
-    err: str
-
-
-Refseq = Callable[[str], Answer]
+Worlds = Callable[[str], Answer]
 
 
 @pytest.fixture
-def refseq(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Refseq:
-    """Run a command as its script does, in an empty folder with three plans and a terminal of 80 characters."""
+def worlds(refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Worlds:
+    """Run a command about worlds, in an empty folder with three plans and a terminal of 80 characters."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
     (tmp_path / "small.toml").write_text(SMALL.format(top="", end=""))
     (tmp_path / "blocked.toml").write_text(SMALL.format(top="", end=CRATE))
     (tmp_path / "broken.toml").write_text(SMALL.format(top="colour = 1", end=""))
     (tmp_path / "folder").mkdir()
-
-    def run(words: str) -> Answer:
-        capsys.readouterr()
-        monkeypatch.setattr(sys, "argv", ["refseq", "worlds", *words.split()])
-        code = 0
-        try:
-            cli.main()
-        except SystemExit as left:
-            code = int(left.code or 0)
-        said = capsys.readouterr()
-        return Answer(code, said.out, said.err)
-
-    return run
+    return lambda words: refseq("worlds", *words.split())
 
 
 # --- what is right ---
 
 
-def test_list_names_every_world_and_the_one_from_a_seed(refseq: Refseq) -> None:
-    answer = refseq("list")
+def test_list_names_every_world_and_the_one_from_a_seed(worlds: Worlds) -> None:
+    answer = worlds("list")
     assert answer.code == 0
     for name in (*names(), "corridor:SEED"):
         assert re.search(rf"^ ?{re.escape(name)} ", answer.out, re.MULTILINE), name
@@ -83,8 +61,8 @@ def test_routes_along_one_line_are_told_once() -> None:
     assert routes_text(parse_plan(SMALL.format(top="", end=""))) == "forward 6"
 
 
-def test_show_tells_place_things_lamps_routes_and_the_sun(refseq: Refseq) -> None:
-    answer = refseq("show hallway")
+def test_show_tells_place_things_lamps_routes_and_the_sun(worlds: Worlds) -> None:
+    answer = worlds("show hallway")
     assert answer.code == 0
     for said in (
         "latitude 40.63°, longitude -8.66°; Europe/Lisbon, 2008-03-20",
@@ -99,14 +77,14 @@ def test_show_tells_place_things_lamps_routes_and_the_sun(refseq: Refseq) -> Non
     assert max(map(len, answer.out.splitlines())) <= 80
 
 
-def test_check_says_nothing_found_of_a_good_world(refseq: Refseq) -> None:
-    answer = refseq("check small.toml")
+def test_check_says_nothing_found_of_a_good_world(worlds: Worlds) -> None:
+    answer = worlds("check small.toml")
     assert (answer.code, answer.err) == (0, "")
     assert re.fullmatch(r"small\.toml: [\d.]+ s, \d+ MB, \d+ geoms, 3 solid: nothing found\n", answer.out)
 
 
-def test_check_names_what_is_in_the_way_and_leaves_with_1(refseq: Refseq) -> None:
-    answer = refseq("check small.toml blocked.toml")
+def test_check_names_what_is_in_the_way_and_leaves_with_1(worlds: Worlds) -> None:
+    answer = worlds("check small.toml blocked.toml")
     assert answer.code == 1
     assert "blocked.toml: " in answer.out
     lines = answer.err.splitlines()
@@ -124,15 +102,15 @@ def test_a_robot_s_room_is_that_of_its_facts() -> None:
 
 
 @pytest.mark.parametrize("suffix", ["svg", "png"])
-def test_draw_writes_a_drawing(suffix: str, refseq: Refseq, tmp_path: Path) -> None:
-    answer = refseq(f"draw small.toml --light 18:00 --route forward -o plan.{suffix}")
+def test_draw_writes_a_drawing(suffix: str, worlds: Worlds, tmp_path: Path) -> None:
+    answer = worlds(f"draw small.toml --light 18:00 --route forward -o plan.{suffix}")
     assert (answer.code, answer.out) == (0, f"plan.{suffix}\n")
     start = (tmp_path / f"plan.{suffix}").read_bytes()[:5]
     assert start in (b"<?xml", b"\x89PNG\r")
 
 
-def test_lux_is_what_the_meter_reads_there(refseq: Refseq) -> None:
-    answer = refseq("lux small.toml --at 4,0,1 --at 2,0.5,0 --facing 0,1,0 --light 21:00,lamps=on")
+def test_lux_is_what_the_meter_reads_there(worlds: Worlds) -> None:
+    answer = worlds("lux small.toml --at 4,0,1 --at 2,0.5,0 --facing 0,1,0 --light 21:00,lamps=on")
     assert answer.code == 0
     assert answer.out.startswith("small at 21:00, the sun is ")
     plan = parse_plan(SMALL.format(top="", end=""))
@@ -144,14 +122,14 @@ def test_lux_is_what_the_meter_reads_there(refseq: Refseq) -> None:
     assert any(line.split()[:1] == ["2,0.5,0"] for line in answer.out.splitlines())
 
 
-def test_lux_takes_an_hour(refseq: Refseq) -> None:
-    by_day, at_night = (refseq(f"lux corridor:6 --at 5,0,1 --hour {hour}") for hour in ("13:00", "23:00"))
+def test_lux_takes_an_hour(worlds: Worlds) -> None:
+    by_day, at_night = (worlds(f"lux corridor:6 --at 5,0,1 --hour {hour}") for hour in ("13:00", "23:00"))
     totals = [float(answer.out.split()[-1]) for answer in (by_day, at_night)]
     assert totals[0] > totals[1] > 0
 
 
-def test_generate_writes_the_corridor_of_that_seed(refseq: Refseq, tmp_path: Path) -> None:
-    answer = refseq("generate --seed 7 -o mine.toml")
+def test_generate_writes_the_corridor_of_that_seed(worlds: Worlds, tmp_path: Path) -> None:
+    answer = worlds("generate --seed 7 -o mine.toml")
     assert (answer.code, answer.out) == (0, f"mine.toml: {corridor(7).title}\n")
     assert load_plan(tmp_path / "mine.toml") == load_plan("corridor:7") == corridor(7)
     assert (tmp_path / "mine.toml").read_text().startswith("# Made by: refseq worlds generate --seed 7\n")
@@ -217,7 +195,7 @@ BAD_INPUT = [
 
 
 @pytest.fixture
-def untouched(refseq: Refseq, tmp_path: Path) -> Iterator[None]:
+def untouched(worlds: Worlds, tmp_path: Path) -> Iterator[None]:
     """The folder is afterwards as it was."""
     before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()}
     yield
@@ -226,8 +204,8 @@ def untouched(refseq: Refseq, tmp_path: Path) -> Iterator[None]:
 
 @pytest.mark.parametrize(("words", "said"), BAD_INPUT)
 @pytest.mark.usefixtures("untouched")
-def test_bad_input_is_one_line_and_leaves_with_2(words: str, said: str, refseq: Refseq) -> None:
-    answer = refseq(words)
+def test_bad_input_is_one_line_and_leaves_with_2(words: str, said: str, worlds: Worlds) -> None:
+    answer = worlds(words)
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith(f"error: {said}")
     assert answer.err.count("\n") == 1
@@ -244,7 +222,7 @@ def test_bad_input_is_one_line_and_leaves_with_2(words: str, said: str, refseq: 
     ],
 )
 @pytest.mark.usefixtures("untouched")
-def test_words_that_no_command_takes_leave_with_2(words: str, said: str, refseq: Refseq) -> None:
-    answer = refseq(words)
+def test_words_that_no_command_takes_leave_with_2(words: str, said: str, worlds: Worlds) -> None:
+    answer = worlds(words)
     assert answer.code == 2
     assert said in answer.err
