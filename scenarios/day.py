@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import cycle
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from rich.box import SIMPLE
 from rich.table import Table
 
@@ -25,7 +27,7 @@ METER_HEIGHT = 1.0
 OTHER_NOISE = 1000
 """Added to the drive's seed for the reference pictures, so that no two pictures share their noise."""
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
-"""Colours that colour-blind people can tell apart (Okabe and Ito)."""
+"""Colours that colour-blind people can tell apart (Okabe and Ito); further lines begin with the first again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,12 +138,13 @@ def day_curve(title: str, found: Sequence[Recall]) -> Figure:
             axes.set(ylim=(0, 100), ylabel="found again [%]")
         _lines(light, [r for r in found if r.camera == cameras[0]], "lux", 1)
         light.set(yscale="log", ylabel="light [lx]", xlabel="hour of the day [h]")
+        light.xaxis.set_major_locator(MaxNLocator(12, steps=[1, 2, 3, 6, 10], integer=True))
         panels[0].legend(title="along the route", ncols=3, loc="upper right")
     return figure
 
 
 def _lines(axes: Axes, found: Sequence[Recall], value: str, scale: float) -> None:
-    for colour, place in zip(COLOURS, dict.fromkeys(r.along for r in found), strict=False):
+    for place, colour in zip(dict.fromkeys(r.along for r in found), cycle(COLOURS), strict=False):
         here = [r for r in found if r.along == place]
         values = [scale * getattr(r, value) for r in here]
         axes.plot([r.hour for r in here], values, color=colour, marker=".", label=f"{place:g} m")
