@@ -1,7 +1,7 @@
 """Motion in SI units, free of any platform, and the kinematics that turn it into wheel speeds (card R3)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from robots.errors import RobotsError
 
@@ -21,6 +21,54 @@ class Twist:
             raise RobotsError(
                 f"twist ({self.linear} m/s, {self.angular} rad/s) cannot be driven: both values must be finite"
             )
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A pose in the plane: ``x``, ``y`` [m] and ``heading`` [rad], counter-clockwise from the x axis, not wrapped."""
+
+    x: float = 0.0
+    y: float = 0.0
+    heading: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How fast a robot is let: ``speed`` [m/s], ``turn_rate`` [rad/s], and how fast they change [m/s², rad/s²].
+
+    Raises ``RobotsError`` for values that are not positive.
+    """
+
+    speed: float
+    turn_rate: float
+    acceleration: float
+    angular_acceleration: float
+
+    def __post_init__(self) -> None:
+        _check_positive(self, "limits")
+
+    def limited(self, twist: Twist) -> Twist:
+        """Return ``twist``, or where it is too fast, a slower one along the same arc."""
+        scale = max(1.0, abs(twist.linear) / self.speed, abs(twist.angular) / self.turn_rate)
+        return Twist(twist.linear / scale, twist.angular / scale)
+
+    def approached(self, now: Twist, wanted: Twist, elapsed: float) -> Twist:
+        """Return what ``now`` may have become after ``elapsed`` [s], on its way to ``wanted``."""
+        return Twist(
+            _towards(now.linear, wanted.linear, self.acceleration * elapsed),
+            _towards(now.angular, wanted.angular, self.angular_acceleration * elapsed),
+        )
+
+
+def _towards(value: float, target: float, most: float) -> float:
+    return value + min(max(target - value, -most), most)
+
+
+def _check_positive(given: object, what: str) -> None:
+    for item in fields(given):  # type: ignore[arg-type]
+        value = getattr(given, item.name)
+        if not (math.isfinite(value) and value > 0):
+            raise RobotsError(f"{what}: {item.name} = {value} must be positive and finite")
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +93,7 @@ class DifferentialDrive:
     max_wheel_speed: float
 
     def __post_init__(self) -> None:
-        for key in ("track", "wheel_radius", "max_wheel_speed"):
-            value = getattr(self, key)
-            if not (math.isfinite(value) and value > 0):
-                raise RobotsError(f"{key} = {value} is no differential drive: it must be positive and finite")
+        _check_positive(self, "differential drive")
 
     def wheel_speeds(self, twist: Twist) -> WheelSpeeds:
         """Return wheel speeds for ``twist``; one that is too fast is slowed with its curvature kept."""

@@ -1,7 +1,7 @@
 """World and robot as one simulation: clock, stepping, sensors, odometry."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -9,19 +9,24 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose, View, motion_between
-from robots import Robot, Twist
+from refseq.view import Pose, Scan, View, motion_between
+from robots import ControlLayer, Robot, RobotState, Signals, Twist
+from robots.odometry import CalibrationErrors, believed_geometry
 from sim.camera import Camera, CameraModel
 from sim.errors import SimError
+from sim.hardware import Hardware
+from sim.inertial import InertialModel
 from sim.laser import Laser, LaserModel
 from sim.motion_blur import MocapPoses, paths, smeared, tell_velocities
-from sim.odometry import CalibrationErrors, Encoders, Odometry, Pulses, believed_geometry
 from sim.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
+from sim.sonar import SonarModel
 from worlds.build import World
 from worlds.parts.people import Crowd
 
 CONTROL_PERIOD = 0.04
-"""Time between two commands to the wheels [s]; a choice, well above the rate of a person's hand."""
+"""Time between two commands to the Control layer [s]; a choice, well above the rate of a person's hand."""
+SCAN_PERIOD = 0.2
+"""Time between two scans while somebody steers by the laser [s]: 5.2 a second come over its serial line (facts)."""
 ADAPTATION = 0.5
 """How long before a view the cameras' exposure control has been looking at what the view shows [s]; a choice.
 
@@ -44,6 +49,8 @@ class BenchSettings:
     cameras: tuple[str, ...] | None = None
     camera_models: Mapping[str, CameraModel] = field(default_factory=dict)
     laser: LaserModel = field(default_factory=LaserModel)
+    sonar: SonarModel = field(default_factory=SonarModel)
+    inertial: InertialModel = field(default_factory=InertialModel)
     calibration: CalibrationErrors = field(default_factory=CalibrationErrors)
     unit: int = 1
 
@@ -72,12 +79,11 @@ class Bench(Closing):
         self._prefix = f"{robot.name}/"
         self.model = self._compile()
         self.data = mujoco.MjData(self.model)
-        self._wheels = [self.data.joint(self._prefix + name) for name in robot.wheel_joints]
-        self._motors = [self.data.actuator(self._prefix + name) for name in robot.wheel_actuators]
         self._crowd = Crowd(self.model, world.plan)
         self._stand_at(_start_of(self.route))
 
-        laser_seed, *camera_seeds = np.random.SeedSequence(seed).spawn(1 + len(robot.cameras))
+        seeds = np.random.SeedSequence(seed).spawn(3 + len(robot.cameras))
+        laser_seed, *camera_seeds, sonar_seed, inertial_seed = seeds
         self._laser = Laser(self.settings.laser, np.random.default_rng(laser_seed))
         self._cameras = {
             name: Camera(self.settings.camera_models[name], np.random.default_rng(camera_seed))
@@ -86,12 +92,18 @@ class Bench(Closing):
             if name in self.settings.cameras
         }
         geometry = believed_geometry(robot.drive, self.settings.calibration, np.random.default_rng(self.settings.unit))
-        self._encoders = Encoders(robot.pulses_per_turn)
-        self._odometry = Odometry(geometry, self._encoders, self._pulses())
+        self.control: ControlLayer = robot.control(geometry)
+        self.tamper: Callable[[Signals], Signals] = _untouched
+        """What happens to the signals on their way to the electronics: faults are put in here."""
+        sonars = self.settings.sonar, np.random.default_rng(sonar_seed)
+        inertial = self.settings.inertial, np.random.default_rng(inertial_seed)
+        self._hardware = Hardware(self.model, self.data, robot, self._prefix, sonars, inertial)
+        self._scanned: tuple[float, Scan] | None = None
         self._last_view: Pose | None = None
         self._last_look = 0.0
         self._stood = MocapPoses.of(self.data)  # a control period ago
-        self._steps = max(1, round(CONTROL_PERIOD / self.model.opt.timestep))
+        self._steps = _whole(self.control.period, self.model.opt.timestep, "physics step")
+        self._ticks = _whole(CONTROL_PERIOD, self.control.period, "tick")
         self.renderer: Renderer = open_renderer(self.settings.renderer, self.model)
 
     def _compile(self) -> mujoco.MjModel:
@@ -137,26 +149,41 @@ class Bench(Closing):
     @property
     def odometry(self) -> Pose:
         """The pose that the odometer shows, from the start of the drive."""
-        return self._odometry.pose
+        shown = self.control.odometry
+        return Pose(shown.x, shown.y, shown.heading)
 
-    def _pulses(self) -> Pulses:
-        left, right = (float(wheel.qpos[0]) for wheel in self._wheels)
-        return self._encoders.read(left, right)
+    @property
+    def state(self) -> RobotState:
+        """What the robot last told of itself."""
+        return self.control.state
 
     def drive(self, twist: Twist) -> None:
         """Go on for one control period under a command."""
-        speeds = self.robot.drive.wheel_speeds(twist)
-        for motor, speed in zip(self._motors, (speeds.left, speeds.right), strict=True):
-            motor.ctrl = speed
+        self.control.command(twist)
+        self.wait()
+
+    def wait(self) -> None:
+        """Go on for one control period without any command."""
         self._stood = MocapPoses.of(self.data)
         self._crowd.at(self.data, self.time + CONTROL_PERIOD)
-        mujoco.mj_step(self.model, self.data, nstep=self._steps)
-        self._odometry.update(self._pulses())
+        for _ in range(self._ticks):
+            scan = self.scan() if self.control.needs_scan else None
+            self._hardware.apply(self.control.tick(self.tamper(self._hardware.signals(scan))))
+            mujoco.mj_step(self.model, self.data, nstep=self._steps)
+
+    def scan(self) -> Scan:
+        """The newest turn of the laser for steering, at most ``SCAN_PERIOD`` old."""
+        if self._scanned is None or self.time - self._scanned[0] > SCAN_PERIOD - 1e-9:
+            self._scanned = self.time, self._turn_the_laser()
+        return self._scanned[1]
+
+    def _turn_the_laser(self) -> Scan:
+        return self._laser.scan(self.model, self.data, self._prefix + self.robot.laser, self._prefix + self.robot.base)
 
     def sense(self) -> View:
         """All sensors at this moment; distance and turn count from the last view."""
         images = {} if self.renderer.kind is RendererKind.NONE else self._photograph()
-        scan = self._laser.scan(self.model, self.data, self._prefix + self.robot.laser, self._prefix + self.robot.base)
+        scan = self._turn_the_laser()
         now = self.odometry
         distance, turn = motion_between(self._last_view, now) if self._last_view else (0.0, 0.0)
         self._last_view = now
@@ -188,6 +215,18 @@ def _resolved(settings: BenchSettings, robot: Robot) -> BenchSettings:
     cameras = robot.cameras if settings.cameras is None else tuple(settings.cameras)
     models = {name: settings.camera_models.get(name) or CameraModel() for name in robot.cameras}
     return replace(settings, cameras=cameras, camera_models=models)
+
+
+def _untouched(signals: Signals) -> Signals:
+    return signals
+
+
+def _whole(period: float, part: float, name: str) -> int:
+    """How many parts make a period; raises ``SimError`` where that is no whole number."""
+    count = round(period / part)
+    if count < 1 or not math.isclose(count * part, period):
+        raise SimError(f"a {name} of {part} s does not divide {period} s: valid is a whole part of it")
+    return count
 
 
 def _start_of(route: NDArray[np.float64]) -> Pose:

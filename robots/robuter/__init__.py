@@ -4,18 +4,24 @@ from pathlib import Path
 
 import mujoco
 
-from robots.head import add_camera_mast, add_laser_scanner
-from robots.motion import DifferentialDrive
+from robots.head import CAMERA_FORWARD, CAMERA_LATERAL, LASER_SITE, LATERAL_HEIGHT, add_camera_mast, add_laser_scanner
+from robots.motion import DifferentialDrive, Limits
+from robots.robot import Robot, Shape
+from robots.robuter.control import RobuterControl
 
 BASE = "base"
 WHEEL_JOINTS = ("wheel-left", "wheel-right")
 WHEEL_ACTUATORS = ("wheel-left", "wheel-right")
+BUMPERS = {"front": "bumper-front", "rear": "bumper-rear"}
 DRIVE = DifferentialDrive(track=0.62, wheel_radius=0.12, max_wheel_speed=8.0)
 PULSES_PER_TURN = 8024
+# What people drive the rebuilt one with [m/s, rad/s]; accelerations [m/s², rad/s²] are choices.
+LIMITS = Limits(speed=0.5, turn_rate=0.5, acceleration=0.5, angular_acceleration=1.0)
 
 # Where the sensors stand [m]: on the front module, and at the front of the top plate.
 LASER_FOOT = (0.25, 0.0, 0.26)
 MAST_FOOT = (0.08, 0.0, 0.748)
+SHAPE = Shape(ahead=0.328, behind=0.74, half_width=0.355, laser=LASER_FOOT[0], height=LATERAL_HEIGHT + 0.05)
 
 _MODEL = Path(__file__).with_name("robuter.xml")
 
@@ -27,3 +33,22 @@ def get_spec() -> mujoco.MjSpec:
     add_laser_scanner(spec, base, LASER_FOOT)
     add_camera_mast(spec, base, MAST_FOOT)
     return spec
+
+
+def load() -> Robot:
+    """Build a fresh robot."""
+    return Robot(
+        name="robuter",
+        spec=get_spec(),
+        base=BASE,
+        drive=DRIVE,
+        limits=LIMITS,
+        shape=SHAPE,
+        cameras=(CAMERA_FORWARD, CAMERA_LATERAL),
+        laser=LASER_SITE,
+        wheel_joints=WHEEL_JOINTS,
+        wheel_actuators=WHEEL_ACTUATORS,
+        pulses_per_turn=PULSES_PER_TURN,
+        bumpers=BUMPERS,
+        control=lambda believed: RobuterControl(DRIVE, LIMITS, PULSES_PER_TURN, believed),
+    )

@@ -56,4 +56,4 @@ def test_a_twist_that_is_not_finite_is_refused(value: float) -> None:
 def test_a_wheel_without_radius_is_refused() -> None:
     with pytest.raises(RobotsError) as error:
         DifferentialDrive(track=0.62, wheel_radius=0.0, max_wheel_speed=8.0)
-    assert str(error.value) == "wheel_radius = 0.0 is no differential drive: it must be positive and finite"
+    assert str(error.value) == "differential drive: wheel_radius = 0.0 must be positive and finite"

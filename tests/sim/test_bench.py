@@ -11,6 +11,7 @@ import robots
 import sim.bench
 from refseq.view import Pose, View
 from robots import Twist
+from robots.odometry import CalibrationErrors
 from sim.bench import ADAPTATION, CONTROL_PERIOD, Bench, BenchSettings
 from sim.camera import METER_STEP, CameraModel
 from sim.cameras import load_camera
@@ -18,7 +19,6 @@ from sim.errors import SimError
 from sim.exposure import ExposureControl, centre_weights
 from sim.laser import LaserModel
 from sim.lens import Lens
-from sim.odometry import CalibrationErrors
 from sim.operator import OperatorStyle
 from sim.recorder import Trigger, describe
 from sim.render import RendererKind

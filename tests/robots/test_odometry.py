@@ -5,10 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.view import Pose
-from robots import DifferentialDrive, Twist
-from sim.errors import SimError
-from sim.odometry import (
+from robots import DifferentialDrive, Pose, RobotsError, Twist
+from robots.odometry import (
     CalibrationErrors,
     Encoders,
     Geometry,
@@ -163,6 +161,6 @@ def test_a_robot_is_not_told_the_truth(driven_slalom: tuple[Driven, list[tuple[f
     ],
 )
 def test_impossible_figures_are_refused(make: type, message: str) -> None:
-    with pytest.raises(SimError) as error:
+    with pytest.raises(RobotsError) as error:
         make()
     assert str(error.value) == message

@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from refseq.view import Pose
-from robots import DifferentialDrive
-from sim.errors import SimError
+from robots.errors import RobotsError
+from robots.motion import DifferentialDrive, Pose
 
 
 class Pulses(NamedTuple):
@@ -25,7 +24,7 @@ class Encoders:
 
     def __post_init__(self) -> None:
         if self.pulses_per_turn < 1:
-            raise SimError(f"encoders: pulses_per_turn = {self.pulses_per_turn}: at least 1 is needed")
+            raise RobotsError(f"encoders: pulses_per_turn = {self.pulses_per_turn}: at least 1 is needed")
 
     def read(self, left: float, right: float) -> Pulses:
         """Return the counters at the wheels' angles [rad]: a pulse is counted when the wheel has passed it."""
@@ -54,7 +53,7 @@ class CalibrationErrors:
     def __post_init__(self) -> None:
         for key in ("size", "mismatch", "track"):
             if not 0 <= getattr(self, key) < 0.1:
-                raise SimError(f"calibration: {key} = {getattr(self, key)} must be in [0, 0.1)")
+                raise RobotsError(f"calibration: {key} = {getattr(self, key)} must be in [0, 0.1)")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,38 @@
+"""The Control layer's one interface to those above (card R3): SI units in and out, whatever the robot speaks below."""
+
+from typing import Protocol
+
+from robots.motion import Pose, Twist
+from robots.signals import Actuation, Signals
+from robots.state import RobotState
+
+
+class ControlLayer(Protocol):
+    """The robot's electronics and the program on its computer that speaks with them.
+
+    ``period`` [s] is the time between two ticks of the electronics; ``needs_scan`` tells whether they look at the
+    laser. Nothing that comes in with the signals makes it raise: what is wrong is told in the state.
+    """
+
+    period: float
+    needs_scan: bool
+
+    @property
+    def state(self) -> RobotState:
+        """What was last heard from the robot."""
+
+    @property
+    def odometry(self) -> Pose:
+        """The odometer at this moment; a state may be a tenth of a second old."""
+
+    def command(self, twist: Twist) -> None:
+        """Ask for a motion; it holds until the next command, or until the robot hears none for too long."""
+
+    def emergency_stop(self) -> None:
+        """Kill all motion and hold it, until ``release``."""
+
+    def release(self) -> None:
+        """Clear all stops whose reason has gone."""
+
+    def tick(self, signals: Signals) -> Actuation:
+        """Let one period pass: hear the sensors, tell the motors."""

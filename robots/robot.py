@@ -1,0 +1,51 @@
+"""What a robot is to those who put it into a world: a model, names in it, size and limits, its Control layer."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import mujoco
+
+from robots.control import ControlLayer
+from robots.motion import DifferentialDrive, Limits
+from robots.odometry import Geometry
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """Room that a robot takes [m]: how far it reaches ahead of its axle and behind it, and to either side.
+
+    ``laser`` [m] is how far ahead of the axle the laser is; ``height`` that of all above the floor.
+    """
+
+    ahead: float
+    behind: float
+    half_width: float
+    laser: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """A robot ready to be attached to a world.
+
+    ``spec`` is fresh and belongs to the caller. The other names are those in ``spec``, before any prefix: ``base`` the
+    body with the free joint, ``cameras``, the ``laser``'s site, joints and actuators of the drive wheels as (left,
+    right), ``bumpers`` the geom of each bumper by its name, ``sonars`` sites of which x looks along the beam, in the
+    order of the readings. ``pulses_per_turn`` is what an encoder counts in one turn of a wheel, ``limits`` are those of
+    the Control layer, which ``control`` makes for a robot that believes in a geometry of its wheels.
+    """
+
+    name: str
+    spec: mujoco.MjSpec
+    base: str
+    drive: DifferentialDrive
+    limits: Limits
+    shape: Shape
+    cameras: tuple[str, ...]
+    laser: str
+    wheel_joints: tuple[str, str]
+    wheel_actuators: tuple[str, str]
+    pulses_per_turn: int
+    control: Callable[[Geometry], ControlLayer]
+    bumpers: Mapping[str, str]
+    sonars: tuple[str, ...] = ()

@@ -1,0 +1,78 @@
+"""What a robot tells of itself to those above, in SI units: where it thinks it is, and why it does not go on."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.motion import Pose, Twist
+
+
+class Cause(Enum):
+    """Why a robot does not go as it is told."""
+
+    EMERGENCY = "emergency stop"
+    NO_COMMAND = "no command"
+    NO_ANSWER = "no answer"
+    BUMPER = "bumper"
+    SONAR = "sonar"
+    LASER = "laser"
+    TIPPED = "tipped over"
+    STUCK = "stuck wheel"
+    SENSOR = "sensor fault"
+
+
+LATCHED = frozenset({Cause.EMERGENCY, Cause.TIPPED, Cause.STUCK, Cause.SENSOR})
+"""Causes that hold until somebody releases the robot; the others go when their reason goes."""
+
+
+class Blocked(Enum):
+    """Which motion a stop forbids."""
+
+    ALL = "all"
+    FORWARD = "forward"
+    BACKWARD = "backward"
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """One reason not to go: its cause, what was read (one line, with values), since when [s], what it forbids."""
+
+    cause: Cause
+    detail: str
+    since: float
+    blocks: Blocked = Blocked.ALL
+
+
+class Motors(Enum):
+    """What the motors do."""
+
+    ON = "on"
+    LOCKED = "locked"
+    OFF = "off"
+
+
+@dataclass(frozen=True, slots=True)
+class RobotState:
+    """What the Control layer last heard from the robot, at ``time`` [s].
+
+    ``pose`` is the odometer's since the start, ``distance`` [m] the signed path length, ``twist`` the motion that was
+    measured. ``stops`` are all reasons not to go that hold now, in the order in which they came; empty when it is free.
+    ``pitch`` [rad], nose down is positive. ``sonar`` (n,) [m] where there is one. ``mode`` is the robot's own word.
+    """
+
+    time: float = 0.0
+    pose: Pose = field(default_factory=Pose)
+    distance: float = 0.0
+    twist: Twist = field(default_factory=Twist)
+    stops: tuple[Stop, ...] = ()
+    motors: Motors = Motors.ON
+    mode: str = ""
+    pitch: float = 0.0
+    sonar: NDArray[np.float64] | None = None
+
+    @property
+    def free(self) -> bool:
+        """Whether nothing keeps it from going as it is told."""
+        return not self.stops

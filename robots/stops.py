@@ -1,0 +1,111 @@
+"""The stops of a robot: raised and cleared by its watches, and what they let through of a command."""
+
+import math
+
+import numpy as np
+
+from robots.motion import Twist
+from robots.signals import Signals
+from robots.state import LATCHED, Blocked, Cause, Stop
+
+TIPPED_PITCH = math.radians(45)
+TIPPED_ROLL = math.radians(60)
+"""Beyond these a robot has tipped over: those of the RMP 200 (README there)."""
+
+STUCK_TIME = 1.0
+"""A wheel that is pushed as hard as its motor can and has not turned for so long [s] is stuck: a choice."""
+STUCK_TORQUE = 0.9
+"""Share of the motor's limit that counts as pushed: a choice."""
+
+
+class Stops:
+    """All stops that hold at present."""
+
+    def __init__(self) -> None:
+        self._held: dict[Cause, Stop] = {}
+
+    @property
+    def held(self) -> tuple[Stop, ...]:
+        """In the order in which they came."""
+        return tuple(self._held.values())
+
+    def __contains__(self, cause: Cause) -> bool:
+        return cause in self._held
+
+    def set(self, cause: Cause, detail: str | None, time: float, blocks: Blocked = Blocked.ALL) -> None:
+        """Raise the stop of a cause where there is a ``detail``, else clear it unless it is latched.
+
+        A stop that holds keeps its time; its detail too where it is latched: what came first tells more.
+        """
+        before = self._held.get(cause)
+        if detail is None:
+            if cause not in LATCHED:
+                self._held.pop(cause, None)
+        elif before is None:
+            self._held[cause] = Stop(cause, detail, time, blocks)
+        elif cause not in LATCHED:
+            self._held[cause] = Stop(cause, detail, before.since, blocks)
+
+    def release(self) -> None:
+        """Clear all; what still has its reason is raised again at the next look."""
+        self._held.clear()
+
+    def allowed(self, twist: Twist) -> Twist:
+        """Return what the stops let through of a command: all, nothing, or turning and going the other way."""
+        blocked = {stop.blocks for stop in self._held.values()}
+        if Blocked.ALL in blocked:
+            return Twist()
+        linear = twist.linear
+        if Blocked.FORWARD in blocked:
+            linear = min(linear, 0.0)
+        if Blocked.BACKWARD in blocked:
+            linear = max(linear, 0.0)
+        return Twist(linear, twist.angular)
+
+
+def tipped(signals: Signals) -> str | None:
+    """Tell how far the robot lies over, None while it stands."""
+    pitch, roll = signals.inertial.pitch, signals.inertial.roll
+    if abs(pitch) <= TIPPED_PITCH and abs(roll) <= TIPPED_ROLL:
+        return None
+    return f"pitch {math.degrees(pitch):.0f}°, roll {math.degrees(roll):.0f}°"
+
+
+def not_a_number(signals: Signals) -> str | None:
+    """Name the sensor of which a reading is no number, None where all are.
+
+    A range of infinity is none: nothing came back.
+    """
+    if not signals.inertial.finite:
+        return "inertial sensors read no number"
+    if not all(map(math.isfinite, signals.pulses)):
+        return "encoders read no number"
+    if signals.sonar is not None and np.isnan(signals.sonar).any():
+        return f"sonar {int(np.argmax(np.isnan(signals.sonar)))} reads no number"
+    if signals.scan is not None and np.isnan(signals.scan.ranges).any():
+        return f"laser beam {int(np.argmax(np.isnan(signals.scan.ranges)))} reads no number"
+    return None
+
+
+class StuckWatch:
+    """Tells of a wheel that does not turn although its motor gives nearly all of ``limit`` [N·m].
+
+    What turns by fewer than ``slack`` pulses stands still: tyres and gears give way a little.
+    """
+
+    def __init__(self, limit: float, slack: float) -> None:
+        self._enough, self._slack = STUCK_TORQUE * limit, slack
+        self._since: list[tuple[float, float] | None] = [None, None]  # time and counter when the pushing began
+
+    def look(self, signals: Signals) -> str | None:
+        """Tell which wheel is stuck now, None when both are free."""
+        for side, name in enumerate(("left", "right")):
+            torque, count = signals.torques[side], signals.pulses[side]
+            since = self._since[side]
+            if abs(torque) < self._enough:
+                self._since[side] = None
+            elif since is None or abs(count - since[1]) > self._slack:
+                self._since[side] = signals.time, count
+            elif signals.time - since[0] >= STUCK_TIME:
+                return f"{name} wheel stands still at {torque:.0f} N·m"
+        return None
