@@ -19,7 +19,7 @@ def run(bench: Bench, behaviour: Behaviour, *, timeout: float = 120.0) -> Ended:
     """Let ``behaviour`` steer until it ends; after ``timeout`` [s] of simulated time it has failed."""
     began = bench.time
     while bench.time - began < timeout:
-        step = behaviour.step(Senses(bench.state, bench.scan()))
+        step = behaviour.step(Senses(bench.state, bench.scan(), bench.time))
         bench.drive(step.twist)
         if step.outcome is not Outcome.RUNNING:
             return Ended(step.outcome, step.why, bench.time - began)

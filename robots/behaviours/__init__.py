@@ -1,5 +1,27 @@
 """Behaviours that any robot runs: inputs are what it senses, the output is a ``Twist`` (card X1, appendix C)."""
 
-from robots.behaviours.behaviour import Behaviour, Frame, Outcome, Senses, Step
+from robots.behaviours.behaviour import (
+    Behaviour,
+    Frame,
+    Outcome,
+    Ranger,
+    Senses,
+    Step,
+    failed,
+    finished,
+    waiting,
+)
+from robots.behaviours.guarded import Guarded
 
-__all__ = ["Behaviour", "Frame", "Outcome", "Senses", "Step"]
+__all__ = [
+    "Behaviour",
+    "Frame",
+    "Guarded",
+    "Outcome",
+    "Ranger",
+    "Senses",
+    "Step",
+    "failed",
+    "finished",
+    "waiting",
+]

@@ -5,28 +5,60 @@ A behaviour knows no map and no truth. One object is one execution: make another
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
-from robots.motion import Limits, Twist
+from robots.motion import Limits, Pose, Twist
+from robots.odometry import along_arc
 from robots.robot import Shape
 from robots.signals import LaserScan
 from robots.state import RobotState
 
+OLDEST_FORECAST = 0.3
+"""A state is carried on by its own velocity for no longer than this [s]: a choice."""
+
 
 @dataclass(frozen=True, slots=True)
 class Senses:
-    """What the robot senses now: its own ``state`` (odometry, sonars, stops) and the newest ``scan``."""
+    """What the robot senses at ``time`` [s]: its own ``state`` (odometry, sonars, stops) and the newest ``scan``.
+
+    There is no scan where the laser is lost. Without a time the state counts as new.
+    """
 
     state: RobotState
-    scan: LaserScan
+    scan: LaserScan | None
+    time: float | None = None
+
+    @property
+    def age(self) -> float:
+        """How old the state is [s]."""
+        return 0.0 if self.time is None else self.time - self.state.time
+
+    @property
+    def pose(self) -> Pose:
+        """Where the odometer would be now: the state's pose carried on by the state's velocity, as that may be old."""
+        elapsed = min(max(self.age, 0.0), OLDEST_FORECAST)
+        return along_arc(self.state.pose, self.state.twist.linear * elapsed, self.state.twist.angular * elapsed)
+
+
+class Ranger(NamedTuple):
+    """Where a sonar is on the robot [m] and which way it looks [rad]."""
+
+    x: float
+    y: float
+    bearing: float
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The robot that a behaviour moves: the room it takes and how fast it is let."""
+    """The robot that a behaviour moves: the room it takes, how fast it is let, where its sensors are.
+
+    ``laser_height`` [m] is that of the scan plane while the robot is level, ``sonars`` are in the order of readings.
+    """
 
     shape: Shape
     limits: Limits
+    laser_height: float = 0.35
+    sonars: tuple[Ranger, ...] = ()
 
 
 class Outcome(Enum):
@@ -39,11 +71,29 @@ class Outcome(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What a behaviour wants: a motion, and whether it goes on; ``why`` is one line, with values, once it ended."""
+    """What a behaviour wants: a motion, and whether it goes on.
+
+    ``why`` is one line with values: the reason of the end, or while it runs, what it waits for; else empty.
+    """
 
     twist: Twist = field(default_factory=Twist)
     outcome: Outcome = Outcome.RUNNING
     why: str = ""
+
+
+def finished(why: str) -> Step:
+    """The end of a behaviour that has done what it was to do."""
+    return Step(outcome=Outcome.FINISHED, why=why)
+
+
+def failed(why: str) -> Step:
+    """The end of a behaviour that cannot do it."""
+    return Step(outcome=Outcome.FAILED, why=why)
+
+
+def waiting(why: str, angular: float = 0.0) -> Step:
+    """Stay where it is, for a reason that may go away."""
+    return Step(Twist(0.0, angular), why=why)
 
 
 class Behaviour(Protocol):

@@ -1,0 +1,84 @@
+"""What all behaviours have in common: they heed the robot's stops, wait a while, end once, and never drive too fast."""
+
+import math
+from abc import ABC, abstractmethod
+
+from robots.behaviours.behaviour import Frame, Outcome, Senses, Step, failed, waiting
+from robots.motion import Twist
+from robots.state import LATCHED, Blocked, RobotState, Stop
+
+PATIENCE = 10.0
+"""How long a behaviour waits for what may go away by itself, such as a person [s]: a choice."""
+STALE = 0.5
+"""A state older than this is none [s]: a choice, five times the period of the slowest robot's reports."""
+
+
+class Guarded(ABC):
+    """A behaviour that is written as ``_move`` only; this class does the rest.
+
+    ``_move`` may say what it waits for (``waiting``); after ``patience`` [s] of that, or of a stop that keeps it from
+    going, the behaviour has failed. A latched stop fails it at once.
+    """
+
+    def __init__(self, frame: Frame, patience: float = PATIENCE) -> None:
+        self.frame, self.patience = frame, patience
+        self._end: Step | None = None
+        self._waits_since: float | None = None
+
+    def step(self, senses: Senses) -> Step:
+        """Say how to move now; after the end it says stop, with the same outcome."""
+        if self._end is not None:
+            return self._end
+        step = self._patient(self._heeding(senses), senses)
+        if step.outcome is not Outcome.RUNNING:
+            step = self._end = Step(outcome=step.outcome, why=step.why)
+        return step
+
+    @abstractmethod
+    def _move(self, senses: Senses) -> Step:
+        """Say how to move now; the state is a good one and holds no latched stop."""
+
+    def _heeding(self, senses: Senses) -> Step:
+        state = senses.state
+        if not _finite(state):
+            return waiting("the odometer reads no number")
+        if latched := next((stop for stop in state.stops if stop.cause in LATCHED), None):
+            return failed(_told(latched))
+        if not senses.age < STALE:
+            return waiting(f"no news of the robot for {senses.age:.1f} s")
+        wanted = self._move(senses)
+        if wanted.outcome is not Outcome.RUNNING:
+            return wanted
+        twist = self.frame.limits.limited(wanted.twist)
+        if stop := next((stop for stop in state.stops if _forbids(stop, twist)), None):
+            return waiting(_told(stop))
+        return Step(twist, why=wanted.why)
+
+    def _patient(self, step: Step, senses: Senses) -> Step:
+        if step.outcome is not Outcome.RUNNING or not step.why:
+            self._waits_since = None
+            return step
+        now = senses.state.time if senses.time is None else senses.time
+        if self._waits_since is None or not math.isfinite(self._waits_since):
+            self._waits_since = now
+        if now - self._waits_since >= self.patience:
+            return failed(f"waited {self.patience:g} s: {step.why}")
+        return step
+
+
+def _told(stop: Stop) -> str:
+    return f"{stop.cause.value}: {stop.detail}" if stop.detail else stop.cause.value
+
+
+def _forbids(stop: Stop, twist: Twist) -> bool:
+    """Whether a stop keeps the robot from a motion. Waiting is a command too: it ends a stop for want of one."""
+    if stop.blocks is Blocked.ALL:
+        return True
+    return twist.linear > 0 if stop.blocks is Blocked.FORWARD else twist.linear < 0
+
+
+def _finite(state: RobotState) -> bool:
+    pose, twist = state.pose, state.twist
+    return all(
+        map(math.isfinite, (state.time, pose.x, pose.y, pose.heading, state.distance, twist.linear, twist.angular))
+    )
