@@ -8,6 +8,7 @@ from robots.head import CAMERA_FORWARD, CAMERA_LATERAL, LASER_SITE, LATERAL_HEIG
 from robots.motion import DifferentialDrive, Limits
 from robots.robot import Robot, Shape
 from robots.robuter.control import RobuterControl
+from robots.robuter.sonars import SONARS, add_sonars
 
 BASE = "base"
 WHEEL_JOINTS = ("wheel-left", "wheel-right")
@@ -30,6 +31,7 @@ def get_spec() -> mujoco.MjSpec:
     """Build a fresh model of the robot with its sensors mounted; nobody else holds a reference to it."""
     spec = mujoco.MjSpec.from_file(str(_MODEL))
     base = spec.body(BASE)
+    add_sonars(spec, base)
     add_laser_scanner(spec, base, LASER_FOOT)
     add_camera_mast(spec, base, MAST_FOOT)
     return spec
@@ -50,5 +52,6 @@ def load() -> Robot:
         wheel_actuators=WHEEL_ACTUATORS,
         pulses_per_turn=PULSES_PER_TURN,
         bumpers=BUMPERS,
+        sonars=SONARS,
         control=lambda believed: RobuterControl(DRIVE, LIMITS, PULSES_PER_TURN, believed),
     )
