@@ -1,0 +1,110 @@
+"""The commands ``refseq robots list | show``."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from refseq.files import replacing_at
+from scenarios.console import out, say
+from scenarios.inputs import check_output, writing
+
+robots = typer.Typer(
+    help="The robots: what there is, what one looks like, how it drives, and whether it does what it should.",
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+)
+
+Robot = Annotated[str, typer.Argument(metavar="ROBOT", help="A robot's name, as `refseq robots list` tells it.")]
+World = Annotated[
+    str, typer.Option(metavar="WORLD", help="A world of the library, corridor:SEED, or a path ending in .toml.")
+]
+Route = Annotated[str, typer.Option(metavar="ROUTE", help="Route of the world; its start is where the robot starts.")]
+Light = Annotated[str, typer.Option(metavar="LIGHT", help="A preset or any hour, as for `refseq record`.")]
+Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw.")]
+PICTURE_HELP = "Picture to write (.svg or .png)."
+
+
+class Pictures(StrEnum):
+    """What ``--renderer`` takes; those of ``sim.render.RendererKind`` that draw."""
+
+    FILAMENT = "filament"
+    CLASSIC = "classic"
+
+
+Renderer = Annotated[Pictures, typer.Option(metavar="RENDERER", help="filament: photometric. classic: fast.")]
+
+
+@robots.command("list")
+def list_robots() -> None:
+    """List the robots."""
+    from scenarios.robots import robots_table
+
+    out.print(robots_table())
+
+
+@robots.command(
+    epilog="""Examples:
+
+* `refseq robots show robuter`
+* `refseq robots show robuter -o robuter.png`"""
+)
+def show(
+    robot: Robot,
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help=PICTURE_HELP)] = None,
+    renderer: Renderer = Pictures.FILAMENT,
+) -> None:
+    """Tell all about one robot, and draw it from three sides to scale."""
+    from robots import load
+    from scenarios.robots import proportions_table, robot_table
+    from scenarios.robots_body import Body
+    from worlds.draw import check_picture
+
+    if output is not None:
+        check_picture(output)
+        check_output(output)
+    body = Body(load(robot))
+    out.print(robot_table(body))
+    table = proportions_table(body)
+    if table is not None:
+        out.print(table)
+    if output is not None:
+        from scenarios.robots_picture import picture
+        from sim.render import RendererKind
+
+        with writing(output), replacing_at(output) as temporary:
+            picture(body, RendererKind(renderer.value)).savefig(temporary)
+        say(out, f"{output}")
+
+
+@robots.command(
+    epilog="""Examples:
+
+* `refseq robots strip robuter --world laboratory -o strip.png`
+* `refseq robots strip segway_rmp --world car-park --speed 1.2 --seconds 30 --frames 8 -o strip.png`"""
+)
+def strip(
+    robot: Robot,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help=PICTURE_HELP)],
+    world: World = "hallway",
+    route: Route = "forward",
+    light: Light = "16:00",
+    seconds: Annotated[float, typer.Option(metavar="SECONDS", help="How long to watch.")] = 60.0,
+    frames: Annotated[int, typer.Option(metavar="N", help="Number of frames, at equal times.")] = 12,
+    speed: Annotated[float, typer.Option(metavar="M/S", help="Mean speed of the drive.")] = 0.4,
+    seed: Seed = 1,
+    renderer: Renderer = Pictures.FILAMENT,
+) -> None:
+    """Show a drive as a strip of frames, as somebody who walks along sees it, with time, speed and pitch."""
+    from scenarios.robots_strip import Strip, sheet, watched
+    from sim.render import RendererKind
+    from worlds.draw import check_picture
+
+    check_picture(output)
+    check_output(output)
+    asked = Strip(robot, world, route, light, seconds, frames, speed, seed, RendererKind(renderer.value))
+    found = list(watched(asked))
+    with writing(output), replacing_at(output) as temporary:
+        sheet(asked, found).savefig(temporary)
+    say(out, f"{output}: {len(found)} frames of {seconds:g} s")

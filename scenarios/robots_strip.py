@@ -1,0 +1,101 @@
+"""A drive as a strip of frames, as a bystander sees it, with what the robot tells of itself under each."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+import robots
+from refseq.view import Pose
+from robots import RobotState
+from scenarios.errors import ScenarioError
+from sim.bench import Bench, BenchSettings
+from sim.onlooker import SIZE, Onlooker, with_onlooker
+from sim.operator import OperatorStyle
+from sim.recorder import operator_for
+from sim.render import RendererKind
+from worlds.build import build
+from worlds.light import light_named
+from worlds.plan import load_plan
+
+COLUMNS = 4
+CELL = 3.2
+"""Width of a frame on the sheet [inch]."""
+FOOT = 0.5
+"""Room under it for its text [inch]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Strip:
+    """A drive to watch: ``seconds`` of it, in so many ``frames``, at a mean ``speed`` [m/s]."""
+
+    robot: str
+    world: str
+    route: str = "forward"
+    light: str = "16:00"
+    seconds: float = 60.0
+    frames: int = 12
+    speed: float = 0.4
+    seed: int = 1
+    renderer: RendererKind = RendererKind.FILAMENT
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.seconds) and self.seconds > 0):
+            raise ScenarioError(f"seconds {self.seconds:g} is not valid; it should be a time above 0")
+        if not self.frames >= 2:
+            raise ScenarioError(f"frames {self.frames} is not valid; it should be 2 or more")
+        if not (math.isfinite(self.speed) and self.speed > 0):
+            raise ScenarioError(f"speed {self.speed:g} is not valid; it should be above 0 m/s")
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What a bystander sees at one ``time`` [s], and how the robot does."""
+
+    time: float
+    image: NDArray[np.uint8]
+    pose: Pose
+    state: RobotState
+
+
+def watched(strip: Strip) -> Iterator[Frame]:
+    """Lead the robot along the route, and look at it at equal times from the start to the end."""
+    world = with_onlooker(build(load_plan(strip.world), light_named(strip.light), 0))
+    robot = robots.load(strip.robot)
+    settings = BenchSettings(renderer=strip.renderer, cameras=())
+    with Bench(world, robot, route=strip.route, seed=strip.seed, settings=settings) as bench:
+        style = OperatorStyle(speed=strip.speed, max_speed=max(1.25 * strip.speed, 0.5))
+        operator, onlooker = operator_for(bench, strip.seed, style), Onlooker(bench)
+        for time in np.linspace(0.0, strip.seconds, strip.frames):
+            while bench.time < time - 1e-9:
+                bench.drive(operator.command(bench.time, bench.pose))
+            yield Frame(bench.time, onlooker.look(), bench.pose, bench.state)
+
+
+def sheet(strip: Strip, frames: list[Frame]) -> Figure:
+    """Draw the frames in rows, each with time, speed, pitch and stops."""
+    rows, height = -(-len(frames) // COLUMNS), CELL * SIZE[1] / SIZE[0]
+    width, tall = COLUMNS * CELL, rows * (height + FOOT) + FOOT
+    with mpl.rc_context({"font.size": 10}):
+        figure = Figure(figsize=(width, tall), dpi=100, facecolor="white")
+        figure.suptitle(f"{strip.robot} in {strip.world}, {strip.route}, {strip.seconds:g} s", y=1 - 0.15 / tall)
+        for i, frame in enumerate(frames):
+            row, column = divmod(i, COLUMNS)
+            left, bottom = column * CELL, tall - FOOT - (row + 1) * (height + FOOT) + FOOT
+            box = ((left + 0.03) / width, bottom / tall, (CELL - 0.06) / width, (height - 0.04) / tall)
+            axes = figure.add_axes(box, xticks=[], yticks=[])
+            axes.imshow(frame.image, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
+            axes.set_xlabel(caption(frame), labelpad=3)
+    return figure
+
+
+def caption(frame: Frame) -> str:
+    """What stands under a frame."""
+    state = frame.state
+    told = f"{frame.time:.0f} s   {state.twist.linear:+.2f} m/s   pitch {math.degrees(state.pitch):+.1f}°"
+    stops = ", ".join(stop.cause.value for stop in state.stops)
+    return f"{told}\n{stops}" if stops else told
