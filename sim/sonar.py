@@ -69,7 +69,7 @@ class SonarRing:
     ) -> None:
         self.model, self._rng = sonar, rng
         self._ears = Ears(model, sites, base, sonar.max_range)
-        self._groups = [tuple(range(first, len(sites), sonar.groups)) for first in range(sonar.groups)]
+        self._groups = [np.arange(first, len(sites), sonar.groups) for first in range(sonar.groups)]
         self._fired = -sonar.groups
         self._readings = np.full(len(sites), sonar.max_range)
 
@@ -85,30 +85,23 @@ class SonarRing:
             self._fire(data, [self._groups[number % self.model.groups] for number in firings])
         return self._readings
 
-    def _fire(self, data: mujoco.MjData, groups: list[tuple[int, ...]]) -> None:
+    def _fire(self, data: mujoco.MjData, groups: list[NDArray[np.intp]]) -> None:
         readings = self._readings.copy()
         for group in groups:
-            readings[list(group)] = self._reported(self.distances(data, group))
+            readings[group] = self._reported(self.distances(data, group))
         readings.setflags(write=False)
         self._readings = readings
 
-    def distances(self, data: mujoco.MjData, group: tuple[int, ...]) -> NDArray[np.float64]:
+    def distances(self, data: mujoco.MjData, group: NDArray[np.intp]) -> NDArray[np.float64]:
         """How far the first sound that comes back to each ranger of ``group`` has gone, there and back, halved [m]."""
-        ways = [self._ears.echo(data, ranger) for ranger in group]
-        own = np.array([math.inf if way is None else math.sqrt(way @ way) for way in ways])
-        return np.minimum(own, self._overheard(data, group, ways)) if self.model.cross_talk else own
-
-    def _overheard(
-        self, data: mujoco.MjData, group: tuple[int, ...], ways: list[NDArray[np.float64] | None]
-    ) -> NDArray[np.float64]:
-        """Half of the shortest way of sound from any ranger of the group, by its echo, to each [m]."""
-        heard = np.full(len(group), math.inf)
-        for speaker, way in zip(group, ways, strict=True):
-            if way is not None:
-                there = math.sqrt(way @ way)
-                back = [self._ears.between(data, speaker, way, listener) for listener in group]
-                heard = np.minimum(heard, (there + np.array(back)) / 2)
-        return heard
+        ways = self._ears.echoes(data, group)
+        own = np.sqrt((ways * ways).sum(axis=1))
+        if not self.model.cross_talk:
+            return own
+        speaking = np.isfinite(own)
+        back = self._ears.between(data, group, np.where(speaking[:, None], ways, 0.0))
+        overheard = (own[:, None] + back) / 2  # (speakers, listeners), infinite where nothing comes back
+        return np.minimum(own, overheard.min(axis=0))
 
     def _reported(self, distances: NDArray[np.float64]) -> NDArray[np.float64]:
         """Turn distances into readings with noise and failures."""

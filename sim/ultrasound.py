@@ -44,11 +44,28 @@ RAYS = np.concatenate([_spiral(INNER_RAYS, 0.0, NOMINAL), _spiral(OUTER_RAYS, NO
 
 @dataclass(frozen=True, slots=True)
 class Met:
-    """What rays from one point meet: ``distance`` (rays,) [m], infinite for nothing, ``normal`` (rays, 3), ``geom``."""
+    """What rays of each ranger meet: ``distance`` [m], infinite for nothing, and ``geom`` (rangers, rays).
+
+    ``normal`` and ``point``, seen from the ranger, are (rangers, rays, 3) in the world's axes [m].
+    """
 
     distance: NDArray[np.float64]
-    normal: NDArray[np.float64]
     geom: NDArray[np.int32]
+    normal: NDArray[np.float64]
+    point: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Faces:
+    """Flat faces that rays met: whose rays (faces,), ``normal`` (faces, 3), ``height`` of the ranger above it [m].
+
+    ``point`` (faces, 3) is one on it, as seen from the ranger [m].
+    """
+
+    ranger: NDArray[np.intp]
+    normal: NDArray[np.float64]
+    height: NDArray[np.float64]
+    point: NDArray[np.float64]
 
 
 class Ears:
@@ -56,103 +73,139 @@ class Ears:
 
     def __init__(self, model: mujoco.MjModel, sites: tuple[str, ...], own: str, reach: float) -> None:
         self._model, self._reach = model, reach
-        self._sites = [model.site(name).id for name in sites]
+        self._sites = np.array([model.site(name).id for name in sites], int)
         self._own = model.body(own).id
 
-    def between(self, data: mujoco.MjData, speaker: int, way: NDArray[np.float64], listener: int) -> float:
-        """From the point at ``way`` (3,) [m] from one ranger, how far to another [m]; infinite outside its cone."""
-        site = self._sites[listener]
-        back = data.site_xpos[self._sites[speaker]] + way - data.site_xpos[site]
-        length = math.sqrt(back @ back)
-        return length if back @ data.site_xmat[site, ::3] >= math.cos(WIDEST) * length else math.inf
+    def echoes(self, data: mujoco.MjData, rangers: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Ways to the nearest points that throw sound back to some ``rangers`` (n,).
 
-    def echo(self, data: mujoco.MjData, ranger: int) -> NDArray[np.float64] | None:
-        """The way to the nearest point that throws sound back, (3,) [m] in the world's axes; None without an echo."""
-        site = self._sites[ranger]
-        origin, attitude = data.site_xpos[site], data.site_xmat[site].reshape(3, 3)
-        axis, rays = attitude[:, 0], RAYS @ attitude.T
-        met = self._meet(data, origin, rays)
-        nearest = _any_point(met, rays, axis)
-        mirrored = self._mirrored(data, origin, axis, met, rays)
-        candidates = [way for way in (nearest, mirrored) if way is not None]
-        return min(candidates, key=_length, default=None)
+        (n, 3) [m] in the world's axes, infinite where there is no echo.
+        """
+        sites = self._sites[rangers]
+        origins, attitudes = data.site_xpos[sites], data.site_xmat[sites].reshape(-1, 3, 3)
+        axes, rays = attitudes[:, :, 0], RAYS @ attitudes.transpose(0, 2, 1)
+        met = self._meet(data, origins, rays)
+        anywhere, ways = _any_points(met, axes)
+        owner, mirrors = self._mirrors(data, origins, axes, met)
+        for ranger, way in zip(owner.tolist(), mirrors, strict=True):
+            if (length := math.sqrt(way @ way)) < anywhere[ranger]:
+                anywhere[ranger], ways[ranger] = length, way
+        return ways
 
-    def _mirrored(
+    def between(
+        self, data: mujoco.MjData, speakers: NDArray[np.intp], ways: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """How far it is from the points at ``ways`` (n, 3) [m] from ``speakers`` (n,) to each of them.
+
+        (points, rangers) [m], infinite where a point is outside a ranger's cone.
+        """
+        sites = self._sites[speakers]
+        points, places, axes = data.site_xpos[sites] + ways, data.site_xpos[sites], data.site_xmat[sites, ::3]
+        back = points[:, None] - places
+        length = np.linalg.norm(back, axis=2)
+        return np.where((back * axes).sum(axis=2) >= math.cos(WIDEST) * length, length, math.inf)
+
+    def _meet(self, data: mujoco.MjData, origins: NDArray[np.float64], rays: NDArray[np.float64]) -> Met:
+        shape = rays.shape[:2]
+        distance, geom, normal = np.empty(shape), np.empty(shape, np.int32), np.zeros(rays.shape)
+        for ranger, origin in enumerate(origins):
+            self._cast(data, origin, rays[ranger], geom[ranger], distance[ranger], normal[ranger])
+        # MuJoCo leaves out geoms that begin beyond the reach; a wide one may begin before it and be met behind it.
+        hit = (geom >= 0) & (distance <= self._reach)
+        return Met(np.where(hit, distance, math.inf), geom, normal, np.where(hit, distance, 0.0)[:, :, None] * rays)
+
+    def _cast(
         self,
         data: mujoco.MjData,
         origin: NDArray[np.float64],
-        axis: NDArray[np.float64],
-        met: Met,
         rays: NDArray[np.float64],
-    ) -> NDArray[np.float64] | None:
-        """The way to the nearest foot of a perpendicular, or edge of two walls, that is seen within the wide cone."""
-        ways = mirror_points(met, rays)
-        lengths = np.sqrt((ways * ways).sum(axis=1))
-        ways = ways[(ways @ axis >= math.cos(WIDEST) * lengths) & (lengths > 0)]
-        if not len(ways):
-            return None
-        lengths = np.sqrt((ways * ways).sum(axis=1))
-        seen = np.abs(self._meet(data, origin, ways / lengths[:, None]).distance - lengths) < NEAR
-        return ways[np.where(seen, lengths, np.inf).argmin()] if seen.any() else None
-
-    def _meet(self, data: mujoco.MjData, origin: NDArray[np.float64], rays: NDArray[np.float64]) -> Met:
-        count = len(rays)
-        distance, normal, geom = np.empty(count), np.zeros((count, 3)), np.empty(count, np.int32)
+        geom: NDArray[np.int32],
+        distance: NDArray[np.float64],
+        normal: NDArray[np.float64] | None,
+    ) -> None:
+        """Cast ``rays`` (n, 3) from one point and write down what they meet."""
+        facing = None if normal is None else normal.reshape(-1)
         mujoco.mj_multiRay(
             self._model,
             data,
             origin,
-            rays.ravel(),
+            rays.reshape(-1),
             GROUPS,
             True,
             self._own,
             geom,
             distance,
-            normal.reshape(-1),
-            count,
+            facing,
+            len(rays),
             self._reach,
         )
-        # MuJoCo leaves out geoms that begin beyond the reach; a wide one may begin before it and be met behind it.
-        return Met(np.where((geom >= 0) & (distance <= self._reach), distance, np.inf), normal, geom)
+
+    def _mirrors(
+        self, data: mujoco.MjData, origins: NDArray[np.float64], axes: NDArray[np.float64], met: Met
+    ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """Whose they are (points,), and ways (points, 3) [m] to the mirror points that are seen in the wide cone."""
+        owner, ways = mirror_points(faces_of(met))
+        length = np.sqrt((ways * ways).sum(axis=1))
+        within = (length > 0) & ((ways * axes[owner]).sum(axis=1) >= math.cos(WIDEST) * length)
+        owner, ways, length = owner[within], ways[within], length[within]
+        distance, geom = np.empty(len(owner)), np.empty(len(owner), np.int32)
+        rays = ways / length[:, None]
+        for ranger in np.unique(owner):
+            first, last = np.searchsorted(owner, (ranger, ranger + 1))
+            mine = slice(first, last)
+            self._cast(data, origins[ranger], rays[mine], geom[mine], distance[mine], None)
+        seen = np.abs(distance - length) < NEAR
+        return owner[seen], (rays * distance[:, None])[seen]
 
 
-def _any_point(met: Met, rays: NDArray[np.float64], axis: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """The way to the nearest point in the nominal cone whose surface is slanted to the axis by no more than a wall."""
-    answers = -met.normal[:INNER_RAYS] @ axis >= math.cos(WIDEST)
-    distance = np.where(answers, met.distance[:INNER_RAYS], np.inf)
-    nearest = distance.argmin()
-    return distance[nearest] * rays[nearest] if np.isfinite(distance[nearest]) else None
+def _any_points(met: Met, axes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How far (rangers,) [m] and which way (rangers, 3) the nearest points in the nominal cones are that answer.
+
+    All do whose surface is slanted to the axis by no more than a wall may be.
+    """
+    slant = -(met.normal[:, :INNER_RAYS] @ axes[:, :, None])[:, :, 0]
+    distance = np.where(slant >= math.cos(WIDEST), met.distance[:, :INNER_RAYS], math.inf)
+    every, nearest = np.arange(len(axes)), distance.argmin(axis=1)
+    far = distance[every, nearest]
+    return far, np.where(np.isfinite(far)[:, None], met.point[every, nearest], math.inf)
 
 
-def mirror_points(met: Met, rays: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Ways to where flat faces mirror sound straight back, (points, 3): feet of perpendiculars, corners' edges."""
-    normals, heights, points = _faces(met, rays)
-    return np.concatenate([-heights[:, None] * normals, _corner_edges(normals, heights, points)])
+def faces_of(met: Met) -> Faces:
+    """Flat faces: those of one geom on which two rays or more meet the same normal."""
+    ranger, ray = np.nonzero(np.isfinite(met.distance))
+    normal = met.normal[ranger, ray]
+    steps = np.round(normal / SMOOTH).astype(np.int64) + 64
+    key = ranger * 2**24 + met.geom[ranger, ray]
+    for axis in range(3):
+        key = key * 128 + steps[:, axis]
+    order = np.argsort(key, kind="stable")
+    same = key[order[1:]] == key[order[:-1]]
+    pairs = np.flatnonzero(same & ~np.r_[False, same[:-1]])  # the first two of each run
+    flat = order[pairs]
+    ranger, ray, normal = ranger[flat], ray[flat], normal[flat]
+    point = met.point[ranger, ray]
+    return Faces(ranger, normal, -(normal * point).sum(axis=1), point)
 
 
-def _faces(met: Met, rays: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Normals (faces, 3), distances from the ranger [m] and a point each (faces, 3) of the flat faces that rays met."""
-    hit = np.isfinite(met.distance)
-    normals, points = met.normal[hit], met.distance[hit, None] * rays[hit]
-    steps = np.round(normals / SMOOTH).astype(np.int64) + 50
-    keys = ((met.geom[hit] * 128 + steps[:, 0]) * 128 + steps[:, 1]) * 128 + steps[:, 2]
-    _, first, count = np.unique(keys, return_index=True, return_counts=True)
-    flat = first[count > 1]
-    normals, points = normals[flat], points[flat]
-    return normals, -(normals * points).sum(axis=1), points
+def mirror_points(faces: Faces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Where flat faces mirror sound straight back: whose point, in order (points,), and the way to it (points, 3) [m].
+
+    These are the feet of perpendiculars, and the nearest points of corners.
+    """
+    corner_of, corners = _corners(faces)
+    owner = np.concatenate([faces.ranger, corner_of])
+    ways = np.concatenate([-faces.height[:, None] * faces.normal, corners])
+    order = np.argsort(owner, kind="stable")
+    return owner[order], ways[order]
 
 
-def _corner_edges(
-    normals: NDArray[np.float64], heights: NDArray[np.float64], points: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Ways to the edges at which two faces meet at a right angle and look at each other, (edges, 3)."""
-    cosine = normals @ normals.T
-    before = points @ normals.T + heights > 0  # whether the point of a face lies before the plane of another
-    one, other = np.nonzero(np.triu((np.abs(cosine) < RIGHT_ANGLE) & before & before.T))
+def _corners(faces: Faces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Edges of faces that meet at a right angle and look at each other: whose, and ways to their nearest points."""
+    cosine = faces.normal @ faces.normal.T
+    before = faces.point @ faces.normal.T + faces.height > 0  # whether a face's point lies before another's plane
+    same = faces.ranger[:, None] == faces.ranger
+    one, other = np.nonzero(np.triu(same & (np.abs(cosine) < RIGHT_ANGLE) & before & before.T))
     c = cosine[one, other]
-    along_one, along_other = heights[one] - c * heights[other], heights[other] - c * heights[one]
-    return -(along_one[:, None] * normals[one] + along_other[:, None] * normals[other]) / (1 - c * c)[:, None]
-
-
-def _length(way: NDArray[np.float64]) -> float:
-    return float(way @ way)
+    by_one, by_other = faces.height[one] - c * faces.height[other], faces.height[other] - c * faces.height[one]
+    ways = by_one[:, None] * faces.normal[one] + by_other[:, None] * faces.normal[other]
+    return faces.ranger[one], -ways / (1 - c * c)[:, None]
