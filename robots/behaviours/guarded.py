@@ -73,7 +73,7 @@ def _told(stop: Stop) -> str:
 def _forbids(stop: Stop, twist: Twist) -> bool:
     """Whether a stop keeps the robot from a motion. Waiting is a command too: it ends a stop for want of one."""
     if stop.blocks is Blocked.ALL:
-        return True
+        return twist != Twist()
     return twist.linear > 0 if stop.blocks is Blocked.FORWARD else twist.linear < 0
 
 

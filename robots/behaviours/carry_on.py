@@ -1,0 +1,68 @@
+"""MN: carry on the way it goes, clear of what stands there."""
+
+import math
+
+from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
+from robots.behaviours.guarded import PATIENCE, Guarded
+from robots.behaviours.line import Line, turn_rate_onto
+from robots.behaviours.phases import ARRIVED, Travelled, driven
+from robots.behaviours.room import choose_lane, lanes
+from robots.behaviours.surroundings import Surroundings
+from robots.behaviours.wall import Wall, Window, find_wall
+from robots.motion import Pose
+
+BACK, FORTH = -1.0, 5.0
+"""Walls are looked for from so far behind the axle to so far ahead of it [m]: a choice."""
+ASIDE = (0.2, 2.5)
+"""Walls of a corridor are between so far and so far from its line [m]: a choice."""
+SHORTEST = 1.5
+"""So much of a corridor's wall has to be seen [m]: a choice, more than a cupboard has."""
+TILT = math.radians(20)
+"""A wall that is steeper against the way is none of a corridor [rad]: a choice."""
+MOST_ASIDE = 1.5
+"""The farthest that it leaves its line to pass something [m]: a choice."""
+
+
+class CarryOn(Guarded):
+    """Go on for ``length`` [m] along the way it looks: in the middle of a corridor, along a wall, or straight on.
+
+    It passes what stands in the way where there is room; else it waits, and fails in the end.
+    """
+
+    def __init__(self, frame: Frame, length: float, *, patience: float = PATIENCE) -> None:
+        super().__init__(frame, patience)
+        self._length = length
+        self._around, self._travelled = Surroundings(frame), Travelled()
+        self._way: Line | None = None
+
+    def _move(self, senses: Senses) -> Step:
+        self._around.look(senses)
+        if self._around.lost:
+            return waiting(self._around.lost)
+        pose, travelled = senses.pose, self._travelled.so_far(senses)
+        if self._length - travelled < ARRIVED:
+            return finished(f"went on for {travelled:.2f} m")
+        way = self._way or Line.through(pose)
+        self._way = way = self._found(way, pose) if self._around.fresh else way
+        error, seen = way.pose(pose), way.seen(self._around.all)
+        offset = choose_lane(seen, error.x, self.frame.shape, lanes(0.0, -MOST_ASIDE, MOST_ASIDE))
+        return driven(self.frame, self._around.points(pose), turn_rate_onto(error, offset), self._length - travelled)
+
+    def _found(self, way: Line, pose: Pose) -> Line:
+        """The way on: the line so far, or as the walls beside it lead."""
+        here = way.at(way.pose(pose).x, 0.0)
+        near, far = ASIDE
+        left = self._wall(here, (near, far))
+        right = self._wall(here, (-far, -near))
+        if left is not None and right is not None:
+            return _middle(left.line, right.line)
+        wall = left or right
+        return here if wall is None else Line(here.x, here.y, wall.line.heading)
+
+    def _wall(self, line: Line, across: tuple[float, float]) -> Wall | None:
+        return find_wall(self._around.all, line, Window((BACK, FORTH), across, TILT), SHORTEST)
+
+
+def _middle(left: Line, right: Line) -> Line:
+    turn = math.remainder(right.heading - left.heading, 2 * math.pi)
+    return Line((left.x + right.x) / 2, (left.y + right.y) / 2, left.heading + turn / 2)

@@ -1,0 +1,148 @@
+"""MW: move along a wall at a distance, on its left or right."""
+
+import math
+from enum import Enum
+
+from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
+from robots.behaviours.guarded import PATIENCE, Guarded
+from robots.behaviours.line import Line, turn_rate_onto
+from robots.behaviours.phases import ARRIVED, Travelled, driven, driven_arc, turned
+from robots.behaviours.room import SIDE_MARGIN, choose_lane, lanes, swing
+from robots.behaviours.surroundings import Surroundings
+from robots.behaviours.wall import Wall, Window, find_wall
+from robots.motion import Pose
+
+BACK, FORTH = -1.0, 5.0
+"""A wall is looked for from so far behind the axle to so far ahead of it [m]: a choice.
+
+A gap that is shorter than the view ahead is passed: the wall beyond it is seen before this side of it ends."""
+SHORTEST = 0.6
+"""So much of a wall has to be seen [m]: a choice, less than there is between two doors."""
+FIRST_REACH = 2.5
+"""A wall is not farther away than this at the start [m]: a choice."""
+RECESS, BEND = 0.4, math.radians(15)
+"""By so much [m, rad] a wall may shift or bend from one scan to the next: a choice."""
+FRONT_REACH, FRONT_SHORTEST, FRONT_TILT = 4.0, 1.0, math.radians(30)
+"""A wall across the way is looked for so far ahead [m], is at least so long [m] and slants by no more: choices.
+
+Nobody who stands there is so wide."""
+MOST_ASIDE = 1.5
+"""The farthest that it leaves its way for things that stand at the wall [m]: a choice."""
+ROOM_AT_CORNER = 0.1
+"""Room on top of what it takes to turn on the spot, at a wall across the way [m]: a choice."""
+CORNER_DONE = math.radians(15)
+"""With no more than this left of a corner it follows the next wall: a choice."""
+
+
+class Side(Enum):
+    """On which side of the robot a wall is; +1 is to the left."""
+
+    LEFT = 1
+    RIGHT = -1
+
+
+def closest(frame: Frame) -> float:
+    """The least distance [m] from a wall to the middle of the axle at which a robot can follow it."""
+    return frame.shape.half_width + 0.1
+
+
+class FollowWall(Guarded):
+    """Follow the wall on a ``side``, the middle of the axle ``distance`` [m] away from it.
+
+    With a ``length`` [m] it has finished when it has driven so far; it goes round inside corners, and so turns back in
+    a dead end. Without one it has finished where the wall ends, or before a wall across the way. Gaps up to about 4 m
+    are passed; so is what stands at the wall, with as little room as a lane has. It fails when there is no wall.
+    """
+
+    def __init__(
+        self, frame: Frame, side: Side, distance: float, length: float | None = None, *, patience: float = PATIENCE
+    ) -> None:
+        super().__init__(frame, patience)
+        self._side, self._distance, self._length = side, distance, length
+        self._around, self._travelled = Surroundings(frame), Travelled()
+        self._wall: Wall | None = None
+        self._front: Wall | None = None
+        self._into: Wall | None = None  # the wall that it turns to, while it is in a corner
+
+    def _move(self, senses: Senses) -> Step:
+        self._around.look(senses)
+        if self._around.lost:
+            return waiting(self._around.lost)
+        pose, travelled = senses.pose, self._travelled.so_far(senses)
+        if self._length is not None and self._length - travelled < ARRIVED:
+            return finished(f"followed the wall for {travelled:.2f} m")
+        if self._into is not None:
+            return self._round_corner(self._into, pose)
+        if self._around.fresh:
+            self._find(pose)
+        if self._wall is None:
+            return waiting(f"no wall on the {self._side.name.lower()} within {FIRST_REACH} m")
+        return self._along(self._wall, pose, travelled)
+
+    def _find(self, pose: Pose) -> None:
+        """Find the wall anew, and what is across the way."""
+        points, side = self._around.all, self._side.value
+        if self._wall is None:
+            line, across, tilt = Line.through(pose), _sorted(0.1 * side, FIRST_REACH * side), 2 * BEND
+        else:
+            line = self._wall.line.at(self._wall.line.pose(pose).x, 0.0)
+            across, tilt = (-RECESS, RECESS), BEND
+        found = find_wall(points, line, Window((BACK, FORTH), across, tilt), SHORTEST)
+        self._wall = found or self._wall
+        if self._wall is not None:
+            ahead = Line(pose.x, pose.y, self._wall.line.heading - side * math.pi / 2)
+            window = Window((-FIRST_REACH, FIRST_REACH), _sorted(0.0, FRONT_REACH * side), FRONT_TILT)
+            front = find_wall(points, ahead, window, FRONT_SHORTEST)
+            self._front = front if front is not None and self._bars(front, pose) else None
+
+    def _bars(self, front: Wall, pose: Pose) -> bool:
+        """Whether a wall ahead goes across all of the robot's way, and on to the side that it would turn to."""
+        along, half = front.line.pose(pose).x, self.frame.shape.half_width
+        return front.start < along - half / 2 and front.end > along + half
+
+    def _along(self, wall: Wall, pose: Pose, travelled: float) -> Step:
+        """Follow the wall that is beside it."""
+        if wall.line.pose(pose).x > wall.end:
+            return finished(f"the wall ended after {travelled:.2f} m")
+        left = math.inf if self._length is None else self._length - travelled
+        if self._front is not None:
+            clear = abs(self._front.line.pose(pose).y)
+            if self._length is None:
+                left = clear - max(self._distance, swing(self.frame.shape) + ROOM_AT_CORNER)
+                if left < ARRIVED:
+                    return finished(f"a wall across the way {clear:.2f} m ahead, after {travelled:.2f} m")
+            elif clear < self._distance + self._corner_radius():
+                self._into = self._front
+        return self._in_lane(wall, pose, left)
+
+    def _in_lane(self, wall: Wall, pose: Pose, left: float) -> Step:
+        side = self._side.value
+        way = wall.line.at(0.0, -side * self._distance)
+        error, seen = way.pose(pose), way.seen(self._around.all)
+        away = _sorted(0.0, -side * MOST_ASIDE)
+        offset = choose_lane(seen, error.x, self.frame.shape, lanes(0.0, *away))
+        return driven(self.frame, self._around.points(pose), turn_rate_onto(error, offset), left)
+
+    def _round_corner(self, into: Wall, pose: Pose) -> Step:
+        """Drive an arc that ends along the wall ahead, wide enough for the tail to clear the wall beside it."""
+        if abs(into.line.pose(pose).heading) < CORNER_DONE:
+            self._wall, self._into, self._front = into, None, None
+        radius, points = self._corner_radius(), self._around.points(pose)
+        if radius < ROOM_AT_CORNER:
+            return turned(self.frame, points, -into.line.pose(pose).heading)
+        return driven_arc(self.frame, points, -self._side.value / radius)
+
+    def _corner_radius(self) -> float:
+        """The least radius [m] at which the corner of the tail, which swings out, keeps off the wall beside it.
+
+        The rear corner runs on a circle of radius √((r + w)² + b²) about the centre, which is r + d away from the wall.
+        """
+        shape = self.frame.shape
+        back, half, room = shape.behind, shape.half_width, self._distance - SIDE_MARGIN
+        if room >= swing(shape):
+            return 0.0
+        return (half**2 + back**2 - room**2) / (2 * (room - half))
+
+
+def _sorted(one: float, other: float) -> tuple[float, float]:
+    return min(one, other), max(one, other)

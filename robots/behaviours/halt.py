@@ -1,0 +1,20 @@
+"""Stop: stand still."""
+
+from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
+from robots.behaviours.guarded import PATIENCE, Guarded
+
+STANDS = 0.02
+"""A robot that is slower stands [m/s, rad/s]: a choice, a balancing one is never quite still."""
+
+
+class Halt(Guarded):
+    """Brake, until the robot stands."""
+
+    def __init__(self, frame: Frame, *, patience: float = PATIENCE) -> None:
+        super().__init__(frame, patience)
+
+    def _move(self, senses: Senses) -> Step:
+        twist = senses.state.twist
+        if abs(twist.linear) < STANDS and abs(twist.angular) < STANDS:
+            return finished("stands")
+        return waiting(f"still goes at {twist.linear:.2f} m/s, {twist.angular:.2f} rad/s")

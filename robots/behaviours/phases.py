@@ -1,0 +1,166 @@
+"""Parts that behaviours are made of: a turn on the spot, and a straight way. Each says None once it is done."""
+
+import math
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.behaviours.behaviour import Frame, Ranger, Senses, Step, waiting
+from robots.behaviours.line import Line, speed_for, speed_to_stop, turn_rate_onto
+from robots.behaviours.room import LOOK, MARGIN, blocks_turn, free_ahead
+from robots.behaviours.surroundings import Surroundings
+from robots.motion import Limits, Twist
+
+CRUISE = 0.5
+"""Speed of behaviours where the robot is let [m/s]: what people drive the Robuter with; for others a choice."""
+ARRIVED = 0.01
+"""A way is driven when no more than this is left of it [m]: a choice."""
+TURNED = math.radians(0.5)
+"""A turn is done when no more than this is left of it: a choice."""
+STILL = 0.1
+"""It has to be slower than this then [rad/s]: a choice."""
+CREEP, CRAWL = 0.03, 0.05
+"""The slowest that it still goes [m/s] and turns [rad/s], so that it arrives: a choice."""
+SONAR_HISTORY = 3
+"""Readings of a sonar of which the middle one counts, as single ones err: a choice."""
+SONAR_REACH = 2.0
+"""A sonar's echo from farther away is not looked at [m]: a choice."""
+
+
+TIGHT = 3.0
+"""Arcs that are tighter are looked at as this one [1/m]: a choice."""
+STOP_SHORT = 0.02
+"""With no more way free than this a robot does not set out [m]: a choice."""
+
+Points = NDArray[np.float64]
+"""Points (n, 2) [m] in the robot's frame."""
+
+
+class Phase(Protocol):
+    """A part of a behaviour."""
+
+    def step(self, senses: Senses, around: Surroundings) -> Step | None:
+        """Say how to move now, None when there is nothing left to do."""
+
+
+class Turning:
+    """Turn on the spot until the odometer shows ``target`` [rad], which is not wrapped.
+
+    Room is what the laser sees ahead, what it remembers of what it has passed, and what the sonars hear; glass, what is
+    lower or higher than the laser's plane, and what is behind a robot that has not moved yet and has no sonars, nobody
+    sees.
+    """
+
+    def __init__(self, frame: Frame, target: float) -> None:
+        self._frame, self._target = frame, target
+        self._echoes = Echoes(frame.sonars)
+
+    def step(self, senses: Senses, around: Surroundings) -> Step | None:
+        """Say how to turn now."""
+        pose = senses.pose
+        left = self._target - pose.heading
+        if abs(left) < TURNED and abs(senses.state.twist.angular) < STILL:
+            return None
+        if around.lost:
+            return waiting(around.lost)
+        points = np.concatenate([around.points(pose), self._echoes.points(senses)])
+        return turned(self._frame, points, left)
+
+
+class Straight:
+    """Follow a line from its point on for ``length`` [m]; what stands on it is waited for."""
+
+    def __init__(self, frame: Frame, line: Line, length: float) -> None:
+        self._frame, self._line, self._length = frame, line, length
+
+    def step(self, senses: Senses, around: Surroundings) -> Step | None:
+        """Say how to drive now."""
+        error = self._line.pose(senses.pose)
+        left = self._length - error.x
+        if left < ARRIVED:
+            return None
+        if around.lost:
+            return waiting(around.lost)
+        return driven(self._frame, around.points(senses.pose), turn_rate_onto(error), left)
+
+
+class Travelled:
+    """Path length since the first look [m]."""
+
+    def __init__(self) -> None:
+        self._start: float | None = None
+
+    def so_far(self, senses: Senses) -> float:
+        """The length up to now."""
+        if self._start is None:
+            self._start = senses.state.distance
+        return senses.state.distance - self._start
+
+
+def driven(frame: Frame, points: Points, turn_rate: float, left: float) -> Step:
+    """Drive on with a turn rate [rad/s], as fast as the way that is ``left`` [m] and the ``points`` ahead let it.
+
+    A robot that cannot turn so fast drives slower.
+    """
+    limits = frame.limits
+    wanted = limits.limited(Twist(max(speed_for(limits, CRUISE, left), CREEP), turn_rate))
+    return _clear(frame, points, wanted, _curvature(wanted))
+
+
+def driven_arc(frame: Frame, points: Points, curvature: float) -> Step:
+    """Drive along an arc [1/m], as fast as the ``points`` ahead let it."""
+    speed = min(CRUISE, frame.limits.speed)
+    return _clear(frame, points, frame.limits.limited(Twist(speed, curvature * speed)), curvature)
+
+
+def turned(frame: Frame, points: Points, left: float) -> Step:
+    """Turn on the spot with ``left`` [rad] to go, where the ``points`` let it."""
+    near = blocks_turn(points, frame.shape, left)
+    if len(near):
+        return waiting(f"no room to turn by {math.degrees(left):.0f}°: {_place(near[0])}")
+    return Step(Twist(0.0, math.copysign(turn_speed(frame.limits, abs(left)), left)))
+
+
+def _clear(frame: Frame, points: Points, wanted: Twist, curvature: float) -> Step:
+    """The wanted motion, slowed down on the same arc where something is ahead."""
+    free = free_ahead(points, frame.shape, curvature, LOOK)
+    speed = min(wanted.linear, speed_for(frame.limits, CRUISE, free))
+    if free <= STOP_SHORT:
+        return waiting(f"way blocked {free + MARGIN:.2f} m ahead")
+    return Step(Twist(speed, wanted.angular * speed / wanted.linear))
+
+
+def turn_speed(limits: Limits, left: float) -> float:
+    """Turn rate [rad/s] with ``left`` [rad] to go."""
+    return max(min(limits.turn_rate, speed_to_stop(left, limits.angular_acceleration), 2.0 * left), CRAWL)
+
+
+class Echoes:
+    """What the sonars have heard near the robot, as points in the middle of their cones."""
+
+    def __init__(self, sonars: tuple[Ranger, ...]) -> None:
+        self._sonars = np.array(sonars, np.float64).reshape(-1, 3)
+        self._readings: list[NDArray[np.float64]] = []
+
+    def points(self, senses: Senses) -> Points:
+        """Points (n, 2) [m] in the robot's frame."""
+        heard = senses.state.sonar
+        if heard is None or len(heard) != len(self._sonars):
+            return np.empty((0, 2))
+        if not self._readings or heard is not self._readings[-1]:
+            self._readings = [*self._readings[1 - SONAR_HISTORY :], np.nan_to_num(heard, nan=np.inf)]
+        middle = np.median(self._readings, axis=0)
+        near = (middle >= 0) & (middle < SONAR_REACH)
+        x, y, bearing = self._sonars[near].T
+        return np.stack([x + middle[near] * np.cos(bearing), y + middle[near] * np.sin(bearing)], axis=1)
+
+
+def _curvature(twist: Twist) -> float:
+    """Curvature of an arc [1/m]; what is as good as a turn on the spot counts as a tight arc."""
+    return min(max(twist.angular / max(twist.linear, CREEP), -TIGHT), TIGHT)
+
+
+def _place(point: Points) -> str:
+    x, y = point
+    return f"something {math.hypot(x, y):.2f} m away at {math.degrees(math.atan2(y, x)):.0f}°"

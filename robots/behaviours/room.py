@@ -1,0 +1,99 @@
+"""Whether there is room to go on: along an arc, about itself, in a lane."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.robot import Shape
+
+MARGIN = 0.15
+"""Room that a robot keeps ahead of it [m]: a choice."""
+SIDE_MARGIN = 0.06
+"""Room that it keeps at its sides, and all around while it turns on the spot [m]: a choice."""
+TOUCH = 0.02
+"""A point less deep in the robot's box is beside it: the scan's noise and the odometer's drift [m]; a choice."""
+ARC_STEP = 0.05
+TURN_STEP = math.radians(3)
+
+
+def free_ahead(points: NDArray[np.float64], shape: Shape, curvature: float, reach: float) -> float:
+    """How far [m] a robot may drive along an arc of ``curvature`` [1/m] until it is near a point, at most ``reach``.
+
+    ``points`` (n, 2) are in its frame. One that is beside it from the start is none of this function's business: the
+    robot has been driven past it, and a lane keeps it off.
+    """
+    lengths = np.arange(0.0, reach, ARC_STEP)
+    turned = curvature * lengths
+    chord = lengths * np.sinc(turned / (2 * np.pi))
+    centres = np.stack([chord * np.cos(turned / 2), chord * np.sin(turned / 2)], axis=1)
+    near = points[(np.abs(points) < reach + 1.5).all(axis=1)]
+    inside = _inside(near, centres, turned, shape, (MARGIN, SIDE_MARGIN))  # (lengths, points)
+    beside = inside[0] & (near[:, 0] < shape.ahead)
+    hit = (inside & ~beside).any(axis=1)
+    return float(lengths[np.argmax(hit)]) if hit.any() else reach
+
+
+def blocks_turn(points: NDArray[np.float64], shape: Shape, angle: float) -> NDArray[np.float64]:
+    """Those points (m, 2) that a robot meets which turns on the spot by ``angle`` [rad], nearest first."""
+    angle = math.copysign(min(abs(angle), 2 * math.pi), angle)
+    turned = np.linspace(0.0, angle, 2 + int(abs(angle) / TURN_STEP))
+    near = points[np.hypot(*points.T) < swing(shape) + 2 * SIDE_MARGIN]
+    centres = np.zeros((len(turned), 2))
+    close = _inside(near, centres, turned, shape, (SIDE_MARGIN, SIDE_MARGIN))
+    touched = _inside(near, centres, turned, shape, (-TOUCH, -TOUCH))
+    # What is within the margin from the start is in the way only if the robot would touch it.
+    met = near[(close.any(axis=0) & ~close[0]) | touched.any(axis=0)]
+    return met[np.argsort(np.hypot(*met.T))]
+
+
+def swing(shape: Shape) -> float:
+    """Radius [m] of the circle that a robot takes which turns on the spot."""
+    return math.hypot(max(shape.ahead, shape.behind), shape.half_width)
+
+
+def _inside(
+    points: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    turned: NDArray[np.float64],
+    shape: Shape,
+    margins: tuple[float, float],
+) -> NDArray[np.bool_]:
+    """Which of n points are in the robot's box, with (ahead, side) ``margins``, at which of k poses: (k, n)."""
+    x = points[None, :, 0] - centres[:, None, 0]
+    y = points[None, :, 1] - centres[:, None, 1]
+    cos, sin = np.cos(turned)[:, None], np.sin(turned)[:, None]
+    forward, left = cos * x + sin * y, cos * y - sin * x
+    ahead, side = margins
+    return (forward < shape.ahead + ahead) & (forward > -shape.behind - side) & (np.abs(left) < shape.half_width + side)
+
+
+LOOK = 2.5
+"""How far ahead a lane must be free [m]: a choice, room enough to change by a metre."""
+LANE_STEP = 0.05
+LANE_MARGIN = 0.10
+"""Room at both sides of a lane [m]: a choice."""
+ALIKE = 0.3
+"""Lanes whose free lengths differ by less are as good as each other [m]: a choice."""
+
+
+def choose_lane(
+    points: NDArray[np.float64], along: float, shape: Shape, offsets: NDArray[np.float64], look: float = LOOK
+) -> float:
+    """The lane nearest to the first of ``offsets`` [m] among those that are free the farthest, up to ``look``.
+
+    ``points`` (n, 2) are (along, across) of the line that the lanes are parallel to, as is the robot's ``along``.
+    """
+    ahead = points[:, 0] - along
+    near = points[(ahead > -shape.behind) & (ahead < shape.ahead + look)]
+    ahead = np.maximum(near[:, 0] - along - shape.ahead, 0.0)
+    in_lane = np.abs(near[None, :, 1] - offsets[:, None]) < shape.half_width + LANE_MARGIN  # (lanes, points)
+    free = np.where(in_lane, ahead[None, :], look).min(axis=1, initial=look)
+    good = offsets[free >= free.max() - ALIKE]
+    return float(good[np.argmin(np.abs(good - offsets[0]))])
+
+
+def lanes(preferred: float, leftmost: float, rightmost: float) -> NDArray[np.float64]:
+    """Offsets [m] of lanes between two bounds, the preferred one first."""
+    others = np.arange(rightmost, leftmost + LANE_STEP / 2, LANE_STEP)
+    return np.concatenate([[preferred], others])
