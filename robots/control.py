@@ -34,5 +34,8 @@ class ControlLayer(Protocol):
     def release(self) -> None:
         """Clear all stops whose reason has gone."""
 
+    def rest(self) -> None:
+        """Begin anew from rest: somebody has set the robot down. Stops stay, and the odometer."""
+
     def tick(self, signals: Signals) -> Actuation:
         """Let one period pass: hear the sensors, tell the motors."""

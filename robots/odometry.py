@@ -1,5 +1,6 @@
 """Odometry as a robot has it: encoder pulses of its wheels and what it believes of their size, never the truth."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,10 +11,10 @@ from robots.motion import DifferentialDrive, Pose
 
 
 class Pulses(NamedTuple):
-    """Readings of both wheels' counters."""
+    """Readings of both wheels' counters: whole numbers, NaN where one cannot be read."""
 
-    left: int
-    right: int
+    left: float
+    right: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,10 +29,13 @@ class Encoders:
 
     def read(self, left: float, right: float) -> Pulses:
         """Return the counters at the wheels' angles [rad]: a pulse is counted when the wheel has passed it."""
-        scale = self.pulses_per_turn / (2 * np.pi)
-        return Pulses(int(np.floor(left * scale)), int(np.floor(right * scale)))
+        return Pulses(self._counted(left), self._counted(right))
 
-    def angle(self, pulses: int) -> float:
+    def _counted(self, angle: float) -> float:
+        counted = angle * self.pulses_per_turn / (2 * np.pi)
+        return math.floor(counted) if math.isfinite(counted) else math.nan
+
+    def angle(self, pulses: float) -> float:
         """Return the turn of a wheel [rad] that makes so many pulses."""
         return 2 * np.pi * pulses / self.pulses_per_turn
 
@@ -100,7 +104,7 @@ class Odometry:
         left = self._encoders.angle(pulses.left - self._last.left) * geometry.left_radius
         right = self._encoders.angle(pulses.right - self._last.right) * geometry.right_radius
         self._last = pulses
-        length = (left + right) / 2
+        length = float(left + right) / 2
         self.distance += length
         self.pose = along_arc(self.pose, length, (right - left) / geometry.track)
         return self.pose

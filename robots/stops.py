@@ -1,6 +1,7 @@
 """The stops of a robot: raised and cleared by its watches, and what they let through of a command."""
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -51,16 +52,21 @@ class Stops:
         self._held.clear()
 
     def allowed(self, twist: Twist) -> Twist:
-        """Return what the stops let through of a command: all, nothing, or turning and going the other way."""
-        blocked = {stop.blocks for stop in self._held.values()}
-        if Blocked.ALL in blocked:
-            return Twist()
-        linear = twist.linear
-        if Blocked.FORWARD in blocked:
-            linear = min(linear, 0.0)
-        if Blocked.BACKWARD in blocked:
-            linear = max(linear, 0.0)
-        return Twist(linear, twist.angular)
+        """Return what the stops let through of a command."""
+        return let_through(self._held.values(), twist)
+
+
+def let_through(stops: Iterable[Stop], twist: Twist) -> Twist:
+    """Return what ``stops`` let through of a command: all, nothing, or turning and going the other way."""
+    blocked = {stop.blocks for stop in stops}
+    if Blocked.ALL in blocked:
+        return Twist()
+    linear = twist.linear
+    if Blocked.FORWARD in blocked:
+        linear = min(linear, 0.0)
+    if Blocked.BACKWARD in blocked:
+        linear = max(linear, 0.0)
+    return Twist(linear, twist.angular)
 
 
 def tipped(signals: Signals) -> str | None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.view import Pose, Scan, View, motion_between
-from robots import ControlLayer, Robot, RobotState, Signals, Twist
+from robots import ControlLayer, Inertial, Robot, RobotState, Signals, Twist
 from robots.odometry import CalibrationErrors, believed_geometry
 from sim.camera import Camera, CameraModel
 from sim.errors import SimError
@@ -18,6 +18,7 @@ from sim.hardware import Hardware
 from sim.inertial import InertialModel
 from sim.laser import Laser, LaserModel
 from sim.motion_blur import MocapPoses, paths, smeared, tell_velocities
+from sim.physics import Physics
 from sim.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
 from sim.sonar import SonarModel
 from worlds.build import World
@@ -32,6 +33,7 @@ ADAPTATION = 0.5
 
 Until then it saw what the last view showed. So the exposure trails the light by the camera's lag, as a real one's does,
 and no frame is rendered just to be metered: a small frame costs nearly half of a whole one."""
+NO_READING = Inertial(math.nan, math.nan, math.nan, math.nan)
 OPTIONS = ("timestep", "integrator", "cone", "impratio")
 """Physics options that the robot's model asks for: the world takes them over."""
 
@@ -81,6 +83,7 @@ class Bench(Closing):
         self.data = mujoco.MjData(self.model)
         self._crowd = Crowd(self.model, world.plan)
         self._stand_at(_start_of(self.route))
+        self._physics = Physics(self.model, self.data)
 
         seeds = np.random.SeedSequence(seed).spawn(3 + len(robot.cameras))
         laser_seed, *camera_seeds, sonar_seed, inertial_seed = seeds
@@ -124,6 +127,8 @@ class Bench(Closing):
     def place(self, pose: Pose) -> None:
         """Carry the robot to ``pose``, where it stands still: its odometer does not notice, its cameras adapt."""
         self._stand_at(pose)
+        self._physics.forgive()
+        self.control.rest()
         for camera in self._cameras.values():
             camera.forget()
 
@@ -157,6 +162,11 @@ class Bench(Closing):
         """What the robot last told of itself."""
         return self.control.state
 
+    @property
+    def fault(self) -> str | None:
+        """What went wrong with the physics, None while all is well; from then on the robot hears no sensor."""
+        return self._physics.fault
+
     def drive(self, twist: Twist) -> None:
         """Go on for one control period under a command."""
         self.control.command(twist)
@@ -167,9 +177,13 @@ class Bench(Closing):
         self._stood = MocapPoses.of(self.data)
         self._crowd.at(self.data, self.time + CONTROL_PERIOD)
         for _ in range(self._ticks):
-            scan = self.scan() if self.control.needs_scan else None
-            self._hardware.apply(self.control.tick(self.tamper(self._hardware.signals(scan))))
-            mujoco.mj_step(self.model, self.data, nstep=self._steps)
+            self._physics.look()
+            self._hardware.apply(self.control.tick(self.tamper(self._signals())))
+            self._physics.step(self._steps)
+
+    def _signals(self) -> Signals:
+        signals = self._hardware.signals(self.scan() if self.control.needs_scan else None)
+        return signals if self.fault is None else replace(signals, inertial=NO_READING)
 
     def scan(self) -> Scan:
         """The newest turn of the laser for steering, at most ``SCAN_PERIOD`` old."""

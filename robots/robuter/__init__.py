@@ -8,7 +8,7 @@ from robots.head import CAMERA_FORWARD, CAMERA_LATERAL, LASER_SITE, LATERAL_HEIG
 from robots.motion import DifferentialDrive, Limits
 from robots.robot import Robot, Shape
 from robots.robuter.control import RobuterControl
-from robots.robuter.sonars import SONARS, add_sonars
+from robots.robuter.sonars import FRONT_SONARS, SONARS, add_sonars
 
 BASE = "base"
 WHEEL_JOINTS = ("wheel-left", "wheel-right")
@@ -53,5 +53,5 @@ def load() -> Robot:
         pulses_per_turn=PULSES_PER_TURN,
         bumpers=BUMPERS,
         sonars=SONARS,
-        control=lambda believed: RobuterControl(DRIVE, LIMITS, PULSES_PER_TURN, believed),
+        control=lambda believed: RobuterControl(DRIVE, LIMITS, PULSES_PER_TURN, FRONT_SONARS, believed),
     )

@@ -31,7 +31,7 @@ def normal_forces(driven: Driven) -> dict[str, float]:
 def test_unknown_robot_lists_the_valid_ones() -> None:
     with pytest.raises(RobotsError) as error:
         robots.load("scout")
-    assert str(error.value) == "unknown robot 'scout': valid are robuter"
+    assert str(error.value) == f"unknown robot 'scout': valid are {', '.join(robots.names())}"
 
 
 def test_every_load_is_fresh() -> None:

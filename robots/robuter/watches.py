@@ -1,0 +1,112 @@
+"""What the Robuter's processor looks at to stop it: front sonars and bumpers; and how fast its wheels turn."""
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.motion import Limits, Twist, WheelSpeeds
+from robots.odometry import Encoders, Pulses
+from robots.robuter.protocol import Bumper
+from robots.state import Blocked
+
+MARGIN = 0.25
+"""What is left in front of the sonars when it has stopped [m]: a choice; the laser stands 5 cm further out."""
+ROUND = 0.4
+"""No sonar is silent for so long [s]: a round of all groups takes 0.373 s (``sim.sonar``)."""
+REACTION = 0.5
+"""How long the robot goes on before it brakes [s]: a round of the sonars, two ticks, the motors' lag."""
+HYSTERESIS = 0.1
+"""How much more room there has to be until it goes on [m]: two deviations of a sonar's reading."""
+
+WINDOW = 5
+"""Ticks over which wheel speeds are measured: 0.1 s, so that one pulse is 1 mm/s."""
+
+_WAYS = {Bumper.FRONT: Blocked.FORWARD, Bumper.REAR: Blocked.BACKWARD}
+
+
+class SonarWatch:
+    """Tells of an obstacle ahead, nearer than the robot needs to stop at the speed that it has or is asked for."""
+
+    def __init__(self, front: Sequence[int], limits: Limits) -> None:
+        self._front, self._braking = list(front), limits.acceleration
+        self._since: dict[int, float] = {}  # since when a sonar has seen something near
+        self._last: tuple[float, str] | None = None  # when something was last in the way, and what
+
+    def room(self, speed: float) -> float:
+        """Return how much room ahead a ``speed`` [m/s] needs [m]: way until it brakes, braking distance, margin."""
+        ahead = max(speed, 0.0)
+        return MARGIN + ahead * REACTION + ahead * ahead / (2 * self._braking)
+
+    def look(self, time: float, ranges: NDArray[np.float64] | None, speed: float) -> str | None:
+        """Tell what is in the way at ``speed`` [m/s], None while nothing is.
+
+        It takes two readings, as one may be a stray echo: of two sonars, or of one that has had time for another.
+        """
+        if ranges is None:
+            return None
+        room = self.room(speed) + (HYSTERESIS if self._last is not None else 0.0)
+        near = {i: float(ranges[i]) for i in self._front if ranges[i] < room}
+        self._since = {i: self._since.get(i, time) for i in near}
+        if len(near) > 1 or any(time - since > ROUND for since in self._since.values()):
+            self._last = time, f"{min(near.values()):.2f} m ahead, {room:.2f} m needed"
+        elif self._last is not None and time - self._last[0] > ROUND:
+            self._last = None
+        return self._last[1] if self._last else None
+
+
+class BumperWatch:
+    """Tells which bumpers are pressed, or were and would be again by what is asked for.
+
+    A robot that bumps rebounds: if it went on as soon as the bumper is free it would knock again and again.
+    """
+
+    def __init__(self) -> None:
+        self._hit: frozenset[Bumper] = frozenset()
+
+    def look(self, pressed: Iterable[str], wanted: Twist) -> str | None:
+        """Tell the bumpers, None when the way is free."""
+        self._hit = frozenset(map(Bumper, pressed)) | {one for one in self._hit if _into(one, wanted)}
+        return ", ".join(bumper.value for bumper in Bumper if bumper in self._hit) or None
+
+    @property
+    def blocks(self) -> Blocked:
+        """The way that is forbidden."""
+        ways = {_WAYS[bumper] for bumper in self._hit}
+        return ways.pop() if len(ways) == 1 else Blocked.ALL
+
+
+class WheelMeter:
+    """Counters of the wheels, and their speeds over the last ticks; keeps the last counters that were numbers."""
+
+    def __init__(self, encoders: Encoders, period: float) -> None:
+        self._encoders, self._period = encoders, period
+        self._read: deque[Pulses] = deque(maxlen=WINDOW + 1)
+
+    @property
+    def counters(self) -> Pulses:
+        """The newest."""
+        return self._read[-1] if self._read else Pulses(0, 0)
+
+    @property
+    def speeds(self) -> WheelSpeeds:
+        """Measured speeds of the wheels."""
+        if len(self._read) < 2:
+            return WheelSpeeds(0.0, 0.0)
+        first, last = self._read[0], self._read[-1]
+        time = (len(self._read) - 1) * self._period
+        turns = (self._encoders.angle(b - a) / time for a, b in zip(first, last, strict=True))
+        return WheelSpeeds(*turns)
+
+    def look(self, pulses: Pulses) -> None:
+        """Hear the counters of this tick."""
+        self._read.append(pulses if np.isfinite(pulses).all() else self.counters)
+
+    def rest(self) -> None:
+        """Forget that anything moved."""
+        self._read = deque([self.counters], maxlen=WINDOW + 1)
+
+
+def _into(bumper: Bumper, wanted: Twist) -> bool:
+    return wanted.linear > 0 if bumper is Bumper.FRONT else wanted.linear < 0

@@ -1,0 +1,65 @@
+"""Stepping MuJoCo so that a state which is no number stops the world instead of carrying it back to its beginning.
+
+On such a state MuJoCo warns, resets all data to the model's initial state, time included, and goes on (its flag
+``autoreset``). A robot would be back where its model was written, at time 0, and nobody would be told.
+"""
+
+import mujoco
+import numpy as np
+
+from sim.errors import SimError
+
+_BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+_NAMES = ("positions", "velocities", "accelerations")
+_KEPT = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+class Physics:
+    """Steps ``data``; after a state that is no number, or huge, all stands still where it last was good.
+
+    ``fault`` tells what was wrong and when; time goes on.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        self._model, self._data = model, data
+        self._good = np.empty(mujoco.mj_stateSize(model, _KEPT))
+        self.fault: str | None = None
+        self.forgive()
+
+    def forgive(self) -> None:
+        """Take the present state for a good one; raises ``SimError`` where it is none."""
+        if not self._finite():
+            raise SimError("physics: positions and velocities must be finite")
+        for kind in _BAD:
+            self._data.warning[kind].number = 0
+        self.fault = None
+        self._keep()
+
+    def look(self) -> None:
+        """Keep the present state, if it is good, before anybody reads it."""
+        if self.fault is None and not self._finite():
+            self._stand_still("positions or velocities")
+        elif self.fault is None:
+            self._keep()
+
+    def step(self, count: int) -> None:
+        """Go on by so many steps."""
+        if self.fault is None:
+            mujoco.mj_step(self._model, self._data, nstep=count)
+            bad = [name for name, kind in zip(_NAMES, _BAD, strict=True) if self._data.warning[kind].number]
+            if bad:
+                self._stand_still(" and ".join(bad))
+        else:
+            self._data.time += count * self._model.opt.timestep
+
+    def _finite(self) -> bool:
+        return bool(np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all())
+
+    def _keep(self) -> None:
+        mujoco.mj_getState(self._model, self._data, self._good, _KEPT)
+
+    def _stand_still(self, what: str) -> None:
+        mujoco.mj_setState(self._model, self._data, self._good, _KEPT)
+        self.fault = f"physics: {what} were no numbers or huge after {self._data.time:.3f} s; all stands still since"
+        self._data.qvel[:], self._data.act[:], self._data.xfrc_applied[:] = 0.0, 0.0, 0.0
+        mujoco.mj_forward(self._model, self._data)
