@@ -44,7 +44,10 @@ class InertialSensors:
 
 
 def tilt(rotation: NDArray[np.float64]) -> tuple[float, float]:
-    """Pitch, nose down, and roll, left side up [rad], of a body turned by a quaternion (w x y z)."""
+    """Pitch, nose down, and roll, left side up [rad], of a body turned by a quaternion (w x y z).
+
+    As seen from the body's direction of gravity: pitch is beyond ±90° where it is upside down, roll never.
+    """
     w, x, y, z = rotation.tolist()
     ahead, aside, up = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
     return math.atan2(-ahead, math.hypot(aside, up) * (1.0 if up >= 0 else -1.0)), math.atan2(aside, abs(up))
