@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from robots import robuter
+from robots import robuter, segway_rmp
 from robots.control import ControlLayer
 from robots.errors import RobotsError
 from robots.motion import DifferentialDrive, Limits, Pose, Twist, WheelSpeeds
@@ -33,7 +33,11 @@ __all__ = [
     "names",
 ]
 
-_LOADERS: dict[str, Callable[[], Robot]] = {"robuter": robuter.load}
+_LOADERS: dict[str, Callable[[], Robot]] = {
+    "robuter": robuter.load,
+    "segway_rmp": segway_rmp.load,
+    "segway_rmp-tractor": segway_rmp.load_with_tail,
+}
 
 
 def names() -> tuple[str, ...]:

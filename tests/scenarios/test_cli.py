@@ -93,7 +93,7 @@ RECORD = "record small.toml --renderer none -o new.mcap"
 BAD_INPUT = [
     # names that are unknown
     ("record nowhere -o new.mcap", "unknown world 'nowhere'; known are annex, "),
-    (f"{RECORD} --robot r2d2", "unknown robot 'r2d2': valid are robuter"),
+    (f"{RECORD} --robot r2d2", "unknown robot 'r2d2': valid are robuter, segway_rmp, segway_rmp-tractor"),
     (f"{RECORD} --light dusk", "unknown light 'dusk'; known are morning, noon, 16:00, 18:00, overcast, late-evening, "),
     (f"{RECORD} --light 18:00,cloud=2", "light '18:00,cloud=2': cloud '2' is not valid; it should be a share from 0"),
     (f"{RECORD} --change rain=1", "change 'rain=1': unknown 'rain=1'; valid is none, few, busy, or any of people=0..1"),
@@ -135,7 +135,7 @@ BAD_INPUT = [
     ("demo --world nowhere -o new", "unknown world 'nowhere'; known are annex, "),
     ("demo --to dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
     ("demo --from dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
-    ("demo --robot r2d2 -o new", "unknown robot 'r2d2': valid are robuter"),
+    ("demo --robot r2d2 -o new", "unknown robot 'r2d2': valid are robuter, segway_rmp, segway_rmp-tractor"),
     # numbers out of range
     (f"{RECORD} --every -1", "trigger: distance = -1.0 is not positive and finite"),
     (f"{RECORD} --every nan", "trigger: distance = nan is not positive and finite"),

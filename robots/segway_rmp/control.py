@@ -1,0 +1,192 @@
+"""The RMP's Control layer: speaks the machine's frames, looks out by laser, and tells what it hears in SI units."""
+
+import math
+
+import numpy as np
+
+from robots.motion import Limits, Pose, Twist
+from robots.odometry import Encoders, Geometry, Odometry, Pulses
+from robots.robot import Shape
+from robots.segway_rmp.firmware import TORQUE, Build, Firmware
+from robots.segway_rmp.lookout import Mounting, obstacle
+from robots.segway_rmp.protocol import (
+    COUNTS_PER_RADIAN,
+    COUNTS_PER_SPEED,
+    RESET_FOREAFT,
+    TOP_SPEED,
+    TOP_TURN,
+    Command,
+    Config,
+    Status,
+    Word,
+)
+from robots.signals import Actuation, LaserScan, Signals
+from robots.state import Blocked, Cause, Motors, RobotState
+from robots.stops import Stops, StuckWatch
+
+COMMAND_TICKS = 2
+"""A command frame goes down every so many ticks: 20 ms, of 10 to 300 ms that the machine takes; a choice."""
+SILENCE = 0.4
+"""Without a command from above for so long [s] the robot is stopped: what the machine itself holds a command."""
+BRAKING = 0.8
+"""Deceleration that the lookout counts on [m/s²]: less than the machine's 1.0, a choice."""
+LATENCY = 0.55
+"""What passes until the machine slows down [s]: scan 0.2, frames 0.03, ramp 0.15, and leaning back: README."""
+MARGIN = 0.15
+"""Room that is left to what is in the way [m]: a choice."""
+CLEAR = 0.1
+"""A way that was blocked is free again with so much more room [m]: a choice."""
+BLIND_TIME = 0.3
+"""A laser that has told of no range for so long [s], longer than a scan takes, is lost: a choice."""
+
+
+class SegwayControl:
+    """One machine, and the program that commands it."""
+
+    period = 0.01
+    needs_scan = True
+
+    def __init__(self, build: Build, limits: Limits, shape: Shape, mounting: Mounting, believed: Geometry) -> None:
+        self._firmware = Firmware(build)
+        self._wake, self._limits, self._shape, self._mounting = build.mode, limits, shape, mounting
+        self._odometry = Odometry(believed, Encoders(build.pulses_per_turn))
+        self._stuck = StuckWatch(TORQUE, slack=build.pulses_per_turn / 360)
+        self._stops, self._state = Stops(), RobotState()
+        self._wanted, self._asked, self._told = Twist(), Twist(), 0.0
+        self._new, self._ticks, self._time = False, 0, 0.0
+        self._settings: list[tuple[Config, int]] = []
+        self._scan: LaserScan | None = None
+        self._scan_pitch = 0.0
+        self._blind_since: float | None = None
+
+    @property
+    def state(self) -> RobotState:
+        """What was last heard from the robot."""
+        return self._state
+
+    @property
+    def odometry(self) -> Pose:
+        """The odometer at this moment."""
+        return self._odometry.pose
+
+    def command(self, twist: Twist) -> None:
+        """Ask for a motion; it holds until the next command, 0.4 s at most."""
+        self._wanted, self._told = self._limits.limited(twist), self._time
+
+    def emergency_stop(self) -> None:
+        """Brake to a standstill and hold the place.
+
+        A machine that balances has no safer state: without power it falls.
+        """
+        self._stops.set(Cause.EMERGENCY, "emergency stop was asked for", self._time)
+
+    def release(self) -> None:
+        """Clear all stops whose reason has gone; the machine goes back to the mode that it woke up in."""
+        self._stops.release()
+        self._told = self._time
+        self._wanted = Twist()
+        self._settings += [(Config.MODE, self._wake), (Config.RESET_INTEGRATORS, RESET_FOREAFT)]
+
+    def rest(self) -> None:
+        """Begin anew from rest: somebody has set the robot down. Stops stay, and the odometer."""
+        self._firmware.rest()
+        self._wanted = self._asked = Twist()
+
+    def tick(self, signals: Signals) -> Actuation:
+        """Let one period pass."""
+        self._time = signals.time
+        self._take_scan(signals.scan)
+        if self._ticks % COMMAND_TICKS == 0:
+            self._firmware.receive(self._frame(), signals.time)
+        self._ticks += 1
+        actuation = self._firmware.tick(signals)
+        self._hear(signals)
+        return actuation
+
+    def _take_scan(self, scan: LaserScan | None) -> None:
+        if scan is not self._scan:
+            self._scan, self._scan_pitch = scan, self._state.pitch
+
+    def _frame(self) -> Command:
+        """The next command: the motion that is let through, and a setting where one waits."""
+        allowed = self._stops.allowed(self._wanted)
+        ramped = self._limits.approached(self._asked, allowed, COMMAND_TICKS * self.period)
+        # What a stop forbids ends at once: the machine itself brakes as hard as it safely can.
+        linear = ramped.linear if allowed.linear or self._stops.allowed(ramped).linear else 0.0
+        self._asked = Twist(linear, ramped.angular if self._stops.allowed(ramped).angular else 0.0)
+        config, parameter = self._settings.pop(0) if self._settings else (Config.NONE, 0)
+        return Command(
+            _word(self._asked.linear * COUNTS_PER_SPEED, TOP_SPEED),
+            _word(self._asked.angular * COUNTS_PER_RADIAN, TOP_TURN),
+            config,
+            parameter,
+        )
+
+    def _hear(self, signals: Signals) -> None:
+        status = self._firmware.status
+        self._odometry.update(Pulses(status.left, status.right))
+        self._look_for_stops(signals, status)
+        self._state = RobotState(
+            time=signals.time,
+            pose=self._odometry.pose,
+            distance=self._odometry.distance,
+            twist=_motion(status),
+            stops=self._stops.held,
+            motors=Motors.ON if Word.MOTORS_ENABLED in status.words else Motors.OFF,
+            mode=status.mode.name.lower(),
+            pitch=status.pitch / COUNTS_PER_RADIAN,
+        )
+
+    def _look_for_stops(self, signals: Signals, status: Status) -> None:
+        stops, time = self._stops, signals.time
+        stops.set(Cause.TIPPED, _fallen(status), time)
+        stops.set(Cause.SENSOR, self._broken(signals, status), time)
+        stops.set(Cause.STUCK, self._held_back(signals, status), time)
+        silent = time - self._told > SILENCE + 1e-9
+        stops.set(Cause.NO_COMMAND, f"none for {SILENCE:g} s" if silent else None, time)
+        stops.set(Cause.LASER, self._in_the_way(status), time, Blocked.FORWARD)
+
+    def _broken(self, signals: Signals, status: Status) -> str | None:
+        """Name the sensor that has failed: the machine tells of its own, the laser is ours."""
+        if Word.SYSTEM_INTEGRITY_FAULT in status.words:
+            return "inertial sensors read no number"
+        if Word.MOTOR_FEEDBACK_FAULT in status.words:
+            return "encoders read no number"
+        if self._scan is None or not np.isnan(self._scan.ranges).any():
+            self._blind_since = None
+        elif self._blind_since is None:
+            self._blind_since = signals.time
+        elif signals.time - self._blind_since > BLIND_TIME:
+            return f"laser beam {int(np.argmax(np.isnan(self._scan.ranges)))} reads no number"
+        return None
+
+    def _held_back(self, signals: Signals, status: Status) -> str | None:
+        return self._stuck.look(signals)
+
+    def _in_the_way(self, status: Status) -> str | None:
+        if self._scan is None:
+            return None
+        moving = _motion(status)
+        blocked = Cause.LASER in self._stops
+        speed = max(moving.linear, self._wanted.linear if blocked else 0.0, 0.0)
+        found = obstacle(self._scan, self._scan_pitch, self._asked, self._shape, self._mounting)
+        needed = speed * LATENCY + speed**2 / (2 * BRAKING) + MARGIN + (CLEAR if blocked else 0.0)
+        if found is None or found.gap > needed:
+            return None
+        return f"laser: {found.gap:.2f} m ahead at {math.degrees(found.bearing):.0f}°"
+
+
+def _word(value: float, most: int) -> int:
+    return round(min(max(value, -most), most))
+
+
+def _motion(status: Status) -> Twist:
+    speed = (status.left_speed + status.right_speed) / 2 / COUNTS_PER_SPEED
+    return Twist(speed, status.yaw_rate / COUNTS_PER_RADIAN)
+
+
+def _fallen(status: Status) -> str | None:
+    if not (Word.PITCH_LIMIT | Word.ROLL_LIMIT) & status.words:
+        return None
+    pitch, roll = (math.degrees(count / COUNTS_PER_RADIAN) for count in (status.pitch, status.roll))
+    return f"pitch {pitch:.0f}°, roll {roll:.0f}°: motors off"

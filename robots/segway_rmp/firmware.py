@@ -1,0 +1,269 @@
+"""What the machine does, a hundred times a second: hear sensors and commands, balance, drive, tell its status."""
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robots.odometry import Encoders, Pulses
+from robots.segway_rmp.balance import GainSet, Observer, balancer, regulator
+from robots.segway_rmp.plant import GRAVITY, Plant
+from robots.segway_rmp.protocol import (
+    COUNTS_PER_DEGREE,
+    COUNTS_PER_METRE,
+    COUNTS_PER_RADIAN,
+    COUNTS_PER_REVOLUTION,
+    COUNTS_PER_SPEED,
+    COUNTS_PER_TORQUE,
+    QUIET,
+    Command,
+    Config,
+    Mode,
+    Status,
+    Word,
+    counts,
+)
+from robots.segway_rmp.senses import Senses
+from robots.signals import Actuation, Signals
+from robots.stops import TIPPED_PITCH, TIPPED_ROLL
+
+PERIOD = 0.01
+COMMAND_HOLD = 0.4
+"""A command counts for so long [s]; then the machine slows to a stop."""
+POSITION_ERROR = 12 * 0.3048
+"""Farther than this from where it should be [m] it gives up balancing and goes into tractor mode."""
+LATERAL = 0.5 * GRAVITY
+"""Cap of the acceleration across the path [m/s²]."""
+ACCELERATION, ANGULAR_ACCELERATION = 1.0, 3.0
+"""How fast speed and turn rate change at most [m/s², rad/s²]: choices; 1 m/s² leans the machine by 11°."""
+SMOOTHING = 0.3
+"""The ramp of the speed is averaged over so long [s], so that the machine leans over gently: a choice."""
+REACH, TURN_REACH = 0.3, 0.5
+"""Errors of place [m] and heading [rad] that are fed back at most, so that a robot held back does not tear: choices."""
+TORQUE = 60.0
+"""What a motor gives a wheel at most [N·m]: a choice (README)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """One machine: what it weighs, what it counts, and the mode that it wakes up in."""
+
+    plant: Plant
+    pulses_per_turn: int
+    mode: Mode
+    gain_set: GainSet
+
+
+class Follower:
+    """Where a speed command leads: ramped, smoothed, and summed to a place."""
+
+    def __init__(self, acceleration: float, smoothing: float) -> None:
+        self.place = self.speed = self.acceleration = 0.0
+        ticks = max(1, round(smoothing / PERIOD))
+        self._ramp, self._step = deque([0.0] * ticks, maxlen=ticks), acceleration * PERIOD
+
+    def follow(self, wanted: float) -> None:
+        """Go on by a tick towards a speed."""
+        last = self._ramp[-1]
+        self._ramp.append(last + min(max(wanted - last, -self._step), self._step))
+        speed = sum(self._ramp) / len(self._ramp)
+        self.acceleration = (speed - self.speed) / PERIOD
+        self.place += (self.speed + speed) / 2 * PERIOD
+        self.speed = speed
+
+
+@dataclass
+class _Drive:
+    """What is being followed, and what has been summed."""
+
+    way: Follower = field(default_factory=lambda: Follower(ACCELERATION, SMOOTHING))
+    heading: Follower = field(default_factory=lambda: Follower(ANGULAR_ACCELERATION, PERIOD))
+    integral: float = 0.0
+
+
+class Firmware:
+    """The machine's electronics; ``status`` is the frame of the last tick."""
+
+    def __init__(self, build: Build) -> None:
+        plant = build.plant
+        self.status = Status()
+        self._plant, self._gain_set = plant, build.gain_set
+        self._senses = Senses(Encoders(build.pulses_per_turn))
+        self._lean = plant.lean()
+        radius = plant.wheel_radius
+        self._pitching = Observer(
+            plant.pitching().sampled(PERIOD),
+            np.array([[1.0, 0.0, -radius, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]),
+            jolts=np.array([1e-5, 3e-3, 1e-5, 3e-3]),
+            noise=np.array([1e-4, 2e-3, 3e-3]),
+        )
+        self._yawing = Observer(
+            plant.yawing().sampled(PERIOD), np.eye(2), jolts=np.array([1e-5, 1e-2]), noise=np.array([4e-4, 3e-3])
+        )
+        self._turning = regulator(plant.yawing().sampled(PERIOD), np.array([0.03, 0.2]), 10.0)
+        self._rolling = regulator(plant.rolling().sampled(PERIOD), np.array([0.03, 0.1]), 20.0)
+        self._drive = _Drive()
+        self._command, self._heard = Command(), -math.inf
+        self._frames, self._words = 0, QUIET
+        self._torques = 0.0, 0.0
+        self._mode = Mode.DISABLED
+        self._enter(build.mode)
+
+    def receive(self, command: Command, time: float) -> None:
+        """Take a command that came at ``time`` [s]."""
+        self._command, self._heard = command, time
+        if command.config is Config.GAIN_SET:
+            self._gain_set = GainSet(command.parameter)
+        elif command.config is Config.MODE:
+            self._senses.trust()
+            self._words = QUIET
+            self._enter(Mode(command.parameter))
+        elif command.config is Config.RESET_INTEGRATORS:
+            self._hold_here()
+
+    def _enter(self, mode: Mode) -> None:
+        """Change the mode; the gain set is latched when the machine begins to balance."""
+        if mode is self._mode:
+            return
+        if mode is Mode.BALANCE:
+            self._latched = self._gain_set
+            self._balancing = balancer(self._plant, self._latched, PERIOD)
+        self._mode = mode
+        self._hold_here()
+
+    def _hold_here(self) -> None:
+        """Take the present place for the one where the machine should be."""
+        self._drive.way.place = float(self._pitching.state[0])
+        self._drive.heading.place = float(self._yawing.state[0])
+
+    def rest(self) -> None:
+        """Begin anew from rest, upright; the ways stay as they are."""
+        for observer in (self._pitching, self._yawing):
+            observer.state[1:] = 0.0
+        self._drive, self._torques = _Drive(), (0.0, 0.0)
+        self._hold_here()
+
+    def tick(self, signals: Signals) -> Actuation:
+        """Let one period pass."""
+        self._frames += 1
+        self._sense(signals)
+        self._watch(signals)
+        self._follow(signals.time)
+        self._torques = self._share(*self._efforts())
+        self.status = self._tell(signals)
+        return Actuation(*self._torques)
+
+    def _sense(self, signals: Signals) -> None:
+        senses, (left, right) = self._senses, self._torques
+        senses.hear(signals)
+        radius, track = self._plant.wheel_radius, self._plant.track
+        rolled = radius * (senses.left + senses.right) / 2
+        turned = radius * (senses.right - senses.left) / track
+        wheels, body = senses.wheels_believed, senses.inertial_believed
+        inertial = senses.inertial
+        readings = np.array([rolled, inertial.pitch, inertial.pitch_rate])
+        self._pitching.update(left + right, readings, (wheels, body, body))
+        self._yawing.update(right - left, np.array([turned, inertial.yaw_rate]), (wheels, body))
+
+    def _watch(self, signals: Signals) -> None:
+        """Look for what ends balancing, or all motion."""
+        senses = self._senses
+        if senses.inertial_believed and abs(senses.inertial.pitch) > TIPPED_PITCH:
+            self._power_off(Word.PITCH_LIMIT)
+        if senses.inertial_believed and abs(senses.inertial.roll) > TIPPED_ROLL:
+            self._power_off(Word.ROLL_LIMIT)
+        if senses.inertial_lost:
+            self._words |= Word.SYSTEM_INTEGRITY_FAULT | Word.SPEED_LIMIT_0
+        if senses.wheels_lost:
+            self._words |= Word.MOTOR_FEEDBACK_FAULT | Word.SPEED_LIMIT_0
+        if senses.inertial_lost and senses.wheels_lost:
+            self._power_off(QUIET)
+        if self._mode is Mode.BALANCE and abs(self._behind) > POSITION_ERROR:
+            self._enter(Mode.TRACTOR)
+            self._words |= Word.POSITION_ERROR
+
+    def _power_off(self, why: Word) -> None:
+        self._words |= why
+        self._enter(Mode.DISABLED)
+
+    @property
+    def _behind(self) -> float:
+        """How far the machine is ahead of where it should be [m]; negative: behind."""
+        return float(self._pitching.state[0]) - self._drive.way.place
+
+    def _follow(self, time: float) -> None:
+        speed, turn = self._command.velocity / COUNTS_PER_SPEED, self._command.turn / COUNTS_PER_RADIAN
+        if time - self._heard > COMMAND_HOLD + 1e-9 or Word.SPEED_LIMIT_0 in self._words or self._mode is Mode.DISABLED:
+            speed = turn = 0.0
+        drive = self._drive
+        drive.way.follow(speed)
+        most = LATERAL / max(abs(drive.way.speed), 1e-6)
+        drive.heading.follow(min(max(turn, -most), most))
+
+    def _efforts(self) -> tuple[float, float]:
+        """Torque of both motors together, and of the right one over the left one [N·m]."""
+        if self._mode is Mode.DISABLED:
+            return 0.0, 0.0
+        forward = self._balance() if self._mode is Mode.BALANCE else self._roll()
+        drive, (heading, rate) = self._drive, self._yawing.state.tolist()
+        off = _clipped(heading - drive.heading.place, TURN_REACH)
+        return forward, -float(self._turning @ (off, rate - drive.heading.speed))
+
+    def _balance(self) -> float:
+        way, (_, speed, pitch, rate) = self._drive.way, self._pitching.state.tolist()
+        off = _clipped(self._behind, REACH)
+        if abs(off) < REACH:  # else it would go on summing while something holds the machine back
+            self._drive.integral += off * PERIOD
+        leaning = pitch - self._lean.pitch * way.acceleration
+        errors = (self._drive.integral, off, speed - way.speed, leaning, rate)
+        return self._lean.torque * way.acceleration - float(self._balancing @ errors)
+
+    def _roll(self) -> float:
+        errors = (_clipped(self._behind, REACH), float(self._pitching.state[1]) - self._drive.way.speed)
+        return self._lean.torque * self._drive.way.acceleration - float(self._rolling @ errors)
+
+    def _share(self, forward: float, turning: float) -> tuple[float, float]:
+        """Torques of the (left, right) motor within their limit; balance comes before turning."""
+        forward = _clipped(forward, 2 * TORQUE)
+        turning = _clipped(turning, 2 * TORQUE - abs(forward))
+        return (forward - turning) / 2, (forward + turning) / 2
+
+    def _tell(self, signals: Signals) -> Status:
+        x, speed, pitch, rate = self._pitching.state.tolist()
+        yaw, yaw_rate = self._yawing.state.tolist()
+        aside = yaw_rate * self._plant.track / 2
+        on = Word.MOTORS_ENABLED if self._mode is not Mode.DISABLED else QUIET
+        balancing = Word.BALANCE_MODE if self._mode is Mode.BALANCE else QUIET
+        left, right = self._ways()
+        return Status(
+            frames=self._frames % 2**16,
+            pitch=counts(math.degrees(pitch), COUNTS_PER_DEGREE),
+            pitch_rate=counts(math.degrees(rate), COUNTS_PER_DEGREE),
+            roll=counts(math.degrees(self._senses.inertial.roll), COUNTS_PER_DEGREE),
+            yaw_rate=counts(math.degrees(yaw_rate), COUNTS_PER_DEGREE),
+            left_speed=counts(speed - aside, COUNTS_PER_SPEED),
+            right_speed=counts(speed + aside, COUNTS_PER_SPEED),
+            left=left,
+            right=right,
+            forward=counts(x, COUNTS_PER_METRE, 32),
+            yaw=counts(yaw / (2 * math.pi), COUNTS_PER_REVOLUTION, 32),
+            left_torque=counts(self._torques[0], COUNTS_PER_TORQUE),
+            right_torque=counts(self._torques[1], COUNTS_PER_TORQUE),
+            mode=self._mode,
+            gain_set=self._latched if self._mode is Mode.BALANCE else self._gain_set,
+            velocity_command=self._command.velocity,
+            turn_command=self._command.turn,
+            words=self._words | on | balancing,
+        )
+
+    def _ways(self) -> Pulses:
+        """Ways of the wheels' rims over the floor, in counts."""
+        swung = float(self._pitching.state[2])  # a wheel that stands turns against a body that leans over
+        way = self._plant.wheel_radius
+        left, right = (counts(way * (angle + swung), COUNTS_PER_METRE, 32) for angle in self._senses.angles)
+        return Pulses(left, right)
+
+
+def _clipped(value: float, most: float) -> float:
+    return min(max(value, -most), most)
