@@ -107,4 +107,4 @@ def strip(
     found = list(watched(asked))
     with writing(output), replacing_at(output) as temporary:
         sheet(asked, found).savefig(temporary)
-    say(out, f"{output}: {len(found)} frames of {seconds:g} s")
+    say(out, f"{output}: {len(found)} frames of {found[-1].time:.0f} s")

@@ -63,7 +63,7 @@ class Frame:
 
 
 def watched(strip: Strip) -> Iterator[Frame]:
-    """Lead the robot along the route, and look at it at equal times from the start to the end."""
+    """Lead the robot along the route, and look at it at equal times, the last when it has come to the route's end."""
     world = with_onlooker(build(load_plan(strip.world), light_named(strip.light), 0))
     robot = robots.load(strip.robot)
     settings = BenchSettings(renderer=strip.renderer, cameras=())
@@ -74,6 +74,8 @@ def watched(strip: Strip) -> Iterator[Frame]:
             while bench.time < time - 1e-9:
                 bench.drive(operator.command(bench.time, bench.pose))
             yield Frame(bench.time, onlooker.look(), bench.pose, bench.state)
+            if operator.finished:
+                return
 
 
 def sheet(strip: Strip, frames: list[Frame]) -> Figure:
@@ -82,7 +84,7 @@ def sheet(strip: Strip, frames: list[Frame]) -> Figure:
     width, tall = COLUMNS * CELL, rows * (height + FOOT) + FOOT
     with mpl.rc_context({"font.size": 10}):
         figure = Figure(figsize=(width, tall), dpi=100, facecolor="white")
-        figure.suptitle(f"{strip.robot} in {strip.world}, {strip.route}, {strip.seconds:g} s", y=1 - 0.15 / tall)
+        figure.suptitle(f"{strip.robot} in {strip.world}, {strip.route}, {frames[-1].time:.0f} s", y=1 - 0.15 / tall)
         for i, frame in enumerate(frames):
             row, column = divmod(i, COLUMNS)
             left, bottom = column * CELL, tall - FOOT - (row + 1) * (height + FOOT) + FOOT

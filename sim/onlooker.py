@@ -1,6 +1,7 @@
 """Somebody who stands by and takes pictures of a robot from outside; it changes nothing that happens."""
 
 import math
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -22,10 +23,12 @@ APART = 0.3
 """It keeps so far from walls [m]."""
 BEARINGS = 24
 """Directions that it tries for a place to stand."""
-EXPOSED = 0.8
+POINTS = ((-0.35, 0.15), (-0.35, MIDDLE), (0.0, 0.15), (0.0, MIDDLE), (0.0, 1.2), (0.35, 0.15), (0.35, MIDDLE))
+"""Points of a robot that are to be seen: to the side of its middle and above the floor [m]; a choice."""
+EXPOSED = 0.65
 """What is as bright as half of a picture gets so much of white; a choice."""
 GAMMA = 2.2
-WHITE = 3.0
+WHITE = 1.5
 """What is so much brighter than a screen's white at that exposure is white; a choice."""
 
 
@@ -37,10 +40,17 @@ def with_onlooker(world: World) -> World:
     return world
 
 
+class _Hit(NamedTuple):
+    """What a ray met: at which distance [m], and whether it is the robot."""
+
+    distance: float
+    robot: bool
+
+
 class Onlooker:
     """Looks at the robot of a ``bench`` from ``bearing`` [rad, 0 is ahead of it] and ``distance`` [m].
 
-    Where a wall is in the way, it goes round to the nearest place from which it sees the robot.
+    Where something is in the way, it goes round to the nearest place from which it sees the robot.
     """
 
     def __init__(self, bench: Bench, bearing: float = -math.pi / 2, distance: float = 3.2, eyes: float = EYES) -> None:
@@ -54,19 +64,20 @@ class Onlooker:
         return developed(bench.renderer.radiance(bench.data, CAMERA, *SIZE))
 
     def _place(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Where it stands and what it looks at, (3,) each [m]."""
+        """Where it stands and what it looks at, (3,) each [m]: the first place from which all is seen, or the best."""
         pose = self._bench.pose
         target = np.array([pose.x, pose.y, MIDDLE])
-        turns = np.linspace(0.0, math.pi, BEARINGS // 2 + 1)
-        tried = []
-        for turn in (sign * step for step in turns for sign in (1, -1)):
+        turns = [sign * step for step in np.linspace(0.0, math.pi, BEARINGS // 2 + 1) for sign in (1, -1)]
+        best, chosen = -1.0, target
+        for turn in turns:
             way = self._way(pose.heading + self._bearing + turn)
-            free = self._free(target, way)
-            if free >= self._distance:
-                return target + self._distance * way, target
-            tried.append((free, way))
-        free, way = max(tried, key=lambda each: each[0])
-        return target + free * way, target
+            back = min(self._distance, self._free(target, way))
+            worth = self._seen_from(target + back * way) * back / self._distance
+            if worth > best + 1e-9:
+                best, chosen = worth, target + back * way
+            if best >= 1.0:
+                break
+        return chosen, target
 
     def _way(self, bearing: float) -> NDArray[np.float64]:
         """Unit vector from what it looks at to its eyes, (3,)."""
@@ -76,14 +87,30 @@ class Onlooker:
 
     def _free(self, target: NDArray[np.float64], way: NDArray[np.float64]) -> float:
         """How far one may stand back along ``way`` [m] before something is in the way."""
-        bench = self._bench
-        begin = self.clear
-        hit, base = np.zeros(1, np.int32), bench.model.body(f"{bench.robot.name}/{bench.robot.base}").id
-        found = mujoco.mj_ray(bench.model, bench.data, target + begin * way, way, None, 1, base, hit)
-        return math.inf if found < 0 else begin + found - APART
+        hit = self._ray(target + self._clear * way, way)
+        return self._clear + hit.distance - APART
+
+    def _seen_from(self, eyes: NDArray[np.float64]) -> float:
+        """Share of some points of the robot that are seen from there."""
+        pose, seen = self._bench.pose, 0
+        side = np.array([eyes[1] - pose.y, pose.x - eyes[0]]) / math.hypot(eyes[0] - pose.x, eyes[1] - pose.y)
+        for across, height in POINTS:
+            point = np.array([pose.x + across * side[0], pose.y + across * side[1], height])
+            far = float(np.linalg.norm(point - eyes))
+            hit = self._ray(eyes, (point - eyes) / far)
+            seen += hit.robot or hit.distance >= far
+        return seen / len(POINTS)
+
+    def _ray(self, begin: NDArray[np.float64], way: NDArray[np.float64]) -> "_Hit":
+        bench, geom = self._bench, np.zeros(1, np.int32)
+        found = mujoco.mj_ray(bench.model, bench.data, begin, way, None, 1, -1, geom)
+        if found < 0:
+            return _Hit(math.inf, robot=False)
+        root = bench.model.body_rootid[bench.model.geom_bodyid[geom[0]]]
+        return _Hit(found, robot=root == bench.model.body(f"{bench.robot.name}/{bench.robot.base}").id)
 
     @property
-    def clear(self) -> float:
+    def _clear(self) -> float:
         """Distance from the robot's middle at which its own parts have ended [m]."""
         shape = self._bench.robot.shape
         return math.hypot(max(shape.ahead, shape.behind), shape.half_width)

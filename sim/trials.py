@@ -184,7 +184,7 @@ def braking_distance(limits: Limits, speed: float) -> float:
 
 
 def first_move(bench: Bench, seconds: float = 1.0) -> float:
-    """Command the top mission speed from rest; returns how far it rolled at its farthest back [m], below 0 if at all."""
+    """Command the top mission speed from rest; returns how far back it rolled first [m], 0 or less."""
     follow(bench, stand, SETTLING)
     track = follow(bench, lambda _: Twist(bench.robot.limits.speed, 0.0), seconds)
     return float(track.points[:, 0].min())
@@ -201,7 +201,7 @@ def standing(bench: Bench, seconds: float = 60.0) -> Track:
 
 @dataclass(frozen=True, slots=True)
 class Pushed:
-    """What a push did: greatest ``pitch`` [rad] and ``excursion`` [m], how far ``off`` it ended [m], if it ``stands``."""
+    """What a push did: greatest ``pitch`` [rad] and ``excursion``, how far ``off`` it ended [m], if it ``stands``."""
 
     pitch: float
     excursion: float
