@@ -1,26 +1,81 @@
-"""Running a behaviour on a bench, until it ends or its time is up."""
+"""Running behaviours on a bench: what they have to know of the robot, and each until it ends or its time is up."""
 
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from robots.behaviours import Behaviour, Outcome, Senses
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.view import Pose
+from robots import Robot
+from robots.behaviours import Behaviour, Frame, Outcome, Ranger, Senses, Step, failed
 from sim.bench import Bench
 
 
 @dataclass(frozen=True, slots=True)
+class Moment:
+    """One period of a behaviour: the ``step`` that it asked for, then the true ``pose`` at ``time`` [s] after it."""
+
+    time: float
+    step: Step
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
 class Ended:
-    """How a behaviour ended: its outcome and reason, and how long it took [s]."""
+    """How a behaviour ended: outcome and reason, how long it took [s], and the true ``path`` (n, 3): x, y, heading."""
 
     outcome: Outcome
     why: str
     time: float
+    path: NDArray[np.float64]
 
 
-def run(bench: Bench, behaviour: Behaviour, *, timeout: float = 120.0) -> Ended:
-    """Let ``behaviour`` steer until it ends; after ``timeout`` [s] of simulated time it has failed."""
+def frame_of(robot: Robot) -> Frame:
+    """What behaviours have to know of a robot; sensors are where they are on the level robot."""
+    model = robot.spec.copy().compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    base = data.body(robot.base).xpos
+    sonars = (data.site(name) for name in robot.sonars)
+    rangers = tuple(_ranger(sonar.xpos - base, sonar.xmat.reshape(3, 3)[:, 0]) for sonar in sonars)
+    return Frame(robot.shape, robot.limits, float(data.site(robot.laser).xpos[2]), rangers)
+
+
+def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:
+    return Ranger(float(place[0]), float(place[1]), math.atan2(axis[1], axis[0]))
+
+
+def running(bench: Bench, behaviour: Behaviour, *, timeout: float = 120.0) -> Iterator[Moment]:
+    """Let ``behaviour`` steer, and tell of each control period.
+
+    The last moment's step has the outcome; after ``timeout`` [s] of simulated time that is a failure.
+    """
     began = bench.time
-    while bench.time - began < timeout:
+    while True:
         step = behaviour.step(Senses(bench.state, bench.scan(), bench.time))
+        if step.outcome is Outcome.RUNNING and bench.time - began >= timeout:
+            step = failed(f"not done after {timeout:g} s" + (f": {step.why}" if step.why else ""))
         bench.drive(step.twist)
+        yield Moment(bench.time, step, bench.pose)
         if step.outcome is not Outcome.RUNNING:
-            return Ended(step.outcome, step.why, bench.time - began)
-    return Ended(Outcome.FAILED, f"not done after {timeout:g} s", bench.time - began)
+            return
+
+
+def run(
+    bench: Bench,
+    behaviour: Behaviour,
+    *,
+    timeout: float = 120.0,
+    each: Callable[[Moment], None] | None = None,
+) -> Ended:
+    """Let ``behaviour`` steer until it ends, and call ``each`` after every control period; see ``running``."""
+    began, path = bench.time, [bench.pose]
+    for moment in running(bench, behaviour, timeout=timeout):
+        path.append(moment.pose)
+        if each is not None:
+            each(moment)
+    poses = np.array([(pose.x, pose.y, pose.heading) for pose in path])
+    return Ended(moment.step.outcome, moment.step.why, moment.time - began, poses)

@@ -29,15 +29,29 @@ class Senses:
     time: float | None = None
 
     @property
+    def now(self) -> float:
+        """The time [s]."""
+        return self.state.time if self.time is None else self.time
+
+    @property
     def age(self) -> float:
         """How old the state is [s]."""
-        return 0.0 if self.time is None else self.time - self.state.time
+        return self.now - self.state.time
 
     @property
     def pose(self) -> Pose:
         """Where the odometer would be now: the state's pose carried on by the state's velocity, as that may be old."""
-        elapsed = min(max(self.age, 0.0), OLDEST_FORECAST)
-        return along_arc(self.state.pose, self.state.twist.linear * elapsed, self.state.twist.angular * elapsed)
+        twist, elapsed = self.state.twist, self._forecast
+        return along_arc(self.state.pose, twist.linear * elapsed, twist.angular * elapsed)
+
+    @property
+    def distance(self) -> float:
+        """What the path length would be now [m]: carried on like the pose."""
+        return self.state.distance + self.state.twist.linear * self._forecast
+
+    @property
+    def _forecast(self) -> float:
+        return min(max(self.age, 0.0), OLDEST_FORECAST)
 
 
 class Ranger(NamedTuple):

@@ -6,7 +6,7 @@ from enum import Enum
 from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.line import Line, turn_rate_onto
-from robots.behaviours.phases import ARRIVED, Travelled, driven, driven_arc, turned
+from robots.behaviours.phases import ARRIVED, Travelled, driven, turned
 from robots.behaviours.room import SIDE_MARGIN, choose_lane, lanes, swing
 from robots.behaviours.surroundings import Surroundings
 from robots.behaviours.wall import Wall, Window, find_wall
@@ -28,8 +28,8 @@ FRONT_REACH, FRONT_SHORTEST, FRONT_TILT = 4.0, 1.0, math.radians(30)
 Nobody who stands there is so wide."""
 MOST_ASIDE = 1.5
 """The farthest that it leaves its way for things that stand at the wall [m]: a choice."""
-ROOM_AT_CORNER = 0.1
-"""Room on top of what it takes to turn on the spot, at a wall across the way [m]: a choice."""
+CORNER_SIGHT = 3.5
+"""Where a wall is across the way, it makes room for its tail from so far on [m]: a choice."""
 CORNER_DONE = math.radians(15)
 """With no more than this left of a corner it follows the next wall: a choice."""
 
@@ -49,9 +49,10 @@ def closest(frame: Frame) -> float:
 class FollowWall(Guarded):
     """Follow the wall on a ``side``, the middle of the axle ``distance`` [m] away from it.
 
-    With a ``length`` [m] it has finished when it has driven so far; it goes round inside corners, and so turns back in
-    a dead end. Without one it has finished where the wall ends, or before a wall across the way. Gaps up to about 4 m
-    are passed; so is what stands at the wall, with as little room as a lane has. It fails when there is no wall.
+    With a ``length`` [m] it has finished when it has driven so far; it turns on the spot in inside corners, and so
+    turns back in a dead end: there it leaves the wall as far as its tail needs. Without one it has finished where the
+    wall ends, or before a wall across the way. Gaps up to about 4 m are passed; so is what stands at the wall, with as
+    little room as a lane has. It fails when there is no wall.
     """
 
     def __init__(
@@ -105,43 +106,35 @@ class FollowWall(Guarded):
         if wall.line.pose(pose).x > wall.end:
             return finished(f"the wall ended after {travelled:.2f} m")
         left = math.inf if self._length is None else self._length - travelled
-        if self._front is not None:
-            clear = abs(self._front.line.pose(pose).y)
-            if self._length is None:
-                left = clear - max(self._distance, swing(self.frame.shape) + ROOM_AT_CORNER)
-                if left < ARRIVED:
-                    return finished(f"a wall across the way {clear:.2f} m ahead, after {travelled:.2f} m")
-            elif clear < self._distance + self._corner_radius():
-                self._into = self._front
-        return self._in_lane(wall, pose, left)
+        if self._front is None:
+            return self._in_lane(wall, pose, left, 0.0)
+        clear, room = abs(self._front.line.pose(pose).y), self._room_at_corner()
+        if self._length is None and clear - room < ARRIVED:
+            return finished(f"a wall across the way {clear:.2f} m ahead, after {travelled:.2f} m")
+        if clear - room < ARRIVED:
+            self._into = self._front
+        makes_room = self._length is not None and clear < CORNER_SIGHT
+        return self._in_lane(wall, pose, min(left, clear - room), room - self._distance if makes_room else 0.0)
 
-    def _in_lane(self, wall: Wall, pose: Pose, left: float) -> Step:
+    def _in_lane(self, wall: Wall, pose: Pose, left: float, away: float) -> Step:
+        """Drive on in the lane at the distance, or ``away`` [m] from it, or where there is room."""
         side = self._side.value
         way = wall.line.at(0.0, -side * self._distance)
         error, seen = way.pose(pose), way.seen(self._around.all)
-        away = _sorted(0.0, -side * MOST_ASIDE)
-        offset = choose_lane(seen, error.x, self.frame.shape, lanes(0.0, *away))
+        wide = lanes(-side * away, *_sorted(0.0, -side * MOST_ASIDE))
+        offset = choose_lane(seen, error.x, self.frame.shape, wide)
         return driven(self.frame, self._around.points(pose), turn_rate_onto(error, offset), left)
 
     def _round_corner(self, into: Wall, pose: Pose) -> Step:
-        """Drive an arc that ends along the wall ahead, wide enough for the tail to clear the wall beside it."""
-        if abs(into.line.pose(pose).heading) < CORNER_DONE:
+        """Turn on the spot, until the wall ahead is the one beside it."""
+        left = -into.line.pose(pose).heading
+        if abs(left) < CORNER_DONE:
             self._wall, self._into, self._front = into, None, None
-        radius, points = self._corner_radius(), self._around.points(pose)
-        if radius < ROOM_AT_CORNER:
-            return turned(self.frame, points, -into.line.pose(pose).heading)
-        return driven_arc(self.frame, points, -self._side.value / radius)
+        return turned(self.frame, self._around.points(pose), left)
 
-    def _corner_radius(self) -> float:
-        """The least radius [m] at which the corner of the tail, which swings out, keeps off the wall beside it.
-
-        The rear corner runs on a circle of radius √((r + w)² + b²) about the centre, which is r + d away from the wall.
-        """
-        shape = self.frame.shape
-        back, half, room = shape.behind, shape.half_width, self._distance - SIDE_MARGIN
-        if room >= swing(shape):
-            return 0.0
-        return (half**2 + back**2 - room**2) / (2 * (room - half))
+    def _room_at_corner(self) -> float:
+        """How far from both walls of a corner the axle is when the robot turns there [m]."""
+        return max(self._distance, swing(self.frame.shape) + 2 * SIDE_MARGIN)
 
 
 def _sorted(one: float, other: float) -> tuple[float, float]:

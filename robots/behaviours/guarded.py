@@ -2,6 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
 from robots.behaviours.behaviour import Frame, Outcome, Senses, Step, failed, waiting
 from robots.motion import Twist
@@ -9,6 +10,8 @@ from robots.state import LATCHED, Blocked, RobotState, Stop
 
 PATIENCE = 10.0
 """How long a behaviour waits for what may go away by itself, such as a person [s]: a choice."""
+GOT_ON, TURNED_ON = 0.3, math.radians(20)
+"""After a wait a robot has got on when it has moved or turned by more [m, rad]: a choice."""
 STALE = 0.5
 """A state older than this is none [s]: a choice, five times the period of the slowest robot's reports."""
 
@@ -16,14 +19,15 @@ STALE = 0.5
 class Guarded(ABC):
     """A behaviour that is written as ``_move`` only; this class does the rest.
 
-    ``_move`` may say what it waits for (``waiting``); after ``patience`` [s] of that, or of a stop that keeps it from
-    going, the behaviour has failed. A latched stop fails it at once.
+    ``_move`` may say what it waits for (``waiting``). That, or a stop that keeps it from going, may last ``patience``
+    [s]; then the behaviour has failed. Time runs until it has got on a little, so that one that starts and stops before
+    the same thing fails too. A latched stop fails it at once.
     """
 
     def __init__(self, frame: Frame, patience: float = PATIENCE) -> None:
         self.frame, self.patience = frame, patience
         self._end: Step | None = None
-        self._waits_since: float | None = None
+        self._waits: _Wait | None = None
 
     def step(self, senses: Senses) -> Step:
         """Say how to move now; after the end it says stop, with the same outcome."""
@@ -55,15 +59,29 @@ class Guarded(ABC):
         return Step(twist, why=wanted.why)
 
     def _patient(self, step: Step, senses: Senses) -> Step:
+        if self._waits is not None and self._waits.over(senses):
+            self._waits = None
         if step.outcome is not Outcome.RUNNING or not step.why:
-            self._waits_since = None
             return step
-        now = senses.state.time if senses.time is None else senses.time
-        if self._waits_since is None or not math.isfinite(self._waits_since):
-            self._waits_since = now
-        if now - self._waits_since >= self.patience:
+        if self._waits is None:
+            self._waits = _Wait(senses.now, senses.state.distance, senses.state.pose.heading)
+        if senses.now - self._waits.since >= self.patience:
             return failed(f"waited {self.patience:g} s: {step.why}")
         return step
+
+
+@dataclass(frozen=True, slots=True)
+class _Wait:
+    """A wait ``since`` a time [s], at a path length [m] and heading [rad]."""
+
+    since: float
+    distance: float
+    heading: float
+
+    def over(self, senses: Senses) -> bool:
+        """Whether the robot has got on since."""
+        moved, turned = senses.state.distance - self.distance, senses.state.pose.heading - self.heading
+        return abs(moved) > GOT_ON or abs(turned) > TURNED_ON
 
 
 def _told(stop: Stop) -> str:

@@ -58,9 +58,13 @@ def turn_rate_onto(error: Pose, offset: float = 0.0) -> float:
     return TURN_GAIN * math.remainder(wanted - error.heading, 2 * math.pi)
 
 
-def speed_to_stop(distance: float, acceleration: float) -> float:
-    """The greatest speed [m/s, rad/s] from which the robot stops in ``distance`` [m, rad] at its ease."""
-    return math.sqrt(2 * EASE * acceleration * max(distance, 0.0))
+def speed_to_stop(distance: float, acceleration: float, reaction: float = 0.0) -> float:
+    """The greatest speed [m/s, rad/s] from which the robot stops in ``distance`` [m, rad] at its ease.
+
+    It brakes after a ``reaction`` time [s]: v·t + v²/2a = d.
+    """
+    way = EASE * acceleration * reaction
+    return math.sqrt(way**2 + 2 * EASE * acceleration * max(distance, 0.0)) - way
 
 
 def speed_for(limits: Limits, cruise: float, distance: float) -> float:

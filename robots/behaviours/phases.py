@@ -16,11 +16,11 @@ CRUISE = 0.5
 """Speed of behaviours where the robot is let [m/s]: what people drive the Robuter with; for others a choice."""
 ARRIVED = 0.01
 """A way is driven when no more than this is left of it [m]: a choice."""
-TURNED = math.radians(0.5)
+TURNED = math.radians(0.3)
 """A turn is done when no more than this is left of it: a choice."""
 STILL = 0.1
 """It has to be slower than this then [rad/s]: a choice."""
-CREEP, CRAWL = 0.03, 0.05
+CREEP, CRAWL = 0.03, 0.03
 """The slowest that it still goes [m/s] and turns [rad/s], so that it arrives: a choice."""
 SONAR_HISTORY = 3
 """Readings of a sonar of which the middle one counts, as single ones err: a choice."""
@@ -32,6 +32,15 @@ TIGHT = 3.0
 """Arcs that are tighter are looked at as this one [1/m]: a choice."""
 STOP_SHORT = 0.02
 """With no more way free than this a robot does not set out [m]: a choice."""
+REACTION = 0.5
+"""How long before it brakes a robot may have to see what stands there [s]: a scan's and a state's age, and the round of
+the Robuter's sonars, which else would stop it first."""
+EASED = (1.0, 0.5, 0.25, 0.1, 0.0)
+"""Parts of the curvature that it tries: a choice."""
+ENOUGH = 0.3
+"""With so much way free it takes an arc [m]: a choice."""
+SIDESTEP = 0.1
+"""A robot whose way is blocked turns on the spot if it wants to turn faster than this [rad/s]: a choice."""
 
 Points = NDArray[np.float64]
 """Points (n, 2) [m] in the robot's frame."""
@@ -94,8 +103,8 @@ class Travelled:
     def so_far(self, senses: Senses) -> float:
         """The length up to now."""
         if self._start is None:
-            self._start = senses.state.distance
-        return senses.state.distance - self._start
+            self._start = senses.distance
+        return senses.distance - self._start
 
 
 def driven(frame: Frame, points: Points, turn_rate: float, left: float) -> Step:
@@ -105,13 +114,7 @@ def driven(frame: Frame, points: Points, turn_rate: float, left: float) -> Step:
     """
     limits = frame.limits
     wanted = limits.limited(Twist(max(speed_for(limits, CRUISE, left), CREEP), turn_rate))
-    return _clear(frame, points, wanted, _curvature(wanted))
-
-
-def driven_arc(frame: Frame, points: Points, curvature: float) -> Step:
-    """Drive along an arc [1/m], as fast as the ``points`` ahead let it."""
-    speed = min(CRUISE, frame.limits.speed)
-    return _clear(frame, points, frame.limits.limited(Twist(speed, curvature * speed)), curvature)
+    return _clear(frame, points, wanted)
 
 
 def turned(frame: Frame, points: Points, left: float) -> Step:
@@ -122,13 +125,19 @@ def turned(frame: Frame, points: Points, left: float) -> Step:
     return Step(Twist(0.0, math.copysign(turn_speed(frame.limits, abs(left)), left)))
 
 
-def _clear(frame: Frame, points: Points, wanted: Twist, curvature: float) -> Step:
-    """The wanted motion, slowed down on the same arc where something is ahead."""
-    free = free_ahead(points, frame.shape, curvature, LOOK)
-    speed = min(wanted.linear, speed_for(frame.limits, CRUISE, free))
-    if free <= STOP_SHORT:
-        return waiting(f"way blocked {free + MARGIN:.2f} m ahead")
-    return Step(Twist(speed, wanted.angular * speed / wanted.linear))
+def _clear(frame: Frame, points: Points, wanted: Twist) -> Step:
+    """The wanted motion, on a wider arc where its tail would swing into something, slower where something is ahead."""
+    for part in EASED:
+        eased = Twist(wanted.linear, part * wanted.angular)
+        free = free_ahead(points, frame.shape, _curvature(eased), LOOK)
+        if free > ENOUGH:
+            break
+    if free > STOP_SHORT:
+        speed = min(eased.linear, speed_to_stop(free, frame.limits.acceleration, REACTION))
+        return Step(Twist(speed, eased.angular * speed / eased.linear))
+    if abs(wanted.angular) > SIDESTEP and not len(blocks_turn(points, frame.shape, wanted.angular)):
+        return Step(Twist(0.0, wanted.angular))
+    return waiting(f"way blocked {free + MARGIN:.2f} m ahead")
 
 
 def turn_speed(limits: Limits, left: float) -> float:
