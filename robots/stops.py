@@ -72,9 +72,9 @@ def let_through(stops: Iterable[Stop], twist: Twist) -> Twist:
 def tipped(signals: Signals) -> str | None:
     """Tell how far the robot lies over, None while it stands."""
     pitch, roll = signals.inertial.pitch, signals.inertial.roll
-    if abs(pitch) <= TIPPED_PITCH and abs(roll) <= TIPPED_ROLL:
-        return None
-    return f"pitch {math.degrees(pitch):.0f}°, roll {math.degrees(roll):.0f}°"
+    if abs(pitch) > TIPPED_PITCH or abs(roll) > TIPPED_ROLL:
+        return f"pitch {math.degrees(pitch):.0f}°, roll {math.degrees(roll):.0f}°"
+    return None  # also for what is no number, which is another watch's
 
 
 def not_a_number(signals: Signals) -> str | None:

@@ -159,7 +159,7 @@ def parse_line(line: bytes) -> Message:
 
 def legible(text: str) -> str:
     """Return any text as one that a line can carry: what it cannot print is a question mark, the rest is cut."""
-    return "".join(c if c.isprintable() and ord(c) < 256 else "?" for c in text)[:MAX_TEXT] or "?"
+    return "".join(c if c.isprintable() and ord(c) < 256 else "?" for c in text)[:MAX_TEXT]
 
 
 def bounded(value: float) -> int:
@@ -263,7 +263,7 @@ def _check_size(value: int) -> None:
 
 
 def _check_text(text: str) -> None:
-    _check(legible(text) == text, f"a text is 1 to {MAX_TEXT} printable Latin-1 characters")
+    _check(text != "" and legible(text) == text, f"a text is 1 to {MAX_TEXT} printable Latin-1 characters")
 
 
 _WORDS = {word.value: word for word in Word}
