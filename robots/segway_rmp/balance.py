@@ -74,10 +74,16 @@ def with_integral(system: Linear, period: float) -> Linear:
     return Linear(a, b)
 
 
+def carrying(plant: Plant, gain_set: GainSet) -> Plant:
+    """Return the machine with what the gain set takes for granted."""
+    load = LOADS[gain_set]
+    return plant.loaded(load.mass, load.height)
+
+
 def balancer(plant: Plant, gain_set: GainSet, period: float) -> Vector:
     """Gains (5,) on ∫x, x, ẋ, θ, θ̇: what they give is taken off the torque of both motors."""
-    load, weights = LOADS[gain_set], WEIGHTS[gain_set]
-    system = plant.loaded(load.mass, load.height).pitching().sampled(period)
+    weights = WEIGHTS[gain_set]
+    system = carrying(plant, gain_set).pitching().sampled(period)
     deviations = np.array([weights.integral, weights.position, weights.speed, weights.pitch, weights.rate])
     return regulator(with_integral(system, period), deviations, weights.torque)
 

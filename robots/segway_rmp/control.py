@@ -7,7 +7,8 @@ import numpy as np
 from robots.motion import Limits, Pose, Twist
 from robots.odometry import Encoders, Geometry, Odometry, Pulses
 from robots.robot import Shape
-from robots.segway_rmp.firmware import TORQUE, Build, Firmware
+from robots.segway_rmp.firmware import Build, Firmware
+from robots.segway_rmp.jam import JamWatch
 from robots.segway_rmp.lookout import Mounting, obstacle
 from robots.segway_rmp.protocol import (
     COUNTS_PER_RADIAN,
@@ -22,7 +23,7 @@ from robots.segway_rmp.protocol import (
 )
 from robots.signals import Actuation, LaserScan, Signals
 from robots.state import Blocked, Cause, Motors, RobotState
-from robots.stops import Stops, StuckWatch
+from robots.stops import Stops
 
 COMMAND_TICKS = 2
 """A command frame goes down every so many ticks: 20 ms, of 10 to 300 ms that the machine takes; a choice."""
@@ -40,6 +41,10 @@ BLIND_TIME = 0.3
 """A laser that has told of no range for so long [s], longer than a scan takes, is lost: a choice."""
 
 
+STAY = Config.RESET_INTEGRATORS, RESET_FOREAFT
+"""Setting that lets the machine take the place where it is for the one where it should be."""
+
+
 class SegwayControl:
     """One machine, and the program that commands it."""
 
@@ -50,7 +55,7 @@ class SegwayControl:
         self._firmware = Firmware(build)
         self._wake, self._limits, self._shape, self._mounting = build.mode, limits, shape, mounting
         self._odometry = Odometry(believed, Encoders(build.pulses_per_turn))
-        self._stuck = StuckWatch(TORQUE, slack=build.pulses_per_turn / 360)
+        self._jam = JamWatch(slack=build.pulses_per_turn / 360)
         self._stops, self._state = Stops(), RobotState()
         self._wanted, self._asked, self._told = Twist(), Twist(), 0.0
         self._new, self._ticks, self._time = False, 0, 0.0
@@ -85,7 +90,7 @@ class SegwayControl:
         self._stops.release()
         self._told = self._time
         self._wanted = Twist()
-        self._settings += [(Config.MODE, self._wake), (Config.RESET_INTEGRATORS, RESET_FOREAFT)]
+        self._settings += [(Config.MODE, self._wake), STAY]
 
     def rest(self) -> None:
         """Begin anew from rest: somebody has set the robot down. Stops stay, and the odometer."""
@@ -141,7 +146,7 @@ class SegwayControl:
         stops, time = self._stops, signals.time
         stops.set(Cause.TIPPED, _fallen(status), time)
         stops.set(Cause.SENSOR, self._broken(signals, status), time)
-        stops.set(Cause.STUCK, self._held_back(signals, status), time)
+        stops.set(Cause.STUCK, self._jammed(signals, status), time)
         silent = time - self._told > SILENCE + 1e-9
         stops.set(Cause.NO_COMMAND, f"none for {SILENCE:g} s" if silent else None, time)
         stops.set(Cause.LASER, self._in_the_way(status), time, Blocked.FORWARD)
@@ -160,8 +165,12 @@ class SegwayControl:
             return f"laser beam {int(np.argmax(np.isnan(self._scan.ranges)))} reads no number"
         return None
 
-    def _held_back(self, signals: Signals, status: Status) -> str | None:
-        return self._stuck.look(signals)
+    def _jammed(self, signals: Signals, status: Status) -> str | None:
+        """Tell of a wheel that is stuck; the machine then stands where it is, however far it should have come."""
+        jammed = self._jam.look(signals) if Word.MOTORS_ENABLED in status.words else None
+        if jammed and Cause.STUCK not in self._stops:
+            self._settings.append(STAY)
+        return jammed
 
     def _in_the_way(self, status: Status) -> str | None:
         if self._scan is None:

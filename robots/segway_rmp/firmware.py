@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robots.odometry import Encoders, Pulses
-from robots.segway_rmp.balance import GainSet, Observer, balancer, regulator
-from robots.segway_rmp.plant import GRAVITY, Plant
+from robots.segway_rmp.balance import GainSet, Observer, Vector, balancer, carrying, regulator
+from robots.segway_rmp.plant import GRAVITY, Course, Plant, Posture
 from robots.segway_rmp.protocol import (
     COUNTS_PER_DEGREE,
     COUNTS_PER_METRE,
@@ -37,8 +37,10 @@ LATERAL = 0.5 * GRAVITY
 """Cap of the acceleration across the path [m/s²]."""
 ACCELERATION, ANGULAR_ACCELERATION = 1.0, 3.0
 """How fast speed and turn rate change at most [m/s², rad/s²]: choices; 1 m/s² leans the machine by 11°."""
-SMOOTHING = 0.3
-"""The ramp of the speed is averaged over so long [s], so that the machine leans over gently: a choice."""
+SMOOTHING = 0.24
+"""The ramp of the speed is averaged twice over so long [s], so that the machine leans over gently: a choice.
+
+It is a whole number of command periods (20 ms), so that the steps of commands cancel out."""
 REACH, TURN_REACH = 0.3, 0.5
 """Errors of place [m] and heading [rad] that are fed back at most, so that a robot held back does not tear: choices."""
 TORQUE = 60.0
@@ -56,21 +58,28 @@ class Build:
 
 
 class Follower:
-    """Where a speed command leads: ramped, smoothed, and summed to a place."""
+    """Where a speed command leads: a ramp, averaged twice over ``smoothing`` [s] each so that its jerk has no steps."""
 
     def __init__(self, acceleration: float, smoothing: float) -> None:
-        self.place = self.speed = self.acceleration = 0.0
+        self.course = Course(0.0, 0.0, 0.0, 0.0, 0.0)
         ticks = max(1, round(smoothing / PERIOD))
-        self._ramp, self._step = deque([0.0] * ticks, maxlen=ticks), acceleration * PERIOD
+        self._step = acceleration * PERIOD
+        self._ramp, self._once = deque([0.0] * ticks, maxlen=ticks), deque([0.0] * ticks, maxlen=ticks)
 
     def follow(self, wanted: float) -> None:
         """Go on by a tick towards a speed."""
-        last = self._ramp[-1]
-        self._ramp.append(last + min(max(wanted - last, -self._step), self._step))
-        speed = sum(self._ramp) / len(self._ramp)
-        self.acceleration = (speed - self.speed) / PERIOD
-        self.place += (self.speed + speed) / 2 * PERIOD
-        self.speed = speed
+        last, ramp = self.course, self._ramp[-1]
+        self._ramp.append(ramp + _clipped(wanted - ramp, self._step))
+        self._once.append(sum(self._ramp) / len(self._ramp))
+        speed = sum(self._once) / len(self._once)
+        acceleration = (speed - last.speed) / PERIOD
+        jerk = (acceleration - last.acceleration) / PERIOD
+        snap = (jerk - last.jerk) / PERIOD
+        self.course = Course(last.place + (last.speed + speed) / 2 * PERIOD, speed, acceleration, jerk, snap)
+
+    def move(self, place: float) -> None:
+        """Go on from another place."""
+        self.course = self.course._replace(place=place)
 
 
 @dataclass
@@ -90,7 +99,7 @@ class Firmware:
         self.status = Status()
         self._plant, self._gain_set = plant, build.gain_set
         self._senses = Senses(Encoders(build.pulses_per_turn))
-        self._lean = plant.lean()
+        self._flatness = plant.flatness()
         radius = plant.wheel_radius
         self._pitching = Observer(
             plant.pitching().sampled(PERIOD),
@@ -129,13 +138,14 @@ class Firmware:
         if mode is Mode.BALANCE:
             self._latched = self._gain_set
             self._balancing = balancer(self._plant, self._latched, PERIOD)
+            self._flatness = carrying(self._plant, self._latched).flatness()
         self._mode = mode
         self._hold_here()
 
     def _hold_here(self) -> None:
         """Take the present place for the one where the machine should be."""
-        self._drive.way.place = float(self._pitching.state[0])
-        self._drive.heading.place = float(self._yawing.state[0])
+        self._drive.way.move(float(self._pitching.state[0]))
+        self._drive.heading.move(float(self._yawing.state[0]))
 
     def rest(self) -> None:
         """Begin anew from rest, upright; the ways stay as they are."""
@@ -179,7 +189,7 @@ class Firmware:
             self._words |= Word.MOTOR_FEEDBACK_FAULT | Word.SPEED_LIMIT_0
         if senses.inertial_lost and senses.wheels_lost:
             self._power_off(QUIET)
-        if self._mode is Mode.BALANCE and abs(self._behind) > POSITION_ERROR:
+        if self._mode is Mode.BALANCE and abs(self._off) > POSITION_ERROR:
             self._enter(Mode.TRACTOR)
             self._words |= Word.POSITION_ERROR
 
@@ -188,9 +198,17 @@ class Firmware:
         self._enter(Mode.DISABLED)
 
     @property
-    def _behind(self) -> float:
-        """How far the machine is ahead of where it should be [m]; negative: behind."""
-        return float(self._pitching.state[0]) - self._drive.way.place
+    def _asked(self) -> Posture:
+        """How the machine should stand now."""
+        course = self._drive.way.course
+        if self._mode is Mode.BALANCE:
+            return self._flatness.posture(course)
+        return Posture(course.place, course.speed, 0.0, 0.0, self._flatness.push * course.acceleration)
+
+    @property
+    def _off(self) -> float:
+        """How far the machine is ahead of where it should be [m]."""
+        return float(self._pitching.state[0]) - self._asked.place
 
     def _follow(self, time: float) -> None:
         speed, turn = self._command.velocity / COUNTS_PER_SPEED, self._command.turn / COUNTS_PER_RADIAN
@@ -198,30 +216,25 @@ class Firmware:
             speed = turn = 0.0
         drive = self._drive
         drive.way.follow(speed)
-        most = LATERAL / max(abs(drive.way.speed), 1e-6)
-        drive.heading.follow(min(max(turn, -most), most))
+        most = LATERAL / max(abs(drive.way.course.speed), 1e-6)
+        drive.heading.follow(_clipped(turn, most))
 
     def _efforts(self) -> tuple[float, float]:
         """Torque of both motors together, and of the right one over the left one [N·m]."""
         if self._mode is Mode.DISABLED:
             return 0.0, 0.0
-        forward = self._balance() if self._mode is Mode.BALANCE else self._roll()
-        drive, (heading, rate) = self._drive, self._yawing.state.tolist()
-        off = _clipped(heading - drive.heading.place, TURN_REACH)
-        return forward, -float(self._turning @ (off, rate - drive.heading.speed))
+        asked = self._asked
+        errors = self._pitching.state - asked[:4]
+        errors[0] = _clipped(errors[0], REACH)
+        forward = asked.torque - (self._balance(errors) if self._mode is Mode.BALANCE else self._rolling @ errors[:2])
+        course, (heading, rate) = self._drive.heading.course, self._yawing.state.tolist()
+        turning = -self._turning @ (_clipped(heading - course.place, TURN_REACH), rate - course.speed)
+        return float(forward), float(turning)
 
-    def _balance(self) -> float:
-        way, (_, speed, pitch, rate) = self._drive.way, self._pitching.state.tolist()
-        off = _clipped(self._behind, REACH)
-        if abs(off) < REACH:  # else it would go on summing while something holds the machine back
-            self._drive.integral += off * PERIOD
-        leaning = pitch - self._lean.pitch * way.acceleration
-        errors = (self._drive.integral, off, speed - way.speed, leaning, rate)
-        return self._lean.torque * way.acceleration - float(self._balancing @ errors)
-
-    def _roll(self) -> float:
-        errors = (_clipped(self._behind, REACH), float(self._pitching.state[1]) - self._drive.way.speed)
-        return self._lean.torque * self._drive.way.acceleration - float(self._rolling @ errors)
+    def _balance(self, errors: Vector) -> float:
+        if abs(errors[0]) < REACH:  # else it would go on summing while something holds the machine back
+            self._drive.integral += errors[0] * PERIOD
+        return float(self._balancing @ (self._drive.integral, *errors))
 
     def _share(self, forward: float, turning: float) -> tuple[float, float]:
         """Torques of the (left, right) motor within their limit; balance comes before turning."""

@@ -40,8 +40,9 @@ def obstacle(scan: LaserScan, pitch: float, twist: Twist, shape: Shape, mounting
     ``pitch`` [rad], nose down, is that of the moment of the scan. Beams that end on the floor are left out.
     """
     seen = np.isfinite(scan.ranges)
-    across, up = _stand_up(np.asarray(scan.points)[seen], pitch, mounting)
-    bearings = np.asarray(scan.bearings)[seen]
+    ranges, bearings = scan.ranges[seen].astype(float), scan.bearings[seen]
+    points = np.stack([ranges * np.cos(bearings), ranges * np.sin(bearings)], axis=1)
+    across, up = _stand_up(points, pitch, mounting)
     way, aside = _along_arc(across, twist)
     meets = (up > FLOOR) & (np.abs(aside) < shape.half_width + ASIDE) & (way > 0)
     if not meets.any():

@@ -35,11 +35,50 @@ class Linear(NamedTuple):
         return Linear(a, b)
 
 
-class Lean(NamedTuple):
-    """What a steady acceleration of 1 m/s² takes: ``pitch`` [rad] and ``torque`` of both motors [N·m]."""
+class Course(NamedTuple):
+    """Where a point of the machine is to be and how that changes: place [m], and its rates up to the fourth."""
 
+    place: float
+    speed: float
+    acceleration: float
+    jerk: float
+    snap: float
+
+
+class Posture(NamedTuple):
+    """What a course asks of the machine: states x, ẋ, θ, θ̇ and the torque of both motors [N·m]."""
+
+    place: float
+    speed: float
     pitch: float
+    rate: float
     torque: float
+
+
+@dataclass(frozen=True, slots=True)
+class Flatness:
+    """The point of the body that moves as gravity alone makes it: y = x + ``arm`` θ, ÿ = θ / ``tilt``.
+
+    It is the pendulum's flat output (``arm`` [m] is where the torque of the motors cancels out of its motion): from its
+    course all else follows, so a machine that is to follow one knows beforehand how to lean, and that its wheels have
+    to go back before it can go forward. ``tilt`` [rad·s²/m]; ``push`` [kg·m] and ``swing`` [kg·m²] give the torque.
+    """
+
+    arm: float
+    tilt: float
+    push: float
+    swing: float
+
+    def posture(self, course: Course) -> Posture:
+        """Return what ``course`` of that point asks for; damping left out."""
+        rate, turning = self.tilt * course.jerk, self.tilt * course.snap
+        return Posture(
+            place=course.place - self.arm * self.tilt * course.acceleration,
+            speed=course.speed - self.arm * rate,
+            pitch=self.tilt * course.acceleration,
+            rate=rate,
+            torque=self.push * (course.acceleration - self.arm * turning) + self.swing * turning,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,32 +112,36 @@ class Plant:
         """Mass that the wheels' rim has to push along [kg]."""
         return self.body_mass + self.wheel_mass + self.wheel_inertia / self.wheel_radius**2
 
-    def pitching(self) -> Linear:
-        """The pendulum: states x, ẋ, θ, θ̇; one effort, the torque of both motors."""
+    def _masses(self) -> Matrix:
+        """Mass matrix (2, 2) of (x, θ)."""
         radius, rotor = self.wheel_radius, self.rotor_inertia
         coupled = self.body_mass * self.height - rotor / radius
-        mass = np.array(
-            [
-                [self.rolling_mass + rotor / radius**2, coupled],
-                [coupled, self.pitch_inertia + self.body_mass * self.height**2 + rotor],
-            ]
-        )
-        push = np.array([1 / radius, -1.0])  # of a torque on (x, θ)
-        stiffness = np.diag([0.0, self.body_mass * GRAVITY * self.height])
-        drag = -self.damping * np.outer(push, [1 / radius, -1.0])
+        upright = self.pitch_inertia + self.body_mass * self.height**2 + rotor
+        return np.array([[self.rolling_mass + rotor / radius**2, coupled], [coupled, upright]])
+
+    @property
+    def _moment(self) -> float:
+        """Gravity's moment on the body for each radian of pitch [N·m]."""
+        return self.body_mass * GRAVITY * self.height
+
+    def pitching(self) -> Linear:
+        """The pendulum: states x, ẋ, θ, θ̇; one effort, the torque of both motors."""
+        mass, push = self._masses(), np.array([1 / self.wheel_radius, -1.0])  # of a torque on (x, θ)
+        drag = -self.damping * np.outer(push, push)
         a, b = np.zeros((4, 4)), np.zeros((4, 1))
         a[0, 1] = a[2, 3] = 1.0
-        a[np.ix_([1, 3], [0, 2])] = np.linalg.solve(mass, stiffness)
+        a[np.ix_([1, 3], [0, 2])] = np.linalg.solve(mass, np.diag([0.0, self._moment]))
         a[np.ix_([1, 3], [1, 3])] = np.linalg.solve(mass, drag)
         b[[1, 3], 0] = np.linalg.solve(mass, push)
         return Linear(a, b)
 
-    def lean(self) -> Lean:
-        """Return what a steady acceleration of 1 m/s² takes; damping left out."""
-        radius, rotor = self.wheel_radius, self.rotor_inertia
-        torque = radius * self.rolling_mass + rotor / radius
-        moment = self.body_mass * self.height - rotor / radius + torque
-        return Lean(moment / (self.body_mass * GRAVITY * self.height), torque)
+    def flatness(self) -> Flatness:
+        """Return the flat output: the first line of the model, taken r times, plus the second has no torque in it."""
+        (rolling, coupled), (_, upright) = self._masses().tolist()
+        radius = self.wheel_radius
+        along = radius * rolling + coupled
+        arm, tilt = (radius * coupled + upright) / along, along / self._moment
+        return Flatness(arm, tilt, push=radius * rolling, swing=radius * coupled)
 
     def yawing(self) -> Linear:
         """Turning on the spot: states ψ, ψ̇; the effort is the right motor's torque less the left one's."""

@@ -185,7 +185,7 @@ BAD_INPUT = [
     ("sheet small.toml --along 9 -o s.png", "place 9 m is not on the route; valid is 0 to 6\n"),
     ("sheet small.toml --route up -o s.png", "unknown route 'up' in world 'small.toml'; valid are forward\n"),
     ("sheet small.toml --change rain=1 -o s.png", "change 'rain=1': unknown 'rain=1'; valid is none, few, busy, or "),
-    ("sheet small.toml --robot r2d2 -o s.png", "unknown robot 'r2d2': valid are robuter, segway_rmp, segway_rmp-tractor"),
+    ("sheet small.toml --robot r2d2 -o s.png", "unknown robot 'r2d2': valid are robuter, "),
     ("day small.toml --reference dawn -o d.png", "unknown light 'dawn'; known are morning, noon, "),
     ("day small.toml --with fog=1 -o d.png", "light '06:00,fog=1': unknown option 'fog=1'; valid is HH:MM "),
     ("day small.toml --from 9 --to 8 -o d.png", "--from 9 --to 8: no hour lies between; valid is a last hour "),
