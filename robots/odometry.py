@@ -112,8 +112,9 @@ class Odometry:
 
 def along_arc(pose: Pose, length: float, turn: float) -> Pose:
     """Drive an arc of ``length`` [m] that turns by ``turn`` [rad]: exact, its chord is length · sinc(turn/2)."""
-    chord = length * np.sinc(turn / (2 * np.pi))  # numpy's sinc has π inside
-    middle = pose.heading + turn / 2
+    half = turn / 2
+    chord = length * np.sin(half) / half if half else length
+    middle = pose.heading + half
     return Pose(
         float(pose.x + chord * np.cos(middle)), float(pose.y + chord * np.sin(middle)), float(pose.heading + turn)
     )

@@ -11,6 +11,7 @@ from sim.sonar import SonarModel, SonarRing
 
 BRAKE_TORQUE = 60.0
 """What a brake holds a wheel with [N·m]; a choice, more than any motor gives."""
+NOTHING: frozenset[str] = frozenset()
 
 
 class Hardware:
@@ -29,25 +30,31 @@ class Hardware:
         inertial: tuple[InertialModel, np.random.Generator],
     ) -> None:
         self._model, self._data = model, data
-        self._wheels = [data.joint(prefix + name) for name in robot.wheel_joints]
-        self._motors = [data.actuator(prefix + name) for name in robot.wheel_actuators]
-        self._base = data.joint(prefix + robot.base)
+        # Addresses are looked up once and views kept: by name it would cost as much in each tick as the physics.
+        wheels = [model.joint(prefix + name) for name in robot.wheel_joints]
+        self._angles = [int(joint.qposadr[0]) for joint in wheels]
+        self._dofs = [int(joint.dofadr[0]) for joint in wheels]
+        self._motors = [model.actuator(prefix + name).id for name in robot.wheel_actuators]
+        base = model.joint(prefix + robot.base)
+        self._rotation = data.qpos[base.qposadr[0] + 3 : base.qposadr[0] + 7]
+        self._rates = data.qvel[base.dofadr[0] + 3 : base.dofadr[0] + 6]
+        self._qpos, self._torques, self._told = data.qpos, data.actuator_force, data.ctrl
         self._encoders = Encoders(robot.pulses_per_turn)
         self._bumpers = {name: model.geom(prefix + geom).id for name, geom in robot.bumpers.items()}
-        self._dofs = [int(model.joint(prefix + name).dofadr[0]) for name in robot.wheel_joints]
         self._friction = model.dof_frictionloss[self._dofs].copy()
+        self._braked = False
         sites = tuple(prefix + name for name in robot.sonars)
         self._sonars = SonarRing(sonars[0], sonars[1], model, sites, prefix + robot.base) if sites else None
         self._inertial = InertialSensors(*inertial)
 
     def signals(self, scan: Scan | None) -> Signals:
         """All readings at this moment, with the newest scan where there is one."""
-        left, right = self._wheels
+        left, right = self._angles
         return Signals(
             time=float(self._data.time),
-            pulses=self._encoders.read(float(left.qpos[0]), float(right.qpos[0])),
-            torques=(float(self._motors[0].force[0]), float(self._motors[1].force[0])),
-            inertial=self._inertial.read(self._base.qpos[3:], self._base.qvel[3:]),
+            pulses=self._encoders.read(float(self._qpos[left]), float(self._qpos[right])),
+            torques=(float(self._torques[self._motors[0]]), float(self._torques[self._motors[1]])),
+            inertial=self._inertial.read(self._rotation, self._rates),
             bumpers=self._pressed(),
             sonar=self._sonars.read(self._data) if self._sonars else None,
             scan=scan,
@@ -55,10 +62,13 @@ class Hardware:
 
     def apply(self, actuation: Actuation) -> None:
         """Tell motors and brakes what to do."""
-        for motor, value in zip(self._motors, (actuation.left, actuation.right), strict=True):
-            motor.ctrl = value
-        self._model.dof_frictionloss[self._dofs] = BRAKE_TORQUE if actuation.braked else self._friction
+        self._told[self._motors[0]], self._told[self._motors[1]] = actuation.left, actuation.right
+        if actuation.braked is not self._braked:
+            self._braked = actuation.braked
+            self._model.dof_frictionloss[self._dofs] = BRAKE_TORQUE if self._braked else self._friction
 
     def _pressed(self) -> frozenset[str]:
-        touched = self._data.contact.geom
-        return frozenset(name for name, geom in self._bumpers.items() if (touched == geom).any())
+        if not self._bumpers:
+            return NOTHING
+        touched = set(self._data.contact.geom.ravel().tolist())
+        return frozenset(name for name, geom in self._bumpers.items() if geom in touched)

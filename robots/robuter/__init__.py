@@ -22,7 +22,10 @@ LIMITS = Limits(speed=0.5, turn_rate=0.5, acceleration=0.5, angular_acceleration
 # Where the sensors stand [m]: on the front module, and at the front of the top plate.
 LASER_FOOT = (0.25, 0.0, 0.26)
 MAST_FOOT = (0.08, 0.0, 0.748)
-SHAPE = Shape(ahead=0.328, behind=0.74, half_width=0.355, laser=LASER_FOOT[0], height=LATERAL_HEIGHT + 0.05)
+# A rubber rail before the front module: the laser's box stands out 4 cm, and would touch first.
+RAIL_REACH = 0.335
+RAIL_BACK, RAIL_LOW, RAIL_HIGH, RAIL_HALF_WIDTH = 0.29, 0.11, 0.21, 0.265
+SHAPE = Shape(ahead=RAIL_REACH, behind=0.74, half_width=0.355, laser=LASER_FOOT[0], height=LATERAL_HEIGHT + 0.05)
 
 _MODEL = Path(__file__).with_name("robuter.xml")
 
@@ -32,9 +35,19 @@ def get_spec() -> mujoco.MjSpec:
     spec = mujoco.MjSpec.from_file(str(_MODEL))
     base = spec.body(BASE)
     add_sonars(spec, base)
+    _add_bumper_rail(spec, base)
     add_laser_scanner(spec, base, LASER_FOOT)
     add_camera_mast(spec, base, MAST_FOOT)
     return spec
+
+
+def _add_bumper_rail(spec: mujoco.MjSpec, base: mujoco.MjsBody) -> None:
+    """Set the front bumper before the module, below the sonars; its mass is in the module's."""
+    pos = ((RAIL_BACK + RAIL_REACH) / 2, 0.0, (RAIL_LOW + RAIL_HIGH) / 2)
+    size = ((RAIL_REACH - RAIL_BACK) / 2, RAIL_HALF_WIDTH, (RAIL_HIGH - RAIL_LOW) / 2)
+    for part, name in (("robuter-visual", ""), ("robuter-collision", BUMPERS["front"])):
+        kind, rubber = mujoco.mjtGeom.mjGEOM_BOX, "robuter-rubber"
+        base.add_geom(spec.find_default(part), name=name, type=kind, pos=pos, size=size, material=rubber)
 
 
 def load() -> Robot:
