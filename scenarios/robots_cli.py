@@ -10,6 +10,8 @@ from refseq.files import replacing_at
 from scenarios.console import out, say
 from scenarios.inputs import check_output, writing
 
+FINISHED, BELOW, INTERRUPTED = 0, 1, 130
+
 robots = typer.Typer(
     help="The robots: what there is, what one looks like, how it drives, and whether it does what it should.",
     no_args_is_help=True,
@@ -108,3 +110,28 @@ def strip(
     with writing(output), replacing_at(output) as temporary:
         sheet(asked, found).savefig(temporary)
     say(out, f"{output}: {len(found)} frames of {found[-1].time:.0f} s")
+
+
+@robots.command(
+    epilog="""Examples:
+
+* `refseq robots check robuter segway_rmp`
+
+Exit codes: 0 all is as it should be; 1 something is not; 2 there is no such robot."""
+)
+def check(
+    names: Annotated[list[str], typer.Argument(metavar="ROBOT...", help="Robots, as `refseq robots list` tells them.")],
+) -> None:
+    """Drive robots on an empty floor, and tell what they do beside what they should."""
+    from robots import load
+    from scenarios.robots_check import findings, findings_table
+
+    for name in names:
+        load(name)
+    good = True
+    for name in dict.fromkeys(names):
+        found = list(findings(name))
+        out.print(findings_table(name, found))
+        good &= all(finding.good for finding in found)
+    if not good:
+        raise typer.Exit(BELOW)

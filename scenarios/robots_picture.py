@@ -19,6 +19,7 @@ from sim.render import RendererKind
 LIGHT = "10:30"
 BEARING, DISTANCE, EYES = math.radians(-40), 2.2, 1.45
 """Where the bystander stands: to the right of what is ahead, [rad, m, m]."""
+KEY = ("measured in the model [m]", "sizes that sources give")
 SETTLED = 1.0
 """Time that the robot stands before it is looked at [s]."""
 
@@ -34,9 +35,7 @@ def picture(body: Body, renderer: RendererKind = RendererKind.FILAMENT) -> Figur
         still.imshow(seen, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
         still.set_title(name, fontsize=13)
         lines = [Line2D([], [], color=MEASURE, lw=1), Line2D([], [], color=SOURCE, lw=1.1, ls=(0, (4, 2)))]
-        figure.legend(
-            lines, ["measured in the model [m]", "sizes that sources give"], loc="lower right", frameon=False, ncols=2
-        )
+        figure.legend(lines, KEY, loc="upper center", bbox_to_anchor=(0.805, 0.17), frameon=False, ncols=2)
     return figure
 
 
