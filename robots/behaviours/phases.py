@@ -18,7 +18,7 @@ ARRIVED = 0.01
 """A way is driven when no more than this is left of it [m]: a choice."""
 TURNED = math.radians(0.3)
 """A turn is done when no more than this is left of it: a choice."""
-STILL = 0.1
+STILL = 0.03
 """It has to be slower than this then [rad/s]: a choice."""
 CREEP, CRAWL = 0.03, 0.03
 """The slowest that it still goes [m/s] and turns [rad/s], so that it arrives: a choice."""

@@ -66,12 +66,11 @@ class Surroundings:
         self, ranges: NDArray[np.float64], bearings: NDArray[np.float64], pitch: float, pose: Pose
     ) -> NDArray[np.float64]:
         """End points of the beams that met something above the floor, in the odometer's frame."""
-        forward, left = ranges * np.cos(bearings), ranges * np.sin(bearings)
+        near = (ranges >= 0) & (ranges < REACH)
+        forward, left = ranges[near] * np.cos(bearings[near]), ranges[near] * np.sin(bearings[near])
         drop = math.sin(pitch) if math.isfinite(pitch) else 0.0
-        with np.errstate(invalid="ignore"):
-            height = self._frame.laser_height - forward * drop
-        met = (ranges >= 0) & (ranges < REACH) & (height > FLOOR)
-        return out_of(pose, np.stack([self._frame.shape.laser + forward[met], left[met]], axis=1))
+        above = self._frame.laser_height - forward * drop > FLOOR
+        return out_of(pose, np.stack([self._frame.shape.laser + forward, left], axis=1)[above])
 
     def _remember(self, pose: Pose) -> None:
         """Keep of all earlier points those that the laser cannot see now and that are still near."""
