@@ -8,6 +8,7 @@ import typer
 
 from refseq.files import replacing_at
 from scenarios.console import out, say
+from scenarios.errors import ScenarioError
 from scenarios.inputs import check_output, writing
 
 FINISHED, BELOW, INTERRUPTED = 0, 1, 130
@@ -134,4 +135,46 @@ def check(
         out.print(findings_table(name, found))
         good &= all(finding.good for finding in found)
     if not good:
+        raise typer.Exit(BELOW)
+
+
+@robots.command(
+    epilog="""Examples:
+
+* `refseq robots drive robuter MN:3 MT:90 --world laboratory`
+* `refseq robots drive segway_rmp MW:left,0.6 MC --world hallway --at 3,0,0 -o plan.png`
+
+Exit codes: 0 all behaviours have finished; 1 one has failed; 2 bad input."""
+)
+def drive(
+    robot: Robot,
+    behaviours: Annotated[
+        list[str], typer.Argument(metavar="BEHAVIOUR...", help="MA, MT, MW, MC, MN, stop; see docs.")
+    ],
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help=PICTURE_HELP)] = None,
+    world: World = "hallway",
+    route: Annotated[str | None, typer.Option(metavar="ROUTE", help="Start where it does. [default: forward]")] = None,
+    at: Annotated[str | None, typer.Option(metavar="X,Y,HEADING", help="Start there [m, m, degrees].")] = None,
+    seed: Seed = 1,
+    timeout: Annotated[float, typer.Option(metavar="SECONDS", help="Longest time for each behaviour.")] = 300.0,
+) -> None:
+    """Let a robot run behaviours one after another, until one fails, and tell what became of each."""
+    from robots.behaviours import Outcome
+    from scenarios.robots_drive import Trip, pose_at, trip, trip_plan, trip_table
+    from worlds.draw import check_picture
+
+    if output is not None:
+        check_picture(output)
+        check_output(output)
+    if at is not None and route is not None:
+        raise ScenarioError(f"at '{at}' and route '{route}' both say where to start; valid is one of them")
+    start = pose_at(at) if at is not None else None
+    asked = Trip(robot, tuple(behaviours), world, route or "forward", start, seed, timeout)
+    found = list(trip(asked))
+    out.print(trip_table(found))
+    if output is not None:
+        with writing(output), replacing_at(output) as temporary:
+            trip_plan(asked, found).savefig(temporary)
+        say(out, f"{output}")
+    if found[-1].outcome is not Outcome.FINISHED:
         raise typer.Exit(BELOW)
