@@ -94,8 +94,10 @@ class Bench(Closing):
             for name, camera_seed in zip(robot.cameras, camera_seeds, strict=True)
             if name in self.settings.cameras
         }
-        geometry = believed_geometry(robot.drive, self.settings.calibration, np.random.default_rng(self.settings.unit))
-        self.control: ControlLayer = robot.control(geometry)
+        unit = np.random.default_rng(self.settings.unit)
+        self.believed = believed_geometry(robot.drive, self.settings.calibration, unit)
+        """What the robot believes of its wheels."""
+        self.control: ControlLayer = robot.control(self.believed)
         self.tamper: Callable[[Signals], Signals] = _untouched
         """What happens to the signals on their way to the electronics: faults are put in here."""
         sonars = self.settings.sonar, np.random.default_rng(sonar_seed)
