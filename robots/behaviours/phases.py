@@ -18,8 +18,8 @@ ARRIVED = 0.01
 """A way is driven when no more than this is left of it [m]: a choice."""
 TURNED = math.radians(0.3)
 """A turn is done when no more than this is left of it: a choice."""
-STILL = 0.03
-"""It has to be slower than this then [rad/s]: a choice."""
+SETTLED = 0.5
+"""For so long it has to stay there without a command to turn [s]: a choice, as long as a balancing robot lags."""
 CREEP, CRAWL = 0.03, 0.03
 """The slowest that it still goes [m/s] and turns [rad/s], so that it arrives: a choice."""
 SONAR_HISTORY = 3
@@ -64,17 +64,25 @@ class Turning:
     def __init__(self, frame: Frame, target: float) -> None:
         self._frame, self._target = frame, target
         self._echoes = Echoes(frame.sonars)
+        self._there_since: float | None = None
 
     def step(self, senses: Senses, around: Surroundings) -> Step | None:
         """Say how to turn now."""
         pose = senses.pose
         left = self._target - pose.heading
-        if abs(left) < TURNED and abs(senses.state.twist.angular) < STILL:
-            return None
+        if abs(left) < TURNED:
+            return self._settling(senses.now)
+        self._there_since = None
         if around.lost:
             return waiting(around.lost)
         points = np.concatenate([around.points(pose), self._echoes.points(senses)])
         return turned(self._frame, points, left)
+
+    def _settling(self, now: float) -> Step | None:
+        """Stand still, until it is sure that the turn stays where it is."""
+        if self._there_since is None:
+            self._there_since = now
+        return None if now - self._there_since >= SETTLED else Step()
 
 
 class Straight:

@@ -17,6 +17,8 @@ KEPT_BEHIND = 1.5
 """How far around the robot it remembers what its laser has left behind [m]: a choice, more than any robot's tail."""
 MOST_BLIND = 0.5
 """Share of beams that are no numbers from which on a scan is lost: a choice."""
+STALE_SCAN = 1.0
+"""With no new scan for so long the laser is lost [s]: a choice, five times the time that one takes."""
 CELL = 0.05
 """What is remembered is thinned to one point in a square of this side [m]: a choice."""
 
@@ -31,6 +33,7 @@ class Surroundings:
     def __init__(self, frame: Frame) -> None:
         self._frame = frame
         self._scan: LaserScan | None = None
+        self._since = 0.0
         self._ahead = self._behind = np.empty((0, 2))
         self.lost = "no scan yet"
         self.fresh = False
@@ -38,20 +41,24 @@ class Surroundings:
 
     def look(self, senses: Senses) -> None:
         """Take in what is new."""
-        scan, pose = senses.scan, senses.pose
-        self.fresh = False
-        self.lost = "" if scan is not None else "the scan is lost"
-        if scan is None or scan is self._scan:
-            return
-        self._scan = scan
+        scan, self.fresh = senses.scan, False
+        if scan is None:
+            self._scan, self.lost = None, "the scan is lost"
+        elif scan is not self._scan:
+            self._scan, self._since = scan, senses.now
+            self._take(scan, senses)
+        elif senses.now - self._since > STALE_SCAN:
+            self.lost = f"no new scan for {senses.now - self._since:.1f} s"
+
+    def _take(self, scan: LaserScan, senses: Senses) -> None:
         ranges = np.asarray(scan.ranges, np.float64)
-        valid = ~np.isnan(ranges) & (ranges >= 0)
-        if not len(ranges) or 1 - valid.mean() > MOST_BLIND:
-            self.lost = f"{np.count_nonzero(~valid)} of {len(ranges)} laser beams read no range"
+        valid = np.count_nonzero(ranges >= 0)
+        if valid <= MOST_BLIND * len(ranges):
+            self.lost = f"{len(ranges) - valid} of {len(ranges)} laser beams read no range"
             return
-        self.fresh = True
-        self._remember(pose)
-        self._ahead = self._met(ranges, np.asarray(scan.bearings, np.float64), senses.state.pitch, pose)
+        self.lost, self.fresh = "", True
+        self._remember(senses.pose)
+        self._ahead = self._met(ranges, np.asarray(scan.bearings, np.float64), senses.state.pitch, senses.pose)
 
     def points(self, pose: Pose) -> NDArray[np.float64]:
         """All points, (n, 2) [m], in the frame of a robot at ``pose``: x forward, y to the left."""

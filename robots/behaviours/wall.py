@@ -37,7 +37,7 @@ class Window:
 
 
 def find_wall(points: NDArray[np.float64], line: Line, window: Window, shortest: float) -> Wall | None:
-    """The wall with the most points (n, 2) in a window; None where the points of all are fewer than ``shortest`` [m].
+    """The wall with the most points (n, 2) in a window; None where none is ``shortest`` [m] long.
 
     Points are thinned to one in a square of ``CELL`` first, so that votes are lengths and not densities of beams.
     """
@@ -55,7 +55,8 @@ def find_wall(points: NDArray[np.float64], line: Line, window: Window, shortest:
         return None
     found = line.at(0.0, across / math.cos(tilt), tilt)
     along = found.seen(line_points(line, seen[on_it]))[:, 0]
-    return Wall(found, float(along.min()), float(along.max()))
+    start, end = float(along.min()), float(along.max())
+    return Wall(found, start, end) if end - start > shortest else None
 
 
 def line_points(line: Line, seen: NDArray[np.float64]) -> NDArray[np.float64]:
