@@ -38,19 +38,20 @@ class Physics:
     def look(self) -> None:
         """Keep the present state, if it is good, before anybody reads it."""
         if self.fault is None and not self._finite():
-            self._stand_still("positions or velocities")
+            self._stand_still("positions or velocities", self._data.time)
         elif self.fault is None:
             self._keep()
 
     def step(self, count: int) -> None:
         """Go on by so many steps."""
-        if self.fault is None:
-            mujoco.mj_step(self._model, self._data, nstep=count)
-            bad = [name for name, kind in zip(_NAMES, _BAD, strict=True) if self._data.warning[kind].number]
-            if bad:
-                self._stand_still(" and ".join(bad))
-        else:
-            self._data.time += count * self._model.opt.timestep
+        end = self._data.time + count * self._model.opt.timestep
+        if self.fault is not None:
+            self._data.time = end
+            return
+        mujoco.mj_step(self._model, self._data, nstep=count)
+        bad = [name for name, kind in zip(_NAMES, _BAD, strict=True) if self._data.warning[kind].number]
+        if bad:
+            self._stand_still(" and ".join(bad), end)
 
     def _finite(self) -> bool:
         return bool(np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all())
@@ -58,8 +59,9 @@ class Physics:
     def _keep(self) -> None:
         mujoco.mj_getState(self._model, self._data, self._good, _KEPT)
 
-    def _stand_still(self, what: str) -> None:
+    def _stand_still(self, what: str, time: float) -> None:
         mujoco.mj_setState(self._model, self._data, self._good, _KEPT)
         self.fault = f"physics: {what} were no numbers or huge after {self._data.time:.3f} s; all stands still since"
+        self._data.time = time
         self._data.qvel[:], self._data.act[:], self._data.xfrc_applied[:] = 0.0, 0.0, 0.0
         mujoco.mj_forward(self._model, self._data)
