@@ -11,11 +11,15 @@ OPENING = 0.06
 """How far the line of a door or window stands back from the wall's face [m]: to be told from the wall."""
 
 
+AROUND = [0, 1, 3, 2, 0]
+"""Corners of a footprint in the order of a walk around it; they come as those of a grid."""
+
+
 def outline_of(plan: FloorPlan) -> list[NDArray[np.float64]]:
     """Polylines (m, 2) [m]: faces of the walls with doors and windows set back, and around what stands on the floor."""
     things = (*plan.cabinet, *plan.furniture, *plan.stairs, *plan.car)
-    grounds = [corners(shape) for thing in things for shape in footprints(plan, thing)]
-    return [*(_wall(plan, wall) for wall in plan.wall), *(np.append(square, square[:1], axis=0) for square in grounds)]
+    grounds = [corners(shape)[AROUND] for thing in things for shape in footprints(plan, thing)]
+    return [*(_wall(plan, wall) for wall in plan.wall), *grounds]
 
 
 def _wall(plan: FloorPlan, wall: Wall) -> NDArray[np.float64]:

@@ -1,5 +1,6 @@
-"""The commands ``refseq robots list | show``."""
+"""The commands ``refseq robots list | show | strip | check | drive | umbmark | serve``."""
 
+import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +8,7 @@ from typing import Annotated
 import typer
 
 from refseq.files import replacing_at
-from scenarios.console import out, say
+from scenarios.console import err, out, say
 from scenarios.errors import ScenarioError
 from scenarios.inputs import check_output, writing
 
@@ -178,3 +179,70 @@ def drive(
         say(out, f"{output}")
     if found[-1].outcome is not Outcome.FINISHED:
         raise typer.Exit(BELOW)
+
+
+@robots.command(
+    epilog="""Examples:
+
+* `refseq robots umbmark robuter`
+* `refseq robots umbmark segway_rmp --runs 3 --side 2 -o squares.png`"""
+)
+def umbmark(
+    robot: Robot,
+    output: Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help=PICTURE_HELP)] = None,
+    runs: Annotated[int, typer.Option(metavar="N", help="Squares in each direction.")] = 5,
+    side: Annotated[float, typer.Option(metavar="METRES", help="Side of the square.")] = 4.0,
+    seed: Seed = 0,
+) -> None:
+    """Drive squares both ways round by the odometer, and tell its systematic errors apart (UMBmark)."""
+    from scenarios.robots_umbmark import umbmark_picture, umbmark_table
+    from sim.umbmark import umbmark as drive_squares
+    from worlds.draw import check_picture
+
+    if output is not None:
+        check_picture(output)
+        check_output(output)
+    found = drive_squares(robot, side=side, runs=runs, seed=seed)
+    out.print(umbmark_table(found))
+    if output is not None:
+        with writing(output), replacing_at(output) as temporary:
+            umbmark_picture(found).savefig(temporary)
+        say(out, f"{output}")
+
+
+@robots.command(
+    epilog="""Examples:
+
+* `refseq robots serve robuter --tcp 7777`
+* `refseq robots serve robuter --world laboratory --pty --seconds 600`
+
+It ends after the seconds with 0, on Ctrl-C with 130."""
+)
+def serve(
+    robot: Robot,
+    world: World = "hallway",
+    route: Route = "forward",
+    tcp: Annotated[
+        int | None, typer.Option(metavar="PORT", help="Port on this machine only; 0: any free one. [default: 0]")
+    ] = None,
+    pty: Annotated[bool, typer.Option("--pty", help="A pseudo-terminal instead.")] = False,
+    seconds: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="Simulated time. [default: until Ctrl-C]")
+    ] = None,
+    rate: Annotated[float, typer.Option(metavar="FACTOR", help="Simulated over real time.")] = 1.0,
+    seed: Seed = 1,
+) -> None:
+    """Let a program outside drive a robot over its serial line, in the robot's own protocol."""
+    from scenarios.robots_serve import Service, serving
+
+    if pty and tcp is not None:
+        raise ScenarioError(f"tcp {tcp} and pty both say where to connect; valid is one of them")
+    asked = Service(robot, world, route, None if pty else tcp or 0, seconds, rate, seed)
+    try:
+        with serving(asked) as (address, run):
+            say(out, f"{robot} in {world} listens at {address}; Ctrl-C ends")
+            sys.stdout.flush()
+            run()
+    except KeyboardInterrupt:
+        say(err, "interrupted")
+        raise typer.Exit(INTERRUPTED) from None

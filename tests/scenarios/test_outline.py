@@ -26,3 +26,10 @@ def test_what_stands_on_the_floor_is_outlined_where_it_stands() -> None:
         assert line.shape == (5, 2)
         np.testing.assert_array_equal(line[0], line[-1])
         np.testing.assert_allclose(line[:4].mean(axis=0), car.at, atol=1e-9)
+
+
+def test_the_outline_of_a_rectangle_goes_around_it_and_not_across() -> None:
+    plan = load_plan("car-park")
+    for line in outline_of(plan)[len(plan.wall) :]:
+        sides = np.diff(line, axis=0)
+        np.testing.assert_allclose(np.sum(sides * np.roll(sides, 1, axis=0), axis=1), 0.0, atol=1e-9)
