@@ -1,0 +1,69 @@
+"""How much faster than real time each robot runs without cameras, and where the time goes.
+
+In the hallway, where beams and sound meet 400 geoms. Times are of the processor, which a busy machine disturbs less
+than the clock; what is held are shares and ratios of one run.
+"""
+
+from collections.abc import Iterator
+
+import pytest
+
+import robots
+from robots import Twist
+from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.render import RendererKind
+from tests.benchmarks.stopwatch import Stopwatch
+from worlds.build import World, build
+from worlds.light import light_named
+from worlds.plan import load_plan
+
+pytestmark = pytest.mark.benchmark
+SECONDS = 20.0
+PARTS = ("physics", "control layer", "signals", "laser", "other")
+
+
+@pytest.fixture(scope="module")
+def hallway() -> World:
+    return build(load_plan("hallway"), light_named("16:00"), seed=0)
+
+
+@pytest.fixture
+def bench(hallway: World, request: pytest.FixtureRequest) -> Iterator[Bench]:
+    settings = BenchSettings(renderer=RendererKind.NONE)
+    with Bench(hallway, robots.load(request.param), settings=settings) as opened:
+        for _ in range(50):
+            opened.drive(Twist())
+        yield opened
+
+
+def spent_on(bench: Bench, scanning: bool, patch: pytest.MonkeyPatch) -> dict[str, float]:
+    """Drive down the middle of the hallway; processor time of each part [ms] for a simulated second."""
+    watch = Stopwatch()
+    with patch.context() as watched:
+        watch.watch(watched, bench._physics, "step", "physics")
+        watch.watch(watched, bench._hardware, "signals", "signals")
+        watch.watch(watched, bench.control, "tick", "control layer")
+        watch.watch(watched, bench, "_turn_the_laser", "laser")
+        watch._count()
+        watch.spent.clear()
+        for _ in range(round(SECONDS / CONTROL_PERIOD)):
+            bench.drive(Twist(0.3, 0.0))
+            if scanning:
+                bench.scan()
+        watch._count()
+    return {part: float(watch.spent[part][1]) * 1e3 / SECONDS for part in PARTS}
+
+
+@pytest.mark.parametrize("bench", robots.names(), indirect=True)
+@pytest.mark.parametrize("scanning", [False, True], ids=["driving", "scanning"])
+def test_where_the_time_goes(bench: Bench, scanning: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    spent = spent_on(bench, scanning, monkeypatch)
+    whole = sum(spent.values())
+    print(
+        f"\n{bench.robot.name:18s} {'5 scans/s' if scanning else 'no scans':9s} {1e3 / whole:4.0f}x real time; ", end=""
+    )
+    print(f"[ms of processor a simulated second] {whole:.1f}: ", end="")
+    print(", ".join(f"{part} {cost:.1f}" for part, cost in spent.items()), end="")
+    # The machine that runs robots must not cost more than what they are there for: moving and seeing.
+    assert spent["other"] < 0.3 * whole
+    assert spent["control layer"] + spent["signals"] < 4 * spent["physics"] + spent["laser"]
