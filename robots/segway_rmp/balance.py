@@ -53,9 +53,6 @@ WEIGHTS: Mapping[GainSet, Weights] = MappingProxyType(
     {GainSet.LIGHT: Weights(torque=10.0), GainSet.TALL: Weights(), GainSet.HEAVY: Weights(torque=25.0)}
 )
 
-NEVER = 1e8
-"""A sensor that says nothing is one whose noise is so many times as large."""
-
 
 def regulator(system: Linear, deviations: Vector, effort: float) -> Vector:
     """Gains (n,) of the one effort on n states that cost one unit each at their ``deviations`` (n,)."""
@@ -88,36 +85,40 @@ def balancer(plant: Plant, gain_set: GainSet, period: float) -> Vector:
     return regulator(with_integral(system, period), deviations, weights.torque)
 
 
+def with_zero(system: Linear) -> Linear:
+    """Return the system with a state put after its own that nothing changes: the zero of a sensor."""
+    states = len(system.a)
+    a, b = np.eye(states + 1), np.zeros((states + 1, 1))
+    a[:states, :states], b[:states] = system
+    return Linear(a, b)
+
+
 class Observer:
-    """A Kalman filter at its steady state: one gain for each set of sensors that can be believed.
+    """A Kalman filter that does with those sensors that can be believed.
 
     ``sensing`` (m, n) tells what m sensors read of n states, ``jolts`` (n,) how far the states stray from the model in
-    a tick and ``noise`` (m,) how far the readings stray, one standard deviation each.
+    a tick, ``noise`` (m,) how far the readings stray, and ``doubt`` (n,) how far from zero the states may be at the
+    start: one standard deviation each.
     """
 
-    def __init__(self, system: Linear, sensing: Matrix, jolts: Vector, noise: Vector) -> None:
+    def __init__(self, system: Linear, sensing: Matrix, jolts: Vector, noise: Vector, doubt: Vector) -> None:
         self.state: Vector = np.zeros(len(system.a))
-        self._system, self._sensing = system, sensing
-        self._jolts, self._noise = np.diag(jolts**2), noise
-        self._gains: dict[tuple[bool, ...], Matrix] = {}
+        self._a, self._b, self._sensing = system.a, system.b[:, 0], sensing
+        self._jolts, self._noise = np.diag(jolts**2), np.diag(noise**2)
+        self._spread = np.diag(doubt**2)
 
     def update(self, effort: float, readings: Vector, believed: tuple[bool, ...]) -> Vector:
         """Go on by a tick under ``effort``, at whose end ``readings`` (m,) were taken, and return the state (n,)."""
-        ahead = self._system.a @ self.state + self._system.b[:, 0] * effort
-        surprise = np.where(believed, readings - self._sensing @ ahead, 0.0)
-        self.state = ahead + self._gain(believed) @ surprise
+        self.state = self._a @ self.state + self._b * effort
+        self._spread = self._a @ self._spread @ self._a.T + self._jolts
+        rows = np.flatnonzero(believed)
+        if rows.size:
+            self._correct(readings[rows], self._sensing[rows], self._noise[np.ix_(rows, rows)])
         return self.state
 
-    def _gain(self, believed: tuple[bool, ...]) -> Matrix:
-        if believed not in self._gains:
-            self._gains[believed] = self._steady(believed)
-        return self._gains[believed]
-
-    def _steady(self, believed: tuple[bool, ...]) -> Matrix:
-        a, sees = self._system.a, self._sensing
-        if not any(believed):
-            return np.zeros_like(sees.T)
-        noise = np.diag((self._noise * np.where(believed, 1.0, NEVER**0.5)) ** 2)
-        spread = solve_discrete_are(a.T, sees.T, self._jolts, noise)
-        gain: Matrix = spread @ sees.T @ np.linalg.inv(sees @ spread @ sees.T + noise)
-        return gain
+    def _correct(self, readings: Vector, sensing: Matrix, noise: Matrix) -> None:
+        seen = sensing @ self._spread
+        gain = np.linalg.solve(seen @ sensing.T + noise, seen).T
+        self.state = self.state + gain @ (readings - sensing @ self.state)
+        spread = self._spread - gain @ seen
+        self._spread = (spread + spread.T) / 2

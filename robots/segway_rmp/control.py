@@ -7,7 +7,7 @@ import numpy as np
 from robots.motion import Limits, Pose, Twist
 from robots.odometry import Encoders, Geometry, Odometry, Pulses
 from robots.robot import Shape
-from robots.segway_rmp.firmware import Build, Firmware
+from robots.segway_rmp.firmware import ACCELERATION, Build, Firmware
 from robots.segway_rmp.jam import JamWatch
 from robots.segway_rmp.lookout import Mounting, obstacle
 from robots.segway_rmp.protocol import (
@@ -29,14 +29,16 @@ COMMAND_TICKS = 2
 """A command frame goes down every so many ticks: 20 ms, of 10 to 300 ms that the machine takes; a choice."""
 SILENCE = 0.4
 """Without a command from above for so long [s] the robot is stopped: what the machine itself holds a command."""
-BRAKING = 0.8
-"""Deceleration that the lookout counts on [m/s²]: less than the machine's 1.0, a choice."""
-LATENCY = 0.55
-"""What passes until the machine slows down [s]: scan 0.2, frames 0.03, ramp 0.15, and leaning back: README."""
+LATENCY = 0.5
+"""What passes until the machine slows down [s] (C): a scan 0.2, frames 0.03, smoothing 0.24; rounded up."""
+SURGE = 0.08
+"""What the axle runs ahead so that the body leans back [m] (C): arm · tilt · acceleration, ``plant.Flatness``."""
 MARGIN = 0.15
 """Room that is left to what is in the way [m]: a choice."""
 CLEAR = 0.1
 """A way that was blocked is free again with so much more room [m]: a choice."""
+GOING, STANDING, HELD_TIME = 0.1, 0.05, 2.0
+"""Told to go at least so fast and going less than so fast [m/s] for so long [s], something holds it: choices."""
 BLIND_TIME = 0.3
 """A laser that has told of no range for so long [s], longer than a scan takes, is lost: a choice."""
 
@@ -63,6 +65,7 @@ class SegwayControl:
         self._scan: LaserScan | None = None
         self._scan_pitch = 0.0
         self._blind_since: float | None = None
+        self._went = 0.0
 
     @property
     def state(self) -> RobotState:
@@ -167,10 +170,20 @@ class SegwayControl:
 
     def _jammed(self, signals: Signals, status: Status) -> str | None:
         """Tell of a wheel that is stuck; the machine then stands where it is, however far it should have come."""
-        jammed = self._jam.look(signals) if Word.MOTORS_ENABLED in status.words else None
+        jammed = self._jam.look(signals) or self._held_back(status)
+        if Word.MOTORS_ENABLED not in status.words:
+            return None
         if jammed and Cause.STUCK not in self._stops:
             self._settings.append(STAY)
         return jammed
+
+    def _held_back(self, status: Status) -> str | None:
+        told, goes = status.velocity_command / COUNTS_PER_SPEED, _motion(status).linear
+        if abs(told) < GOING or abs(goes) > STANDING:
+            self._went = self._time
+        elif self._time - self._went > HELD_TIME:
+            return f"told to go {told:.2f} m/s, goes {goes:.2f} m/s"
+        return None
 
     def _in_the_way(self, status: Status) -> str | None:
         if self._scan is None:
@@ -179,7 +192,7 @@ class SegwayControl:
         blocked = Cause.LASER in self._stops
         speed = max(moving.linear, self._wanted.linear if blocked else 0.0, 0.0)
         found = obstacle(self._scan, self._scan_pitch, self._asked, self._shape, self._mounting)
-        needed = speed * LATENCY + speed**2 / (2 * BRAKING) + MARGIN + (CLEAR if blocked else 0.0)
+        needed = speed * LATENCY + speed**2 / (2 * ACCELERATION) + SURGE + MARGIN + (CLEAR if blocked else 0.0)
         if found is None or found.gap > needed:
             return None
         return f"laser: {found.gap:.2f} m ahead at {math.degrees(found.bearing):.0f}°"

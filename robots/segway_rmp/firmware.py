@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robots.odometry import Encoders, Pulses
-from robots.segway_rmp.balance import GainSet, Observer, Vector, balancer, carrying, regulator
+from robots.segway_rmp.balance import GainSet, Observer, Vector, balancer, carrying, regulator, with_zero
 from robots.segway_rmp.plant import GRAVITY, Course, Plant, Posture
 from robots.segway_rmp.protocol import (
     COUNTS_PER_DEGREE,
@@ -43,8 +43,20 @@ SMOOTHING = 0.24
 It is a whole number of command periods (20 ms), so that the steps of commands cancel out."""
 REACH, TURN_REACH = 0.3, 0.5
 """Errors of place [m] and heading [rad] that are fed back at most, so that a robot held back does not tear: choices."""
+LEAN = math.radians(15)
+"""What is off in place and speed makes the machine lean over by so much at most [rad]: a choice. More, and it could not
+come upright again before it has run too fast, or run out of torque."""
+ZERO = math.radians(2)
+"""The pitch sensor's zero, or an off-centre load, can be off by so much at most [rad]: a choice. What leans over farther
+and does not run away leans on something."""
 TORQUE = 60.0
 """What a motor gives a wheel at most [N·m]: a choice (README)."""
+
+WHEEL_SPEED = 20.0
+"""A wheel that turns faster is not driven any faster [rad/s], else one in the air would race: a choice, 4.8 m/s."""
+WITHOUT_WHEELS = 10.0
+"""Without both encoders the machine balances on for so long [s], then falls: a choice. It does not know whether it
+stands, and what rolls away is worse than what falls."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +89,11 @@ class Follower:
         snap = (jerk - last.jerk) / PERIOD
         self.course = Course(last.place + (last.speed + speed) / 2 * PERIOD, speed, acceleration, jerk, snap)
 
-    def move(self, place: float) -> None:
-        """Go on from another place."""
-        self.course = self.course._replace(place=place)
+    def start(self, place: float, speed: float) -> None:
+        """Go on from another place at another speed."""
+        self.course = Course(place, speed, 0.0, 0.0, 0.0)
+        for speeds in (self._ramp, self._once):
+            speeds.extend([speed] * len(speeds))
 
 
 @dataclass
@@ -98,25 +112,24 @@ class Firmware:
         plant = build.plant
         self.status = Status()
         self._plant, self._gain_set = plant, build.gain_set
-        self._senses = Senses(Encoders(build.pulses_per_turn))
+        self._senses = Senses(Encoders(build.pulses_per_turn), PERIOD)
         self._flatness = plant.flatness()
-        radius = plant.wheel_radius
-        self._pitching = Observer(
-            plant.pitching().sampled(PERIOD),
-            np.array([[1.0, 0.0, -radius, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]),
-            jolts=np.array([1e-5, 3e-3, 1e-5, 3e-3]),
-            noise=np.array([1e-4, 2e-3, 3e-3]),
-        )
         self._yawing = Observer(
-            plant.yawing().sampled(PERIOD), np.eye(2), jolts=np.array([1e-5, 1e-2]), noise=np.array([4e-4, 3e-3])
+            plant.yawing().sampled(PERIOD),
+            np.eye(2),
+            jolts=np.array([1e-5, 1e-2]),
+            noise=np.array([4e-4, 3e-3]),
+            doubt=np.array([1e-3, 1e-2]),
         )
         self._turning = regulator(plant.yawing().sampled(PERIOD), np.array([0.03, 0.2]), 10.0)
         self._rolling = regulator(plant.rolling().sampled(PERIOD), np.array([0.03, 0.1]), 20.0)
         self._drive = _Drive()
         self._command, self._heard = Command(), -math.inf
         self._frames, self._words = 0, QUIET
-        self._torques = 0.0, 0.0
+        self._seen_wheels = 0.0
+        self._torques = self._angles = 0.0, 0.0
         self._mode = Mode.DISABLED
+        self._pitching = self._observer(self._mode, np.zeros(4))
         self._enter(build.mode)
 
     def receive(self, command: Command, time: float) -> None:
@@ -135,6 +148,7 @@ class Firmware:
         """Change the mode; the gain set is latched when the machine begins to balance."""
         if mode is self._mode:
             return
+        self._pitching = self._observer(mode, self._state)
         if mode is Mode.BALANCE:
             self._latched = self._gain_set
             self._balancing = balancer(self._plant, self._latched, PERIOD)
@@ -142,15 +156,40 @@ class Firmware:
         self._mode = mode
         self._hold_here()
 
+    def _observer(self, mode: Mode, state: Vector) -> Observer:
+        """A filter for the motion in a mode, from a state on: x, ẋ, θ, θ̇, and the zero of the pitch sensor.
+
+        Where the machine balances, its motion tells where upright is: a sensor that is off, or a load that is not in
+        the middle, is the same to it. How far model and sensors stray are choices.
+        """
+        balancing, radius = mode is Mode.BALANCE, self._plant.wheel_radius
+        model = self._plant.pitching() if balancing else self._plant.standing()
+        observer = Observer(
+            with_zero(model.sampled(PERIOD)),
+            np.array(
+                [[1.0, 0.0, -radius, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, float(balancing)], [0.0, 0.0, 0.0, 1.0, 0.0]]
+            ),
+            jolts=np.array([1e-5, 3e-3, 1e-5, 3e-3, 1e-5]),
+            noise=np.array([1e-4, 2e-3, 3e-3]),
+            doubt=np.array([1e-3, 1e-2, 1e-2, 1e-2, 1e-2]),
+        )
+        observer.state[:4] = state
+        return observer
+
+    @property
+    def _state(self) -> Vector:
+        """x, ẋ, θ, θ̇ as they are known."""
+        return self._pitching.state[:4]
+
     def _hold_here(self) -> None:
         """Take the present place for the one where the machine should be."""
-        self._drive.way.move(float(self._pitching.state[0]))
-        self._drive.heading.move(float(self._yawing.state[0]))
+        drive, (x, speed), (heading, turn) = self._drive, self._state[:2].tolist(), self._yawing.state.tolist()
+        drive.way.start(x, speed)
+        drive.heading.start(heading, turn)
 
     def rest(self) -> None:
         """Begin anew from rest, upright; the ways stay as they are."""
-        for observer in (self._pitching, self._yawing):
-            observer.state[1:] = 0.0
+        self._pitching.state[1:4] = self._yawing.state[1:] = 0.0
         self._drive, self._torques = _Drive(), (0.0, 0.0)
         self._hold_here()
 
@@ -167,14 +206,24 @@ class Firmware:
     def _sense(self, signals: Signals) -> None:
         senses, (left, right) = self._senses, self._torques
         senses.hear(signals)
-        radius, track = self._plant.wheel_radius, self._plant.track
-        rolled = radius * (senses.left + senses.right) / 2
-        turned = radius * (senses.right - senses.left) / track
-        wheels, body = senses.wheels_believed, senses.inertial_believed
-        inertial = senses.inertial
-        readings = np.array([rolled, inertial.pitch, inertial.pitch_rate])
-        self._pitching.update(left + right, readings, (wheels, body, body))
-        self._yawing.update(right - left, np.array([turned, inertial.yaw_rate]), (wheels, body))
+        self._angles = self._wheel_angles()
+        half, radius = self._plant.track / 2, self._plant.wheel_radius
+        rolled = radius * (self._angles[0] + self._angles[1]) / 2
+        turned = radius * (self._angles[1] - self._angles[0]) / 2 / half
+        (left_good, right_good), body = senses.wheels_believed, senses.inertial_believed
+        readings = np.array([rolled, senses.inertial.pitch, senses.inertial.pitch_rate])
+        state = self._pitching.update(left + right, readings, (left_good or right_good, body, body))
+        state[4] = _clipped(state[4], ZERO)
+        readings = np.array([turned, senses.inertial.yaw_rate])
+        self._yawing.update(right - left, readings, (left_good and right_good, body))
+
+    def _wheel_angles(self) -> tuple[float, float]:
+        """Turns of the wheels against the body [rad]: where one is not known, the other and the heading tell it."""
+        (left, right), (left_good, right_good) = self._senses.angles, self._senses.wheels_believed
+        apart = self._plant.track * float(self._yawing.state[0]) / self._plant.wheel_radius
+        if left_good == right_good:
+            return left, right
+        return (left, left + apart) if left_good else (right - apart, right)
 
     def _watch(self, signals: Signals) -> None:
         """Look for what ends balancing, or all motion."""
@@ -185,9 +234,11 @@ class Firmware:
             self._power_off(Word.ROLL_LIMIT)
         if senses.inertial_lost:
             self._words |= Word.SYSTEM_INTEGRITY_FAULT | Word.SPEED_LIMIT_0
-        if senses.wheels_lost:
+        if any(senses.wheels_lost):
             self._words |= Word.MOTOR_FEEDBACK_FAULT | Word.SPEED_LIMIT_0
-        if senses.inertial_lost and senses.wheels_lost:
+        if not all(senses.wheels_lost):
+            self._seen_wheels = signals.time
+        if (senses.inertial_lost and any(senses.wheels_lost)) or signals.time - self._seen_wheels > WITHOUT_WHEELS:
             self._power_off(QUIET)
         if self._mode is Mode.BALANCE and abs(self._off) > POSITION_ERROR:
             self._enter(Mode.TRACTOR)
@@ -224,7 +275,7 @@ class Firmware:
         if self._mode is Mode.DISABLED:
             return 0.0, 0.0
         asked = self._asked
-        errors = self._pitching.state - asked[:4]
+        errors = self._state - asked[:4]
         errors[0] = _clipped(errors[0], REACH)
         forward = asked.torque - (self._balance(errors) if self._mode is Mode.BALANCE else self._rolling @ errors[:2])
         course, (heading, rate) = self._drive.heading.course, self._yawing.state.tolist()
@@ -232,18 +283,22 @@ class Firmware:
         return float(forward), float(turning)
 
     def _balance(self, errors: Vector) -> float:
+        """What the state feedback takes off the torque: place and speed ask for a lean, which has its limit."""
         if abs(errors[0]) < REACH:  # else it would go on summing while something holds the machine back
             self._drive.integral += errors[0] * PERIOD
-        return float(self._balancing @ (self._drive.integral, *errors))
+        gains = self._balancing
+        leaning = gains[:3] @ (self._drive.integral, *errors[:2])
+        return _clipped(leaning, abs(gains[3]) * LEAN) + float(gains[3:] @ errors[2:])
 
     def _share(self, forward: float, turning: float) -> tuple[float, float]:
         """Torques of the (left, right) motor within their limit; balance comes before turning."""
         forward = _clipped(forward, 2 * TORQUE)
         turning = _clipped(turning, 2 * TORQUE - abs(forward))
-        return (forward - turning) / 2, (forward + turning) / 2
+        left, right = (forward - turning) / 2, (forward + turning) / 2
+        return _restrained(left, self._senses.rates[0]), _restrained(right, self._senses.rates[1])
 
     def _tell(self, signals: Signals) -> Status:
-        x, speed, pitch, rate = self._pitching.state.tolist()
+        x, speed, pitch, rate = self._state.tolist()
         yaw, yaw_rate = self._yawing.state.tolist()
         aside = yaw_rate * self._plant.track / 2
         on = Word.MOTORS_ENABLED if self._mode is not Mode.DISABLED else QUIET
@@ -274,8 +329,12 @@ class Firmware:
         """Ways of the wheels' rims over the floor, in counts."""
         swung = float(self._pitching.state[2])  # a wheel that stands turns against a body that leans over
         way = self._plant.wheel_radius
-        left, right = (counts(way * (angle + swung), COUNTS_PER_METRE, 32) for angle in self._senses.angles)
+        left, right = (counts(way * (angle + swung), COUNTS_PER_METRE, 32) for angle in self._angles)
         return Pulses(left, right)
+
+
+def _restrained(torque: float, rate: float) -> float:
+    return 0.0 if rate * math.copysign(1.0, torque) > WHEEL_SPEED else torque
 
 
 def _clipped(value: float, most: float) -> float:

@@ -135,6 +135,14 @@ class Plant:
         b[[1, 3], 0] = np.linalg.solve(mass, push)
         return Linear(a, b)
 
+    def standing(self) -> Linear:
+        """The same states as ``pitching`` where a third support holds the body: nothing moves its pitch."""
+        rolling = self.rolling()
+        a, b = np.zeros((4, 4)), np.zeros((4, 1))
+        a[2, 3] = 1.0
+        a[:2, :2], b[:2] = rolling
+        return Linear(a, b)
+
     def flatness(self) -> Flatness:
         """Return the flat output: the first line of the model, taken r times, plus the second has no torque in it."""
         (rolling, coupled), (_, upright) = self._masses().tolist()

@@ -2,7 +2,7 @@
 
 import math
 
-from robots.odometry import Encoders, Pulses
+from robots.odometry import Encoders
 from robots.signals import LEVEL, Inertial, Signals
 
 LOST_AFTER = 5
@@ -27,39 +27,31 @@ class _Watched:
 
 
 class Senses:
-    """Encoders and inertial sensors as the firmware takes them."""
+    """Encoders and inertial sensors as the firmware takes them; pairs are of the (left, right) wheel."""
 
-    def __init__(self, encoders: Encoders) -> None:
+    def __init__(self, encoders: Encoders, period: float) -> None:
         self.angles = 0.0, 0.0
-        """Turns of the (left, right) wheel against the body since the start [rad]."""
+        """Turns of the wheels against the body since the start [rad]."""
+        self.rates = 0.0, 0.0
+        """How fast they turned from the last reading to this one [rad/s], as if no tick had been missed."""
         self.inertial: Inertial = LEVEL
-        self._encoders = encoders
-        self._wheels, self._body = _Watched(), _Watched()
+        self._encoders, self._period = encoders, period
+        self.trust()
 
     @property
-    def left(self) -> float:
-        """Turn of the left wheel against the body [rad]."""
-        return self.angles[0]
+    def wheels_believed(self) -> tuple[bool, bool]:
+        """Whether the encoders' newest readings are such."""
+        return self._wheels[0].good, self._wheels[1].good
 
     @property
-    def right(self) -> float:
-        """Turn of the right wheel against the body [rad]."""
-        return self.angles[1]
-
-    @property
-    def wheels_believed(self) -> bool:
-        """Whether the encoders' newest reading is one."""
-        return self._wheels.good
+    def wheels_lost(self) -> tuple[bool, bool]:
+        """Whether the encoders have failed for good."""
+        return self._wheels[0].lost, self._wheels[1].lost
 
     @property
     def inertial_believed(self) -> bool:
         """Whether the inertial sensors' newest reading is one."""
         return self._body.good
-
-    @property
-    def wheels_lost(self) -> bool:
-        """Whether the encoders have failed for good."""
-        return self._wheels.lost
 
     @property
     def inertial_lost(self) -> bool:
@@ -68,20 +60,22 @@ class Senses:
 
     def trust(self) -> None:
         """Believe all sensors again, until they fail again."""
-        self._wheels, self._body = _Watched(), _Watched()
+        self._wheels, self._body = (_Watched(), _Watched()), _Watched()
 
     def hear(self, signals: Signals) -> None:
         """Take the newest readings, where they are such."""
         self._body.look(_plausible(signals.inertial))
         if self._body.good:
             self.inertial = signals.inertial
-        self._wheels.look(self._near(signals.pulses))
-        if self._wheels.good:
-            self.angles = tuple(map(self._encoders.angle, signals.pulses))  # type: ignore[assignment]
+        last = self.angles
+        self.angles = self._turned(0, signals.pulses.left), self._turned(1, signals.pulses.right)
+        self.rates = (self.angles[0] - last[0]) / self._period, (self.angles[1] - last[1]) / self._period
 
-    def _near(self, pulses: Pulses) -> bool:
-        angles = map(self._encoders.angle, pulses)
-        return all(abs(now - last) <= TOP_WHEEL_STEP for now, last in zip(angles, self.angles, strict=True))
+    def _turned(self, side: int, pulses: float) -> float:
+        """Angle of a wheel: the new one, or the last that could be believed."""
+        angle, last = self._encoders.angle(pulses), self.angles[side]
+        self._wheels[side].look(abs(angle - last) <= TOP_WHEEL_STEP)
+        return angle if self._wheels[side].good else last
 
 
 def _plausible(inertial: Inertial) -> bool:
