@@ -1,0 +1,143 @@
+"""What the trials of robots measure, against motions that are known."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import robots
+from refseq.view import Pose
+from robots import Limits, Twist
+from sim import trials
+from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.floor import empty_floor
+from sim.render import RendererKind
+from worlds.build import World
+
+
+@pytest.fixture(scope="module")
+def floor() -> World:
+    return empty_floor()
+
+
+def bench_on(floor: World, name: str = "robuter") -> Bench:
+    return Bench(floor, robots.load(name), settings=BenchSettings(renderer=RendererKind.NONE, cameras=()))
+
+
+@given(amount=st.floats(0.05, 50), speed=st.floats(0.05, 3), acceleration=st.floats(0.1, 5))
+def test_a_ramp_covers_its_amount_within_its_limits(amount: float, speed: float, acceleration: float) -> None:
+    ramp = trials.Ramp(amount, speed, acceleration)
+    times = np.linspace(0.0, ramp.seconds, 4001)
+    speeds = np.array([ramp.at(t) for t in times])
+    assert np.trapezoid(speeds, times) == pytest.approx(amount, rel=1e-3)
+    assert speeds.max() <= speed * (1 + 1e-9)
+    assert np.abs(np.diff(speeds)).max() <= acceleration * (times[1] + 1e-12)
+    assert speeds[0] == 0.0
+    assert speeds[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+@given(speed=st.floats(0.05, 3), deceleration=st.floats(0.1, 5))
+def test_braking_distance_is_what_stopping_evenly_takes(speed: float, deceleration: float) -> None:
+    times = np.linspace(0.0, speed / deceleration, 1001)
+    along = np.trapezoid(speed - deceleration * times, times)
+    limits = Limits(speed=3.0, turn_rate=1.0, acceleration=deceleration, angular_acceleration=1.0)
+    assert trials.braking_distance(limits, speed) == pytest.approx(along)
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.0, -2.5])
+def test_a_track_is_told_from_where_the_robot_stood(floor: World, heading: float) -> None:
+    with bench_on(floor) as bench:
+        bench.place(Pose(3.0, -2.0, heading))
+        track = trials.follow(bench, lambda _: Twist(0.4, 0.2), 4.0)
+        at = bench.pose
+    end = track.points[-1]
+    assert track.along > 0.8
+    assert track.aside > 0.2
+    x = 3.0 + math.cos(heading) * end[0] - math.sin(heading) * end[1]
+    y = -2.0 + math.sin(heading) * end[0] + math.cos(heading) * end[1]
+    assert (x, y) == pytest.approx((at.x, at.y), abs=2e-3)
+    assert track.turned == pytest.approx(math.remainder(at.heading - heading, 2 * math.pi), abs=1e-9)
+    assert len(track.times) == round(4.0 / CONTROL_PERIOD) + 1
+
+
+def test_a_whole_turn_is_counted_on(floor: World) -> None:
+    with bench_on(floor) as bench:
+        asked, track = trials.turn(bench, 2 * math.pi)
+    assert asked == pytest.approx(2 * math.pi, rel=1e-3)
+    assert track.turned == pytest.approx(asked, rel=0.02)
+
+
+def test_a_push_gives_the_impulse_that_was_asked_for(floor: World) -> None:
+    with bench_on(floor) as bench:
+        body = bench.model.body("robuter/base").id
+        given: list[float] = []
+        step, before = bench.wait, bench.time
+
+        def noting() -> None:
+            given.append(float(bench.data.xfrc_applied[body, 0]) * CONTROL_PERIOD)
+            step()
+
+        bench.wait = noting
+        trials.push(bench, 12.0, 1.0, height=1.0)
+        assert bench.time > before
+    assert sum(given) == pytest.approx(12.0)
+
+
+def test_a_push_at_the_centre_of_mass_turns_nothing(floor: World) -> None:
+    with bench_on(floor) as bench:
+        body = bench.model.body("robuter/base").id
+        low = float(bench.data.xipos[body, 2] - bench.data.xpos[body, 2])
+        ahead = float(bench.data.xipos[body, 0] - bench.data.xpos[body, 0])
+        torques: list[float] = []
+        step = bench.wait
+
+        def noting() -> None:
+            torques.append(float(bench.data.xfrc_applied[body, 4]))
+            step()
+
+        bench.wait = noting
+        trials.push(bench, 12.0, 0.5, height=low)
+    assert abs(ahead) > 0.05
+    assert max(map(abs, torques)) < 1.0
+
+
+def test_only_the_one_on_two_wheels_balances(floor: World) -> None:
+    for name, balancing in (("robuter", False), ("segway_rmp", True), ("segway_rmp-tractor", False)):
+        with bench_on(floor, name) as bench:
+            assert trials.balances(bench) is balancing, name
+
+
+def test_energy_that_is_fed_in_shows(floor: World) -> None:
+    with bench_on(floor) as bench:
+        quiet = trials.energy_growth(bench, 3.0)
+    with bench_on(floor) as bench:
+        step = bench.wait
+
+        def fed() -> None:
+            bench.data.qvel[2] += 1e-4 * bench.time  # a floor that shakes more and more
+            step()
+
+        bench.wait = fed
+        shaken = trials.energy_growth(bench, 3.0)
+    assert abs(quiet) < 1e-6
+    assert abs(shaken) > 10 * max(abs(quiet), 1e-9)
+
+
+def test_the_onlooker_changes_nothing_of_a_drive(floor: World) -> None:
+    from sim.onlooker import CAMERA, Onlooker, with_onlooker
+
+    ends = []
+    for looking in (False, True):
+        settings = BenchSettings(renderer=RendererKind.CLASSIC, cameras=())
+        with Bench(with_onlooker(empty_floor()), robots.load("robuter"), settings=settings) as bench:
+            for i in range(50):
+                bench.drive(Twist(0.4, 0.1))
+                if looking and i % 20 == 0:
+                    picture = Onlooker(bench).look()
+                    assert picture.std() > 5
+            ends.append(bench.data.qpos.copy())
+            assert mujoco.mj_name2id(bench.model, mujoco.mjtObj.mjOBJ_CAMERA, CAMERA) >= 0
+    np.testing.assert_array_equal(*ends)
