@@ -15,7 +15,6 @@ from rich.table import Table
 from rich.text import Text
 
 import robots
-from refseq.features.doors import DoorSettings, find_doors
 from refseq.view import Pose
 from robots import RobotState, Stop
 from robots.behaviours import Frame, Outcome
@@ -25,6 +24,7 @@ from scenarios.errors import ScenarioError
 from scenarios.outline import outline_of
 from sim.behaving import Moment, frame_of, run
 from sim.bench import Bench, BenchSettings
+from sim.doors import doors_to_cross
 from sim.render import RendererKind
 from worlds.areas import inside, rectangles
 from worlds.build import build
@@ -101,7 +101,7 @@ def trip(asked: Trip) -> Iterator[Done]:
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
     frame = frame_of(robot)  # of the spec before it is attached
     for choice in choices:
-        make(choice, frame, _doors)
+        make(choice, frame, doors_to_cross)
     if not (math.isfinite(asked.timeout) and asked.timeout > 0):
         raise ScenarioError(f"timeout {asked.timeout:g} is not valid; it should be a time above 0 s")
     route = asked.route if asked.at is None else next(iter(plan.routes))
@@ -115,10 +115,6 @@ def trip(asked: Trip) -> Iterator[Done]:
             yield done
             if done.outcome is not Outcome.FINISHED:
                 return
-
-
-def _doors(scan: object) -> Sequence[object]:
-    return find_doors(scan, DoorSettings())
 
 
 def _put(bench: Bench, plan: FloorPlan, pose: Pose) -> None:
@@ -140,7 +136,7 @@ def _run(bench: Bench, choice: Choice, frame: Frame, timeout: float) -> Done:
     def hear(_: Moment) -> None:
         stops.hear(bench.state)
 
-    ended = run(bench, make(choice, frame, _doors), timeout=timeout, each=hear)
+    ended = run(bench, make(choice, frame, doors_to_cross), timeout=timeout, each=hear)
     return Done(choice.text, ended.outcome, ended.why, ended.time, ended.path, tuple(stops.heard.values()))
 
 

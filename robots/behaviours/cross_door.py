@@ -50,7 +50,8 @@ SIDE_SPREAD = math.radians(50)
 class CrossingSettings:
     """How doors are crossed, in [m] and [m/s]; all are choices.
 
-    ``margin`` is kept free on each side at least: the doorway's place is known to 1 cm and the line is kept to 2 cm.
+    ``margin`` is to be free on each side: 5 cm, within which a robot's own watch may stop it, as the RMP's does, and
+    1 cm, to which the doorway's place is known and the line is kept.
     ``approach`` and ``crossing`` are speeds. At 0.2 m/s a scan comes every 4 cm, and with ``lookahead`` and
     ``TURN_GAIN`` the line is reached critically damped, with a time constant of 1 s: there are 4 of them between the
     point before the door and the jambs. It waits for what is nearer than ``ahead`` of its front: 0.09 m pass in the
@@ -58,7 +59,7 @@ class CrossingSettings:
     ``room`` is left to the wall where it turns, walls are at most ``wall`` thick, and its tail goes on ``past`` that.
     """
 
-    margin: float = 0.03
+    margin: float = SIDE_MARGIN
     approach: float = 0.3
     crossing: float = 0.2
     lookahead: float = 0.4
