@@ -7,7 +7,7 @@ from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.line import Line, turn_rate_onto
 from robots.behaviours.phases import ARRIVED, Travelled, driven, turned
-from robots.behaviours.room import SIDE_MARGIN, choose_lane, lanes, swing
+from robots.behaviours.room import MARGIN, SIDE_MARGIN, choose_lane, lanes, swing
 from robots.behaviours.surroundings import Surroundings
 from robots.behaviours.wall import Wall, Window, find_wall
 from robots.motion import Pose
@@ -26,6 +26,8 @@ FRONT_REACH, FRONT_SHORTEST, FRONT_TILT = 4.0, 1.0, math.radians(30)
 """A wall across the way is looked for so far ahead [m], is at least so long [m] and slants by no more: choices.
 
 Nobody who stands there is so wide."""
+FRONT_GAP = 0.5
+"""It has no wider gap: what else lies on one line by chance is no wall [m]; a choice, less than any robot is wide."""
 MOST_ASIDE = 1.5
 """The farthest that it leaves its way for things that stand at the wall [m]: a choice."""
 CORNER_SIGHT = 3.5
@@ -99,7 +101,7 @@ class FollowWall(Guarded):
     def _bars(self, front: Wall, pose: Pose) -> bool:
         """Whether a wall ahead goes across all of the robot's way, and on to the side that it would turn to."""
         along, half = front.line.pose(pose).x, self.frame.shape.half_width
-        return front.start < along - half / 2 and front.end > along + half
+        return front.start < along - half / 2 and front.end > along + half and front.gap < FRONT_GAP
 
     def _along(self, wall: Wall, pose: Pose, travelled: float) -> Step:
         """Follow the wall that is beside it."""
@@ -134,7 +136,8 @@ class FollowWall(Guarded):
 
     def _room_at_corner(self) -> float:
         """How far from both walls of a corner the axle is when the robot turns there [m]."""
-        return max(self._distance, swing(self.frame.shape) + 2 * SIDE_MARGIN)
+        shape = self.frame.shape
+        return max(self._distance, swing(shape) + 2 * SIDE_MARGIN, shape.ahead + MARGIN + SIDE_MARGIN)
 
 
 def _sorted(one: float, other: float) -> tuple[float, float]:

@@ -20,11 +20,12 @@ THICKNESS = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """A wall as a ``line``, of which points were met from ``start`` to ``end`` [m] along it."""
+    """A wall as a ``line``, on which points were met from ``start`` to ``end`` [m], with no gap wider than ``gap``."""
 
     line: Line
     start: float
     end: float
+    gap: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,9 +55,9 @@ def find_wall(points: NDArray[np.float64], line: Line, window: Window, shortest:
     if abs(tilt) > window.tilt + TILT_STEP:
         return None
     found = line.at(0.0, across / math.cos(tilt), tilt)
-    along = found.seen(line_points(line, seen[on_it]))[:, 0]
-    start, end = float(along.min()), float(along.max())
-    return Wall(found, start, end) if end - start > shortest else None
+    along = np.sort(found.seen(line_points(line, seen[on_it]))[:, 0])
+    wall = Wall(found, float(along[0]), float(along[-1]), float(np.diff(along).max()))
+    return wall if wall.end - wall.start > shortest else None
 
 
 def line_points(line: Line, seen: NDArray[np.float64]) -> NDArray[np.float64]:
