@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+import robots
 from refseq.view import Pose
 from robots import Robot
 from robots.behaviours import Behaviour, Frame, Outcome, Ranger, Senses, Step, failed
@@ -35,7 +36,8 @@ class Ended:
 
 def frame_of(robot: Robot) -> Frame:
     """What behaviours have to know of a robot; sensors are where they are on the level robot."""
-    model = robot.spec.copy().compile()
+    # The robot's own spec may be part of a world by now: MuJoCo crashes on compiling a copy of that.
+    model = robots.load(robot.name).spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     base = data.body(robot.base).xpos
