@@ -130,6 +130,7 @@ class Bench(Closing):
         """Carry the robot to ``pose``, where it stands still: its odometer does not notice, its cameras adapt."""
         self._stand_at(pose)
         self._physics.forgive()
+        self._scanned = None
         self.control.rest()
         for camera in self._cameras.values():
             camera.forget()
