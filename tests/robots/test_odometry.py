@@ -16,7 +16,7 @@ from robots.odometry import (
     believed_geometry,
     true_geometry,
 )
-from tests.robots.driving import Driven, ramped
+from tests.robots.driving import PREFIX, Driven, ramped
 
 DRIVE = DifferentialDrive(track=0.62, wheel_radius=0.12, max_wheel_speed=8.0)
 FINE = Encoders(10**11)
@@ -164,3 +164,85 @@ def test_impossible_figures_are_refused(make: type, message: str) -> None:
     with pytest.raises(RobotsError) as error:
         make()
     assert str(error.value) == message
+
+
+@given(st.floats(1, 50), st.floats(-0.002, 0.002))
+def test_unequal_wheels_bend_what_was_straight_into_an_arc(length: float, mismatch: float) -> None:
+    """Slip-free theory: heading grows with the way, what is off to the side with its square."""
+    angle = np.array([length / 0.12])
+    pose = rolled(Geometry(0.12 * (1 - mismatch / 2), 0.12 * (1 + mismatch / 2), 0.62), FINE, angle, angle).pose
+    turn = length * mismatch / 0.62
+    assert pose.heading == pytest.approx(turn, rel=1e-5, abs=1e-9)
+    aside = length / turn * (1 - math.cos(turn)) if abs(turn) > 1e-4 else length * turn / 2
+    assert pose.y == pytest.approx(aside, rel=1e-4, abs=1e-5)
+    assert length - pose.x == pytest.approx(length * turn**2 / 6, rel=0.1, abs=1e-5)
+
+
+@given(st.floats(-0.01, 0.01), st.floats(-0.01, 0.01))
+def test_a_circle_by_a_wrong_size_or_track_closes_too_late_or_too_early(size: float, track: float) -> None:
+    """A true circle of radius 2 m: the odometer turns by (1 + size) / (1 + track) of it, on a radius of its own."""
+    inner, outer = (np.array([2 * math.pi * (2.0 + side * 0.31) / 0.12]) for side in (-1, 1))
+    believed = Geometry(0.12 * (1 + size), 0.12 * (1 + size), 0.62 * (1 + track))
+    odometry = rolled(believed, FINE, inner, outer)
+    assert odometry.pose.heading == pytest.approx(2 * math.pi * (1 + size) / (1 + track))
+    assert odometry.distance == pytest.approx(2 * math.pi * 2.0 * (1 + size))
+    gap = 2 * 2.0 * (1 + track) * abs(math.sin(odometry.pose.heading / 2))
+    assert math.hypot(odometry.pose.x, odometry.pose.y) == pytest.approx(gap, abs=1e-6)
+
+
+def test_the_error_of_a_driven_straight_grows_as_theory_says() -> None:
+    """Heading with the distance, to the side with its square; beside it the tyres slip by little."""
+    wrong, driven, angles, true = Geometry(0.1199, 0.1201, 0.62), Driven(), [], []
+
+    def look() -> None:
+        angles.append(driven.wheel_angles)
+        true.append((driven.pose.x, driven.pose.y, driven.pose.heading))
+
+    driven.drive(43.0, ramped(Twist(0.5, 0.0), 41.0), look)
+    odometry, told = Odometry(wrong, ROBUTER), []
+    for left, right in angles:
+        told.append(odometry.update(ROBUTER.read(left, right)))
+    truth = np.array(true)
+    shown = np.array([(pose.x, pose.y, pose.heading) for pose in told])
+    for distance in (5.0, 10.0, 19.5):
+        at = int(truth[:, 0].searchsorted(distance))
+        bend = distance * (0.1201 - 0.1199) / 0.12 / 0.62
+        heading, aside = shown[at, 2] - truth[at, 2], shown[at, 1] - truth[at, 1]
+        assert heading == pytest.approx(bend, rel=0.05)
+        assert aside == pytest.approx(distance * bend / 2, rel=0.05)
+
+
+class Slipping:
+    """A robot that starts with a jerk, with so much grip under its left wheel, and how far its wheels slipped."""
+
+    def __init__(self, grip: float) -> None:
+        driven = Driven()
+        tread, angles, places = driven.model.geom(PREFIX + "tread-left").id, [driven.wheel_angles], []
+        driven.model.geom_friction[tread, 0] = grip
+        sides = [driven.data.body(PREFIX + name) for name in driven.robot.wheel_joints]
+
+        def look() -> None:
+            angles.append(driven.wheel_angles)
+            places.append([(*side.xpos[:2], driven.pose.heading) for side in sides])
+
+        start = [(*side.xpos[:2], 0.0) for side in sides]
+        driven.drive(3.0, lambda t: Twist(0.5, 0.0) if t < 2 else Twist(), look)
+        went = np.array([start, *places])  # (moments, wheels, 3)
+        steps, middle = np.diff(went[:, :, :2], axis=0), (went[1:, :, 2] + went[:-1, :, 2]) / 2
+        forward = (steps[:, :, 0] * np.cos(middle) + steps[:, :, 1] * np.sin(middle)).sum(axis=0)
+        self.slip = 0.12 * (np.array(angles[-1]) - angles[0]) - forward
+        self.odometry = rolled(PERFECT, ROBUTER, *np.array(angles).T)
+        self.heading_error = self.odometry.pose.heading - driven.turned
+
+
+def test_a_wheel_that_spins_is_counted_and_turns_the_odometer_but_not_the_robot() -> None:
+    """What the odometer's heading is off is what its wheels slipped, over the track."""
+    gripping, slipping = Slipping(0.8), Slipping(0.02)
+    assert np.abs(gripping.slip).max() < 0.005
+    assert slipping.slip[0] > 0.05
+    assert abs(slipping.slip[1]) < 0.01
+    for found in (gripping, slipping):
+        left, right = found.slip
+        assert found.heading_error == pytest.approx((right - left) / 0.62, abs=2e-3)
+    assert slipping.heading_error < -0.05
+    assert abs(gripping.heading_error) < 0.003
