@@ -27,6 +27,8 @@ CELL = 3.2
 """Width of a frame on the sheet [inch]."""
 FOOT = 0.5
 """Room under it for its text [inch]."""
+SWING = 0.5
+"""A pitch that changes by less than this [deg] is told as one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +56,16 @@ class Strip:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What a bystander sees at one ``time`` [s], and how the robot does."""
+    """What a bystander sees at one ``time`` [s], and how the robot does.
+
+    ``pitches`` are the least and the greatest that it told of since the frame before [rad].
+    """
 
     time: float
     image: NDArray[np.uint8]
     pose: Pose
     state: RobotState
+    pitches: tuple[float, float]
 
 
 def watched(strip: Strip) -> Iterator[Frame]:
@@ -71,9 +77,11 @@ def watched(strip: Strip) -> Iterator[Frame]:
         style = OperatorStyle(speed=strip.speed, max_speed=max(1.25 * strip.speed, 0.5))
         operator, onlooker = operator_for(bench, strip.seed, style), Onlooker(bench)
         for time in np.linspace(0.0, strip.seconds, strip.frames):
+            pitches = [bench.state.pitch]
             while bench.time < time - 1e-9:
                 bench.drive(operator.command(bench.time, bench.pose))
-            yield Frame(bench.time, onlooker.look(), bench.pose, bench.state)
+                pitches.append(bench.state.pitch)
+            yield Frame(bench.time, onlooker.look(), bench.pose, bench.state, (min(pitches), max(pitches)))
             if operator.finished:
                 return
 
@@ -96,8 +104,10 @@ def sheet(strip: Strip, frames: list[Frame]) -> Figure:
 
 
 def caption(frame: Frame) -> str:
-    """What stands under a frame."""
+    """What stands under a frame; the pitch since the frame before in brackets, where it changed."""
     state = frame.state
-    told = f"{frame.time:.0f} s   {state.twist.linear:+.2f} m/s   pitch {math.degrees(state.pitch):+.1f}°"
+    low, high = map(math.degrees, frame.pitches)
+    swing = f" ({low:+.1f} to {high:+.1f})" if high - low > SWING else ""
+    told = f"{frame.time:.0f} s   {state.twist.linear:+.2f} m/s   pitch {math.degrees(state.pitch):+.1f}°{swing}"
     stops = ", ".join(stop.cause.value for stop in state.stops)
     return f"{told}\n{stops}" if stops else told

@@ -139,13 +139,13 @@ def _draw_sourced(axes: Axes, place: Place, body: Body) -> None:
 
 
 def _sourced_boxes(body: Body) -> Iterator[Box]:
-    """Boxes of sourced size around the middles of the model's, on their lower faces; other sides are the model's."""
+    """Boxes of sourced size from the rear and the bottom of the model's on; other sides are the model's."""
     known = sourced(body)
     for box, names in ((body.vehicle, VEHICLE), (body.chassis, BODY)):
         if box is not None and known.keys() & set(names):
             sides = zip(names, box.size, strict=True)
             size = np.array([known[name].value if name in known else own for name, own in sides])
-            low = np.array([*(box.middle - size / 2)[:2], box.low[2]])
+            low = np.array([box.low[0], box.middle[1] - size[1] / 2, box.low[2]])
             yield Box(low, low + size)
 
 
