@@ -44,6 +44,14 @@ class Hits:
     cosine: NDArray[np.float64]
     geom: NDArray[np.int32]
 
+    def beside(self, others: "Hits") -> "Hits":
+        """These rays of each beam and then ``others``."""
+        return Hits(
+            np.hstack([self.distance, others.distance]),
+            np.hstack([self.cosine, others.cosine]),
+            np.hstack([self.geom, others.geom]),
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Sweep:

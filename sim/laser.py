@@ -95,9 +95,9 @@ class Laser:
             return cast(mj_model, mj_data, looks, rays, groups, blind_body, reach)
 
         middles = directions()[:, None]
-        nearest = meet(middles, SEEN_GROUPS).distance[:, 0]
-        solid, glass = meet(cones(nearest), SEEN_GROUPS), meet(middles, GLASS_GROUPS)
-        return first_echo(light_from(solid, glass, remissions(mj_model)))
+        middle, glass = meet(middles, SEEN_GROUPS), meet(middles, GLASS_GROUPS)
+        ring = meet(cones(middle.distance[:, 0])[:, 1:], SEEN_GROUPS)
+        return first_echo(light_from(middle.beside(ring), glass, remissions(mj_model)))
 
     def reading(self, echoes: Echoes) -> Telegram:
         """Turn echoes into words, with the device's bias, noise, steps, limits and codes."""

@@ -18,7 +18,8 @@ from worlds.light import light_named
 from worlds.plan import load_plan
 
 pytestmark = pytest.mark.benchmark
-SECONDS = 20.0
+LAP, LAPS = 4.0, 6
+"""Simulated seconds of a lap, and how many there are."""
 PARTS = ("physics", "control layer", "signals", "laser", "other")
 
 
@@ -37,21 +38,31 @@ def bench(hallway: World, request: pytest.FixtureRequest) -> Iterator[Bench]:
 
 
 def spent_on(bench: Bench, scanning: bool, patch: pytest.MonkeyPatch) -> dict[str, float]:
-    """Drive down the middle of the hallway; processor time of each part [ms] for a simulated second."""
-    watch = Stopwatch()
+    """Drive down the middle of the hallway; processor time of each part [ms] for a simulated second.
+
+    Of the cheapest lap: caches that others fill make the same work up to twice as dear.
+    """
+    watch, laps = Stopwatch(), []
     with patch.context() as watched:
         watch.watch(watched, bench._physics, "step", "physics")
         watch.watch(watched, bench._hardware, "signals", "signals")
         watch.watch(watched, bench.control, "tick", "control layer")
         watch.watch(watched, bench, "_turn_the_laser", "laser")
-        watch._count()
-        watch.spent.clear()
-        for _ in range(round(SECONDS / CONTROL_PERIOD)):
-            bench.drive(Twist(0.3, 0.0))
-            if scanning:
-                bench.scan()
-        watch._count()
-    return {part: float(watch.spent[part][1]) * 1e3 / SECONDS for part in PARTS}
+        for _ in range(LAPS):
+            with watch.counting("lap"):
+                pass
+            watch.spent.clear()
+            with watch.counting("other"):
+                _drive(bench, scanning)
+            laps.append({part: float(watch.spent[part][1]) * 1e3 / LAP for part in PARTS})
+    return min(laps, key=lambda lap: sum(lap.values()))
+
+
+def _drive(bench: Bench, scanning: bool) -> None:
+    for _ in range(round(LAP / CONTROL_PERIOD)):
+        bench.drive(Twist(0.3, 0.0))
+        if scanning:
+            bench.scan()
 
 
 @pytest.mark.parametrize("bench", robots.names(), indirect=True)
