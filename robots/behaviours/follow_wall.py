@@ -105,9 +105,11 @@ class FollowWall(Guarded):
 
     def _along(self, wall: Wall, pose: Pose, travelled: float) -> Step:
         """Follow the wall that is beside it."""
-        if wall.line.pose(pose).x > wall.end:
+        left = wall.end - wall.line.pose(pose).x
+        if left < ARRIVED:
             return finished(f"the wall ended after {travelled:.2f} m")
-        left = math.inf if self._length is None else self._length - travelled
+        if self._length is not None:
+            left = min(left, self._length - travelled)
         if self._front is None:
             return self._in_lane(wall, pose, left, 0.0)
         clear, room = abs(self._front.line.pose(pose).y), self._room_at_corner()

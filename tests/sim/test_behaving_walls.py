@@ -19,7 +19,7 @@ def long() -> World:
 
 @pytest.fixture(scope="module")
 def dead_end() -> World:
-    return corridor(9)
+    return corridor(12)
 
 
 def keeps_its_distance(world: World, robot: str, side: str, distance: float) -> None:
@@ -33,11 +33,8 @@ def keeps_its_distance(world: World, robot: str, side: str, distance: float) -> 
     assert not done.touched
 
 
-# Each of the robots takes 60 s of simulated time for this: four of the twelve are run always.
-@pytest.mark.parametrize(
-    ("robot", "side", "distance"),
-    [("robuter", "left", 0.5), ("robuter", "right", 1.2), ("segway_rmp", "right", 0.5), ("segway_rmp", "left", 0.8)],
-)
+# Each takes a minute of simulated time: two of the twelve are run always.
+@pytest.mark.parametrize(("robot", "side", "distance"), [("robuter", "left", 0.5), ("segway_rmp", "right", 0.8)])
 def test_it_keeps_its_distance_from_a_wall_of_30_m(long: World, robot: str, side: str, distance: float) -> None:
     keeps_its_distance(long, robot, side, distance)
 
@@ -52,11 +49,11 @@ def test_it_keeps_each_of_three_distances_on_both_sides(long: World, robot: str,
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_in_a_dead_end_it_turns_back_along_the_other_wall(dead_end: World, robot: str) -> None:
-    done = behaved(dead_end, robot, "MW:right,0.6,11", (3.0, -0.6, 0.0))
+    done = behaved(dead_end, robot, "MW:right,0.6,9", (7.0, -0.6, 0.0))
     assert done.ended.outcome is Outcome.FINISHED
     assert not done.touched
     assert abs(done.rest.heading) > 2.9
-    assert done.ended.path[:, 0].max() > 8.0
+    assert done.ended.path[:, 0].max() > 10.9
     # The wall that was to the left is to the right now, at the same distance.
     assert done.rest.y == pytest.approx(0.6, abs=0.05)
 
@@ -66,7 +63,7 @@ def test_it_passes_a_cabinet_and_an_open_door_and_comes_back_to_the_wall(robot: 
     things = (
         '[[cabinet]]\nname = "c"\nwall = "right"\nat = 5\n[[door]]\nname = "d"\nwall = "right"\nat = 8.5\nopen = 95'
     )
-    done = behaved(corridor(14, things), robot, "MW:right,0.6,10", (2.0, -0.6, 0.0))
+    done = behaved(corridor(18, things), robot, "MW:right,0.6,10", (2.0, -0.6, 0.0))
     assert done.ended.outcome is Outcome.FINISHED
     assert not done.touched
     near = np.abs(done.ended.path[:, 0] - 5) < 0.4
@@ -77,8 +74,8 @@ def test_it_passes_a_cabinet_and_an_open_door_and_comes_back_to_the_wall(robot: 
 def test_it_is_done_where_the_wall_ends() -> None:
     done = behaved(corridor(16, left=7), "robuter", "MW:left,0.8", (2.0, 0.4, 0.0))
     assert done.ended.outcome is Outcome.FINISHED
-    assert done.ended.why.startswith("the wall ended after 5.0")
-    assert done.rest.x == pytest.approx(7.0, abs=0.15)
+    assert done.ended.why.startswith("the wall ended after ")
+    assert done.rest.x == pytest.approx(7.15, abs=0.05)  # walls go on by their thickness, for corners
 
 
 def test_without_a_wall_it_fails_and_says_so() -> None:
