@@ -57,7 +57,7 @@ class Finding:
         """Where it should be, in words."""
         if math.isinf(self.low):
             return f"at most {self.high:g}"
-        return f"at least {self.low:g}" if math.isinf(self.high) else f"{self.low:.4g} to {self.high:.4g}"
+        return f"at least {self.low:g}" if math.isinf(self.high) else f"{_shown(self.low)} to {_shown(self.high)}"
 
 
 def findings(name: str) -> Iterator[Finding]:
@@ -126,6 +126,11 @@ def findings_table(name: str, found: list[Finding]) -> Table:
     table.add_column("")
     table.add_column("verdict")
     for row in found:
-        shown = f"{row.measured:.3f}" if abs(row.measured) < 100 else f"{row.measured:.1f}"
-        table.add_row(row.what, shown, row.expected, Text(row.unit), "good" if row.good else "BAD")
+        table.add_row(row.what, _shown(row.measured), row.expected, Text(row.unit), "good" if row.good else "BAD")
     return table
+
+
+def _shown(value: float) -> str:
+    """A value to the millimetre, or a tenth of what counts in hundreds; no minus before a zero."""
+    digits = 3 if abs(value) < 100 else 1
+    return f"{round(value, digits) + 0.0:.{digits}f}"

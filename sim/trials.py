@@ -23,8 +23,8 @@ Command = Callable[[float], Twist]
 
 SETTLING = 3.0
 """A robot stands so long before it is measured, and after it was told to stop [s]; a choice."""
-PUSH_TIME = 0.4
-"""A push lasts so long [s]: what a hand does, not a blow; a choice."""
+PUSH_TIME = 0.2
+"""A push lasts so long [s]; a choice, between a blow and what a hand does."""
 UPRIGHT = math.radians(5)
 """What leans less than this stands [rad]; a choice."""
 STILL = 0.02
