@@ -104,17 +104,25 @@ class Observer:
     def __init__(self, system: Linear, sensing: Matrix, jolts: Vector, noise: Vector, doubt: Vector) -> None:
         self.state: Vector = np.zeros(len(system.a))
         self._a, self._b, self._sensing = system.a, system.b[:, 0], sensing
-        self._jolts, self._noise = np.diag(jolts**2), np.diag(noise**2)
+        self._jolts, self._noise = np.diag(jolts**2), noise**2
+        self._parts: dict[tuple[bool, ...], tuple[NDArray[np.bool_], Matrix, Matrix]] = {}
         self._spread = np.diag(doubt**2)
 
     def update(self, effort: float, readings: Vector, believed: tuple[bool, ...]) -> Vector:
         """Go on by a tick under ``effort``, at whose end ``readings`` (m,) were taken, and return the state (n,)."""
         self.state = self._a @ self.state + self._b * effort
         self._spread = self._a @ self._spread @ self._a.T + self._jolts
-        rows = np.flatnonzero(believed)
-        if rows.size:
-            self._correct(readings[rows], self._sensing[rows], self._noise[np.ix_(rows, rows)])
+        if any(believed):
+            rows, sensing, noise = self._part(believed)
+            self._correct(readings[rows], sensing, noise)
         return self.state
+
+    def _part(self, believed: tuple[bool, ...]) -> tuple[NDArray[np.bool_], Matrix, Matrix]:
+        """Which readings are believed, what they read of the states, and their noise."""
+        if believed not in self._parts:
+            rows = np.array(believed)
+            self._parts[believed] = rows, self._sensing[rows], np.diag(self._noise[rows])
+        return self._parts[believed]
 
     def _correct(self, readings: Vector, sensing: Matrix, noise: Matrix) -> None:
         seen = sensing @ self._spread

@@ -47,8 +47,8 @@ LEAN = math.radians(15)
 """What is off in place and speed makes the machine lean over by so much at most [rad]: a choice. More, and it could not
 come upright again before it has run too fast, or run out of torque."""
 ZERO = math.radians(2)
-"""The pitch sensor's zero, or an off-centre load, can be off by so much at most [rad]: a choice. What leans over farther
-and does not run away leans on something."""
+"""The pitch sensor's zero, or an off-centre load, can be off by so much at most [rad]: a choice. What leans farther
+over and does not run away leans on something."""
 TORQUE = 60.0
 """What a motor gives a wheel at most [N·m]: a choice (README)."""
 
@@ -138,11 +138,17 @@ class Firmware:
         if command.config is Config.GAIN_SET:
             self._gain_set = GainSet(command.parameter)
         elif command.config is Config.MODE:
-            self._senses.trust()
-            self._words = QUIET
+            self._start_anew()
             self._enter(Mode(command.parameter))
         elif command.config is Config.RESET_INTEGRATORS:
             self._hold_here()
+
+    def _start_anew(self) -> None:
+        """Forget what was wrong; the ways go on where they were last known."""
+        self._words = QUIET
+        self._senses.trust(self._angles)
+        rolled = self._plant.wheel_radius * sum(self._angles) / 2
+        self._pitching.state[0] = rolled + self._plant.wheel_radius * self._pitching.state[2]
 
     def _enter(self, mode: Mode) -> None:
         """Change the mode; the gain set is latched when the machine begins to balance."""

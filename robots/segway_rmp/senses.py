@@ -36,7 +36,7 @@ class Senses:
         """How fast they turned from the last reading to this one [rad/s], as if no tick had been missed."""
         self.inertial: Inertial = LEVEL
         self._encoders, self._period = encoders, period
-        self.trust()
+        self.trust(self.angles)
 
     @property
     def wheels_believed(self) -> tuple[bool, bool]:
@@ -58,9 +58,11 @@ class Senses:
         """Whether the inertial sensors have failed for good."""
         return self._body.lost
 
-    def trust(self) -> None:
-        """Believe all sensors again, until they fail again."""
+    def trust(self, angles: tuple[float, float]) -> None:
+        """Believe all sensors again, until they fail again; the encoders count on from ``angles``."""
         self._wheels, self._body = (_Watched(), _Watched()), _Watched()
+        self.angles = angles
+        self._offsets: list[float | None] = [None, None]
 
     def hear(self, signals: Signals) -> None:
         """Take the newest readings, where they are such."""
@@ -74,6 +76,9 @@ class Senses:
     def _turned(self, side: int, pulses: float) -> float:
         """Angle of a wheel: the new one, or the last that could be believed."""
         angle, last = self._encoders.angle(pulses), self.angles[side]
+        if self._offsets[side] is None and math.isfinite(angle):
+            self._offsets[side] = last - angle
+        angle += self._offsets[side] or 0.0
         self._wheels[side].look(abs(angle - last) <= TOP_WHEEL_STEP)
         return angle if self._wheels[side].good else last
 
