@@ -73,6 +73,7 @@ class Ears:
 
     def __init__(self, model: mujoco.MjModel, sites: tuple[str, ...], own: str, reach: float) -> None:
         self._model, self._reach = model, reach
+        self._sight = reach / math.cos(WIDEST)  # rays ahead go so far to meet a wall of which the foot is in reach
         self._sites = np.array([model.site(name).id for name in sites], int)
         self._own = model.body(own).id
 
@@ -85,7 +86,7 @@ class Ears:
         origins, attitudes = data.site_xpos[sites], data.site_xmat[sites].reshape(-1, 3, 3)
         axes, rays = attitudes[:, :, 0], RAYS @ attitudes.transpose(0, 2, 1)
         met = self._meet(data, origins, rays)
-        anywhere, ways = _any_points(met, axes)
+        anywhere, ways = _any_points(met, axes, self._reach)
         owner, mirrors = self._mirrors(data, origins, axes, met)
         for ranger, way in zip(owner.tolist(), mirrors, strict=True):
             if (length := math.sqrt(way @ way)) < anywhere[ranger]:
@@ -111,7 +112,7 @@ class Ears:
         for ranger, origin in enumerate(origins):
             self._cast(data, origin, rays[ranger], geom[ranger], distance[ranger], normal[ranger])
         # MuJoCo leaves out geoms that begin beyond the reach; a wide one may begin before it and be met behind it.
-        hit = (geom >= 0) & (distance <= self._reach)
+        hit = (geom >= 0) & (distance <= self._sight)
         return Met(np.where(hit, distance, math.inf), geom, normal, np.where(hit, distance, 0.0)[:, :, None] * rays)
 
     def _cast(
@@ -137,7 +138,7 @@ class Ears:
             distance,
             facing,
             len(rays),
-            self._reach,
+            self._sight,
         )
 
     def _mirrors(
@@ -146,7 +147,9 @@ class Ears:
         """Whose they are (points,), and ways (points, 3) [m] to the mirror points that are seen in the wide cone."""
         owner, ways = mirror_points(faces_of(met))
         length = np.sqrt((ways * ways).sum(axis=1))
-        within = (length > 0) & ((ways * axes[owner]).sum(axis=1) >= math.cos(WIDEST) * length)
+        within = (
+            (length > 0) & (length <= self._reach) & ((ways * axes[owner]).sum(axis=1) >= math.cos(WIDEST) * length)
+        )
         owner, ways, length = owner[within], ways[within], length[within]
         distance, geom = np.empty(len(owner)), np.empty(len(owner), np.int32)
         rays = ways / length[:, None]
@@ -158,13 +161,14 @@ class Ears:
         return owner[seen], (rays * distance[:, None])[seen]
 
 
-def _any_points(met: Met, axes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _any_points(met: Met, axes: NDArray[np.float64], reach: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """How far (rangers,) [m] and which way (rangers, 3) the nearest points in the nominal cones are that answer.
 
-    All do whose surface is slanted to the axis by no more than a wall may be.
+    All within ``reach`` [m] do whose surface is slanted to the axis by no more than a wall may be.
     """
     slant = -(met.normal[:, :INNER_RAYS] @ axes[:, :, None])[:, :, 0]
-    distance = np.where(slant >= math.cos(WIDEST), met.distance[:, :INNER_RAYS], math.inf)
+    distance = met.distance[:, :INNER_RAYS]
+    distance = np.where((slant >= math.cos(WIDEST)) & (distance <= reach), distance, math.inf)
     every, nearest = np.arange(len(axes)), distance.argmin(axis=1)
     far = distance[every, nearest]
     return far, np.where(np.isfinite(far)[:, None], met.point[every, nearest], math.inf)

@@ -4,17 +4,24 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import robots
+from refseq.view import Pose
 from robots.robuter import sonars
-from sim.bench import OPTIONS
+from sim.beams import SEEN_GROUPS
+from sim.bench import OPTIONS, Bench, BenchSettings
 from sim.errors import SimError
+from sim.floor import FLOOR
+from sim.render import RendererKind
 from sim.sonar import SonarModel, SonarRing
+from worlds.build import build
+from worlds.light import light_named
+from worlds.plan import parse_plan
 
-BOX, CYLINDER, CAPSULE = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE
+BOX, CYLINDER = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
 MOST = 10.668
 EXACT = SonarModel(sigma=0.0, lost=0.0, random=0.0)
 
@@ -63,6 +70,7 @@ angles = st.floats(-math.pi, math.pi)
 
 @settings(max_examples=60, deadline=None)
 @given(st.floats(0, math.radians(41.9)), angles, st.floats(0.2, 10.6))
+@example(0.625, 0.0, 10.5)  # rays along the axis meet the wall beyond the farthest range
 def test_a_wall_answers_from_the_foot_of_the_perpendicular(tilt: float, around: float, distance: float) -> None:
     assert reading(with_wall(off_axis(tilt, around), distance)) == pytest.approx(distance, abs=1e-6)
 
@@ -167,14 +175,37 @@ def test_a_thing_before_a_foot_hides_it() -> None:
     assert reading(hidden) > 3.05
 
 
-def test_a_person_is_heard() -> None:
-    """Two legs and a trunk of a walker's size, in front and 10° aside."""
-    for bearing in (0.0, math.radians(10)):
-        spec, x, y = scene(), 1.5 * math.cos(bearing), 1.5 * math.sin(bearing)
-        for aside in (-0.1, 0.1):
-            spec.worldbody.add_geom(type=CAPSULE, size=(0.07, 0.35, 0), pos=(x, y + aside, 0.2), group=3)
-        spec.worldbody.add_geom(type=CAPSULE, size=(0.18, 0.25, 0), pos=(x, y, 0.9), group=3)
-        assert 1.35 < reading(spec) < 1.55
+def test_a_person_is_heard_by_every_ranger_whose_cone_meets_one() -> None:
+    """Somebody 1.5 m before the bumper; what a cone meets, and how near, is what thousands of rays in it find."""
+    someone = '[[person]]\nname = "ana"\nat = [1.8, 0.15]\nheading = 90\n'
+    world = build(parse_plan(FLOOR.replace("[routes]", f"{someone}[routes]")), light_named("overcast"), seed=0)
+    with Bench(world, robots.load("robuter"), settings=BenchSettings(renderer=RendererKind.NONE)) as bench:
+        bench.place(Pose(0.0, 0.0, 0.0))
+        model, data = bench.model, bench.data
+        names = tuple(f"robuter/{name}" for name in sonars.SONARS)
+        readings = SonarRing(EXACT, np.random.default_rng(0), model, names, "robuter/base").read(data)
+        nearest = np.array([nearest_in_cone(model, data, name) for name in names])
+    front = list(sonars.FRONT_SONARS)
+    assert (nearest[front] < 2.0).all()
+    assert (readings[front] >= nearest[front] - 1e-3).all()
+    assert (readings[front] <= nearest[front] + 0.1).all()
+    assert (np.delete(readings, front) == MOST).all()
+
+
+def nearest_in_cone(model: mujoco.MjModel, data: mujoco.MjData, site: str) -> float:
+    """Distance to the nearest thing of the world, other than the floor, in the nominal cone [m]."""
+    angles = np.radians(np.arange(-15, 15.01, 0.4))
+    offsets = np.array([(a, b) for a in angles for b in angles if math.hypot(a, b) <= math.radians(15)])
+    local = np.column_stack([np.cos(np.hypot(*offsets.T)), np.sin(offsets)])
+    rays, place = local @ data.site(site).xmat.reshape(3, 3).T, data.site(site)
+    count = len(rays)
+    geom, distance = np.empty(count, np.int32), np.empty(count)
+    base = model.body("robuter/base").id
+    mujoco.mj_multiRay(
+        model, data, place.xpos, rays.ravel(), SEEN_GROUPS, True, base, geom, distance, None, count, MOST
+    )
+    upright = (geom >= 0) & (place.xpos[2] + distance * rays[:, 2] > 0.01)
+    return float(distance[upright].min(initial=math.inf))
 
 
 @pytest.mark.parametrize(("group", "heard"), [(0, True), (1, True), (2, False), (3, True), (4, True), (5, False)])
