@@ -240,12 +240,14 @@ def _fields(rest: str, verb: str, count: int) -> list[str]:
 
 
 def _number(field: str) -> int:
-    _check(_NUMBER.fullmatch(field) is not None, f"'{legible(field)[:40]}' is no whole number of up to 15 digits")
+    if not _NUMBER.fullmatch(field):
+        raise ProtocolError(f"'{legible(field)[:40]}' is no whole number of up to 15 digits")
     return int(field)
 
 
 def _known(table: dict[str, T], word: str, what: str) -> T:
-    _check(word in table, f"unknown {what} '{legible(word)[:40]}': valid are {', '.join(table)}")
+    if word not in table:
+        raise ProtocolError(f"unknown {what} '{legible(word)[:40]}': valid are {', '.join(table)}")
     return table[word]
 
 

@@ -14,7 +14,7 @@ from robots import Cause, Motors, Signals, Twist
 from robots.odometry import CalibrationErrors
 from robots.robuter import LIMITS, SHAPE
 from robots.robuter.control import COMMAND_PERIOD
-from robots.robuter.firmware import HOLD
+from robots.robuter.firmware import HOLD, MOTOR_TORQUE
 from robots.robuter.watches import MARGIN, REACTION
 from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.render import RendererKind
@@ -69,6 +69,12 @@ def speed(bench: Bench) -> float:
 
 def causes(bench: Bench) -> set[Cause]:
     return {stop.cause for stop in bench.state.stops}
+
+
+def test_the_processor_knows_its_motors(open_air: World) -> None:
+    with bench_in(open_air) as bench:
+        for name in bench.robot.wheel_actuators:
+            assert bench.model.actuator(f"robuter/{name}").forcerange[1] == MOTOR_TORQUE
 
 
 def test_ten_metres_straight_are_ten_metres(open_air: World) -> None:
