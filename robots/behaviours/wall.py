@@ -47,7 +47,7 @@ def find_wall(points: NDArray[np.float64], line: Line, window: Window, shortest:
     if len(seen) < max(need, 3):
         return None
     tilt, across = _strongest(seen, window.tilt)
-    for _ in range(3):
+    for _ in range(2):
         on_it = np.abs(_residuals(seen, tilt, across)) < THICKNESS
         if np.count_nonzero(on_it) < max(need, 3):
             return None

@@ -33,8 +33,9 @@ def test_it_turns_by_the_angle_and_stays_in_its_place(room: World, robot: str, a
     turned = np.unwrap(done.ended.path[:, 2])
     over = math.degrees(np.abs(turned - turned[0]).max()) - abs(angle)
     rest = math.remainder(done.rest.heading - 0.2 - math.radians(angle), 2 * math.pi)
-    assert abs(math.degrees(rest)) < 1.5
-    assert over < 1.5
+    # Half a degree where the odometer ends it, and 0.3 % that the Robuter's wheels slip.
+    assert abs(math.degrees(rest)) < 0.5 + 0.003 * abs(angle)
+    assert over < 0.8
     assert math.dist((done.rest.x, done.rest.y), (5.0, 0.0)) < 0.03
 
 
@@ -58,6 +59,17 @@ def test_a_set_point_behind_a_box_is_given_up_before_the_box(robot: str) -> None
     assert not done.touched
     front = done.rest.x + robots.load(robot).shape.ahead
     assert 5.1 < front < 5.65
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_it_waits_for_somebody_who_leaves_the_way_and_then_goes_on(robot: str) -> None:
+    walker = '[[person]]\nname = "p"\nat = [6, 0]\nwalk = [[6, 0.9]]\nspeed = 0.06'
+    done = behaved(corridor(12, walker), robot, "MA:7,0")
+    assert done.ended.outcome is Outcome.FINISHED
+    assert not done.touched
+    assert done.rest.x == pytest.approx(9.0, abs=0.05)
+    before = (done.ended.path[:, 0] > 3.6) & (done.ended.path[:, 0] < 5.6)
+    assert 0.04 * np.count_nonzero(before) > 2.0 / 0.5 + 2.0  # the 2 m before the place took some seconds more
 
 
 def test_the_tail_of_a_robuter_finds_no_room_at_a_wall_that_it_has_seen(room: World) -> None:
