@@ -17,6 +17,7 @@ from robots.robuter.control import COMMAND_PERIOD
 from robots.robuter.firmware import HOLD, MOTOR_TORQUE
 from robots.robuter.watches import MARGIN, REACTION
 from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.operator import Operator, OperatorStyle
 from sim.render import RendererKind
 from tests.worlds.conftest import box, in_the_open
 from worlds.build import World, build
@@ -231,6 +232,18 @@ def test_a_blocked_wheel_is_stuck(open_air: World) -> None:
         assert stop.cause is Cause.STUCK
         assert stop.detail.startswith("right wheel")
         assert speed(bench) < 1e-3
+
+
+def test_a_person_leads_it_by_a_route_with_a_bend_over_five_commands_a_second(open_air: World) -> None:
+    route = np.array([[-10.0, 0.0], [-4.0, 0.0], [-4.0, 6.0]])
+    with bench_in(open_air) as bench:
+        operator, strayed = Operator(route, OperatorStyle(), np.random.default_rng(1)), []
+        while not operator.finished and bench.time < 60.0:
+            bench.drive(operator.command(bench.time, bench.pose))
+            x, y = bench.pose.x, bench.pose.y
+            strayed.append(min(abs(y) if x < -4.0 else math.inf, abs(x + 4.0) if y > 0.0 else math.hypot(x + 4.0, y)))
+        assert operator.finished
+        assert max(strayed) < 0.3
 
 
 @pytest.mark.slow  # the same of the physics alone is in test_robuter.py; this adds the protocol's times
