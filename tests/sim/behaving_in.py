@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 import robots
 from refseq.features.doors import DoorSettings, find_doors
 from refseq.view import Pose, Scan
-from robots.behaviours import Behaviour
+from robots.behaviours import Behaviour, Outcome
 from robots.behaviours.written import make, parse
 from robots.odometry import CalibrationErrors
-from sim.behaving import Ended, frame_of, run
+from sim.behaving import Ended, Moment, frame_of, run
 from sim.bench import Bench, BenchSettings
 from sim.render import RendererKind
 from worlds.build import World, build
@@ -80,11 +80,12 @@ def corridor(length: float = 12, things: str = "", left: float | None = None) ->
 
 @dataclass(frozen=True)
 class Behaved:
-    """How a behaviour ended, where the robot stood 1 s later, and all that it touched but the floor."""
+    """How a behaviour ended, where the robot stood 1 s later, what it touched but the floor, what it waited for."""
 
     ended: Ended
     rest: Pose
     touched: frozenset[str]
+    waited: frozenset[str]
 
 
 def behaved(
@@ -100,10 +101,17 @@ def behaved(
         bench.place(Pose(*start))
         touched: set[str] = set()
         behaviour = make(parse(what), frame_of(bench.robot), _doors) if isinstance(what, str) else what
-        ended = run(bench, behaviour, timeout=timeout, each=lambda moment: touched.update(touches(bench)))
+        waited: set[str] = set()
+
+        def each(moment: Moment) -> None:
+            touched.update(touches(bench))
+            if moment.step.why and moment.step.outcome is Outcome.RUNNING:
+                waited.add(moment.step.why)
+
+        ended = run(bench, behaviour, timeout=timeout, each=each)
         for _ in range(25):
             bench.wait()
-        return Behaved(ended, bench.pose, frozenset(touched))
+        return Behaved(ended, bench.pose, frozenset(touched), frozenset(waited))
 
 
 def touches(bench: Bench) -> set[str]:

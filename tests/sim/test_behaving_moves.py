@@ -18,6 +18,7 @@ from tests.sim.behaving_in import BOX, PERFECT, behaved, corridor
 from worlds.build import World
 
 ROBOTS = ("robuter", "segway_rmp")
+SLIP = {"robuter": 0.003, "segway_rmp": 0.0}
 
 
 @pytest.fixture(scope="module")
@@ -33,9 +34,11 @@ def test_it_turns_by_the_angle_and_stays_in_its_place(room: World, robot: str, a
     turned = np.unwrap(done.ended.path[:, 2])
     over = math.degrees(np.abs(turned - turned[0]).max()) - abs(angle)
     rest = math.remainder(done.rest.heading - 0.2 - math.radians(angle), 2 * math.pi)
-    # Half a degree where the odometer ends it, and 0.3 % that the Robuter's wheels slip.
-    assert abs(math.degrees(rest)) < 0.5 + 0.003 * abs(angle)
+    # Half a degree where the odometer ends it, and what the wheels slip (the Robuter's README: 0.3 %).
+    assert abs(math.degrees(rest)) < 0.5 + SLIP[robot] * abs(angle)
     assert over < 0.8
+    # It has not ended before it rests.
+    assert abs(math.degrees(math.remainder(done.rest.heading - turned[-1], 2 * math.pi))) < 0.2
     assert math.dist((done.rest.x, done.rest.y), (5.0, 0.0)) < 0.03
 
 
@@ -55,7 +58,9 @@ def test_it_goes_to_a_set_point(room: World, robot: str, x: float, y: float, hea
 def test_a_set_point_behind_a_box_is_given_up_before_the_box(robot: str) -> None:
     done = behaved(corridor(12, BOX.format(x=6, y=0)), robot, "MA:6,0")
     assert done.ended.outcome is Outcome.FAILED
-    assert done.ended.why.startswith(f"waited {PATIENCE:g} s: ")
+    # It stops by itself. Only the watch of the RMP, which reckons with its swaying, comes first for a moment.
+    assert done.ended.why.startswith(f"waited {PATIENCE:g} s: way blocked 0.3")
+    assert {why.split()[0] for why in done.waited} <= {"way", "laser:" if robot == "segway_rmp" else "way"}
     assert not done.touched
     front = done.rest.x + robots.load(robot).shape.ahead
     assert 5.1 < front < 5.65
