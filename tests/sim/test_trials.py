@@ -2,7 +2,6 @@
 
 import math
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
@@ -124,20 +123,3 @@ def test_energy_that_is_fed_in_shows(floor: World) -> None:
         shaken = trials.energy_growth(bench, 3.0)
     assert abs(quiet) < 1e-6
     assert abs(shaken) > 10 * max(abs(quiet), 1e-9)
-
-
-def test_the_onlooker_changes_nothing_of_a_drive(floor: World) -> None:
-    from sim.onlooker import CAMERA, Onlooker, with_onlooker
-
-    ends = []
-    for looking in (False, True):
-        settings = BenchSettings(renderer=RendererKind.CLASSIC, cameras=())
-        with Bench(with_onlooker(empty_floor()), robots.load("robuter"), settings=settings) as bench:
-            for i in range(50):
-                bench.drive(Twist(0.4, 0.1))
-                if looking and i % 20 == 0:
-                    picture = Onlooker(bench).look()
-                    assert picture.std() > 5
-            ends.append(bench.data.qpos.copy())
-            assert mujoco.mj_name2id(bench.model, mujoco.mjtObj.mjOBJ_CAMERA, CAMERA) >= 0
-    np.testing.assert_array_equal(*ends)
