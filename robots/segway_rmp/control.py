@@ -119,9 +119,8 @@ class SegwayControl:
         """The next command: the motion that is let through, and a setting where one waits."""
         allowed = self._stops.allowed(self._wanted)
         ramped = self._limits.approached(self._asked, allowed, COMMAND_TICKS * self.period)
-        # What a stop forbids ends at once: the machine itself brakes as hard as it safely can.
-        linear = ramped.linear if allowed.linear or self._stops.allowed(ramped).linear else 0.0
-        self._asked = Twist(linear, ramped.angular if self._stops.allowed(ramped).angular else 0.0)
+        # What a stop forbids ends at once, not by a ramp: the machine itself brakes as hard as it safely can.
+        self._asked = self._stops.allowed(ramped)
         config, parameter = self._settings.pop(0) if self._settings else (Config.NONE, 0)
         return Command(
             _word(self._asked.linear * COUNTS_PER_SPEED, TOP_SPEED),

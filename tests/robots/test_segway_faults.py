@@ -183,7 +183,7 @@ def test_held_back_by_a_wall_it_gives_up_and_stands() -> None:
     machine = Machine(inertial=InertialModel(), boxes=(((2.4, 0.0, 1.0), (0.1, 1.0, 1.0)),)).go(3.0, Twist(1.0, 0.0))
     for _ in range(50):
         machine.go(0.1, Twist(1.0, 0.0))
-        assert abs(machine.control._firmware._pitching.state[4]) <= math.radians(2.01), "a lean on a wall is not upright"
+        assert abs(machine.control._firmware._pitching.state[4]) <= math.radians(2.01), "leaning is not upright"
     assert machine.causes == {Cause.STUCK}
     assert "told to go" in machine.control.state.stops[0].detail
     machine.go(3.0, Twist(1.0, 0.0))
