@@ -56,7 +56,8 @@ class CrossingSettings:
     ``TURN_GAIN`` the line is reached critically damped, with a time constant of 1 s: there are 4 of them between the
     point before the door and the jambs. It waits for what is nearer than ``ahead`` of its front: 0.09 m pass in the
     0.3 s that scan and command may take at 0.3 m/s, another 0.09 m while it brakes at 0.5 m/s².
-    ``room`` is left to the wall where it turns, walls are at most ``wall`` thick, and its tail goes on ``past`` that.
+    ``room`` is left to the wall where it turns, ``around`` is free there if it can choose, as it comes there aslant;
+    walls are at most ``wall`` thick, and its tail goes on ``past`` that.
     """
 
     margin: float = SIDE_MARGIN
@@ -65,6 +66,7 @@ class CrossingSettings:
     lookahead: float = 0.4
     ahead: float = 0.3
     room: float = 0.4
+    around: float = 0.2
     wall: float = 0.3
     past: float = 0.1
 
@@ -195,7 +197,8 @@ class CrossDoor(Guarded):
         along, across = self._door.axis.seen(self._around.all).T
         nearest = -self._before
         places = np.arange(nearest, max(self._door.axis.pose(pose).x, -FARTHEST), -0.05)
-        free = np.hypot(along - places[:, None], across).min(axis=1, initial=np.inf) > self._front + SIDE_MARGIN
+        gaps = np.hypot(along - places[:, None], across).min(axis=1, initial=np.inf)
+        free = gaps > self._front + self._settings.around
         return float(places[np.argmax(free)]) if free.any() else nearest
 
     def _to_start(self, pose: Pose) -> tuple[float, float]:
