@@ -150,9 +150,13 @@ class Bench(Closing):
 
     @property
     def pose(self) -> Pose:
-        """The true pose."""
-        body = self.data.body(self._prefix + self.robot.base)
-        return Pose(float(body.xpos[0]), float(body.xpos[1]), math.atan2(body.xmat[3], body.xmat[0]))
+        """The true pose: where the middle of the axle is, and which way the robot looks.
+
+        A machine that balances leans about its axle, so that its base's origin, on the floor, swings to and fro.
+        """
+        body, up = self.data.body(self._prefix + self.robot.base), self.robot.drive.wheel_radius
+        x, y = body.xpos[:2] + up * body.xmat[[2, 5]]
+        return Pose(float(x), float(y), math.atan2(body.xmat[3], body.xmat[0]))
 
     @property
     def odometry(self) -> Pose:

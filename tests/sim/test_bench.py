@@ -72,14 +72,15 @@ def test_one_command_takes_one_control_period(corridor: World) -> None:
         assert bench.time == pytest.approx(1.0, abs=1e-9)
 
 
-def test_truth_is_the_pose_of_the_base(corridor: World) -> None:
+def test_truth_is_the_pose_of_the_axle(corridor: World) -> None:
     with bench_in(corridor) as bench:
         drive(bench, Twist(0.3, 0.4), 2.0)
         truth = bench.sense().truth
         body = bench.data.body("robuter/base")
         w, _, _, z = body.xquat
+        axle = (bench.data.body("robuter/wheel-left").xpos + bench.data.body("robuter/wheel-right").xpos) / 2
         assert truth is not None
-        assert (truth.x, truth.y) == (body.xpos[0], body.xpos[1])
+        assert (truth.x, truth.y) == pytest.approx(axle[:2], abs=1e-9)
         assert truth.heading == pytest.approx(2 * math.atan2(z, w), abs=1e-4)  # the base is level to 1e-2 rad
         assert 0.5 < truth.heading < 0.9
 
