@@ -245,7 +245,8 @@ def test_a_picture_that_fails_leaves_the_old_one(
 ) -> None:
     (tmp_path / "old.png").write_bytes(b"old")
 
-    def fail(*_: object, **__: object) -> None:
+    def fail(_: object, path: Path, **__: object) -> None:
+        path.write_bytes(b"half")
         raise OSError(28, os.strerror(28))
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", fail)

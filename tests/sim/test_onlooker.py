@@ -17,14 +17,14 @@ from worlds.build import World, build
 from worlds.light import light_named
 from worlds.plan import parse_plan
 
-SCREEN = """
+BOX = """
 [[furniture]]
-name = "screen"
+name = "box"
 kind = "box"
-at = [4, 0.9]
-width = 1.0
-depth = 0.1
-height = 2.0
+at = [2.7, 0.4]
+width = 0.8
+depth = 0.8
+height = {height}
 material = "door"
 """
 
@@ -55,9 +55,11 @@ def test_in_a_corridor_it_stays_between_the_walls(bearing: float) -> None:
     assert math.dist(at[:2], (4.0, 0.0)) > 2.0
 
 
-def test_it_looks_past_what_hides_the_robot() -> None:
+@pytest.mark.parametrize("height", [2.0, 0.8])
+def test_it_looks_past_what_hides_the_robot_or_its_wheels(height: float) -> None:
+    hiding = BOX.format(height=height)
     free = eyes(corridor(), Pose(4.0, 0.0, 0.0), math.radians(160))
-    hidden = eyes(corridor(SCREEN.replace("[4, 0.9]", "[2.3, 0.6]")), Pose(4.0, 0.0, 0.0), math.radians(160))
+    hidden = eyes(corridor(hiding), Pose(4.0, 0.0, 0.0), math.radians(160))
     assert math.dist(free, hidden) > 0.5
 
 
