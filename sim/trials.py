@@ -84,12 +84,8 @@ def follow(bench: Bench, command: Command, seconds: float, each: Callable[[], No
 
 
 def _look(bench: Bench) -> tuple[float, float, float, float, float]:
-    robot, data = bench.robot, bench.data
-    left, right = (data.joint(f"{robot.name}/{name}").xanchor for name in robot.wheel_joints)
-    x, y, _ = (left + right) / 2
-    lean = data.body(f"{robot.name}/{robot.base}").xmat.reshape(3, 3)
-    pitch = math.atan2(-lean[2, 0], lean[2, 2])
-    return bench.time, float(x), float(y), bench.pose.heading, pitch
+    pose, lean = bench.pose, bench.data.body(f"{bench.robot.name}/{bench.robot.base}").xmat
+    return bench.time, pose.x, pose.y, pose.heading, math.atan2(-lean[6], lean[8])
 
 
 def _turned(x: Floats, y: Floats, angle: float) -> tuple[Floats, Floats]:
