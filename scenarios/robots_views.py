@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
+from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from scenarios.robots_body import Body, Box, Floats
@@ -129,24 +130,25 @@ def _ball() -> Floats:
 
 def _draw_sourced(axes: Axes, place: Place, body: Body) -> None:
     """Draw outlines of the sizes that sources give, where the model has what they are the sizes of."""
-    for box in _sourced_boxes(body):
-        low, size = place.box(box)
-        axes.add_patch(Rectangle(tuple(low), *size, **DASHED))
+    for box, known in _sourced_boxes(body):
+        if known[place.side.axes[:2].any(axis=0)].all():  # a side that nobody gives would be the model's own
+            low, size = place.box(box)
+            axes.add_patch(Rectangle(tuple(low), *size, **DASHED))
     wheel = sourced(body).get(Measure.WHEEL)
     if wheel is not None and place.side is Side.RIGHT:
         radius = wheel.value / 2
         axes.add_patch(Circle((place.at[0] + body.hubs[0, 0], place.at[1] + radius), radius, **DASHED))
 
 
-def _sourced_boxes(body: Body) -> Iterator[Box]:
-    """Boxes of sourced size from the rear and the bottom of the model's on; other sides are the model's."""
+def _sourced_boxes(body: Body) -> Iterator[tuple[Box, NDArray[np.bool_]]]:
+    """Boxes of sourced size from the rear and the bottom of the model's on, and which sides (3,) sources give."""
     known = sourced(body)
     for box, names in ((body.vehicle, VEHICLE), (body.chassis, BODY)):
-        if box is not None and known.keys() & set(names):
-            sides = zip(names, box.size, strict=True)
-            size = np.array([known[name].value if name in known else own for name, own in sides])
+        if box is not None:
+            given = np.array([name in known for name in names])
+            size = np.array([known[name].value if name in known else 0.0 for name in names])
             low = np.array([box.low[0], box.middle[1] - size[1] / 2, box.low[2]])
-            yield Box(low, low + size)
+            yield Box(low, low + size), given
 
 
 # --- measures ---
