@@ -92,7 +92,7 @@ class Bench(Closing):
             name: Camera(self.settings.camera_models[name], np.random.default_rng(camera_seed))
             # Seeds go by the robot's cameras, so that one's noise does not depend on which others take images.
             for name, camera_seed in zip(robot.cameras, camera_seeds, strict=True)
-            if name in self.settings.cameras
+            if name in (self.settings.cameras or ())
         }
         unit = np.random.default_rng(self.settings.unit)
         self.believed = believed_geometry(robot.drive, self.settings.calibration, unit)

@@ -8,7 +8,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from types import ModuleType
-from typing import IO
+from typing import IO, Any
 
 from sim.errors import RendererError
 
@@ -66,7 +66,7 @@ def vulkan_device() -> str | None:
 
 def _first_device(vulkan: ctypes.CDLL) -> str | None:
     create_info = ctypes.create_string_buffer(_INSTANCE_CREATE_INFO_BYTES)
-    create_info[0] = _STRUCTURE_INSTANCE_CREATE_INFO
+    create_info[0] = bytes([_STRUCTURE_INSTANCE_CREATE_INFO])
     instance = ctypes.c_void_p()
     if vulkan.vkCreateInstance(create_info, None, ctypes.byref(instance)) != _SUCCESS:
         return None
@@ -100,7 +100,7 @@ def gl_backend() -> str | None:
     return None
 
 
-def open_gl(width: int, height: int) -> tuple[str, object]:
+def open_gl(width: int, height: int) -> tuple[str, Any]:
     """A GL context without a screen: its backend's name and MuJoCo's context object.
 
     MuJoCo itself reads ``MUJOCO_GL`` once, when it is imported; asking its backends directly spares the user that.

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 from sim.errors import SimError
 from sim.figures import TABLE, Number, require, require_positive, require_share
 
+Plane = NDArray[np.floating]
+"""One number a pixel, or a point."""
+
 STEEPEST = math.tan(math.radians(80.0))
 """Rays farther off the axis than 80 degrees are not looked at: a plane picture of them would be very large (choice)."""
 _RADII = 1 << 15
@@ -99,7 +102,7 @@ class Optics:
             )
         return drawn[:end], tangents[:end]
 
-    def rays(self, u: NDArray[np.floating], v: NDArray[np.floating]) -> tuple[NDArray, NDArray]:
+    def rays(self, u: NDArray[np.floating], v: NDArray[np.floating]) -> tuple[Plane, Plane]:
         """Tangents (x, y) of the rays that are drawn at the pixels (``u``, ``v``), shapes as those."""
         x, y = (u - self._centre[0]) / self.focal, (v - self._centre[1]) / self.focal
         if not self.lens.distorts:
@@ -108,7 +111,7 @@ class Optics:
         straight = np.interp(drawn, *self._radii) / np.maximum(drawn, np.finfo(float).tiny)
         return x * straight, y * straight
 
-    def pixels(self, x: NDArray[np.floating], y: NDArray[np.floating]) -> tuple[NDArray, NDArray]:
+    def pixels(self, x: NDArray[np.floating], y: NDArray[np.floating]) -> tuple[Plane, Plane]:
         """Pixels (u, v) at which rays of the tangents (``x``, ``y``) are drawn, shapes as those.
 
         Rays beyond the reach of the distortion are drawn at its end.
@@ -121,7 +124,7 @@ class Optics:
         return x * self.focal + self._centre[0], y * self.focal + self._centre[1]
 
     @cached_property
-    def _rays_of_all(self) -> tuple[NDArray, NDArray]:
+    def _rays_of_all(self) -> tuple[Plane, Plane]:
         """Tangents of every pixel's ray, (height, width) each."""
         return self.rays(*np.meshgrid(np.arange(self.size[0], dtype=float), np.arange(self.size[1], dtype=float)))
 
@@ -144,7 +147,8 @@ class Optics:
         """Distort a picture of the size of ``pinhole``; without distortion it is returned as it is."""
         if not self.lens.distorts:
             return picture
-        return cv2.remap(picture, self._sources, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        # OpenCV's stubs know no map that is whole without a second one.
+        return cv2.remap(picture, self._sources, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)  # type: ignore[call-overload]
 
     @cached_property
     def shading(self) -> NDArray[np.float32]:
@@ -166,4 +170,6 @@ class Optics:
         sharp = np.asarray(picture, np.float32)
         if self.lens.blur == 0.0:
             return sharp
-        return cv2.GaussianBlur(sharp, (0, 0), self.lens.blur, borderType=cv2.BORDER_REPLICATE)
+        return cv2.GaussianBlur(sharp, (0, 0), self.lens.blur, borderType=cv2.BORDER_REPLICATE).astype(
+            np.float32, copy=False
+        )

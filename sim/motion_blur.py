@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.lens import Optics
+from sim.lens import Optics, Plane
 
 SEEN_GROUPS = np.array([1, 1, 1, 0, 0, 0], np.uint8)
 """Geom groups that a camera shows: MuJoCo's default."""
@@ -95,7 +95,7 @@ def _velocities(
     return linear + np.cross(turning, points - data.subtree_com[model.body_rootid[body]])
 
 
-def _drawn(optics: Optics, points: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
+def _drawn(optics: Optics, points: NDArray[np.float64]) -> tuple[Plane, Plane]:
     """Pixels (u, v) of points (n, 3) in MuJoCo's frame of the camera."""
     depth = np.maximum(-points[:, 2], NEAREST)
     return optics.pixels(points[:, 0] / depth, -points[:, 1] / depth)
@@ -133,7 +133,8 @@ def smeared(picture: NDArray[np.float32], paths: NDArray[np.float32]) -> NDArray
     total = np.zeros_like(picture)
     for share in (np.arange(taps) + 0.5) / taps - 0.5:
         there = cv2.scaleAdd(along, float(share), here)
-        cv2.accumulate(cv2.remap(picture, there, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), total)
+        moved = cv2.remap(picture, there, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)  # type: ignore[call-overload]
+        cv2.accumulate(moved, total)
     total /= taps
     return total
 

@@ -1,9 +1,9 @@
 """What a camera sees before it becomes an image: luminance [cd/m²] of every pixel, by one of three renderers."""
 
 import copy
+from collections.abc import Callable
 from enum import StrEnum
-from types import TracebackType
-from typing import NamedTuple, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 import mujoco
 import numpy as np
@@ -84,9 +84,7 @@ class Closing:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
 
@@ -278,7 +276,7 @@ class FilamentRenderer(Closing):
 class _Target:
     """A float picture of one size on the device, and the buffer that it is read into."""
 
-    def __init__(self, context: object, width: int, height: int) -> None:
+    def __init__(self, context: Any, width: int, height: int) -> None:
         from mujoco import mjrf
 
         config = mjrf.RenderTargetConfig()
@@ -323,7 +321,9 @@ class ClassicRenderer(Closing):
     kind = RendererKind.CLASSIC
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        self._model, self._gl, self._context = model, None, None
+        self._model = model
+        self._gl: Any = None
+        self._context: Any = None
         model.vis.quality.offsamples = 0
         model.vis.quality.shadowsize = min(int(model.vis.quality.shadowsize), 1024)
         size = model.vis.global_
@@ -346,7 +346,8 @@ class ClassicRenderer(Closing):
         rgb, viewport = np.empty((height, width, 3), np.uint8), mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(viewport, self._scene, self._context)
         mujoco.mjr_readPixels(rgb, None, viewport, self._context)
-        return CLASSIC_WHITE * (rgb[::-1] / np.float32(255) @ GREY_OF_RGB) ** np.float32(CLASSIC_GAMMA)
+        grey = (rgb[::-1] / np.float32(255) @ GREY_OF_RGB).astype(np.float32, copy=False)
+        return np.float32(CLASSIC_WHITE) * grey ** np.float32(CLASSIC_GAMMA)
 
     def light_around(self, illuminance: float) -> None:
         """See ``Renderer``: this one's light knows no amounts and stays as it is."""
@@ -385,7 +386,7 @@ class NullRenderer(Closing):
         """See ``Renderer``: there is nothing to light."""
 
 
-_RENDERERS = {
+_RENDERERS: dict[RendererKind, Callable[[mujoco.MjModel], Renderer]] = {
     RendererKind.FILAMENT: FilamentRenderer,
     RendererKind.CLASSIC: ClassicRenderer,
     RendererKind.NONE: NullRenderer,

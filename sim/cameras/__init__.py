@@ -5,7 +5,6 @@ What a table leaves out is as with the Fire-i (``CameraModel``).
 
 import tomllib
 from dataclasses import fields
-from functools import reduce
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -72,6 +71,8 @@ def _text(path: Path) -> str:
 def _told(mistake: str, loc: tuple[int | str, ...], value: Any) -> str:
     key = ".".join(part for part in loc if isinstance(part, str))
     if mistake == "unexpected_keyword_argument":
-        table = reduce(getattr, loc[:-1], CameraModel())
+        table: Any = CameraModel()
+        for part in loc[:-1]:
+            table = getattr(table, str(part))
         return f"{key}: unknown key; valid are {', '.join(figure.name for figure in fields(table))}"
     return f"{key} = {value!r} is not {_WANTED[mistake]}"
