@@ -35,8 +35,17 @@ def test_ten_metres_straight(name: str) -> None:
 @pytest.mark.parametrize("direction", [1, -1])
 def test_a_whole_turn_on_the_spot(name: str, direction: int) -> None:
     machine = Machine(name, inertial=InertialModel()).go(2 * math.pi, Twist(0.0, 1.0 * direction)).go(3.0, STAND)
-    assert math.degrees(machine.turned) == pytest.approx(360.0 * direction, rel=0.02)
+    assert math.degrees(machine.turned) == pytest.approx(360.0 * direction, rel=0.005)
     assert math.hypot(*machine.axle[:2]) < 0.03
+
+
+@BOTH
+def test_its_tyres_keep_on_the_floor_while_they_scrub_in_a_turn(name: str) -> None:
+    machine = Machine(name).go(2.0, Twist(0.0, LIMITS.turn_rate))
+    for _ in range(100):
+        machine.go(0.01, Twist(0.0, LIMITS.turn_rate))
+        touching = {machine.model.geom(geom).name for geom in machine.data.contact.geom.ravel()}
+        assert touching >= {"r/tread-left", "r/tread-right"}
 
 
 @BOTH
