@@ -27,6 +27,7 @@ from robots.robuter.protocol import (
     legible,
     parse_line,
 )
+from robots.robuter.regulator import MOTOR_TORQUE, Regulator
 from robots.robuter.watches import BumperWatch, SonarWatch, WheelMeter
 from robots.signals import Actuation, Signals
 from robots.state import LATCHED, Blocked, Cause
@@ -38,8 +39,6 @@ HOLD = 0.5
 """How long a command holds, and the beginning of a line waits for its end [s]; the hold is the project's figure."""
 BYTES_PER_TICK = 256
 """How much is read from a line in one tick; 115 200 baud would carry 230."""
-MOTOR_TORQUE = 30.0
-"""Limit of a motor [N·m], as in the model."""
 STUCK_SLACK = 20
 """Pulses by which a wheel that is stuck may give way: 2 mm of its rim, a choice."""
 TOLERANCE = 1e-9
@@ -62,7 +61,9 @@ class Firmware:
     ) -> None:
         self._drive, self._limits = drive, limits
         self._ports = [_Port(line) for line in lines]
-        self._wheels = WheelMeter(Encoders(pulses_per_turn), PERIOD)
+        encoders = Encoders(pulses_per_turn)
+        self._wheels = WheelMeter(encoders, PERIOD)
+        self._left, self._right = Regulator(encoders, PERIOD), Regulator(encoders, PERIOD)
         self._sonars = SonarWatch(front_sonars, limits)
         self._bumpers = BumperWatch()
         self._stuck = StuckWatch(MOTOR_TORQUE, STUCK_SLACK)
@@ -82,7 +83,8 @@ class Firmware:
     def rest(self) -> None:
         """Begin anew from rest: somebody has set the robot down."""
         self._wanted = self._driven = Twist()
-        self._wheels.rest()
+        for part in (self._wheels, self._left, self._right):
+            part.rest()
 
     @property
     def _locked(self) -> bool:
@@ -156,8 +158,9 @@ class Firmware:
         held = self._stops.held
         driven = self._limits.approached(self._driven, let_through(held, self._wanted), PERIOD)
         self._driven = let_through((stop for stop in held if stop.cause in AT_ONCE), driven)
-        speeds = self._drive.wheel_speeds(self._driven)
-        return Actuation(speeds.left, speeds.right, braked=self._locked)
+        speeds, counters = self._drive.wheel_speeds(self._driven), self._wheels.counters
+        left, right = self._left.told(speeds.left, counters.left), self._right.told(speeds.right, counters.right)
+        return Actuation(left, right, braked=self._locked)
 
 
 class _Port:

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from robots import Cause, Motors, Signals, Twist
-from robots.odometry import Encoders, Geometry, Pulses, true_geometry
+from robots.odometry import Geometry, Pulses, true_geometry
 from robots.robuter import DRIVE, LIMITS, PULSES_PER_TURN
 from robots.robuter.control import COMMAND_PERIOD, PATIENCE, STATE_PERIOD, RobuterControl
+from robots.robuter.regulator import SERVO_LAG
 from robots.robuter.sonars import FRONT_SONARS
+from tests.robots.rolling import Wheels
 
 PERIOD = RobuterControl.period
 
@@ -20,7 +22,7 @@ class Desk:
     def __init__(self, believed: Geometry | None = None) -> None:
         believed = believed or true_geometry(DRIVE)
         self.control = RobuterControl(DRIVE, LIMITS, PULSES_PER_TURN, FRONT_SONARS, believed)
-        self.time, self.angles = 0.0, np.zeros(2)
+        self.time, self.wheels = 0.0, Wheels()
         self.sent: list[tuple[float, str]] = []
         self.heard: list[tuple[float, str]] = []
         self.cut = False
@@ -42,9 +44,8 @@ class Desk:
         for tick in range(round(seconds / PERIOD)):
             if twist is not None and tick % 2 == 0:
                 self.control.command(twist)
-            pulses = Encoders(PULSES_PER_TURN).read(*self.angles)
-            done = self.control.tick(Signals(self.time, pulses, sonar=np.full(24, 5.0)))
-            self.angles += np.array([done.left, done.right]) * PERIOD
+            signals = Signals(self.time, self.wheels.pulses, sonar=np.full(24, 5.0))
+            self.wheels.roll(self.control.tick(signals))
             self.time += PERIOD
 
     def times(self, verb: str, notes: list[tuple[float, str]] | None = None) -> np.ndarray:
@@ -144,9 +145,9 @@ def test_a_robot_that_does_not_answer_is_told_and_not_moved(desk: Desk) -> None:
     assert "\n" not in stop.detail
     desk.run(1.5, Twist(0.4, 0.0))
     assert desk.sent[-1][1] in ("AM 0 0", "ST")
-    before = desk.angles.copy()
+    before = desk.wheels.angles.copy()
     desk.run(0.5, Twist(0.4, 0.0))
-    assert np.array_equal(desk.angles, before)
+    np.testing.assert_allclose(desk.wheels.angles, before, atol=1e-5)
     desk.control.line.to_host.put = put
     desk.run(1.5, Twist(0.4, 0.0))
     assert desk.control.state.free
@@ -157,9 +158,9 @@ def test_when_the_line_is_cut_the_robot_stops_by_itself_and_the_host_tells(desk:
     desk.run(2.0, Twist(0.4, 0.0))
     desk.cut = True
     desk.run(2.0, Twist(0.4, 0.0))
-    before = desk.angles.copy()
+    before = desk.wheels.angles.copy()
     desk.run(0.5, Twist(0.4, 0.0))
-    assert np.array_equal(desk.angles, before)
+    np.testing.assert_allclose(desk.wheels.angles, before, atol=1e-5)
     assert Cause.NO_ANSWER in desk.causes
     desk.cut = False
     desk.run(2.0, Twist(0.4, 0.0))
@@ -185,14 +186,14 @@ def test_the_state_is_what_the_robot_measured(desk: Desk) -> None:
     assert (state.twist.linear, state.twist.angular) == pytest.approx((0.3, 0.2), abs=0.005)
     assert state.sonar == pytest.approx(np.full(24, 5.0))
     assert state.motors is Motors.ON
-    assert state.distance == pytest.approx(0.3 * (state.time - 0.3), abs=0.01)
+    assert state.distance == pytest.approx(0.3 * (state.time - 0.3 - SERVO_LAG), abs=0.005)
 
 
 def test_the_odometer_is_of_this_tick_and_of_the_believed_geometry() -> None:
     desk = Desk(Geometry(0.12 * 1.01, 0.12 * 1.01, 0.62))
     desk.run(5.0, Twist(0.4, 0.0))
     desk.run(PERIOD)  # the counters of the last tick are read in this one
-    rolled = float(desk.angles.mean()) * 0.12
+    rolled = float(desk.wheels.angles.mean()) * 0.12
     assert desk.control.odometry.x == pytest.approx(1.01 * rolled, abs=0.4 * PERIOD + 1e-3)
     assert desk.control.state.pose.x == pytest.approx(1.01 * rolled, abs=0.4 * (STATE_PERIOD + PERIOD) + 1e-3)
 
