@@ -20,7 +20,7 @@ GROUPS = SEEN_GROUPS | GLASS_GROUPS
 """Geom groups that throw sound back: panes of glass are walls to it."""
 
 INNER_RAYS, OUTER_RAYS = 36, 16
-"""Rays in the nominal cone and around it: a choice. The inner ones are 4.5° apart, 0.8° as seen from above."""
+"""Rays in the nominal cone and around it: a choice. The inner ones are 0.83° apart as seen from above."""
 SMOOTH = 0.02
 """Rays of one geom whose normals are alike within this meet one flat face; two make one."""
 RIGHT_ANGLE = math.sin(math.radians(3))
@@ -29,16 +29,31 @@ NEAR = 0.01
 """What is met within this distance [m] of where a mirror point should be is that point."""
 
 
+GOLDEN = (math.sqrt(5) - 1) / 2
+"""Its multiples, less whole numbers, spread over 0 to 1 as evenly as they can."""
+
+
+def _fan(count: int, widest: float) -> NDArray[np.float64]:
+    """Directions within an angle [rad] off the x axis, (count, 3): evenly apart as seen from above.
+
+    What stands upright, a post or a leg, slips through no gap wider than the others.
+    """
+    steps = np.arange(count) + 0.5
+    aside = widest * (2 * steps / count - 1)
+    up = np.arccos(math.cos(widest) / np.cos(aside)) * (2 * (steps * GOLDEN % 1) - 1)
+    return np.stack([np.cos(up) * np.cos(aside), np.cos(up) * np.sin(aside), np.sin(up)], axis=1)
+
+
 def _spiral(count: int, inner: float, outer: float) -> NDArray[np.float64]:
     """Directions that fill the ring between two angles [rad] off the x axis evenly, (count, 3): Vogel's spiral."""
     steps = np.arange(count) + 0.5
     cosines = math.cos(inner) + (math.cos(outer) - math.cos(inner)) * steps / count
-    around = steps * math.pi * (3 - math.sqrt(5))
+    around = steps * 2 * math.pi * GOLDEN
     sines = np.sqrt(1 - cosines**2)
     return np.stack([cosines, sines * np.cos(around), sines * np.sin(around)], axis=1)
 
 
-RAYS = np.concatenate([_spiral(INNER_RAYS, 0.0, NOMINAL), _spiral(OUTER_RAYS, NOMINAL, WIDEST)])
+RAYS = np.concatenate([_fan(INNER_RAYS, NOMINAL), _spiral(OUTER_RAYS, NOMINAL, WIDEST)])
 """Directions (rays, 3) in the ranger's frame, x along its axis."""
 
 
