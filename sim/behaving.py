@@ -12,6 +12,7 @@ import robots
 from refseq.view import Pose
 from robots import Robot
 from robots.behaviours import Behaviour, Frame, Outcome, Ranger, Senses, Step, failed
+from robots.mounting import Mounting
 from sim.bench import Bench
 
 
@@ -40,10 +41,11 @@ def frame_of(robot: Robot) -> Frame:
     model = robots.load(robot.name).spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    base = data.body(robot.base).xpos
+    base, scanner = data.body(robot.base).xpos, data.site(robot.laser).xpos
+    laser = Mounting(float(scanner[0] - base[0]), float(scanner[2]), robot.drive.wheel_radius)
     sonars = (data.site(name) for name in robot.sonars)
     rangers = tuple(_ranger(sonar.xpos - base, sonar.xmat.reshape(3, 3)[:, 0]) for sonar in sonars)
-    return Frame(robot.shape, robot.limits, float(data.site(robot.laser).xpos[2]), rangers)
+    return Frame(robot.shape, robot.limits, laser, rangers)
 
 
 def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:

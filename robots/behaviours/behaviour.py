@@ -8,13 +8,17 @@ from enum import Enum
 from typing import NamedTuple, Protocol
 
 from robots.motion import Limits, Pose, Twist
+from robots.mounting import Mounting
 from robots.odometry import along_arc
 from robots.robot import Shape
 from robots.signals import LaserScan
 from robots.state import RobotState
 
-OLDEST_FORECAST = 0.3
+LONGEST_FORECAST = 0.3
 """A state is carried on by its own velocity for no longer than this [s]: a choice."""
+
+
+ON_THE_ROBUTER = Mounting(ahead=0.25, height=0.35, axle=0.12)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +55,7 @@ class Senses:
 
     @property
     def _forecast(self) -> float:
-        return min(max(self.age, 0.0), OLDEST_FORECAST)
+        return min(max(self.age, 0.0), LONGEST_FORECAST)
 
 
 class Ranger(NamedTuple):
@@ -66,12 +70,13 @@ class Ranger(NamedTuple):
 class Frame:
     """The robot that a behaviour moves: the room it takes, how fast it is let, where its sensors are.
 
-    ``laser_height`` [m] is that of the scan plane while the robot is level, ``sonars`` are in the order of readings.
+    Where nothing is in the way a behaviour is as fast as the ``limits`` let it: who wants it slower gives lower ones.
+    ``sonars`` are in the order of readings; where no ``laser`` is given it is where the Robuter has it.
     """
 
     shape: Shape
     limits: Limits
-    laser_height: float = 0.35
+    laser: Mounting = ON_THE_ROBUTER
     sonars: tuple[Ranger, ...] = ()
 
 

@@ -4,9 +4,11 @@ import math
 
 from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.line import Line, turn_rate_onto
-from robots.behaviours.phases import ARRIVED, Travelled, driven
+from robots.behaviours.line import Line
+from robots.behaviours.moves import driven
+from robots.behaviours.phases import ARRIVED, Travelled
 from robots.behaviours.room import choose_lane, lanes
+from robots.behaviours.steering import turn_rate_onto
 from robots.behaviours.surroundings import Surroundings
 from robots.behaviours.wall import Wall, Window, find_wall
 from robots.motion import Pose

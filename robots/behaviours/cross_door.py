@@ -14,8 +14,8 @@ import numpy as np
 from robots.behaviours.behaviour import Frame, Senses, Step, failed, finished, waiting
 from robots.behaviours.doorway import LOOKS, DoorFinder, DoorWatch, Passage, Way, way_through
 from robots.behaviours.guarded import Guarded
-from robots.behaviours.line import TURN_GAIN, speed_for
 from robots.behaviours.room import SIDE_MARGIN, blocks_turn
+from robots.behaviours.steering import TURN_GAIN, speed_for
 from robots.behaviours.surroundings import Surroundings
 from robots.motion import Pose, Twist
 
@@ -111,7 +111,7 @@ class CrossDoor(Guarded):
             return Step()
         pose = senses.pose
         if not self._watch.choose(pose, pose.heading + self._side.value, SIDE_SPREAD):
-            return waiting(f"no door {self._side.name.lower()}")
+            return waiting(f"no door {self._side.name.lower()}{self._seen_instead(senses)}")
         axis = self._door.axis
         if math.cos(math.atan2(axis.y - pose.y, axis.x - pose.x) - axis.heading) > math.cos(FRONTAL):
             refused = self._refusal(self._way())
@@ -157,6 +157,9 @@ class CrossDoor(Guarded):
         return self._go_on(self._cross)
 
     def _cross(self, senses: Senses) -> Step:
+        off = self._watch.off
+        if off > self._settings.margin:
+            return failed(f"the door is {off:.2f} m from where it was: the robot was pushed or has slipped")
         at = self._door.axis.pose(senses.pose)
         if at.x >= self._end_at:
             return self._go_on(self._halt)
@@ -215,13 +218,22 @@ class CrossDoor(Guarded):
 
     def _ahead(self, twist: Twist, left: float, senses: Senses) -> Step:
         """Go on, unless something is ahead within what is ``left`` of the way [m]."""
-        shape = self.frame.shape
-        reach = shape.ahead + min(left, self._settings.ahead)
-        x, y = self._around.points(senses.pose).T
-        near = x[(np.abs(y) < shape.half_width) & (x > 0) & (x < reach)]
-        if len(near) > 1:
-            return waiting(f"something is {float(near.min()) - shape.ahead:.2f} m ahead")
+        free = self._free(senses)
+        if free < min(left, self._settings.ahead):
+            return waiting(f"something is {free:.2f} m ahead")
         return Step(twist)
+
+    def _free(self, senses: Senses) -> float:
+        """How far the way before the front is free [m], as wide as the robot; a single point is a stray."""
+        shape = self.frame.shape
+        x, y = self._around.points(senses.pose).T
+        near = np.sort(x[(np.abs(y) < shape.half_width) & (x > 0)])
+        return float(near[1]) - shape.ahead if len(near) > 1 else math.inf
+
+    def _seen_instead(self, senses: Senses) -> str:
+        """What hides a door, or is where one should be."""
+        free = self._free(senses)
+        return f"; something {free:.1f} m in front" if self._side is Side.AHEAD and math.isfinite(free) else ""
 
     def _go_on(self, phase: Callable[[Senses], Step]) -> Step:
         """Stop, and begin another phase with the next step."""

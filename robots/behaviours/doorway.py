@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.behaviours.frames import out_of
 from robots.behaviours.line import Line
-from robots.behaviours.surroundings import out_of
 from robots.motion import Pose
 from robots.signals import LaserScan
 
@@ -23,6 +23,8 @@ KEPT = 8
 """Findings that a doorway's place is the median of: a choice. Older ones are off by the odometer's drift."""
 SAME, ALIKE = 0.3, math.radians(25)
 """Findings whose centres are nearer [m] and whose headings are closer [rad] are of one doorway: choices."""
+SURE = 3
+"""A doorway is elsewhere when so many findings in turn say so: a choice, a single one may err."""
 STEP = 0.12
 """Neighbouring points of one thing are no farther apart [m]: a choice, twice what beams leave at 3 m, aslant."""
 FACE = (-0.1, 0.3)
@@ -62,9 +64,15 @@ class Passage:
 
     def same(self, other: "Passage") -> bool:
         """Whether two findings are of one doorway."""
-        one, two = self.axis, other.axis
-        near = math.hypot(one.x - two.x, one.y - two.y) < SAME
-        return near and abs(math.remainder(one.heading - two.heading, 2 * math.pi)) < ALIKE
+        return self.away(other) < SAME and self.alike(other)
+
+    def away(self, other: "Passage") -> float:
+        """Distance of two findings [m]."""
+        return math.hypot(self.axis.x - other.axis.x, self.axis.y - other.axis.y)
+
+    def alike(self, other: "Passage") -> bool:
+        """Whether two findings have about the same heading."""
+        return abs(math.remainder(self.axis.heading - other.axis.heading, 2 * math.pi)) < ALIKE
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +94,7 @@ class DoorWatch:
         self._finder, self._laser = finder, laser
         self._looks: deque[list[Passage]] = deque(maxlen=LOOKS)
         self._mine: deque[Passage] = deque(maxlen=KEPT)
+        self._off: deque[float] = deque(maxlen=SURE)
 
     def look(self, pose: Pose, scan: LaserScan) -> None:
         """Look at a scan that was taken at ``pose``."""
@@ -94,6 +103,9 @@ class DoorWatch:
         if self._mine:
             held = self.passage
             self._mine.extend([door for door in found if held.same(door)][:1])
+            # Two doorways side by side are farther apart than one is wide.
+            away = [held.away(door) for door in found if held.alike(door) and held.away(door) < held.width]
+            self._off.extend(sorted(away)[:1])
 
     def choose(self, pose: Pose, heading: float, within: float) -> bool:
         """Hold on to the nearest doorway whose heading is ``within`` [rad] of ``heading``, if there is one."""
@@ -112,6 +124,11 @@ class DoorWatch:
         places = [(door.axis.x, door.axis.y, door.width) for door in self._mine]
         x, y, width = np.median(places, axis=0).tolist()
         return Passage(Line(x, y, first + float(np.median(turns))), width)
+
+    @property
+    def off(self) -> float:
+        """How far from where it is held to be the doorway is found at least, now and the times before [m]."""
+        return min(self._off) if len(self._off) == SURE else 0.0
 
     def _often(self, door: Passage) -> bool:
         return 2 * sum(any(map(door.same, found)) for found in self._looks) > LOOKS

@@ -1,7 +1,7 @@
 """Stop: stand still."""
 
-from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
-from robots.behaviours.guarded import PATIENCE, Guarded
+from robots.behaviours.behaviour import Senses, Step, finished, waiting
+from robots.behaviours.guarded import Guarded
 
 STANDS = 0.02
 """A robot that is slower stands [m/s, rad/s]: a choice, a balancing one is never quite still."""
@@ -9,9 +9,6 @@ STANDS = 0.02
 
 class Halt(Guarded):
     """Brake, until the robot stands."""
-
-    def __init__(self, frame: Frame, *, patience: float = PATIENCE) -> None:
-        super().__init__(frame, patience)
 
     def _move(self, senses: Senses) -> Step:
         twist = senses.state.twist

@@ -1,4 +1,4 @@
-"""Directed lines in the plane, and how a robot is steered along one."""
+"""Directed lines in the plane."""
 
 import math
 from dataclasses import dataclass
@@ -6,25 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.motion import Limits, Pose
-
-APPROACH = math.radians(30)
-"""The steepest that a robot heads for its line: a choice."""
-CONVERGENCE = 1.0
-"""How strongly it heads for it [rad/m]: with ``TURN_GAIN`` a damping ratio of 1 at 0.5 m/s; a choice."""
-TURN_GAIN = 2.0
-"""Turn rate for an error of heading [rad/s per rad]: a choice."""
-EASE = 0.5
-"""Share of the robot's accelerations that behaviours brake with, so that it can follow: a choice."""
+from robots.behaviours.frames import into, out_of
+from robots.motion import Pose
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class Line(Pose):
     """A line through (``x``, ``y``) [m] along ``heading`` [rad]; what is across of it counts to the left."""
-
-    x: float
-    y: float
-    heading: float
 
     @classmethod
     def through(cls, pose: Pose) -> "Line":
@@ -33,8 +21,11 @@ class Line:
 
     def seen(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Points (n, 2) as (along, across) [m]."""
-        cos, sin = math.cos(self.heading), math.sin(self.heading)
-        return (points - (self.x, self.y)) @ np.array([[cos, -sin], [sin, cos]])
+        return into(self, points)
+
+    def points(self, seen: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points (n, 2) that are given as (along, across) [m]."""
+        return out_of(self, seen)
 
     def pose(self, pose: Pose) -> Pose:
         """A pose as along, across and heading against the line, within ±π."""
@@ -47,26 +38,3 @@ class Line:
         """The line through a point given as (along, across) of this one, turned by an angle [rad] against it."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return Line(self.x + cos * along - sin * across, self.y + sin * along + cos * across, self.heading + turned)
-
-
-def turn_rate_onto(error: Pose, offset: float = 0.0) -> float:
-    """Turn rate [rad/s] of a robot that is off its line by ``error`` and wants to be ``offset`` [m] to the left of it.
-
-    It heads for the line at an angle that grows with the distance, up to ``APPROACH``.
-    """
-    wanted = min(max(CONVERGENCE * (offset - error.y), -APPROACH), APPROACH)
-    return TURN_GAIN * math.remainder(wanted - error.heading, 2 * math.pi)
-
-
-def speed_to_stop(distance: float, acceleration: float, reaction: float = 0.0) -> float:
-    """The greatest speed [m/s, rad/s] from which the robot stops in ``distance`` [m, rad] at its ease.
-
-    It brakes after a ``reaction`` time [s]: v·t + v²/2a = d.
-    """
-    way = EASE * acceleration * reaction
-    return math.sqrt(way**2 + 2 * EASE * acceleration * max(distance, 0.0)) - way
-
-
-def speed_for(limits: Limits, cruise: float, distance: float) -> float:
-    """Speed [m/s] on a way that ends in ``distance`` [m]; close to its end it falls with the distance."""
-    return min(cruise, limits.speed, speed_to_stop(distance, limits.acceleration), TURN_GAIN * max(distance, 0.0))

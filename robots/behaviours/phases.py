@@ -4,46 +4,20 @@ import math
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import Frame, Ranger, Senses, Step, waiting
-from robots.behaviours.line import Line, speed_for, speed_to_stop, turn_rate_onto
-from robots.behaviours.room import LOOK, MARGIN, blocks_turn, free_ahead
+from robots.behaviours.behaviour import Frame, Senses, Step, waiting
+from robots.behaviours.echoes import Echoes
+from robots.behaviours.line import Line
+from robots.behaviours.moves import driven, turned
+from robots.behaviours.steering import turn_rate_onto
 from robots.behaviours.surroundings import Surroundings
-from robots.motion import Limits, Twist
 
-CRUISE = 0.5
-"""Speed of behaviours where the robot is let [m/s]: what people drive the Robuter with; for others a choice."""
 ARRIVED = 0.01
 """A way is driven when no more than this is left of it [m]: a choice."""
 TURNED = math.radians(0.3)
 """A turn is done when no more than this is left of it: a choice."""
 SETTLED = 0.5
 """For so long it has to stay there without a command to turn [s]: a choice, as long as a balancing robot lags."""
-CREEP, CRAWL = 0.03, 0.03
-"""The slowest that it still goes [m/s] and turns [rad/s], so that it arrives: a choice."""
-SONAR_HISTORY = 3
-"""Readings of a sonar of which the middle one counts, as single ones err: a choice."""
-SONAR_REACH = 2.0
-"""A sonar's echo from farther away is not looked at [m]: a choice."""
-
-
-TIGHT = 3.0
-"""Arcs that are tighter are looked at as this one [1/m]: a choice."""
-STOP_SHORT = 0.02
-"""With no more way free than this a robot does not set out [m]: a choice."""
-REACTION = 0.5
-"""How long before it brakes a robot may have to see what stands there [s]: a scan's and a state's age, and the round of
-the Robuter's sonars, which else would stop it first."""
-EASED = (1.0, 0.5, 0.25, 0.1, 0.0)
-"""Parts of the curvature that it tries: a choice."""
-ENOUGH = 0.3
-"""With so much way free it takes an arc [m]: a choice."""
-SIDESTEP = 0.1
-"""A robot whose way is blocked turns on the spot if it wants to turn faster than this [rad/s]: a choice."""
-
-Points = NDArray[np.float64]
-"""Points (n, 2) [m] in the robot's frame."""
 
 
 class Phase(Protocol):
@@ -113,71 +87,3 @@ class Travelled:
         if self._start is None:
             self._start = senses.distance
         return senses.distance - self._start
-
-
-def driven(frame: Frame, points: Points, turn_rate: float, left: float) -> Step:
-    """Drive on with a turn rate [rad/s], as fast as the way that is ``left`` [m] and the ``points`` ahead let it.
-
-    A robot that cannot turn so fast drives slower.
-    """
-    limits = frame.limits
-    wanted = limits.limited(Twist(max(speed_for(limits, CRUISE, left), CREEP), turn_rate))
-    return _clear(frame, points, wanted)
-
-
-def turned(frame: Frame, points: Points, left: float) -> Step:
-    """Turn on the spot with ``left`` [rad] to go, where the ``points`` let it."""
-    near = blocks_turn(points, frame.shape, left)
-    if len(near):
-        return waiting(f"no room to turn by {math.degrees(left):.0f}°: {_place(near[0])}")
-    return Step(Twist(0.0, math.copysign(turn_speed(frame.limits, abs(left)), left)))
-
-
-def _clear(frame: Frame, points: Points, wanted: Twist) -> Step:
-    """The wanted motion, on a wider arc where its tail would swing into something, slower where something is ahead."""
-    for part in EASED:
-        eased = Twist(wanted.linear, part * wanted.angular)
-        free = free_ahead(points, frame.shape, _curvature(eased), LOOK)
-        if free > ENOUGH:
-            break
-    if free > STOP_SHORT:
-        speed = min(eased.linear, speed_to_stop(free, frame.limits.acceleration, REACTION))
-        return Step(Twist(speed, eased.angular * speed / eased.linear))
-    if abs(wanted.angular) > SIDESTEP and not len(blocks_turn(points, frame.shape, wanted.angular)):
-        return Step(Twist(0.0, wanted.angular))
-    return waiting(f"way blocked {free + MARGIN:.2f} m ahead")
-
-
-def turn_speed(limits: Limits, left: float) -> float:
-    """Turn rate [rad/s] with ``left`` [rad] to go."""
-    return max(min(limits.turn_rate, speed_to_stop(left, limits.angular_acceleration), 2.0 * left), CRAWL)
-
-
-class Echoes:
-    """What the sonars have heard near the robot, as points in the middle of their cones."""
-
-    def __init__(self, sonars: tuple[Ranger, ...]) -> None:
-        self._sonars = np.array(sonars, np.float64).reshape(-1, 3)
-        self._readings: list[NDArray[np.float64]] = []
-
-    def points(self, senses: Senses) -> Points:
-        """Points (n, 2) [m] in the robot's frame."""
-        heard = senses.state.sonar
-        if heard is None or len(heard) != len(self._sonars):
-            return np.empty((0, 2))
-        if not self._readings or heard is not self._readings[-1]:
-            self._readings = [*self._readings[1 - SONAR_HISTORY :], np.nan_to_num(heard, nan=np.inf)]
-        middle = np.median(self._readings, axis=0)
-        near = (middle >= 0) & (middle < SONAR_REACH)
-        x, y, bearing = self._sonars[near].T
-        return np.stack([x + middle[near] * np.cos(bearing), y + middle[near] * np.sin(bearing)], axis=1)
-
-
-def _curvature(twist: Twist) -> float:
-    """Curvature of an arc [1/m]; what is as good as a turn on the spot counts as a tight arc."""
-    return min(max(twist.angular / max(twist.linear, CREEP), -TIGHT), TIGHT)
-
-
-def _place(point: Points) -> str:
-    x, y = point
-    return f"something {math.hypot(x, y):.2f} m away at {math.degrees(math.atan2(y, x)):.0f}°"

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.behaviours.behaviour import Frame, Senses
+from robots.behaviours.frames import into, out_of
 from robots.motion import Pose
+from robots.mounting import FLOOR
 from robots.signals import LaserScan
 
 REACH = 6.0
 """How far behaviours look [m]: a choice."""
-FLOOR = 0.12
-"""A pitched robot's beam that ends lower than this has met the floor [m]: a choice."""
 KEPT_BEHIND = 1.5
 """How far around the robot it remembers what its laser has left behind [m]: a choice, more than any robot's tail."""
 MOST_BLIND = 0.5
@@ -74,28 +74,14 @@ class Surroundings:
     ) -> NDArray[np.float64]:
         """End points of the beams that met something above the floor, in the odometer's frame."""
         near = (ranges >= 0) & (ranges < REACH)
-        forward, left = ranges[near] * np.cos(bearings[near]), ranges[near] * np.sin(bearings[near])
-        drop = math.sin(pitch) if math.isfinite(pitch) else 0.0
-        above = self._frame.laser_height - forward * drop > FLOOR
-        return out_of(pose, np.stack([self._frame.shape.laser + forward, left], axis=1)[above])
+        ends = self._frame.laser.ends(ranges[near], bearings[near], pitch if math.isfinite(pitch) else 0.0)
+        return out_of(pose, ends[ends[:, 2] > FLOOR, :2])
 
     def _remember(self, pose: Pose) -> None:
         """Keep of all earlier points those that the laser cannot see now and that are still near."""
         seen = into(pose, self.all)
-        hidden = (seen[:, 0] < self._frame.shape.laser) & (np.hypot(*seen.T) < KEPT_BEHIND)
+        hidden = (seen[:, 0] < self._frame.laser.ahead) & (np.hypot(*seen.T) < KEPT_BEHIND)
         self._behind = thinned(self.all[hidden])
-
-
-def into(pose: Pose, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (n, 2) in the frame of a robot at ``pose``."""
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
-    return (points - (pose.x, pose.y)) @ np.array([[cos, -sin], [sin, cos]])
-
-
-def out_of(pose: Pose, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (n, 2) of the frame of a robot at ``pose``, in the frame that the pose is in."""
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
-    return points @ np.array([[cos, sin], [-sin, cos]]) + (pose.x, pose.y)
 
 
 def thinned(points: NDArray[np.float64], cell: float = CELL) -> NDArray[np.float64]:

@@ -55,15 +55,9 @@ def find_wall(points: NDArray[np.float64], line: Line, window: Window, shortest:
     if abs(tilt) > window.tilt + TILT_STEP:
         return None
     found = line.at(0.0, across / math.cos(tilt), tilt)
-    along = np.sort(found.seen(line_points(line, seen[on_it]))[:, 0])
+    along = np.sort(found.seen(line.points(seen[on_it]))[:, 0])
     wall = Wall(found, float(along[0]), float(along[-1]), float(np.diff(along).max()))
     return wall if wall.end - wall.start > shortest else None
-
-
-def line_points(line: Line, seen: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (n, 2) given as (along, across) of a line, in the frame that the line is in."""
-    cos, sin = math.cos(line.heading), math.sin(line.heading)
-    return seen @ np.array([[cos, sin], [-sin, cos]]) + (line.x, line.y)
 
 
 def _within(seen: NDArray[np.float64], window: Window) -> NDArray[np.float64]:

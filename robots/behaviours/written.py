@@ -100,16 +100,18 @@ def member(of: type[Enum]) -> Callable[[str], Enum]:
     return read
 
 
-def _follow(frame: Frame, finder: DoorFinder | None, side: Side, distance: float, *length: float) -> FollowWall:
+def _follow(
+    frame: Frame, finder: DoorFinder | None, side: Side, distance: float, length: float | None = None
+) -> FollowWall:
     if distance < closest(frame):
         raise RobotsError(f"distance {distance:g} m to a wall: valid is {closest(frame):g} m or more for this robot")
-    return FollowWall(frame, side, distance, *length)
+    return FollowWall(frame, side, distance, length)
 
 
-def _cross(frame: Frame, finder: DoorFinder | None, *side: DoorSide) -> CrossDoor:
+def _cross(frame: Frame, finder: DoorFinder | None, side: DoorSide = DoorSide.AHEAD) -> CrossDoor:
     if finder is None:
         raise RobotsError("crossing a door needs something that finds doors in a scan: none was given")
-    return CrossDoor(frame, finder, *side)
+    return CrossDoor(frame, finder, side)
 
 
 _LENGTH = number(0.01, FARTHEST, "m")

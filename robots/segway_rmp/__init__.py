@@ -16,12 +16,12 @@ from robots.head import (
     add_laser_scanner,
 )
 from robots.motion import DifferentialDrive, Limits
+from robots.mounting import Mounting
 from robots.odometry import Geometry
 from robots.robot import Robot, Shape
 from robots.segway_rmp.balance import GainSet
 from robots.segway_rmp.control import SegwayControl
 from robots.segway_rmp.firmware import Build
-from robots.segway_rmp.lookout import Mounting
 from robots.segway_rmp.plant import plant_of
 from robots.segway_rmp.protocol import COUNTS_PER_METRE, Mode
 

@@ -5,11 +5,12 @@ import math
 import numpy as np
 
 from robots.motion import Limits, Pose, Twist
+from robots.mounting import Mounting
 from robots.odometry import Encoders, Geometry, Odometry, Pulses
 from robots.robot import Shape
 from robots.segway_rmp.firmware import ACCELERATION, Build, Firmware
 from robots.segway_rmp.jam import JamWatch
-from robots.segway_rmp.lookout import Mounting, obstacle
+from robots.segway_rmp.lookout import obstacle
 from robots.segway_rmp.protocol import (
     COUNTS_PER_RADIAN,
     COUNTS_PER_SPEED,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robots.odometry import Encoders, Pulses
+from robots.odometry import Encoders
 from robots.segway_rmp.balance import GainSet, Observer, Vector, balancer, carrying, regulator, with_zero
 from robots.segway_rmp.plant import GRAVITY, Course, Plant, Posture
 from robots.segway_rmp.protocol import (
@@ -24,7 +24,7 @@ from robots.segway_rmp.protocol import (
     Word,
     counts,
 )
-from robots.segway_rmp.senses import Senses
+from robots.segway_rmp.sensors import Sensors
 from robots.signals import Actuation, Signals
 from robots.stops import TIPPED_PITCH, TIPPED_ROLL
 
@@ -112,7 +112,7 @@ class Firmware:
         plant = build.plant
         self.status = Status()
         self._plant, self._gain_set = plant, build.gain_set
-        self._senses = Senses(Encoders(build.pulses_per_turn), PERIOD)
+        self._sensors = Sensors(Encoders(build.pulses_per_turn), PERIOD)
         self._flatness = plant.flatness()
         self._yawing = Observer(
             plant.yawing().sampled(PERIOD),
@@ -146,7 +146,7 @@ class Firmware:
     def _start_anew(self) -> None:
         """Forget what was wrong; the ways go on where they were last known."""
         self._words = QUIET
-        self._senses.trust(self._angles)
+        self._sensors.trust(self._angles)
         rolled = self._plant.wheel_radius * sum(self._angles) / 2
         self._pitching.state[0] = rolled + self._plant.wheel_radius * self._pitching.state[2]
 
@@ -210,22 +210,22 @@ class Firmware:
         return Actuation(*self._torques)
 
     def _sense(self, signals: Signals) -> None:
-        senses, (left, right) = self._senses, self._torques
-        senses.hear(signals)
+        sensors, (left, right) = self._sensors, self._torques
+        sensors.hear(signals)
         self._angles = self._wheel_angles()
         half, radius = self._plant.track / 2, self._plant.wheel_radius
         rolled = radius * (self._angles[0] + self._angles[1]) / 2
         turned = radius * (self._angles[1] - self._angles[0]) / 2 / half
-        (left_good, right_good), body = senses.wheels_believed, senses.inertial_believed
-        readings = np.array([rolled, senses.inertial.pitch, senses.inertial.pitch_rate])
+        (left_good, right_good), body = sensors.wheels_believed, sensors.inertial_believed
+        readings = np.array([rolled, sensors.inertial.pitch, sensors.inertial.pitch_rate])
         state = self._pitching.update(left + right, readings, (left_good or right_good, body, body))
         state[4] = _clipped(state[4], ZERO)
-        readings = np.array([turned, senses.inertial.yaw_rate])
+        readings = np.array([turned, sensors.inertial.yaw_rate])
         self._yawing.update(right - left, readings, (left_good and right_good, body))
 
     def _wheel_angles(self) -> tuple[float, float]:
         """Turns of the wheels against the body [rad]: where one is not known, the other and the heading tell it."""
-        (left, right), (left_good, right_good) = self._senses.angles, self._senses.wheels_believed
+        (left, right), (left_good, right_good) = self._sensors.angles, self._sensors.wheels_believed
         apart = self._plant.track * float(self._yawing.state[0]) / self._plant.wheel_radius
         if left_good == right_good:
             return left, right
@@ -233,18 +233,18 @@ class Firmware:
 
     def _watch(self, signals: Signals) -> None:
         """Look for what ends balancing, or all motion."""
-        senses = self._senses
-        if senses.inertial_believed and abs(senses.inertial.pitch) > TIPPED_PITCH:
+        sensors = self._sensors
+        if sensors.inertial_believed and abs(sensors.inertial.pitch) > TIPPED_PITCH:
             self._power_off(Word.PITCH_LIMIT)
-        if senses.inertial_believed and abs(senses.inertial.roll) > TIPPED_ROLL:
+        if sensors.inertial_believed and abs(sensors.inertial.roll) > TIPPED_ROLL:
             self._power_off(Word.ROLL_LIMIT)
-        if senses.inertial_lost:
+        if sensors.inertial_lost:
             self._words |= Word.SYSTEM_INTEGRITY_FAULT | Word.SPEED_LIMIT_0
-        if any(senses.wheels_lost):
+        if any(sensors.wheels_lost):
             self._words |= Word.MOTOR_FEEDBACK_FAULT | Word.SPEED_LIMIT_0
-        if not all(senses.wheels_lost):
+        if not all(sensors.wheels_lost):
             self._seen_wheels = signals.time
-        if (senses.inertial_lost and any(senses.wheels_lost)) or signals.time - self._seen_wheels > WITHOUT_WHEELS:
+        if (sensors.inertial_lost and any(sensors.wheels_lost)) or signals.time - self._seen_wheels > WITHOUT_WHEELS:
             self._power_off(QUIET)
         if self._mode is Mode.BALANCE and abs(self._off) > POSITION_ERROR:
             self._enter(Mode.TRACTOR)
@@ -293,7 +293,7 @@ class Firmware:
         if abs(errors[0]) < REACH:  # else it would go on summing while something holds the machine back
             self._drive.integral += errors[0] * PERIOD
         gains = self._balancing
-        leaning = gains[:3] @ (self._drive.integral, *errors[:2])
+        leaning = float(gains[:3] @ (self._drive.integral, *errors[:2]))
         return _clipped(leaning, abs(gains[3]) * LEAN) + float(gains[3:] @ errors[2:])
 
     def _share(self, forward: float, turning: float) -> tuple[float, float]:
@@ -301,7 +301,7 @@ class Firmware:
         forward = _clipped(forward, 2 * TORQUE)
         turning = _clipped(turning, 2 * TORQUE - abs(forward))
         left, right = (forward - turning) / 2, (forward + turning) / 2
-        return _restrained(left, self._senses.rates[0]), _restrained(right, self._senses.rates[1])
+        return _restrained(left, self._sensors.rates[0]), _restrained(right, self._sensors.rates[1])
 
     def _tell(self, signals: Signals) -> Status:
         x, speed, pitch, rate = self._state.tolist()
@@ -314,7 +314,7 @@ class Firmware:
             frames=self._frames % 2**16,
             pitch=counts(math.degrees(pitch), COUNTS_PER_DEGREE),
             pitch_rate=counts(math.degrees(rate), COUNTS_PER_DEGREE),
-            roll=counts(math.degrees(self._senses.inertial.roll), COUNTS_PER_DEGREE),
+            roll=counts(math.degrees(self._sensors.inertial.roll), COUNTS_PER_DEGREE),
             yaw_rate=counts(math.degrees(yaw_rate), COUNTS_PER_DEGREE),
             left_speed=counts(speed - aside, COUNTS_PER_SPEED),
             right_speed=counts(speed + aside, COUNTS_PER_SPEED),
@@ -331,12 +331,12 @@ class Firmware:
             words=self._words | on | balancing,
         )
 
-    def _ways(self) -> Pulses:
+    def _ways(self) -> tuple[int, int]:
         """Ways of the wheels' rims over the floor, in counts."""
         swung = float(self._pitching.state[2])  # a wheel that stands turns against a body that leans over
         way = self._plant.wheel_radius
         left, right = (counts(way * (angle + swung), COUNTS_PER_METRE, 32) for angle in self._angles)
-        return Pulses(left, right)
+        return left, right
 
 
 def _restrained(torque: float, rate: float) -> float:

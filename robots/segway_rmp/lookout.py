@@ -7,23 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.motion import Twist
+from robots.mounting import FLOOR, Mounting
 from robots.robot import Shape
 from robots.signals import LaserScan
 
 ASIDE = 0.05
 """The robot is taken for so much wider on either side [m]: a choice that leaves 9 cm either side in a 0.9 m door."""
-FLOOR = 0.10
-"""What is lower than this above the floor is taken for the floor [m]: a choice. A pitch that is 0.4° off, as ours can
-be, moves the end of a beam by 2 cm at 3 m, farther than we look."""
-
-
-@dataclass(frozen=True, slots=True)
-class Mounting:
-    """Where the laser is: ``ahead`` of the axle and ``height`` above the floor [m], the axle's height ``axle`` [m]."""
-
-    ahead: float
-    height: float
-    axle: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,25 +29,14 @@ def obstacle(scan: LaserScan, pitch: float, twist: Twist, shape: Shape, mounting
     ``pitch`` [rad], nose down, is that of the moment of the scan. Beams that end on the floor are left out.
     """
     seen = np.isfinite(scan.ranges)
-    ranges, bearings = scan.ranges[seen].astype(float), scan.bearings[seen]
-    points = np.stack([ranges * np.cos(bearings), ranges * np.sin(bearings)], axis=1)
-    across, up = _stand_up(points, pitch, mounting)
-    way, aside = _along_arc(across, twist)
-    meets = (up > FLOOR) & (np.abs(aside) < shape.half_width + ASIDE) & (way > 0)
+    bearings = scan.bearings[seen]
+    ends = mounting.ends(scan.ranges[seen].astype(float), bearings, pitch)
+    way, aside = _along_arc(ends[:, :2], twist)
+    meets = (ends[:, 2] > FLOOR) & (np.abs(aside) < shape.half_width + ASIDE) & (way > 0)
     if not meets.any():
         return None
     first = int(np.argmin(np.where(meets, way, math.inf)))
     return Obstacle(float(way[first]) - shape.ahead, float(bearings[first]))
-
-
-def _stand_up(
-    points: NDArray[np.float64], pitch: float, mounting: Mounting
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points (n, 2) in the scanner's frame to those over the floor (n, 2) from the axle's middle, and heights (n,)."""
-    ahead, over = points[:, 0] + mounting.ahead, mounting.height - mounting.axle
-    level = ahead * math.cos(pitch) + over * math.sin(pitch)
-    up = mounting.axle + over * math.cos(pitch) - ahead * math.sin(pitch)
-    return np.stack([level, points[:, 1]], axis=1), up
 
 
 def _along_arc(points: NDArray[np.float64], twist: Twist) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -8,11 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from robots import Pose, Shape
-from robots.behaviours.line import EASE, Line, speed_to_stop, turn_rate_onto
+from robots import Pose, RobotState, Shape
+from robots.behaviours import Ranger, Senses
+from robots.behaviours.echoes import HISTORY, Echoes
+from robots.behaviours.frames import into, out_of
+from robots.behaviours.line import Line
 from robots.behaviours.room import LANE_MARGIN, LOOK, MARGIN, blocks_turn, choose_lane, free_ahead, lanes, swing
-from robots.behaviours.surroundings import CELL, into, out_of, thinned
-from robots.behaviours.wall import Window, find_wall, line_points
+from robots.behaviours.steering import EASE, speed_to_stop, turn_rate_onto
+from robots.behaviours.surroundings import CELL, thinned
+from robots.behaviours.wall import Window, find_wall
 
 LONG_TAIL = Shape(ahead=0.33, behind=0.74, half_width=0.355, laser=0.25, height=1.4)
 coordinate = st.floats(-20, 20)
@@ -27,7 +31,7 @@ def test_a_line_sees_a_point_and_a_pose_alike_and_finds_back(pose: Pose, line: L
     back = line.at(seen.x, seen.y, seen.heading)
     assert (back.x, back.y) == pytest.approx((pose.x, pose.y), abs=1e-9)
     assert math.remainder(back.heading - pose.heading, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
-    assert line_points(line, line.seen(np.array([[pose.x, pose.y]])))[0] == pytest.approx((pose.x, pose.y), abs=1e-9)
+    assert line.points(line.seen(np.array([[pose.x, pose.y]])))[0] == pytest.approx((pose.x, pose.y), abs=1e-9)
 
 
 @given(poses, coordinate, coordinate)
@@ -140,3 +144,18 @@ def test_thinning_leaves_one_point_in_a_square() -> None:
     thin = thinned(points)
     assert len(thin) == (1 / CELL) ** 2
     assert len(np.unique(np.floor(thin / CELL), axis=0)) == len(thin)
+
+
+def test_an_echo_counts_that_is_heard_for_most_of_the_time_and_no_stray_one() -> None:
+    """The second ranger hears a stray echo, which stays for a round of 0.4 s; then both hear a wall 1 m away."""
+    echoes = Echoes((Ranger(0.2, 0.0, 0.0), Ranger(0.0, 0.3, math.pi / 2)))
+
+    def heard(time: float, *ranges: float) -> NDArray[np.float64]:
+        return echoes.points(Senses(RobotState(time=time, sonar=np.array(ranges)), None, time))
+
+    for k in range(30):
+        heard(0.04 * k, math.inf, math.nan)
+    assert [len(heard(1.2 + 0.04 * k, math.inf, 0.5)) for k in range(10)] == [0] * 10
+    found = [heard(1.6 + 0.04 * k, 1.0, 1.0) for k in range(round(HISTORY / 0.04))]
+    assert found[-1] == pytest.approx(np.array([[1.2, 0.0], [0.0, 1.3]]))
+    assert len(found[0]) == 0

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 import robots
 from refseq.view import Scan
 from robots import Blocked, Cause, Shape, Twist
+from robots.mounting import FLOOR, Mounting
 from robots.odometry import Pulses
 from robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, _build
 from robots.segway_rmp.firmware import ACCELERATION, COMMAND_HOLD, LATERAL, PERIOD, Firmware
-from robots.segway_rmp.lookout import FLOOR, Mounting, obstacle
+from robots.segway_rmp.lookout import obstacle
 from robots.segway_rmp.protocol import COUNTS_PER_RADIAN, COUNTS_PER_SPEED, Command
 from robots.signals import Signals
 from sim.inertial import InertialModel

@@ -16,7 +16,7 @@ from robots.segway_rmp.balance import GainSet, balancer
 from robots.segway_rmp.control import MARGIN
 from robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, Firmware
 from robots.segway_rmp.protocol import Command, Config, Mode, Status, Word
-from robots.segway_rmp.senses import LOST_AFTER
+from robots.segway_rmp.sensors import LOST_AFTER
 from robots.signals import Inertial
 from sim.inertial import InertialModel
 from tests.robots.balancing import Machine

@@ -133,7 +133,7 @@ def test_the_path_is_the_true_one_and_each_period_is_told(room: World) -> None:
 def test_the_frame_has_the_sensors_where_the_model_has_them() -> None:
     robot = robots.load("robuter")
     frame = frame_of(robot)
-    assert frame.laser_height == pytest.approx(0.35)
+    assert (frame.laser.ahead, frame.laser.height, frame.laser.axle) == pytest.approx((0.25, 0.35, 0.12))
     assert len(frame.sonars) == len(robot.sonars) == 24
     # They look outwards, from within the robot's box.
     for sonar in frame.sonars:

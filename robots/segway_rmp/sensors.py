@@ -26,8 +26,8 @@ class _Watched:
         self.good = good and not self.lost
 
 
-class Senses:
-    """Encoders and inertial sensors as the firmware takes them; pairs are of the (left, right) wheel."""
+class Sensors:
+    """Encoders and inertial sensors as far as they can be believed; pairs are of the (left, right) wheel."""
 
     def __init__(self, encoders: Encoders, period: float) -> None:
         self.angles = 0.0, 0.0
