@@ -16,6 +16,11 @@ class Pulses(NamedTuple):
     left: float
     right: float
 
+    @property
+    def finite(self) -> bool:
+        """Whether both can be read."""
+        return math.isfinite(self.left) and math.isfinite(self.right)
+
 
 @dataclass(frozen=True, slots=True)
 class Encoders:

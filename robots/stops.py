@@ -84,7 +84,7 @@ def not_a_number(signals: Signals) -> str | None:
     """
     if not signals.inertial.finite:
         return "inertial sensors read no number"
-    if not all(map(math.isfinite, signals.pulses)):
+    if not signals.pulses.finite:
         return "encoders read no number"
     if signals.sonar is not None and np.isnan(signals.sonar).any():
         return f"sonar {int(np.argmax(np.isnan(signals.sonar)))} reads no number"

@@ -9,7 +9,8 @@ import numpy as np
 
 from sim.errors import SimError
 
-_BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+_KINDS = mujoco.mjtWarning
+_BAD = [int(kind) for kind in (_KINDS.mjWARN_BADQPOS, _KINDS.mjWARN_BADQVEL, _KINDS.mjWARN_BADQACC)]
 _NAMES = ("positions", "velocities", "accelerations")
 _KEPT = mujoco.mjtState.mjSTATE_INTEGRATION
 
@@ -22,6 +23,7 @@ class Physics:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model, self._data = model, data
+        self._warnings = data.warning.number  # a view: how often each was given
         self._good = np.empty(mujoco.mj_stateSize(model, _KEPT))
         self.fault: str | None = None
         self.forgive()
@@ -30,8 +32,7 @@ class Physics:
         """Take the present state for a good one; raises ``SimError`` where it is none."""
         if not self._finite():
             raise SimError("physics: positions and velocities must be finite")
-        for kind in _BAD:
-            self._data.warning[kind].number = 0
+        self._warnings[_BAD] = 0
         self.fault = None
         self._keep()
 
@@ -49,9 +50,9 @@ class Physics:
             self._data.time = end
             return
         mujoco.mj_step(self._model, self._data, nstep=count)
-        bad = [name for name, kind in zip(_NAMES, _BAD, strict=True) if self._data.warning[kind].number]
-        if bad:
-            self._stand_still(" and ".join(bad), end)
+        bad = self._warnings[_BAD]
+        if bad.any():
+            self._stand_still(" and ".join(np.array(_NAMES)[bad > 0]), end)
 
     def _finite(self) -> bool:
         return bool(np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all())

@@ -102,7 +102,7 @@ class Ears:
         axes, rays = attitudes[:, :, 0], RAYS @ attitudes.transpose(0, 2, 1)
         met = self._meet(data, origins, rays)
         anywhere, ways = _any_points(met, axes, self._reach)
-        owner, mirrors = self._mirrors(data, origins, axes, met)
+        owner, mirrors = self._mirrors(data, origins, axes, met, anywhere)
         for ranger, way in zip(owner.tolist(), mirrors, strict=True):
             if (length := math.sqrt(way @ way)) < anywhere[ranger]:
                 anywhere[ranger], ways[ranger] = length, way
@@ -157,14 +157,21 @@ class Ears:
         )
 
     def _mirrors(
-        self, data: mujoco.MjData, origins: NDArray[np.float64], axes: NDArray[np.float64], met: Met
+        self,
+        data: mujoco.MjData,
+        origins: NDArray[np.float64],
+        axes: NDArray[np.float64],
+        met: Met,
+        nearer: NDArray[np.float64],
     ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-        """Whose they are (points,), and ways (points, 3) [m] to the mirror points that are seen in the wide cone."""
+        """Whose they are (points,), and ways (points, 3) [m] to the mirror points that are seen in the wide cone.
+
+        Those that are not ``nearer`` (rangers,) [m] than what was heard already are not looked for.
+        """
         owner, ways = mirror_points(faces_of(met))
         length = np.sqrt((ways * ways).sum(axis=1))
-        within = (
-            (length > 0) & (length <= self._reach) & ((ways * axes[owner]).sum(axis=1) >= math.cos(WIDEST) * length)
-        )
+        ahead = (ways * axes[owner]).sum(axis=1) >= math.cos(WIDEST) * length
+        within = ahead & (length > 0) & (length <= self._reach) & (length < nearer[owner] + NEAR)
         owner, ways, length = owner[within], ways[within], length[within]
         distance, geom = np.empty(len(owner)), np.empty(len(owner), np.int32)
         rays = ways / length[:, None]

@@ -65,6 +65,7 @@ class RobuterControl:
         self._drive, self._limits = drive, limits
         self._firmware = Firmware(drive, limits, pulses_per_turn, front_sonars, (self.line, self.spare))
         encoders = Encoders(pulses_per_turn)
+        # Two odometers: by the counters of this moment, and by those of the last report, which the state tells of.
         self._odometry, self._told = Odometry(believed, encoders), Odometry(believed, encoders)
         self._reader = LineReader()
         self._urgent: list[Message] = []
@@ -104,7 +105,7 @@ class RobuterControl:
 
     def tick(self, signals: Signals) -> Actuation:
         """Let one period pass."""
-        if np.isfinite(signals.pulses).all():
+        if signals.pulses.finite:
             self._odometry.update(signals.pulses)
         self._speak(signals.time)
         actuation = self._firmware.tick(signals)
@@ -169,13 +170,14 @@ class RobuterControl:
 
     def _mind_silence(self, time: float) -> None:
         """Tell of a robot that does not answer, as long as it does not."""
-        others = tuple(stop for stop in self._state.stops if stop.cause is not Cause.NO_ANSWER)
-        told = len(others) < len(self._state.stops)
-        if self._silent and not told:
+        stops, silent = self._state.stops, self._silent
+        told = any(stop.cause is Cause.NO_ANSWER for stop in stops)
+        if silent and not told:
             acks, states = self._unanswered.values()
             detail = f"{acks} commands and {states} requests without an answer"
-            self._state = replace(self._state, stops=(*others, Stop(Cause.NO_ANSWER, detail, time)))
-        elif told and not self._silent:
+            self._state = replace(self._state, stops=(*stops, Stop(Cause.NO_ANSWER, detail, time)))
+        elif told and not silent:
+            others = tuple(stop for stop in stops if stop.cause is not Cause.NO_ANSWER)
             self._state = replace(self._state, stops=others)
 
 

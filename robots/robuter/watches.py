@@ -101,7 +101,7 @@ class WheelMeter:
 
     def look(self, pulses: Pulses) -> None:
         """Hear the counters of this tick."""
-        self._read.append(pulses if np.isfinite(pulses).all() else self.counters)
+        self._read.append(pulses if pulses.finite else self.counters)
 
     def rest(self) -> None:
         """Forget that anything moved."""
