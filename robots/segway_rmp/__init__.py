@@ -56,7 +56,8 @@ def get_spec(*, tail: bool = False) -> mujoco.MjSpec:
 
 
 @cache
-def _build(*, tail: bool) -> Build:
+def build(*, tail: bool) -> Build:
+    """Read the machine, as its own electronics take it, from its compiled model."""
     plant = plant_of(get_spec(tail=tail).compile(), WHEEL_JOINTS)
     return Build(plant, PULSES_PER_TURN, Mode.TRACTOR if tail else Mode.BALANCE, GainSet.TALL)
 
@@ -73,7 +74,7 @@ def load_with_tail() -> Robot:
 
 def _load(name: str, shape: Shape, *, tail: bool) -> Robot:
     def control(believed: Geometry) -> SegwayControl:
-        return SegwayControl(_build(tail=tail), LIMITS, shape, MOUNTING, believed)
+        return SegwayControl(build(tail=tail), LIMITS, shape, MOUNTING, believed)
 
     return Robot(
         name=name,

@@ -10,7 +10,7 @@ from robots.odometry import Encoders, Geometry, Odometry, Pulses
 from robots.robot import Shape
 from robots.segway_rmp.firmware import ACCELERATION, Build, Firmware
 from robots.segway_rmp.jam import JamWatch
-from robots.segway_rmp.lookout import obstacle
+from robots.segway_rmp.lookout import Obstacle, obstacle
 from robots.segway_rmp.protocol import (
     COUNTS_PER_RADIAN,
     COUNTS_PER_SPEED,
@@ -78,6 +78,11 @@ class SegwayControl:
         """The odometer at this moment."""
         return self._odometry.pose
 
+    @property
+    def status(self) -> Status:
+        """The machine's newest frame."""
+        return self._firmware.status
+
     def command(self, twist: Twist) -> None:
         """Ask for a motion; it holds until the next command, 0.4 s at most."""
         self._wanted, self._told = self._limits.limited(twist), self._time
@@ -131,7 +136,7 @@ class SegwayControl:
         )
 
     def _hear(self, signals: Signals) -> None:
-        status = self._firmware.status
+        status = self.status
         self._odometry.update(Pulses(status.left, status.right))
         self._look_for_stops(signals, status)
         self._state = RobotState(
@@ -186,16 +191,27 @@ class SegwayControl:
         return None
 
     def _in_the_way(self, status: Status) -> str | None:
-        if self._scan is None:
+        found = self._nearest()
+        if found is None:
             return None
         moving = _motion(status)
         blocked = Cause.LASER in self._stops
         speed = max(moving.linear, self._wanted.linear if blocked else 0.0, 0.0)
-        found = obstacle(self._scan, self._scan_pitch, self._asked, self._shape, self._mounting)
         needed = speed * LATENCY + speed**2 / (2 * ACCELERATION) + SURGE + MARGIN + (CLEAR if blocked else 0.0)
-        if found is None or found.gap > needed:
+        if found.gap > needed:
             return None
         return f"laser: {found.gap:.2f} m ahead at {math.degrees(found.bearing):.0f}°"
+
+    def _nearest(self) -> Obstacle | None:
+        """What is met first on the arc that is driven now, or on the one that it is on the way to.
+
+        A robot that stands before something and is told to go along an arc is asked for a tight one at first.
+        """
+        if self._scan is None:
+            return None
+        seen = self._scan, self._scan_pitch
+        arcs = (obstacle(*seen, twist, self._shape, self._mounting) for twist in {self._asked, self._wanted})
+        return min((found for found in arcs if found), key=lambda found: found.gap, default=None)
 
 
 def _word(value: float, most: int) -> int:

@@ -1,13 +1,14 @@
 """What the machine does, a hundred times a second: hear sensors and commands, balance, drive, tell its status."""
 
 import math
-from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from robots.odometry import Encoders
-from robots.segway_rmp.balance import GainSet, Observer, Vector, balancer, carrying, regulator, with_zero
+from robots.segway_rmp.balance import GainSet, Vector, balancer, carrying, regulator
+from robots.segway_rmp.estimate import Estimate
+from robots.segway_rmp.follower import Follower
 from robots.segway_rmp.plant import GRAVITY, Course, Plant, Posture
 from robots.segway_rmp.protocol import (
     COUNTS_PER_DEGREE,
@@ -24,7 +25,6 @@ from robots.segway_rmp.protocol import (
     Word,
     counts,
 )
-from robots.segway_rmp.sensors import Sensors
 from robots.signals import Actuation, Signals
 from robots.stops import TIPPED_PITCH, TIPPED_ROLL
 
@@ -46,9 +46,6 @@ REACH, TURN_REACH = 0.3, 0.5
 LEAN = math.radians(15)
 """What is off in place and speed makes the machine lean over by so much at most [rad]: a choice. More, and it could not
 come upright again before it has run too fast, or run out of torque."""
-ZERO = math.radians(2)
-"""The pitch sensor's zero, or an off-centre load, can be off by so much at most [rad]: a choice. What leans farther
-over and does not run away leans on something."""
 TORQUE = 60.0
 """What a motor gives a wheel at most [N·m]: a choice (README)."""
 
@@ -69,39 +66,12 @@ class Build:
     gain_set: GainSet
 
 
-class Follower:
-    """Where a speed command leads: a ramp, averaged twice over ``smoothing`` [s] each so that its jerk has no steps."""
-
-    def __init__(self, acceleration: float, smoothing: float) -> None:
-        self.course = Course(0.0, 0.0, 0.0, 0.0, 0.0)
-        ticks = max(1, round(smoothing / PERIOD))
-        self._step = acceleration * PERIOD
-        self._ramp, self._once = deque([0.0] * ticks, maxlen=ticks), deque([0.0] * ticks, maxlen=ticks)
-
-    def follow(self, wanted: float) -> None:
-        """Go on by a tick towards a speed."""
-        last, ramp = self.course, self._ramp[-1]
-        self._ramp.append(ramp + _clipped(wanted - ramp, self._step))
-        self._once.append(sum(self._ramp) / len(self._ramp))
-        speed = sum(self._once) / len(self._once)
-        acceleration = (speed - last.speed) / PERIOD
-        jerk = (acceleration - last.acceleration) / PERIOD
-        snap = (jerk - last.jerk) / PERIOD
-        self.course = Course(last.place + (last.speed + speed) / 2 * PERIOD, speed, acceleration, jerk, snap)
-
-    def start(self, place: float, speed: float) -> None:
-        """Go on from another place at another speed."""
-        self.course = Course(place, speed, 0.0, 0.0, 0.0)
-        for speeds in (self._ramp, self._once):
-            speeds.extend([speed] * len(speeds))
-
-
 @dataclass
 class _Drive:
     """What is being followed, and what has been summed."""
 
-    way: Follower = field(default_factory=lambda: Follower(ACCELERATION, SMOOTHING))
-    heading: Follower = field(default_factory=lambda: Follower(ANGULAR_ACCELERATION, PERIOD))
+    way: Follower = field(default_factory=lambda: Follower(ACCELERATION, SMOOTHING, PERIOD))
+    heading: Follower = field(default_factory=lambda: Follower(ANGULAR_ACCELERATION, PERIOD, PERIOD))
     integral: float = 0.0
 
 
@@ -112,25 +82,22 @@ class Firmware:
         plant = build.plant
         self.status = Status()
         self._plant, self._gain_set = plant, build.gain_set
-        self._sensors = Sensors(Encoders(build.pulses_per_turn), PERIOD)
+        self._known = Estimate(plant, Encoders(build.pulses_per_turn), PERIOD)
         self._flatness = plant.flatness()
-        self._yawing = Observer(
-            plant.yawing().sampled(PERIOD),
-            np.eye(2),
-            jolts=np.array([1e-5, 1e-2]),
-            noise=np.array([4e-4, 3e-3]),
-            doubt=np.array([1e-3, 1e-2]),
-        )
         self._turning = regulator(plant.yawing().sampled(PERIOD), np.array([0.03, 0.2]), 10.0)
         self._rolling = regulator(plant.rolling().sampled(PERIOD), np.array([0.03, 0.1]), 20.0)
         self._drive = _Drive()
         self._command, self._heard = Command(), -math.inf
         self._frames, self._words = 0, QUIET
         self._seen_wheels = 0.0
-        self._torques = self._angles = 0.0, 0.0
+        self._torques = 0.0, 0.0
         self._mode = Mode.DISABLED
-        self._pitching = self._observer(self._mode, np.zeros(4))
         self._enter(build.mode)
+
+    @property
+    def courses(self) -> tuple[Course, Course]:
+        """What is followed: the courses of the way [m] and of the heading [rad]."""
+        return self._drive.way.course, self._drive.heading.course
 
     def receive(self, command: Command, time: float) -> None:
         """Take a command that came at ``time`` [s]."""
@@ -138,23 +105,17 @@ class Firmware:
         if command.config is Config.GAIN_SET:
             self._gain_set = GainSet(command.parameter)
         elif command.config is Config.MODE:
-            self._start_anew()
+            self._words = QUIET  # what was wrong is forgotten
+            self._known.begin_anew()
             self._enter(Mode(command.parameter))
         elif command.config is Config.RESET_INTEGRATORS:
             self._hold_here()
-
-    def _start_anew(self) -> None:
-        """Forget what was wrong; the ways go on where they were last known."""
-        self._words = QUIET
-        self._sensors.trust(self._angles)
-        rolled = self._plant.wheel_radius * sum(self._angles) / 2
-        self._pitching.state[0] = rolled + self._plant.wheel_radius * self._pitching.state[2]
 
     def _enter(self, mode: Mode) -> None:
         """Change the mode; the gain set is latched when the machine begins to balance."""
         if mode is self._mode:
             return
-        self._pitching = self._observer(mode, self._state)
+        self._known.begin(balancing=mode is Mode.BALANCE)
         if mode is Mode.BALANCE:
             self._latched = self._gain_set
             self._balancing = balancer(self._plant, self._latched, PERIOD)
@@ -162,78 +123,31 @@ class Firmware:
         self._mode = mode
         self._hold_here()
 
-    def _observer(self, mode: Mode, state: Vector) -> Observer:
-        """A filter for the motion in a mode, from a state on: x, ẋ, θ, θ̇, and the zero of the pitch sensor.
-
-        Where the machine balances, its motion tells where upright is: a sensor that is off, or a load that is not in
-        the middle, is the same to it. How far model and sensors stray are choices.
-        """
-        balancing, radius = mode is Mode.BALANCE, self._plant.wheel_radius
-        model = self._plant.pitching() if balancing else self._plant.standing()
-        observer = Observer(
-            with_zero(model.sampled(PERIOD)),
-            np.array(
-                [[1.0, 0.0, -radius, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, float(balancing)], [0.0, 0.0, 0.0, 1.0, 0.0]]
-            ),
-            jolts=np.array([1e-5, 3e-3, 1e-5, 3e-3, 1e-5]),
-            noise=np.array([1e-4, 2e-3, 3e-3]),
-            doubt=np.array([1e-3, 1e-2, 1e-2, 1e-2, 1e-2]),
-        )
-        observer.state[:4] = state
-        return observer
-
-    @property
-    def _state(self) -> Vector:
-        """x, ẋ, θ, θ̇ as they are known."""
-        return self._pitching.state[:4]
-
     def _hold_here(self) -> None:
         """Take the present place for the one where the machine should be."""
-        drive, (x, speed), (heading, turn) = self._drive, self._state[:2].tolist(), self._yawing.state.tolist()
-        drive.way.start(x, speed)
-        drive.heading.start(heading, turn)
+        x, speed, *_ = self._known.state.tolist()
+        self._drive.way.start(x, speed)
+        self._drive.heading.start(*self._known.yaw)
 
     def rest(self) -> None:
         """Begin anew from rest, upright; the ways stay as they are."""
-        self._pitching.state[1:4] = self._yawing.state[1:] = 0.0
+        self._known.rest()
         self._drive, self._torques = _Drive(), (0.0, 0.0)
         self._hold_here()
 
     def tick(self, signals: Signals) -> Actuation:
         """Let one period pass."""
         self._frames += 1
-        self._sense(signals)
+        self._known.hear(signals, self._torques)
         self._watch(signals)
         self._follow(signals.time)
         self._torques = self._share(*self._efforts())
         self.status = self._tell(signals)
         return Actuation(*self._torques)
 
-    def _sense(self, signals: Signals) -> None:
-        sensors, (left, right) = self._sensors, self._torques
-        sensors.hear(signals)
-        self._angles = self._wheel_angles()
-        half, radius = self._plant.track / 2, self._plant.wheel_radius
-        rolled = radius * (self._angles[0] + self._angles[1]) / 2
-        turned = radius * (self._angles[1] - self._angles[0]) / 2 / half
-        (left_good, right_good), body = sensors.wheels_believed, sensors.inertial_believed
-        readings = np.array([rolled, sensors.inertial.pitch, sensors.inertial.pitch_rate])
-        state = self._pitching.update(left + right, readings, (left_good or right_good, body, body))
-        state[4] = _clipped(state[4], ZERO)
-        readings = np.array([turned, sensors.inertial.yaw_rate])
-        self._yawing.update(right - left, readings, (left_good and right_good, body))
-
-    def _wheel_angles(self) -> tuple[float, float]:
-        """Turns of the wheels against the body [rad]: where one is not known, the other and the heading tell it."""
-        (left, right), (left_good, right_good) = self._sensors.angles, self._sensors.wheels_believed
-        apart = self._plant.track * float(self._yawing.state[0]) / self._plant.wheel_radius
-        if left_good == right_good:
-            return left, right
-        return (left, left + apart) if left_good else (right - apart, right)
-
     def _watch(self, signals: Signals) -> None:
         """Look for what ends balancing, or all motion."""
-        sensors = self._sensors
+        sensors = self._known.sensors
         if sensors.inertial_believed and abs(sensors.inertial.pitch) > TIPPED_PITCH:
             self._power_off(Word.PITCH_LIMIT)
         if sensors.inertial_believed and abs(sensors.inertial.roll) > TIPPED_ROLL:
@@ -265,7 +179,7 @@ class Firmware:
     @property
     def _off(self) -> float:
         """How far the machine is ahead of where it should be [m]."""
-        return float(self._pitching.state[0]) - self._asked.place
+        return float(self._known.state[0]) - self._asked.place
 
     def _follow(self, time: float) -> None:
         speed, turn = self._command.velocity / COUNTS_PER_SPEED, self._command.turn / COUNTS_PER_RADIAN
@@ -281,10 +195,10 @@ class Firmware:
         if self._mode is Mode.DISABLED:
             return 0.0, 0.0
         asked = self._asked
-        errors = self._state - asked[:4]
+        errors = self._known.state - asked[:4]
         errors[0] = _clipped(errors[0], REACH)
         forward = asked.torque - (self._balance(errors) if self._mode is Mode.BALANCE else self._rolling @ errors[:2])
-        course, (heading, rate) = self._drive.heading.course, self._yawing.state.tolist()
+        course, (heading, rate) = self._drive.heading.course, self._known.yaw
         turning = -self._turning @ (_clipped(heading - course.place, TURN_REACH), rate - course.speed)
         return float(forward), float(turning)
 
@@ -301,25 +215,26 @@ class Firmware:
         forward = _clipped(forward, 2 * TORQUE)
         turning = _clipped(turning, 2 * TORQUE - abs(forward))
         left, right = (forward - turning) / 2, (forward + turning) / 2
-        return _restrained(left, self._sensors.rates[0]), _restrained(right, self._sensors.rates[1])
+        rates = self._known.sensors.rates
+        return _restrained(left, rates[0]), _restrained(right, rates[1])
 
     def _tell(self, signals: Signals) -> Status:
-        x, speed, pitch, rate = self._state.tolist()
-        yaw, yaw_rate = self._yawing.state.tolist()
+        x, speed, pitch, rate = self._known.state.tolist()
+        yaw, yaw_rate = self._known.yaw
         aside = yaw_rate * self._plant.track / 2
         on = Word.MOTORS_ENABLED if self._mode is not Mode.DISABLED else QUIET
         balancing = Word.BALANCE_MODE if self._mode is Mode.BALANCE else QUIET
-        left, right = self._ways()
+        left, right = self._known.ways
         return Status(
             frames=self._frames % 2**16,
             pitch=counts(math.degrees(pitch), COUNTS_PER_DEGREE),
             pitch_rate=counts(math.degrees(rate), COUNTS_PER_DEGREE),
-            roll=counts(math.degrees(self._sensors.inertial.roll), COUNTS_PER_DEGREE),
+            roll=counts(math.degrees(self._known.sensors.inertial.roll), COUNTS_PER_DEGREE),
             yaw_rate=counts(math.degrees(yaw_rate), COUNTS_PER_DEGREE),
             left_speed=counts(speed - aside, COUNTS_PER_SPEED),
             right_speed=counts(speed + aside, COUNTS_PER_SPEED),
-            left=left,
-            right=right,
+            left=counts(left, COUNTS_PER_METRE, 32),
+            right=counts(right, COUNTS_PER_METRE, 32),
             forward=counts(x, COUNTS_PER_METRE, 32),
             yaw=counts(yaw / (2 * math.pi), COUNTS_PER_REVOLUTION, 32),
             left_torque=counts(self._torques[0], COUNTS_PER_TORQUE),
@@ -330,13 +245,6 @@ class Firmware:
             turn_command=self._command.turn,
             words=self._words | on | balancing,
         )
-
-    def _ways(self) -> tuple[int, int]:
-        """Ways of the wheels' rims over the floor, in counts."""
-        swung = float(self._pitching.state[2])  # a wheel that stands turns against a body that leans over
-        way = self._plant.wheel_radius
-        left, right = (counts(way * (angle + swung), COUNTS_PER_METRE, 32) for angle in self._angles)
-        return left, right
 
 
 def _restrained(torque: float, rate: float) -> float:

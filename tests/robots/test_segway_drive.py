@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import robots
@@ -12,7 +12,8 @@ from refseq.view import Scan
 from robots import Blocked, Cause, Shape, Twist
 from robots.mounting import FLOOR, Mounting
 from robots.odometry import Pulses
-from robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, _build
+from robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, build
+from robots.segway_rmp.control import MARGIN
 from robots.segway_rmp.firmware import ACCELERATION, COMMAND_HOLD, LATERAL, PERIOD, Firmware
 from robots.segway_rmp.lookout import obstacle
 from robots.segway_rmp.protocol import COUNTS_PER_RADIAN, COUNTS_PER_SPEED, Command
@@ -89,24 +90,25 @@ def test_a_command_holds_for_its_time_and_then_it_slows_to_a_stop() -> None:
 
 
 def test_the_machine_itself_stops_when_its_computer_is_silent() -> None:
-    firmware = Firmware(_build(tail=True))
+    firmware = Firmware(build(tail=True))
     firmware.receive(Command(velocity=332), 0.0)
     speeds = []
     for tick in range(300):
         firmware.tick(Signals(time=tick * PERIOD, pulses=Pulses(0, 0)))
-        speeds.append(firmware._drive.way.course.speed)
+        speeds.append(firmware.courses[0].speed)
     assert np.argmax(speeds) * PERIOD == pytest.approx(COMMAND_HOLD + 0.24, abs=0.2)
     assert speeds[-1] == 0.0
 
 
 @given(speed=st.floats(-1176, 1176), turn=st.floats(-1024, 1024))
-@settings(max_examples=20, deadline=None)
+@example(speed=1176.0, turn=1024.0)
+@settings(max_examples=6, deadline=None)
 def test_no_command_makes_it_turn_faster_than_half_g(speed: float, turn: float) -> None:
-    firmware = Firmware(_build(tail=True))
+    firmware = Firmware(build(tail=True))
     for tick in range(450):
         firmware.receive(Command(round(speed), round(turn)), tick * PERIOD)
-        firmware._follow(tick * PERIOD)
-    way, heading = firmware._drive.way.course, firmware._drive.heading.course
+        firmware.tick(Signals(time=tick * PERIOD, pulses=Pulses(0, 0)))
+    way, heading = firmware.courses
     assert abs(way.speed * heading.speed) <= LATERAL * 1.01
     assert abs(way.speed) == pytest.approx(abs(round(speed)) / COUNTS_PER_SPEED, abs=1e-6)
     if abs(way.speed * turn / COUNTS_PER_RADIAN) < 0.9 * LATERAL:
@@ -129,6 +131,30 @@ def test_it_stops_before_a_box(name: str, speed: float) -> None:
     assert (stop.cause, stop.blocks) == (Cause.LASER, Blocked.FORWARD)
     assert stop.detail.startswith("laser: 0.")
     assert machine.go(3.0, Twist(-0.3, 0.0)).control.state.free, "it can go back"
+
+
+@BOTH
+@pytest.mark.parametrize(("speed", "turn_rate"), [(1.0, -0.8), (0.3, 0.2)])
+def test_before_a_wall_it_turns_on_the_spot_until_its_arc_is_free(name: str, speed: float, turn_rate: float) -> None:
+    wall: Boxes = (((1.1, 0.0, 0.5), (0.1, 6.0, 0.5)),)
+    machine = Machine(name, inertial=InertialModel(), boxes=wall, scans=True).go(1.0 / speed + 2.0, Twist(speed, 0.0))
+    corners = [complex(ahead, left) for ahead in (0.254, -0.254) for left in (0.305, -0.305)]
+    turned, near = 0.0, math.inf
+    for _ in range(70):
+        before, stopped = machine.turned, Cause.LASER in machine.causes
+        machine.go(0.1, Twist(speed, turn_rate))
+        turned += abs(machine.turned - before) * stopped
+        near = min(
+            near, 1.0 - machine.axle[0] - max((corner * np.exp(1j * machine.heading)).real for corner in corners)
+        )
+    assert turned > math.radians(45)
+    assert near > 0.03
+    assert machine.control.state.free
+    assert machine.speed == pytest.approx(speed, abs=0.05)
+
+
+def test_what_stops_it_is_outside_of_the_circle_that_its_corners_take() -> None:
+    assert SHAPE.ahead + MARGIN > math.hypot(SHAPE.ahead, SHAPE.half_width)
 
 
 def doorway(width: float) -> Boxes:

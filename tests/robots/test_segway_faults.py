@@ -11,9 +11,9 @@ import pytest
 import robots
 from robots import Cause, Signals, Twist
 from robots.odometry import Pulses, true_geometry
-from robots.segway_rmp import _build
+from robots.segway_rmp import LIMITS, MOUNTING, SHAPE, build
 from robots.segway_rmp.balance import GainSet, balancer
-from robots.segway_rmp.control import MARGIN
+from robots.segway_rmp.control import MARGIN, SegwayControl
 from robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, Firmware
 from robots.segway_rmp.protocol import Command, Config, Mode, Status, Word
 from robots.segway_rmp.sensors import LOST_AFTER
@@ -97,10 +97,10 @@ def fed(firmware: Firmware, time: float, **inertial: float) -> Status:
 )
 @pytest.mark.parametrize("side", [1, -1])
 def test_its_power_goes_off_beyond_its_limits_and_not_before(reading: str, limit: float, word: Word, side: int) -> None:
-    status = fed(Firmware(_build(tail=False)), 0.0, **{reading: side * math.radians(limit - 0.1)})
+    status = fed(Firmware(build(tail=False)), 0.0, **{reading: side * math.radians(limit - 0.1)})
     assert status.mode is Mode.BALANCE
     assert Word.MOTORS_ENABLED in status.words
-    status = fed(Firmware(_build(tail=False)), 0.0, **{reading: side * math.radians(limit + 0.1)})
+    status = fed(Firmware(build(tail=False)), 0.0, **{reading: side * math.radians(limit + 0.1)})
     assert status.mode is Mode.DISABLED
     assert word in status.words
     assert Word.MOTORS_ENABLED not in status.words
@@ -127,12 +127,12 @@ def test_one_that_fell_stays_off_until_it_is_set_up_and_released() -> None:
 
 
 def test_twelve_feet_off_its_place_it_goes_into_tractor_mode() -> None:
-    firmware = Firmware(_build(tail=False))
+    firmware = Firmware(build(tail=False))
     place, time = 0.0, 0.0
     while firmware.status.mode is not Mode.TRACTOR and time < 30.0:
         time += PERIOD
         place += 1.0 * PERIOD  # carried away at 1 m/s, upright
-        pulses = Pulses(*[place / 0.24 / (2 * math.pi) * _build(tail=False).pulses_per_turn] * 2)
+        pulses = Pulses(*[place / 0.24 / (2 * math.pi) * build(tail=False).pulses_per_turn] * 2)
         firmware.receive(Command(), time)
         firmware.tick(Signals(time=time, pulses=pulses))
     assert place == pytest.approx(12 * 0.3048, abs=0.15)
@@ -141,19 +141,19 @@ def test_twelve_feet_off_its_place_it_goes_into_tractor_mode() -> None:
 
 
 def test_gain_sets_are_latched_until_it_begins_to_balance_again() -> None:
-    build = _build(tail=False)
-    firmware = Firmware(build)
+    plain = build(tail=False)
+    firmware = Firmware(plain)
 
     def told(config: Config, parameter: int) -> Status:
         firmware.receive(Command(0, 0, config, parameter), 0.0)
         return fed(firmware, 0.0)
 
     assert told(Config.GAIN_SET, GainSet.HEAVY).gain_set is GainSet.TALL
-    assert firmware._balancing == pytest.approx(balancer(build.plant, GainSet.TALL, PERIOD))
+    assert firmware._balancing == pytest.approx(balancer(plain.plant, GainSet.TALL, PERIOD))
     assert told(Config.MODE, Mode.BALANCE).gain_set is GainSet.TALL, "it was balancing already"
     assert told(Config.MODE, Mode.TRACTOR).mode is Mode.TRACTOR
     assert told(Config.MODE, Mode.BALANCE).gain_set is GainSet.HEAVY
-    assert firmware._balancing == pytest.approx(balancer(build.plant, GainSet.HEAVY, PERIOD))
+    assert firmware._balancing == pytest.approx(balancer(plain.plant, GainSet.HEAVY, PERIOD))
 
 
 def test_the_gains_for_a_heavy_machine_balance_one() -> None:
@@ -163,7 +163,8 @@ def test_the_gains_for_a_heavy_machine_balance_one() -> None:
         )
 
     machine = Machine(change=load)
-    machine.control._firmware = Firmware(replace(_build(tail=False), gain_set=GainSet.HEAVY))
+    heavy = replace(build(tail=False), gain_set=GainSet.HEAVY)
+    machine.control = SegwayControl(heavy, LIMITS, SHAPE, MOUNTING, true_geometry(machine.robot.drive))
     track = machine.go(4.0, STAND).go(6.0, Twist(1.0, 0.0)).go(6.0, STAND).since(0.0)
     assert np.abs(track[:, 4]).max() < math.radians(10)
     assert abs(machine.speed) < 0.02
@@ -183,7 +184,7 @@ def test_held_back_by_a_wall_it_gives_up_and_stands() -> None:
     machine = Machine(inertial=InertialModel(), boxes=(((2.4, 0.0, 1.0), (0.1, 1.0, 1.0)),)).go(3.0, Twist(1.0, 0.0))
     for _ in range(50):
         machine.go(0.1, Twist(1.0, 0.0))
-        assert abs(machine.control._firmware._pitching.state[4]) <= math.radians(2.01), "leaning is not upright"
+        assert abs(machine.control._firmware._known.zero) <= math.radians(2.01), "leaning is not upright"
     assert machine.causes == {Cause.STUCK}
     assert "told to go" in machine.control.state.stops[0].detail
     machine.go(3.0, Twist(1.0, 0.0))
@@ -209,7 +210,7 @@ def test_status_frames_of_a_drive_can_be_sent() -> None:
     machine = Machine(inertial=InertialModel())
     for _ in range(50):
         machine.go(0.1, Twist(1.0, 0.3))
-        status = machine.control._firmware.status
+        status = machine.control.status
         assert Status.decode(status.encode()) == status
     assert status.forward / 33215 == pytest.approx(machine.control.state.distance, abs=0.01)
     assert status.yaw / 112644 * 2 * math.pi == pytest.approx(machine.control.odometry.heading, abs=0.01)
