@@ -102,6 +102,17 @@ def test_one_wrong_finding_does_not_move_a_door() -> None:
     assert (passage.axis.x, passage.axis.y, passage.width) == pytest.approx((2.0 + LASER, 0.0, 0.9))
 
 
+def test_a_door_is_off_when_three_findings_in_turn_say_so() -> None:
+    here, moved, neighbour = (Found((2.0, 0.0)),), (Found((2.0, 0.2)),), (Found((2.0, 1.0)),)
+    watched = watch(*[here] * LOOKS)
+    chosen(watched)
+    for doors in (here, moved, neighbour, (), moved):
+        watched.look(Pose(), Seen(doors))
+        assert watched.off == 0
+    watched.look(Pose(), Seen((*neighbour, *moved)))
+    assert watched.off == pytest.approx(0.2)
+
+
 # --- how wide a doorway is open ---
 
 DOOR = Passage(Line(3.0, 1.0, 0.4), 0.9)

@@ -1,7 +1,7 @@
 """Two rooms with a door between them, drives through it, and what the truth says of each."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -74,6 +74,10 @@ def starts(rng: np.random.Generator, count: int) -> list[Pose]:
     ]
 
 
+CORNERS = (Pose(-1.5, 0.4, math.radians(25)), Pose(-1.5, -0.4, math.radians(-25)), Pose(-2.0, 0.4, math.radians(-25)))
+"""Starts at the corners of that range: near and looking away from the door to either side, and far across."""
+
+
 def from_behind(start: Pose) -> Pose:
     """The start in the room behind the door that is as far from the wall's other face."""
     return Pose(THICK - start.x, -start.y, start.heading + math.pi)
@@ -81,7 +85,10 @@ def from_behind(start: Pose) -> Pose:
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
-    """How a drive ended, where by the truth, what it touched, and how near it came to walls and leaves [m]."""
+    """How a drive ended, where by the truth, what it touched, and how near it came to walls and leaves [m].
+
+    ``waited`` is what it waited for on its way.
+    """
 
     outcome: Outcome
     why: str
@@ -89,6 +96,7 @@ class Crossing:
     end: Pose
     touched: frozenset[str]
     clearance: float
+    waited: frozenset[str]
 
     @property
     def good(self) -> bool:
@@ -114,7 +122,7 @@ class Doorkeeper:
         self.touched: set[str] = set()
         self.clearance = CLOSE
 
-    def look(self, _: Moment | None = None) -> None:
+    def look(self) -> None:
         """Look at the robot as it stands now."""
         for pair in self._bench.data.contact.geom:
             own, other = sorted(pair.tolist(), key=lambda geom: not self._mine[geom])
@@ -142,12 +150,25 @@ def _frame(name: str) -> Frame:
     return frame_of(robots.load(name))
 
 
-def cross(bench: Bench, start: Pose, side: Side = Side.AHEAD, patience: float = PATIENCE) -> Crossing:
+def cross(
+    bench: Bench,
+    start: Pose,
+    side: Side = Side.AHEAD,
+    patience: float = PATIENCE,
+    meanwhile: Callable[[], None] = lambda: None,
+) -> Crossing:
     """Carry the robot to ``start`` and let it cross a door, or say in less than 90 s why not."""
     bench.place(start)
     keeper = Doorkeeper(bench)
-    frame = _frame(bench.robot.name)
-    ended = run(bench, CrossDoor(frame, doors_to_cross, side, patience=patience), timeout=90.0, each=keeper.look)
-    return Crossing(
-        ended.outcome, ended.why, ended.time, bench.pose, frozenset(keeper.touched), float(keeper.clearance)
-    )
+    waited: set[str] = set()
+
+    def each(moment: Moment) -> None:
+        keeper.look()
+        if moment.step.outcome is Outcome.RUNNING and moment.step.why:
+            waited.add(moment.step.why)
+        meanwhile()
+
+    behaviour = CrossDoor(_frame(bench.robot.name), doors_to_cross, side, patience=patience)
+    ended = run(bench, behaviour, timeout=90.0, each=each)
+    touched, clearance = frozenset(keeper.touched), float(keeper.clearance)
+    return Crossing(ended.outcome, ended.why, ended.time, bench.pose, touched, clearance, frozenset(waited))
