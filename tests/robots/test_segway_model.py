@@ -35,7 +35,7 @@ def test_it_weighs_what_the_sources_say_and_its_centre_is_where_they_say() -> No
 
 
 def test_inertia_is_that_of_its_parts_and_less_than_the_sources() -> None:
-    """24/24/8 belongs to a machine as tall as a person: no parts of ours, at these places, can have it (README)."""
+    """24/24/8 cannot be had by 80 kg on this deck with their centre where it is (README)."""
     model = get_spec().compile()
     base = model.body("base").id
     turn = np.zeros(9)
