@@ -28,7 +28,8 @@ from robots.robuter.protocol import (
     parse_line,
 )
 from robots.robuter.regulator import MOTOR_TORQUE, Regulator
-from robots.robuter.watches import BumperWatch, SonarWatch, WheelMeter
+from robots.robuter.watches import BumperWatch, SonarWatch
+from robots.robuter.wheels import WheelMeter
 from robots.signals import Actuation, Signals
 from robots.state import LATCHED, Blocked, Cause
 from robots.stops import Stops, StuckWatch, let_through, not_a_number, tipped

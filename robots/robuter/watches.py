@@ -1,13 +1,11 @@
-"""What the Robuter's processor looks at to stop it: front sonars and bumpers; and how fast its wheels turn."""
+"""What the Robuter's processor looks at to stop it: front sonars and bumpers."""
 
-from collections import deque
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.motion import Limits, Twist, WheelSpeeds
-from robots.odometry import Encoders, Pulses
+from robots.motion import Limits, Twist
 from robots.robuter.protocol import Bumper
 from robots.state import Blocked
 
@@ -19,9 +17,6 @@ REACTION = 0.5
 """How long the robot goes on before it brakes [s]: a round of the sonars, two ticks, the motors' lag."""
 HYSTERESIS = 0.1
 """How much more room there has to be until it goes on [m]: two deviations of a sonar's reading."""
-
-WINDOW = 5
-"""Ticks over which wheel speeds are measured: 0.1 s, so that one pulse is 1 mm/s."""
 
 _WAYS = {Bumper.FRONT: Blocked.FORWARD, Bumper.REAR: Blocked.BACKWARD}
 
@@ -75,37 +70,6 @@ class BumperWatch:
         """The way that is forbidden."""
         ways = {_WAYS[bumper] for bumper in self._hit}
         return ways.pop() if len(ways) == 1 else Blocked.ALL
-
-
-class WheelMeter:
-    """Counters of the wheels, and their speeds over the last ticks; keeps the last counters that were numbers."""
-
-    def __init__(self, encoders: Encoders, period: float) -> None:
-        self._encoders, self._period = encoders, period
-        self._read: deque[Pulses] = deque(maxlen=WINDOW + 1)
-
-    @property
-    def counters(self) -> Pulses:
-        """The newest."""
-        return self._read[-1] if self._read else Pulses(0, 0)
-
-    @property
-    def speeds(self) -> WheelSpeeds:
-        """Measured speeds of the wheels."""
-        if len(self._read) < 2:
-            return WheelSpeeds(0.0, 0.0)
-        first, last = self._read[0], self._read[-1]
-        time = (len(self._read) - 1) * self._period
-        turns = (self._encoders.angle(b - a) / time for a, b in zip(first, last, strict=True))
-        return WheelSpeeds(*turns)
-
-    def look(self, pulses: Pulses) -> None:
-        """Hear the counters of this tick."""
-        self._read.append(pulses if pulses.finite else self.counters)
-
-    def rest(self) -> None:
-        """Forget that anything moved."""
-        self._read = deque([self.counters], maxlen=WINDOW + 1)
 
 
 def _into(bumper: Bumper, wanted: Twist) -> bool:

@@ -9,9 +9,9 @@ import numpy as np
 import robots
 from refseq.view import Pose
 from robots import Twist
+from robots.robuter.firmware import PERIOD
 
 PREFIX = "robuter/"
-CONTROL_PERIOD = 0.02
 
 
 def flat_world(timestep: float | None = None) -> mujoco.MjSpec:
@@ -60,7 +60,7 @@ class Driven:
 
     def drive(self, duration: float, command: Callable[[float], Twist], each: Callable[[], None] | None = None) -> None:
         """Drive by ``command(time since the start)``; ``turned`` counts the heading on, without wrapping."""
-        steps = max(1, round(CONTROL_PERIOD / self.model.opt.timestep))
+        steps = max(1, round(PERIOD / self.model.opt.timestep))
         left, right = (self.data.actuator(PREFIX + name) for name in self.robot.wheel_actuators)
         start, heading = self.data.time, self.pose.heading
         while self.data.time - start < duration - 1e-9:

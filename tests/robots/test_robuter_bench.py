@@ -16,7 +16,8 @@ from robots.robuter import LIMITS, SHAPE
 from robots.robuter.control import COMMAND_PERIOD
 from robots.robuter.firmware import HOLD
 from robots.robuter.regulator import SERVO_LAG
-from robots.robuter.watches import MARGIN, REACTION
+from robots.robuter.sonars import FRONT_SONARS, SONARS
+from robots.robuter.watches import MARGIN, REACTION, ROUND
 from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.operator import Operator, OperatorStyle
 from sim.render import RendererKind
@@ -69,6 +70,14 @@ def speed(bench: Bench) -> float:
 
 def causes(bench: Bench) -> set[Cause]:
     return {stop.cause for stop in bench.state.stops}
+
+
+def test_the_processor_knows_its_sonars(open_air: World) -> None:
+    with bench_in(open_air) as bench:
+        assert BenchSettings().sonar.period < ROUND
+        for number in FRONT_SONARS:
+            site = bench.data.site(f"robuter/{SONARS[number]}")
+            assert site.xpos[0] - bench.pose.x == pytest.approx(SONARS_AHEAD, abs=1e-3)
 
 
 def test_ten_metres_straight_are_ten_metres(open_air: World) -> None:

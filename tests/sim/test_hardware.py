@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from robots import Actuation, Twist
-from sim.hardware import Hardware
+from sim.hardware import BRAKE_TORQUE, Hardware
 from sim.inertial import InertialModel
 from sim.sonar import SonarModel
 from tests.robots.driving import PREFIX, Driven, add_wall, flat_world
@@ -113,6 +113,12 @@ def test_it_moves_the_left_and_the_right_motor() -> None:
     hardware_of(driven).apply(Actuation(1.0, -2.0))
     left, right = (driven.data.actuator(PREFIX + name).ctrl[0] for name in driven.robot.wheel_actuators)
     assert (left, right) == (1.0, -2.0)
+
+
+def test_no_motor_of_one_that_brakes_turns_a_braked_wheel() -> None:
+    driven = Driven()
+    for name in driven.robot.wheel_actuators:
+        assert driven.model.actuator(PREFIX + name).forcerange[1] < BRAKE_TORQUE
 
 
 def test_brakes_hold_on_a_slope_where_free_wheels_roll_away() -> None:
