@@ -4,10 +4,10 @@ import math
 
 from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
+from robots.behaviours.lanes import choose_lane, lanes
 from robots.behaviours.line import Line
 from robots.behaviours.moves import driven
 from robots.behaviours.phases import ARRIVED, Travelled
-from robots.behaviours.room import choose_lane, lanes
 from robots.behaviours.steering import turn_rate_onto
 from robots.behaviours.surroundings import Surroundings
 from robots.behaviours.wall import Wall, Window, find_wall

@@ -1,4 +1,4 @@
-"""Whether there is room to go on: along an arc, about itself, in a lane."""
+"""Whether there is room to go on: along an arc, or about itself."""
 
 import math
 
@@ -13,6 +13,8 @@ SIDE_MARGIN = 0.06
 """Room that it keeps at its sides, and all around while it turns on the spot [m]: a choice."""
 TOUCH = 0.02
 """A point less deep in the robot's box is beside it: the scan's noise and the odometer's drift [m]; a choice."""
+LOOK = 2.5
+"""How far ahead a way must be free [m]: a choice, room enough to change by a metre."""
 ARC_STEP = 0.05
 TURN_STEP = math.radians(3)
 MOST_TURNED = math.radians(90)
@@ -68,34 +70,3 @@ def _inside(
     forward, left = cos * x + sin * y, cos * y - sin * x
     lengthwise = (forward < shape.ahead + margin) & (forward > -shape.behind - margin)
     return lengthwise & (np.abs(left) < shape.half_width + margin)
-
-
-LOOK = 2.5
-"""How far ahead a lane must be free [m]: a choice, room enough to change by a metre."""
-LANE_STEP = 0.05
-LANE_MARGIN = 0.10
-"""Room at both sides of a lane [m]: a choice."""
-ALIKE = 0.3
-"""Lanes whose free lengths differ by less are as good as each other [m]: a choice."""
-
-
-def choose_lane(
-    points: NDArray[np.float64], along: float, shape: Shape, offsets: NDArray[np.float64], look: float = LOOK
-) -> float:
-    """The lane nearest to the first of ``offsets`` [m] among those that are free the farthest, up to ``look``.
-
-    ``points`` (n, 2) are (along, across) of the line that the lanes are parallel to, as is the robot's ``along``.
-    """
-    ahead = points[:, 0] - along
-    near = points[(ahead > -shape.behind) & (ahead < shape.ahead + look)]
-    ahead = np.maximum(near[:, 0] - along - shape.ahead, 0.0)
-    in_lane = np.abs(near[None, :, 1] - offsets[:, None]) < shape.half_width + LANE_MARGIN  # (lanes, points)
-    free = np.where(in_lane, ahead[None, :], look).min(axis=1, initial=look)
-    good = offsets[free >= free.max() - ALIKE]
-    return float(good[np.argmin(np.abs(good - offsets[0]))])
-
-
-def lanes(preferred: float, rightmost: float, leftmost: float) -> NDArray[np.float64]:
-    """Offsets [m] of lanes between two bounds, the preferred one first."""
-    others = np.arange(rightmost, leftmost + LANE_STEP / 2, LANE_STEP)
-    return np.concatenate([[preferred], others])

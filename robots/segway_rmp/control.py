@@ -2,15 +2,13 @@
 
 import math
 
-import numpy as np
-
 from robots.motion import Limits, Pose, Twist
 from robots.mounting import Mounting
 from robots.odometry import Encoders, Geometry, Odometry, Pulses
 from robots.robot import Shape
 from robots.segway_rmp.firmware import ACCELERATION, Build, Firmware
 from robots.segway_rmp.jam import JamWatch
-from robots.segway_rmp.lookout import Obstacle, obstacle
+from robots.segway_rmp.lookout import Lookout
 from robots.segway_rmp.protocol import (
     COUNTS_PER_RADIAN,
     COUNTS_PER_SPEED,
@@ -22,7 +20,7 @@ from robots.segway_rmp.protocol import (
     Status,
     Word,
 )
-from robots.signals import Actuation, LaserScan, Signals
+from robots.signals import Actuation, Signals
 from robots.state import Blocked, Cause, Motors, RobotState
 from robots.stops import Stops
 
@@ -40,9 +38,6 @@ CLEAR = 0.1
 """A way that was blocked is free again with so much more room [m]: a choice."""
 GOING, STANDING, HELD_TIME = 0.1, 0.05, 2.0
 """Told to go at least so fast and going less than so fast [m/s] for so long [s], something holds it: choices."""
-BLIND_TIME = 0.3
-"""A laser that has told of no range for so long [s], longer than a scan takes, is lost: a choice."""
-
 
 STAY = Config.RESET_INTEGRATORS, RESET_FOREAFT
 """Setting that lets the machine take the place where it is for the one where it should be."""
@@ -56,16 +51,14 @@ class SegwayControl:
 
     def __init__(self, build: Build, limits: Limits, shape: Shape, mounting: Mounting, believed: Geometry) -> None:
         self._firmware = Firmware(build)
-        self._wake, self._limits, self._shape, self._mounting = build.mode, limits, shape, mounting
+        self._wake, self._limits = build.mode, limits
         self._odometry = Odometry(believed, Encoders(build.pulses_per_turn))
         self._jam = JamWatch(slack=build.pulses_per_turn / 360)
         self._stops, self._state = Stops(), RobotState()
         self._wanted, self._asked, self._told = Twist(), Twist(), 0.0
-        self._new, self._ticks, self._time = False, 0, 0.0
+        self._ticks, self._time = 0, 0.0
         self._settings: list[tuple[Config, int]] = []
-        self._scan: LaserScan | None = None
-        self._scan_pitch = 0.0
-        self._blind_since: float | None = None
+        self._lookout = Lookout(shape, mounting)
         self._went = 0.0
 
     @property
@@ -109,17 +102,13 @@ class SegwayControl:
     def tick(self, signals: Signals) -> Actuation:
         """Let one period pass."""
         self._time = signals.time
-        self._take_scan(signals.scan)
+        self._lookout.take(signals.scan, self._state.pitch, signals.time)
         if self._ticks % COMMAND_TICKS == 0:
             self._firmware.receive(self._frame(), signals.time)
         self._ticks += 1
         actuation = self._firmware.tick(signals)
         self._hear(signals)
         return actuation
-
-    def _take_scan(self, scan: LaserScan | None) -> None:
-        if scan is not self._scan:
-            self._scan, self._scan_pitch = scan, self._state.pitch
 
     def _frame(self) -> Command:
         """The next command: the motion that is let through, and a setting where one waits."""
@@ -165,13 +154,7 @@ class SegwayControl:
             return "inertial sensors read no number"
         if Word.MOTOR_FEEDBACK_FAULT in status.words:
             return "encoders read no number"
-        if self._scan is None or not np.isnan(self._scan.ranges).any():
-            self._blind_since = None
-        elif self._blind_since is None:
-            self._blind_since = signals.time
-        elif signals.time - self._blind_since > BLIND_TIME:
-            return f"laser beam {int(np.argmax(np.isnan(self._scan.ranges)))} reads no number"
-        return None
+        return self._lookout.lost(signals.time)
 
     def _jammed(self, signals: Signals, status: Status) -> str | None:
         """Tell of a wheel that is stuck; the machine then stands where it is, however far it should have come."""
@@ -191,7 +174,8 @@ class SegwayControl:
         return None
 
     def _in_the_way(self, status: Status) -> str | None:
-        found = self._nearest()
+        # A robot that stands before something and is told to go along an arc is asked for a tighter one at first.
+        found = self._lookout.nearest({self._asked, self._wanted})
         if found is None:
             return None
         moving = _motion(status)
@@ -201,17 +185,6 @@ class SegwayControl:
         if found.gap > needed:
             return None
         return f"laser: {found.gap:.2f} m ahead at {math.degrees(found.bearing):.0f}°"
-
-    def _nearest(self) -> Obstacle | None:
-        """What is met first on the arc that is driven now, or on the one that it is on the way to.
-
-        A robot that stands before something and is told to go along an arc is asked for a tight one at first.
-        """
-        if self._scan is None:
-            return None
-        seen = self._scan, self._scan_pitch
-        arcs = (obstacle(*seen, twist, self._shape, self._mounting) for twist in {self._asked, self._wanted})
-        return min((found for found in arcs if found), key=lambda found: found.gap, default=None)
 
 
 def _word(value: float, most: int) -> int:

@@ -12,8 +12,9 @@ from robots import Pose, RobotState, Shape
 from robots.behaviours import Ranger, Senses
 from robots.behaviours.echoes import HISTORY, Echoes
 from robots.behaviours.frames import into, out_of
+from robots.behaviours.lanes import LANE_MARGIN, choose_lane, lanes
 from robots.behaviours.line import Line
-from robots.behaviours.room import LANE_MARGIN, LOOK, MARGIN, blocks_turn, choose_lane, free_ahead, lanes, swing
+from robots.behaviours.room import LOOK, MARGIN, blocks_turn, free_ahead, swing
 from robots.behaviours.steering import EASE, speed_to_stop, turn_rate_onto
 from robots.behaviours.surroundings import CELL, thinned
 from robots.behaviours.wall import Window, find_wall
