@@ -19,6 +19,10 @@ from sim.render import RendererKind
 LIGHT = "10:30"
 BEARING, DISTANCE, EYES = math.radians(-40), 2.2, 1.45
 """Where the bystander stands: to the right of what is ahead, [rad, m, m]."""
+WIDTH, HEIGHT = 10.0, 5.0
+"""Size of the sheet [inch]."""
+STILL = 0.4
+"""Share of its width that the bystander's picture takes."""
 KEY = ("measured in the model [m]", "sizes that sources give")
 SETTLED = 1.0
 """Time that the robot stands before it is looked at [s]."""
@@ -29,14 +33,23 @@ def picture(body: Body, renderer: RendererKind = RendererKind.FILAMENT) -> Figur
     name = body.robot.name
     seen = _seen(name, renderer)
     with mpl.rc_context({"font.size": 9, "svg.fonttype": "none"}):
-        figure = Figure(figsize=(14.0, 7.0), dpi=100, facecolor="white")
-        draw_views(figure.add_axes((0.01, 0.02, 0.6, 0.94)), body)
-        still = figure.add_axes((0.62, 0.2, 0.37, 0.555), xticks=[], yticks=[])
-        still.imshow(seen, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
-        still.set_title(name, fontsize=13)
+        figure = Figure(figsize=(WIDTH, HEIGHT), dpi=140, facecolor="white")
+        draw_views(figure.add_axes((0.005, 0.02, 0.575, 0.96)), body)
+        side = STILL * WIDTH / HEIGHT
+        still = figure.add_axes((0.99 - STILL, 0.93 - side, STILL, side), xticks=[], yticks=[])
+        still.imshow(_square(seen), cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
+        still.set_title(name, fontsize=11)
         lines = [Line2D([], [], color=MEASURE, lw=1), Line2D([], [], color=SOURCE, lw=1.1, ls=(0, (4, 2)))]
-        figure.legend(lines, KEY, loc="upper center", bbox_to_anchor=(0.805, 0.17), frameon=False, ncols=2)
+        below = (0.99 - STILL / 2, 0.92 - side)
+        figure.legend(lines, KEY, loc="upper center", bbox_to_anchor=below, frameon=False)
     return figure
+
+
+def _square(seen: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The middle of a picture (height, width), as wide as it is high: a robot is no wider."""
+    height, width = seen.shape
+    left = (width - height) // 2
+    return seen[:, left : left + height]
 
 
 def _seen(name: str, renderer: RendererKind) -> NDArray[np.uint8]:

@@ -22,7 +22,9 @@ from scenarios.robots_sourced import SOURCED, Measure, measures
 from tests.scenarios.conftest import Answer, Refseq
 from tests.worlds.conftest import SMALL
 
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "robots.md"
 ROBOTS = ("robuter", "segway_rmp")
+SLOW = Finding("speed", 3.0, "×", low=20.0, judged=False)
 
 Command = Callable[[str], Answer]
 
@@ -34,6 +36,7 @@ def command(refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
     monkeypatch.setenv("COLUMNS", "80")
     (tmp_path / "small.toml").write_text(SMALL.format(top="", end=""))
     (tmp_path / "folder").mkdir()
+    (tmp_path / "folder.png").mkdir()
     return lambda words: refseq("robots", *words.split())
 
 
@@ -151,6 +154,15 @@ def test_check_ends_with_1_where_something_is_not_as_it_should(
     assert re.search(rf"second .* at most 1 +m +{verdict}", answer.out)
 
 
+def test_check_does_not_judge_how_fast_a_busy_machine_simulates(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scenarios.robots_check.findings", lambda name: iter([SLOW]))
+    answer = command("check robuter")
+    assert answer.code == 0
+    assert re.search(r"speed .* 3.000 +at least 20 +× +not judged", answer.out)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_robots_do_what_they_should(command: Command, name: str) -> None:
@@ -188,6 +200,21 @@ def test_a_program_outside_drives_it_and_ctrl_c_ends_it(command: Command, tmp_pa
     assert said.strip() == "interrupted"
 
 
+def test_the_program_of_the_page_drives_a_metre(
+    command: Command, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (program,) = re.findall(r"```python\n(import socket\n.*?)```", PAGE.read_text(), re.DOTALL)
+    with served(tmp_path, "--tcp", "0", "--rate", "2", "--seconds", "60") as server:
+        port = re.search(r"127\.0\.0\.1:(\d+)", server.stdout.readline())[1]
+        exec(program.replace("7777", port), {})
+        server.send_signal(signal.SIGINT)
+        server.communicate(timeout=20)
+    told = capsys.readouterr().out
+    _, _, left, right, *_ = re.findall(r"'(.*?)'", told)
+    for counter in (left, right):
+        assert 0.99 < 94.0e-6 * int(counter) < 1.5, told  # late where the machine is busy
+
+
 def test_serving_ends_after_its_time(command: Command) -> None:
     answer = command("serve robuter --world small.toml --pty --seconds 0.2")
     assert answer.code == 0
@@ -205,6 +232,7 @@ def test_serving_ends_after_its_time(command: Command) -> None:
         ("show robuter -o picture.jpg", "picture.jpg: cannot draw a '.jpg' file; valid are .svg, .png"),
         ("show robuter -o nowhere/a.png", "nowhere/a.png: cannot be written: there is no folder nowhere"),
         ("show robuter -o folder", "folder: cannot draw a '' file"),
+        ("show robuter -o folder.png", "folder.png"),
         ("strip robuter --world atlantis -o a.png", "atlantis"),
         ("strip robuter --world small.toml --route up -o a.png", "unknown route 'up' in world 'small'"),
         ("strip robuter --seconds 0 -o a.png", "seconds 0 is not valid; it should be a time above 0"),
@@ -219,6 +247,8 @@ def test_serving_ends_after_its_time(command: Command) -> None:
         ("drive robuter MN:1 --world small.toml --at 30,0,0", "at 30,0,0 lies outside 'small'"),
         ("drive robuter MN:1 --world small.toml --at 4,1.1,0", "at 4,1.1,0 is no place for robuter: it stands in '"),
         ("drive robuter MN:1 --world small.toml --timeout 0", "timeout 0 is not valid"),
+        ("drive robuter MA:nan,0", "behaviour 'MA:nan,0': x 'nan': valid is a number from -1000 to 1000 m"),
+        ("drive robuter MC:up", "behaviour 'MC:up': side 'up': valid are ahead, left, right"),
         ("drive robuter MW:left,0.1 --world small.toml", "distance 0.1 m to a wall"),
         ("umbmark robuter --side 0", "side = 0.0 m must be above 0"),
         ("umbmark robuter --side nan", "side = nan m must be above 0"),
@@ -254,4 +284,4 @@ def test_a_picture_that_fails_leaves_the_old_one(
     assert answer.code == 2
     assert answer.err == "error: old.png: cannot be written: No space left on device\n"
     assert (tmp_path / "old.png").read_bytes() == b"old"
-    assert {path.name for path in tmp_path.iterdir()} == {"old.png", "small.toml", "folder"}
+    assert {path.name for path in tmp_path.iterdir()} == {"old.png", "small.toml", "folder", "folder.png"}
