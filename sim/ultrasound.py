@@ -175,10 +175,10 @@ class Ears:
         owner, ways, length = owner[within], ways[within], length[within]
         distance, geom = np.empty(len(owner)), np.empty(len(owner), np.int32)
         rays = ways / length[:, None]
-        for ranger in np.unique(owner):
-            first, last = np.searchsorted(owner, (ranger, ranger + 1))
-            mine = slice(first, last)
-            self._cast(data, origins[ranger], rays[mine], geom[mine], distance[mine], None)
+        bounds = np.searchsorted(owner, np.arange(len(origins) + 1)).tolist()
+        for origin, first, last in zip(origins, bounds[:-1], bounds[1:], strict=True):
+            if first < last:
+                self._cast(data, origin, rays[first:last], geom[first:last], distance[first:last], None)
         seen = np.abs(distance - length) < NEAR
         return owner[seen], (rays * distance[:, None])[seen]
 
@@ -206,7 +206,9 @@ def faces_of(met: Met) -> Faces:
         key = key * 128 + steps[:, axis]
     order = np.argsort(key, kind="stable")
     same = key[order[1:]] == key[order[:-1]]
-    pairs = np.flatnonzero(same & ~np.r_[False, same[:-1]])  # the first two of each run
+    first = same.copy()
+    first[1:] &= ~same[:-1]
+    pairs = np.flatnonzero(first)  # the first two of each run
     flat = order[pairs]
     ranger, ray, normal = ranger[flat], ray[flat], normal[flat]
     point = met.point[ranger, ray]
@@ -230,7 +232,8 @@ def _corners(faces: Faces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     cosine = faces.normal @ faces.normal.T
     before = faces.point @ faces.normal.T + faces.height > 0  # whether a face's point lies before another's plane
     same = faces.ranger[:, None] == faces.ranger
-    one, other = np.nonzero(np.triu(same & (np.abs(cosine) < RIGHT_ANGLE) & before & before.T))
+    one, other = np.nonzero(same & (np.abs(cosine) < RIGHT_ANGLE) & before & before.T)
+    one, other = one[one < other], other[one < other]
     c = cosine[one, other]
     by_one, by_other = faces.height[one] - c * faces.height[other], faces.height[other] - c * faces.height[one]
     ways = by_one[:, None] * faces.normal[one] + by_other[:, None] * faces.normal[other]
