@@ -8,12 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from robots import Pose, RobotState, Shape
-from robots.behaviours import Ranger, Senses
+from robots import Limits, Pose, RobotState, Shape, Twist
+from robots.behaviours import Frame, Ranger, Senses
 from robots.behaviours.echoes import HISTORY, Echoes
 from robots.behaviours.frames import into, out_of
 from robots.behaviours.lanes import LANE_MARGIN, choose_lane, lanes
 from robots.behaviours.line import Line
+from robots.behaviours.moves import driven
 from robots.behaviours.room import LOOK, MARGIN, blocks_turn, free_ahead, swing
 from robots.behaviours.steering import EASE, speed_to_stop, turn_rate_onto
 from robots.behaviours.surroundings import CELL, thinned
@@ -64,6 +65,13 @@ def test_from_the_speed_to_stop_reaction_and_braking_take_the_distance(
 ) -> None:
     speed = speed_to_stop(distance, acceleration, reaction)
     assert speed * reaction + speed**2 / (2 * EASE * acceleration) == pytest.approx(distance, abs=1e-9)
+
+
+@pytest.mark.parametrize("speed", [0.2, 0.5, 1.0])
+def test_where_nothing_is_in_the_way_it_is_as_fast_as_its_limits_let_it(speed: float) -> None:
+    frame = Frame(LONG_TAIL, Limits(speed, 1.0, 0.5, 1.0))
+    assert driven(frame, np.empty((0, 2)), 0.0, left=10.0).twist == Twist(speed, 0.0)
+    assert driven(frame, np.empty((0, 2)), 0.0, left=0.05).twist.linear <= 0.1
 
 
 @pytest.mark.parametrize("away", [0.8, 1.5, 2.5])
