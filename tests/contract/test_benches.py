@@ -93,19 +93,26 @@ def test_the_same_seed_builds_the_same_bench(world: str, robot: str) -> None:
         assert np.array_equal(getattr(models[0], key), getattr(models[1], key)), key
 
 
-DRIVEN_BY_ANOTHER = {("annex", "forward"), ("second-floor", "path-4")}
-"""Routes of which another one takes the whole way: annex/detour, second-floor/forward."""
+QUICK = {
+    ("hallway", "forward", "robuter"),
+    ("second-floor", "forward", "robuter"),
+    ("laboratory", "forward", "robuter"),
+    ("laboratory", "forward", "segway_rmp"),
+}
+"""Drives of the quick run, a few minutes of simulated time each; the others wait for the slow one."""
 
 
 def routes() -> Iterator[object]:
-    """Every route of every world; all but one way through each, and one for the machine that balances, are slow."""
+    """Every route of every world, with both machines."""
     for world in world_names():
         for route in load_plan(world).routes:
             for robot in MACHINES:
-                way_back = route.endswith("reverse") and world != "hallway"
-                again = (world, route) in DRIVEN_BY_ANOTHER
-                other = robot == "segway_rmp" and (world, route) != ("laboratory", "forward")
-                yield pytest.param(world, route, robot, marks=[pytest.mark.slow] if way_back or again or other else [])
+                marks = [] if (world, route, robot) in QUICK else [pytest.mark.slow]
+                yield pytest.param(world, route, robot, marks=marks)
+
+
+def test_the_quick_drives_are_some_of_all() -> None:
+    assert {tuple(param.values) for param in routes()} > QUICK
 
 
 @pytest.mark.parametrize(("world", "route", "robot"), list(routes()))
