@@ -3,7 +3,7 @@
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,7 +12,10 @@ from scenarios.console import err, out, say
 from scenarios.errors import ScenarioError
 from scenarios.inputs import check_output, writing
 
-FINISHED, BELOW, INTERRUPTED = 0, 1, 130
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BELOW, INTERRUPTED = 1, 130
 
 robots = typer.Typer(
     help="The robots: what there is, what one looks like, how it drives, and whether it does what it should.",
@@ -63,11 +66,8 @@ def show(
     from robots import load
     from scenarios.robots import proportions_table, robot_table
     from scenarios.robots_body import Body
-    from worlds.draw import check_picture
 
-    if output is not None:
-        check_picture(output)
-        check_output(output)
+    _check_place(output)
     body = Body(load(robot))
     out.print(robot_table(body))
     table = proportions_table(body)
@@ -77,9 +77,7 @@ def show(
         from scenarios.robots_picture import picture
         from sim.render import RendererKind
 
-        with writing(output), replacing_at(output) as temporary:
-            picture(body, RendererKind(renderer.value)).savefig(temporary)
-        say(out, f"{output}")
+        _save(picture(body, RendererKind(renderer.value)), output)
 
 
 @robots.command(
@@ -103,15 +101,11 @@ def strip(
     """Show a drive as a strip of frames, as somebody who walks along sees it, with time, speed and pitch."""
     from scenarios.robots_strip import Strip, sheet, watched
     from sim.render import RendererKind
-    from worlds.draw import check_picture
 
-    check_picture(output)
-    check_output(output)
+    _check_place(output)
     asked = Strip(robot, world, route, light, seconds, frames, speed, seed, RendererKind(renderer.value))
     found = list(watched(asked))
-    with writing(output), replacing_at(output) as temporary:
-        sheet(asked, found).savefig(temporary)
-    say(out, f"{output}: {len(found)} frames of {found[-1].time:.0f} s")
+    _save(sheet(asked, found), output, f"{len(found)} frames of {found[-1].time:.0f} s")
 
 
 @robots.command(
@@ -162,11 +156,8 @@ def drive(
     """Let a robot run behaviours one after another, until one fails, and tell what became of each."""
     from robots.behaviours import Outcome
     from scenarios.robots_drive import Trip, pose_at, trip, trip_plan, trip_table
-    from worlds.draw import check_picture
 
-    if output is not None:
-        check_picture(output)
-        check_output(output)
+    _check_place(output)
     if at is not None and route is not None:
         raise ScenarioError(f"at '{at}' and route '{route}' both say where to start; valid is one of them")
     start = pose_at(at) if at is not None else None
@@ -174,9 +165,7 @@ def drive(
     found = list(trip(asked))
     out.print(trip_table(found))
     if output is not None:
-        with writing(output), replacing_at(output) as temporary:
-            trip_plan(asked, found).savefig(temporary)
-        say(out, f"{output}")
+        _save(trip_plan(asked, found), output)
     if found[-1].outcome is not Outcome.FINISHED:
         raise typer.Exit(BELOW)
 
@@ -197,17 +186,12 @@ def umbmark(
     """Drive squares both ways round by the odometer, and tell its systematic errors apart (UMBmark)."""
     from scenarios.robots_umbmark import umbmark_picture, umbmark_table
     from sim.umbmark import umbmark as drive_squares
-    from worlds.draw import check_picture
 
-    if output is not None:
-        check_picture(output)
-        check_output(output)
+    _check_place(output)
     found = drive_squares(robot, side=side, runs=runs, seed=seed)
     out.print(umbmark_table(found))
     if output is not None:
-        with writing(output), replacing_at(output) as temporary:
-            umbmark_picture(found).savefig(temporary)
-        say(out, f"{output}")
+        _save(umbmark_picture(found), output)
 
 
 @robots.command(
@@ -246,3 +230,19 @@ def serve(
     except KeyboardInterrupt:
         say(err, "interrupted")
         raise typer.Exit(INTERRUPTED) from None
+
+
+def _check_place(output: Path | None) -> None:
+    """See that a picture can be written, before the work that goes into it."""
+    from worlds.draw import check_picture
+
+    if output is not None:
+        check_picture(output)
+        check_output(output)
+
+
+def _save(picture: "Figure", output: Path, about: str = "") -> None:
+    """Write a picture, the whole of it or nothing, and say so."""
+    with writing(output), replacing_at(output) as temporary:
+        picture.savefig(temporary)
+    say(out, f"{output}: {about}" if about else f"{output}")

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robots
-from refseq.features.doors import DoorSettings, find_doors
-from refseq.view import Pose, Scan
+from refseq.view import Pose
 from robots.behaviours import Behaviour, Outcome
 from robots.behaviours.written import make, parse
 from robots.odometry import CalibrationErrors
 from sim.behaving import Ended, Moment, frame_of, run
 from sim.bench import Bench, BenchSettings
+from sim.doors import doors_to_cross
 from sim.render import RendererKind
 from worlds.build import World, build
 from worlds.light import light_named
@@ -100,7 +100,7 @@ def behaved(
     with Bench(world, robots.load(robot), settings=PERFECT) as bench:
         bench.place(Pose(*start))
         touched: set[str] = set()
-        behaviour = make(parse(what), frame_of(bench.robot), _doors) if isinstance(what, str) else what
+        behaviour = make(parse(what), frame_of(bench.robot), doors_to_cross) if isinstance(what, str) else what
         waited: set[str] = set()
 
         def each(moment: Moment) -> None:
@@ -121,10 +121,6 @@ def touches(bench: Bench) -> set[str]:
     mine = np.char.startswith(names.astype(str), f"{bench.robot.name}/")
     met = names[mine[:, 0] != mine[:, 1]]
     return {name for name in met.ravel() if not name.startswith((f"{bench.robot.name}/", "floor"))}
-
-
-def _doors(scan: Scan) -> list:
-    return find_doors(scan, DoorSettings())
 
 
 def off(path: NDArray[np.float64], side: int, distance: float, along: tuple[float, float]) -> NDArray[np.float64]:
