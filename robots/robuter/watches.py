@@ -10,7 +10,7 @@ from robots.robuter.protocol import Bumper
 from robots.state import Blocked
 
 MARGIN = 0.25
-"""What is left in front of the sonars when it has stopped [m]: a choice; the laser stands 5 cm further out."""
+"""What is left in front of the sonars when it has stopped [m]: a choice; the front bumper stands 6 cm further out."""
 ROUND = 0.4
 """No sonar is silent for so long [s]: a round of all groups takes 0.373 s (``sim.sonar``)."""
 REACTION = 0.5
