@@ -2,7 +2,7 @@
 
 From the source: ``AM``, ``SERV OFF`` and ``ack``. All else is a choice, among it what ``AM``'s two numbers mean: the
 speeds of the left and the right wheel [mm/s]. That fits Table 5.1, where ``AM a a`` goes straight on and ``AM -v -v``
-back. A line is printable Latin-1 text, words apart by one blank, numbers without needless zeros or signs.
+back. A line is printable ASCII text, words apart by one blank, numbers without needless zeros or signs.
 
 ======================================== =========================================================================
 ``AM left right``                        go on with these wheel speeds
@@ -41,7 +41,7 @@ NO_ECHO = 65535
 
 T = TypeVar("T")
 
-_ENCODING = "latin-1"
+_SPELT = str.maketrans({"°": " deg", "·": " ", "−": "-"})
 _NUMBER = re.compile(r"0|-?[1-9][0-9]{0,14}")
 _LARGEST = 10**15 - 1
 _NONE = "-"
@@ -83,7 +83,7 @@ class Motion:
 
     def __post_init__(self) -> None:
         for value in (self.left, self.right):
-            _check(-MAX_SPEED <= value <= MAX_SPEED, f"wheel speed {value} mm/s: valid is ±{MAX_SPEED}")
+            _check(-MAX_SPEED <= value <= MAX_SPEED, f"wheel speed {value} mm/s: valid is -{MAX_SPEED} to {MAX_SPEED}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,14 +141,14 @@ Message = Word | Motion | Refusal | Provision | Report
 
 def format_line(message: Message) -> bytes:
     """Return the line of a message, with its end."""
-    return _text(message).encode(_ENCODING) + END
+    return _text(message).encode("ascii") + END
 
 
 def parse_line(line: bytes) -> Message:
     """Return the message of a line without its end; raises ``ProtocolError`` where it is none, and nothing else."""
     _check(len(line) <= MAX_LINE, f"line of more than {MAX_LINE} bytes")
-    text = line.decode(_ENCODING)
-    _check(text.isprintable(), "a line is printable Latin-1 text")
+    text = line.decode("latin-1")  # any byte is some character
+    _check(_printable(text), "a line is printable ASCII text")
     if text in _WORDS:
         return _WORDS[text]
     verb, _, rest = text.partition(" ")
@@ -158,8 +158,12 @@ def parse_line(line: bytes) -> Message:
 
 
 def legible(text: str) -> str:
-    """Return any text as one that a line can carry: what it cannot print is a question mark, the rest is cut."""
-    return "".join(c if c.isprintable() and ord(c) < 256 else "?" for c in text)[:MAX_TEXT]
+    """Return any text as one that a line can carry: signs are spelt, what cannot be is a question mark; cut."""
+    return "".join(c if _printable(c) else "?" for c in text.translate(_SPELT))[:MAX_TEXT]
+
+
+def _printable(text: str) -> bool:
+    return text.isascii() and text.isprintable()
 
 
 def bounded(value: float) -> int:
@@ -265,7 +269,7 @@ def _check_size(value: int) -> None:
 
 
 def _check_text(text: str) -> None:
-    _check(text != "" and legible(text) == text, f"a text is 1 to {MAX_TEXT} printable Latin-1 characters")
+    _check(text != "" and legible(text) == text, f"a text is 1 to {MAX_TEXT} printable ASCII characters")
 
 
 _WORDS = {word.value: word for word in Word}

@@ -53,7 +53,7 @@ class Rig:
         self.lines[line].to_robot.put(text.encode("latin-1"))
 
     def hear(self, line: int = 0) -> list[str]:
-        return self.lines[line].to_host.take().decode("latin-1").splitlines()
+        return self.lines[line].to_host.take().decode("ascii").splitlines()
 
     def ask(self, text: str, line: int = 0) -> list[str]:
         self.hear(line)
@@ -338,7 +338,7 @@ def test_a_wheel_that_is_pushed_and_stands_is_stuck(rig: Rig) -> None:
     rig.drive(0.4, "AM 300 300")
     (em, _) = rig.ask("ST")
     assert em.split()[1] == "stuck-wheel"
-    assert em.endswith("left wheel stands still at 29 N·m")
+    assert em.endswith("left wheel stands still at 29 N m")
     assert rig.done.braked
 
 

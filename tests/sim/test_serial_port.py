@@ -59,7 +59,7 @@ class Client:
             assert more, "hung up"
             self._rest += more
         *lines, self._rest = self._rest.split(b"\n", count)
-        return [line.decode("latin-1") for line in lines]
+        return [line.decode("ascii") for line in lines]
 
     def leave(self) -> None:
         if hasattr(self, "_socket"):
