@@ -111,16 +111,22 @@ class TcpOutlet:
 
 
 class TerminalOutlet:
-    """A pseudo-terminal without echo or line editing; ``address`` is the device that a client opens."""
+    """A pseudo-terminal without echo or line editing; ``address`` is the device that a client opens.
+
+    Raises ``SimError`` where the system has none: a bare root without ``/dev/pts``.
+    """
 
     def __init__(self) -> None:
         import tty  # not on every system
 
-        # The robot's side keeps the client's side open too: else its raw mode would end with the first client.
-        self._own, self._theirs = os.openpty()
+        try:
+            # The robot's side keeps the client's side open too: else its raw mode would end with the first client.
+            self._own, self._theirs, self.address = _named_terminal()
+        except OSError as error:
+            why = f"{error.strerror}: is /dev/pts mounted?"
+            raise SimError(f"serial port: no pseudo-terminal ({why}): valid is {LOOPBACK}:PORT") from None
         tty.setraw(self._theirs)
         os.set_blocking(self._own, False)
-        self.address = os.ttyname(self._theirs)
 
     def read(self) -> bytes:
         """What the client has written since."""
@@ -140,6 +146,17 @@ class TerminalOutlet:
         """Remove the device."""
         os.close(self._own)
         os.close(self._theirs)
+
+
+def _named_terminal() -> tuple[int, int, str]:
+    """Both ends of a new pseudo-terminal and the name of the second; raises ``OSError`` where there is none."""
+    own, theirs = os.openpty()
+    try:
+        return own, theirs, os.ttyname(theirs)
+    except OSError:
+        os.close(own)
+        os.close(theirs)
+        raise
 
 
 class SerialPort:

@@ -20,6 +20,7 @@ from scenarios.robots_body import Body
 from scenarios.robots_check import Finding
 from scenarios.robots_sourced import SOURCED, Measure, measures
 from tests.scenarios.conftest import Answer, Refseq
+from tests.terminals import needs_terminals
 from tests.worlds.conftest import SMALL
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "robots.md"
@@ -215,6 +216,7 @@ def test_the_program_of_the_page_drives_a_metre(
         assert 0.99 < 94.0e-6 * int(counter) < 1.5, told  # late where the machine is busy
 
 
+@needs_terminals
 def test_serving_ends_after_its_time(command: Command) -> None:
     answer = command("serve robuter --world small.toml --pty --seconds 0.2")
     assert answer.code == 0

@@ -1,3 +1,4 @@
+import errno
 import math
 import os
 import select
@@ -17,6 +18,7 @@ from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.errors import SimError
 from sim.render import RendererKind
 from sim.serial_port import LOOPBACK, Pace, SerialPort, TcpOutlet, TerminalOutlet, open_port, serve
+from tests.terminals import needs_terminals
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build
 from worlds.light import light_named
@@ -68,7 +70,7 @@ class Client:
             os.close(self.fd)
 
 
-@pytest.fixture(params=["127.0.0.1:0", "pty"])
+@pytest.fixture(params=["127.0.0.1:0", pytest.param("pty", marks=needs_terminals)])
 def port(bench: Bench, request: pytest.FixtureRequest) -> Iterator[SerialPort]:
     with open_port(bench, request.param) as port:
         yield port
@@ -166,6 +168,7 @@ def test_one_client_at_a_time() -> None:
         second.leave()
 
 
+@needs_terminals
 def test_a_terminal_passes_every_byte_as_it_is() -> None:
     line = Line()
     every = bytes(range(256))
@@ -224,6 +227,17 @@ def test_only_this_machine_can_reach_it() -> None:
     outlet = TcpOutlet()
     assert outlet._server.getsockname()[0] == LOOPBACK
     outlet.close()
+
+
+def test_a_system_without_pseudo_terminals_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(_: int) -> str:
+        raise OSError(errno.ENODEV, "No such device")
+
+    monkeypatch.setattr(os, "ttyname", missing)
+    wanted = "serial port: no pseudo-terminal (No such device: is /dev/pts mounted?): valid is 127.0.0.1:PORT"
+    with pytest.raises(SimError) as told:
+        TerminalOutlet()
+    assert str(told.value) == wanted
 
 
 def test_a_robot_without_a_line_is_told() -> None:
