@@ -1,9 +1,14 @@
 """Recording one drive from names: world, light, robot, seed."""
 
 import itertools
+import json
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 import robots
 from refseq.logs import Recording, RecordingWriter, read_recording
@@ -12,14 +17,19 @@ from robots import Robot
 from scenarios.errors import ScenarioError
 from sim.bench import Bench, BenchSettings
 from sim.cameras import load_camera
+from sim.faults import Fault
 from sim.laser import LaserModel, RangeMode
 from sim.operator import OperatorStyle
-from sim.recorder import Trigger, describe, drive_and_sense, operator_for
+from sim.recorder import PATIENCE, Trigger, describe, drive_and_sense, operator_for
 from sim.render import RendererKind
 from worlds.build import build
 from worlds.change import change_named, changed
 from worlds.light import light_named
 from worlds.plan import load_plan
+from worlds.schema import FloorPlan
+
+OWN_ROUTE = "own"
+"""Name of the route that a drive brings itself."""
 
 Progress = Callable[[float, float, int], None]
 """Told how far the robot has come [m], of how much [m], and the number of views so far."""
@@ -32,6 +42,10 @@ class Drive:
     ``light`` and ``change`` are texts as ``light_named`` and ``change_named`` read them. The change is drawn from
     ``change_seed``, None: the drive's own. ``cameras`` names the model of each camera that is no Fire-i. ``laser``
     tells how far the laser reaches.
+
+    ``waypoints`` [m] are a route of the drive's own, called ``OWN_ROUTE``, in place of one of the world's. Only the
+    stretch from ``start`` to ``end`` [m along the route] is driven; None: to its end. ``faults`` happen on the way, by
+    metres from where the drive starts. ``patience`` [s, simulated] is how long it may take.
     """
 
     world: str = "hallway"
@@ -48,11 +62,28 @@ class Drive:
     sensors: tuple[str, ...] | None = None
     cameras: Mapping[str, str] = field(default_factory=dict)
     laser: RangeMode = RangeMode.METRES_80
+    waypoints: tuple[tuple[float, float], ...] = ()
+    start: float = 0.0
+    end: float | None = None
+    faults: tuple[Fault, ...] = ()
+    patience: float = PATIENCE
+
+    def __post_init__(self) -> None:
+        if not 0 < self.patience < math.inf:
+            raise ScenarioError(f"patience {self.patience} s is not valid; it should be positive")
 
     @property
     def day(self) -> int:
         """Seed of what is not as it was."""
         return self.seed if self.change_seed is None else self.change_seed
+
+
+def name_of_route(drive: Drive) -> str:
+    """The route in words, with the stretch of it that is driven."""
+    name = OWN_ROUTE if drive.waypoints else drive.route
+    if not drive.start and drive.end is None:
+        return name
+    return f"{name} from {drive.start:g} m" + ("" if drive.end is None else f" to {drive.end:g} m")
 
 
 class Interrupted(KeyboardInterrupt):
@@ -67,15 +98,40 @@ def open_bench(drive: Drive) -> Bench:
     cameras = tuple(name for name in robot.cameras if drive.sensors is None or name in drive.sensors)
     if drive.renderer is RendererKind.NONE and drive.sensors is not None and LASER not in drive.sensors:
         raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
-    plan = changed(load_plan(drive.world), change_named(drive.change), drive.day)
-    world = build(plan, light_named(drive.light), drive.world_seed)
+    world = build(plan_of(drive), light_named(drive.light), drive.world_seed)
     settings = BenchSettings(
         renderer=drive.renderer if cameras else RendererKind.NONE,
         cameras=cameras,
         camera_models={name: load_camera(model) for name, model in drive.cameras.items()},
         laser=LaserModel(mode=drive.laser),
     )
-    return Bench(world, robot, route=drive.route, seed=drive.seed, settings=settings)
+    route = OWN_ROUTE if drive.waypoints else drive.route
+    if route not in world.routes:
+        raise ScenarioError(f"unknown route {route!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
+    return Bench(world, robot, route=driven(world.routes[route], drive), seed=drive.seed, settings=settings)
+
+
+def plan_of(drive: Drive) -> FloorPlan:
+    """The floor plan as it is on the drive's day, with the drive's own route. Raises ``WorldsError``."""
+    plan = load_plan(drive.world)
+    if drive.waypoints:
+        plan = plan.model_copy(update={"routes": {**plan.routes, OWN_ROUTE: drive.waypoints}})
+    return changed(plan, change_named(drive.change), drive.day)
+
+
+def driven(route: NDArray[np.float64], drive: Drive) -> NDArray[np.float64]:
+    """The stretch of a route (n, 2) [m] that is driven. Raises ``ScenarioError`` where the route has no such one."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(route, axis=0).T))])
+    length = float(along[-1])
+    end = length if drive.end is None else drive.end
+    if not 0 <= drive.start < end <= length + 1e-9:
+        raise ScenarioError(
+            f"start {drive.start} m and end {end:g} m are no stretch of route {drive.route!r}; valid is 0 or more, "
+            f"start before end, at most {length:g} m"
+        )
+    inner = route[(along > drive.start) & (along < end)]
+    ends = [[float(np.interp(at, along, route[:, axis])) for axis in (0, 1)] for at in (drive.start, end)]
+    return np.array([ends[0], *inner, ends[1]])
 
 
 def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
@@ -98,9 +154,13 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
     with open_bench(drive) as bench:
         scanning = drive.sensors is None or LASER in drive.sensors
         operator = operator_for(bench, drive.seed, drive.style)
-        metadata = describe(bench, route=drive.route, seed=drive.seed, trigger=drive.trigger, style=drive.style)
+        metadata = describe(
+            bench, route=name_of_route(drive), seed=drive.seed, trigger=drive.trigger, style=drive.style
+        )
         metadata = {**metadata, "change": change_named(drive.change).as_text(), "change_seed": str(drive.day)}
-        drive_on = drive_and_sense(bench, operator, drive.trigger)
+        if drive.faults:
+            metadata |= {"faults": json.dumps([asdict(fault) for fault in drive.faults], sort_keys=True)}
+        drive_on = drive_and_sense(bench, operator, drive.trigger, faults=drive.faults, timeout=drive.patience)
         first = next(drive_on)
         _make_folder(path)
         views: list[View] = []

@@ -60,6 +60,8 @@ class BenchSettings:
 class Bench(Closing):
     """A robot in a world, at the start of a route, at simulated time 0; use it in a ``with`` block.
 
+    ``route`` is the name of one of the world's, or a polyline (n, 2) [m].
+
     Every random draw (noise of laser and cameras, calibration) comes from ``seed`` and the settings' ``unit``: the same
     seed gives the same scans and poses, bit for bit. ``settings`` are kept with every camera's name and model written
     out. Raises ``SimError`` for an unknown route or camera, ``RendererError`` where the renderer's driver is missing.
@@ -70,14 +72,12 @@ class Bench(Closing):
         world: World,
         robot: Robot,
         *,
-        route: str = "forward",
+        route: str | NDArray[np.float64] = "forward",
         seed: int = 0,
         settings: BenchSettings | None = None,
     ) -> None:
-        if route not in world.routes:
-            raise SimError(f"unknown route {route!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
         self.world, self.robot, self.settings = world, robot, _resolved(settings or BenchSettings(), robot)
-        self.route = world.routes[route]
+        self.route = _route_in(world, route) if isinstance(route, str) else route
         self._prefix = f"{robot.name}/"
         self.model = self._compile()
         self.data = mujoco.MjData(self.model)
@@ -103,6 +103,7 @@ class Bench(Closing):
         sonars = self.settings.sonar, np.random.default_rng(sonar_seed)
         inertial = self.settings.inertial, np.random.default_rng(inertial_seed)
         self._hardware = Hardware(self.model, self.data, robot, self._prefix, sonars, inertial)
+        self._covered: set[str] = set()
         self._scanned: tuple[float, Scan] | None = None
         self._last_view: Pose | None = None
         self._last_look = 0.0
@@ -179,6 +180,19 @@ class Bench(Closing):
         self.control.command(twist)
         self.wait()
 
+    def cover(self, camera: str, covered: bool) -> None:
+        """Let no light into a camera, or let it in again."""
+        (self._covered.add if covered else self._covered.discard)(camera)
+
+    def dazzle(self, bearings: NDArray[np.float64] | None) -> None:
+        """Blind the laser's beams between two bearings (2,) [rad], or none."""
+        self._laser.dazzled = None if bearings is None else (float(bearings[0]), float(bearings[1]))
+        self._scanned = None
+
+    def grip(self, wheels: str, friction: float | None) -> None:
+        """Give the wheels (both, left or right) a coefficient of friction, or None for that of their tyres."""
+        self._hardware.grip(wheels, friction)
+
     def wait(self) -> None:
         """Go on for one control period without any command."""
         self._stood = MocapPoses.of(self.data)
@@ -218,6 +232,8 @@ class Bench(Closing):
             optics, mounted = camera.optics, self._prefix + name
             self.renderer.light_around(self.world.ambient.at(self.data.camera(mounted).xpos))
             sharp = optics.draw(self.renderer.radiance(self.data, mounted, optics.pinhole.width, optics.pinhole.height))
+            if name in self._covered:
+                sharp = np.zeros_like(sharp)
             camera.adapt(sharp, min(elapsed, ADAPTATION))
             run = paths(self.model, self.data, mounted, optics, camera.exposure.shutter)
             images[name] = camera.expose(smeared(sharp, run))
@@ -248,6 +264,12 @@ def _whole(period: float, part: float, name: str) -> int:
     if count < 1 or not math.isclose(count * part, period):
         raise SimError(f"a {name} of {part} s does not divide {period} s: valid is a whole part of it")
     return count
+
+
+def _route_in(world: World, name: str) -> NDArray[np.float64]:
+    if name not in world.routes:
+        raise SimError(f"unknown route {name!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
+    return world.routes[name]
 
 
 def _start_of(route: NDArray[np.float64]) -> Pose:

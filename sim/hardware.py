@@ -11,6 +11,7 @@ from sim.sonar import SonarModel, SonarRing
 
 BRAKE_TORQUE = 60.0
 """What a brake holds a wheel with [N·m]; a choice, more than any motor gives."""
+SIDES = ("left", "right")
 NOTHING: frozenset[str] = frozenset()
 
 
@@ -42,6 +43,8 @@ class Hardware:
         self._encoders = Encoders(robot.pulses_per_turn)
         self._bumpers = {name: model.geom(prefix + geom).id for name, geom in robot.bumpers.items()}
         self._friction = model.dof_frictionloss[self._dofs].copy()
+        self._tyres = {side: _tyre(model, int(joint.bodyid[0])) for side, joint in zip(SIDES, wheels, strict=True)}
+        self._tyre_friction = model.geom_friction[:, 0].copy(), model.geom_priority.copy()
         self._braked = False
         sites = tuple(prefix + name for name in robot.sonars)
         self._sonars = SonarRing(sonars[0], sonars[1], model, sites, prefix + robot.base) if sites else None
@@ -67,8 +70,22 @@ class Hardware:
             self._braked = actuation.braked
             self._model.dof_frictionloss[self._dofs] = BRAKE_TORQUE if self._braked else self._friction
 
+    def grip(self, wheels: str, friction: float | None) -> None:
+        """Give the tyres (both, left or right) a coefficient of friction, or None for their own."""
+        for geom in (geom for side in SIDES if wheels in ("both", side) for geom in self._tyres[side]):
+            own, priority = self._tyre_friction
+            self._model.geom_friction[geom, 0] = own[geom] if friction is None else friction
+            # Of two that touch the greater friction counts, unless one has priority: a slick rules over the floor.
+            self._model.geom_priority[geom] = priority[geom] if friction is None else priority.max() + 1
+
     def _pressed(self) -> frozenset[str]:
         if not self._bumpers:
             return NOTHING
         touched = set(self._data.contact.geom.ravel().tolist())
         return frozenset(name for name, geom in self._bumpers.items() if geom in touched)
+
+
+def _tyre(model: mujoco.MjModel, body: int) -> list[int]:
+    """Geoms of a wheel's body that touch the floor."""
+    geoms = range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+    return [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]

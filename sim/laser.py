@@ -15,8 +15,8 @@ from sim.beams import BEAMS, GLASS_GROUPS, SEEN_GROUPS, START, STEP, Hits, cast,
 from sim.echoes import THRESHOLD, Echoes, first_echo, light_from, remissions
 from sim.errors import SimError
 
-ABOVE_MAX, LOW_SNR = 8183, 8187
-"""Words that are no ranges: farther than can be said, or nothing there; too little light came back."""
+ABOVE_MAX, LOW_SNR, DAZZLE = 8183, 8187, 8190
+"""Words that are no ranges: farther than can be said, or nothing there; too little light came back; too much did."""
 
 
 class RangeMode(Enum):
@@ -75,6 +75,8 @@ class Laser:
         self.model = model
         self.bias = float(rng.uniform(-model.bias_limit, model.bias_limit))
         self._rng = rng
+        self.dazzled: tuple[float, float] | None = None
+        """Bearings between which something shines into the device [rad], None while nothing does."""
 
     def scan(self, mj_model: mujoco.MjModel, mj_data: mujoco.MjData, site: str, exclude_body: str) -> Scan:
         """Measure from ``site``, blind for the geoms of ``exclude_body``: the one that carries the scanner."""
@@ -109,5 +111,13 @@ class Laser:
         counts = np.round(np.maximum(ranges, model.min_range) * model.mode.value)
         too_weak = np.isinf(echoes.distance) & (echoes.power > 0)
         words = np.where(too_weak, LOW_SNR, np.minimum(counts, ABOVE_MAX)).astype(np.uint16)
+        if self.dazzled is not None:
+            words[_dazzled(*self.dazzled)] = DAZZLE
         words.setflags(write=False)
         return Telegram(words, model.mode)
+
+
+def _dazzled(low: float, high: float) -> NDArray[np.bool_]:
+    """Which beams (361,) point into the arc from ``low`` counter-clockwise to ``high`` [rad]; a width of 2π is all."""
+    inside: NDArray[np.bool_] = (START + STEP * np.arange(BEAMS) - low) % (2 * np.pi) <= high - low
+    return inside

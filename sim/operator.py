@@ -94,6 +94,20 @@ class Operator:
         """True once the robot has come to the end of the route; commands from then on bring it to a halt."""
         return self._leg == len(self._legs)
 
+    def carried(self, progress: float) -> Pose:
+        """Go on from ``progress`` [m along the route], where the robot is set down at rest; returns that pose.
+
+        Raises ``SimError`` for a place that is not on the route.
+        """
+        if not 0 <= progress <= self.length:
+            raise SimError(f"operator: {progress} m is not on the route of {self.length:.1f} m")
+        self._leg, self._along = 0, progress
+        while self._leg + 1 < len(self._legs) and self._along > self._legs[self._leg].length:
+            self._along -= self._legs[self._leg].length
+            self._leg += 1
+        self._turning, self._last = False, Twist()
+        return self._legs[self._leg].pose(self._along)
+
     def command(self, time: float, pose: Pose) -> Twist:
         """Return the twist to drive with from ``time`` [s] on, seeing the robot at ``pose``."""
         elapsed = self._elapsed(time)
@@ -183,6 +197,11 @@ class _Leg:
         i = self._segment(along)
         point: NDArray[np.float64] = self._points[i] + (along - self._starts[i]) * self._tangents[i]
         return point
+
+    def pose(self, along: float) -> Pose:
+        """Return the pose at path length ``along`` [m] that looks along the path."""
+        (x, y), (east, north) = self.point(along), self._tangents[self._segment(along)]
+        return Pose(float(x), float(y), math.atan2(north, east))
 
     def normal(self, along: float) -> NDArray[np.float64]:
         """Return the unit vector to the left of the path at ``along`` [m], (2,)."""

@@ -2,7 +2,7 @@
 
 import json
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from refseq.view import Pose, View, wrap
 from sim.bench import CONTROL_PERIOD, Bench
-from sim.errors import SimError
+from sim.errors import SimError, StuckError
+from sim.faults import Agenda, Fault
 from sim.operator import Operator, OperatorStyle
 
 PACKAGES = ("refseq-bench", "mujoco", "numpy", "opencv-python-headless")
@@ -65,22 +66,32 @@ class Taken:
     progress: float
 
 
-def drive_and_sense(bench: Bench, operator: Operator, trigger: Trigger, *, timeout: float = 3600.0) -> Iterator[Taken]:
+PATIENCE = 3600.0
+"""For how long the operator tries to get to the end, where nothing else is asked for [s of simulated time]."""
+
+
+def drive_and_sense(
+    bench: Bench, operator: Operator, trigger: Trigger, *, faults: Sequence[Fault] = (), timeout: float = PATIENCE
+) -> Iterator[Taken]:
     """Lead the robot to the end of the operator's route; yields the views as they are taken, the first at the start.
 
-    Raises ``SimError`` when the end is not reached within ``timeout`` [s] of simulated time: the robot is stuck.
+    ``faults`` happen on the way. Raises ``StuckError`` when the end is not reached within ``timeout`` [s] of simulated
+    time, ``SimError`` for a fault that cannot happen on this route to this robot.
     """
+    agenda = Agenda(faults, bench, operator)
+    agenda.look()
     yield Taken(bench.sense(), bench.odometry, operator.progress)
     moved = Moved()
     while not operator.finished:
         before = bench.odometry
         bench.drive(operator.command(bench.time, bench.pose))
+        agenda.look()
         moved.add(before, bench.odometry, CONTROL_PERIOD)
         if trigger.fires(moved):
             yield Taken(bench.sense(), bench.odometry, operator.progress)
             moved = Moved()
         if bench.time > timeout:
-            raise SimError(
+            raise StuckError(
                 f"the robot came {operator.progress:.1f} m of {operator.length:.1f} m in {timeout:.0f} s: it is stuck"
             )
 

@@ -1,0 +1,1 @@
+"""Declared experiments: scenario files, what they expand to, how they are run and judged."""
