@@ -1,4 +1,4 @@
-"""Beliefs as a parquet table: one row a view and stage, written in one step."""
+"""Beliefs as a parquet table: one row a view and method, written in one step."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from refseq.view import View
 COSTS = tuple(f"{field.name}_s" for field in fields(Timings))
 SCHEMA = pa.schema(
     [
-        ("stage", pa.string()),
+        ("method", pa.string()),
         ("view", pa.int32()),
         ("time_s", pa.float64()),
         ("best", pa.int32()),
@@ -36,13 +36,16 @@ SCHEMA = pa.schema(
 def write_beliefs(
     path: Path,
     views: Sequence[View],
-    beliefs: Mapping[Stage, Sequence[Belief]],
+    beliefs: Mapping[str, Sequence[Belief]],
     metadata: Mapping[str, str] | None = None,
 ) -> None:
-    """Write the beliefs of all stages; views without truth have null there. Raises ``LogError`` if it cannot."""
+    """Write the beliefs of each method, a ``Stage`` or any other name; views without truth have null there.
+
+    Raises ``LogError`` if it cannot.
+    """
     rows = [
-        _row(stage, index, view, belief)
-        for stage, answers in beliefs.items()
+        _row(method, index, view, belief)
+        for method, answers in beliefs.items()
         for index, (view, belief) in enumerate(zip(views, answers, strict=True))
     ]
     schema = SCHEMA.with_metadata({"refseq": json.dumps(dict(metadata or {}))})
@@ -53,10 +56,10 @@ def write_beliefs(
         raise LogError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
-def _row(stage: Stage, index: int, view: View, belief: Belief) -> dict[str, object]:
+def _row(method: str, index: int, view: View, belief: Belief) -> dict[str, object]:
     truth = astuple(view.truth) if view.truth else (None, None, None)
     return {
-        "stage": stage.value,
+        "method": str(method),
         "view": index,
         "time_s": view.time,
         "best": belief.best,
@@ -69,8 +72,11 @@ def _row(stage: Stage, index: int, view: View, belief: Belief) -> dict[str, obje
     }
 
 
-def read_beliefs(path: Path) -> dict[Stage, list[Belief]]:
-    """Read beliefs by stage, in the order of views. Raises ``LogError`` when the file is no table of beliefs."""
+def read_beliefs(path: Path) -> dict[str, list[Belief]]:
+    """Read beliefs by method, in the order of views; the thesis' stages come first, in their order.
+
+    Raises ``LogError`` when the file is no table of beliefs.
+    """
     try:
         table = pq.read_table(path)
     except (OSError, pa.ArrowInvalid) as error:
@@ -81,10 +87,8 @@ def read_beliefs(path: Path) -> dict[Stage, list[Belief]]:
         if table.schema.field(wanted.name).type != wanted.type:
             found = table.schema.field(wanted.name).type
             raise LogError(f"{path}: column {wanted.name!r} holds {found}; valid is {wanted.type}")
-    beliefs: dict[Stage, list[Belief]] = {}
-    for row in table.sort_by([("stage", "ascending"), ("view", "ascending")]).to_pylist():
-        if row["stage"] not in set(Stage):
-            raise LogError(f"{path}: stage {row['stage']!r} is unknown; valid are {', '.join(Stage)}")
+    beliefs: dict[str, list[Belief]] = {stage: [] for stage in Stage}
+    for row in table.sort_by("view").to_pylist():
         belief = Belief(
             np.array(row["places"]),
             row["lost"],
@@ -93,5 +97,5 @@ def read_beliefs(path: Path) -> dict[Stage, list[Belief]]:
             row["entropy_nats"],
             Timings(*(row[cost] for cost in COSTS)),
         )
-        beliefs.setdefault(Stage(row["stage"]), []).append(belief)
-    return {stage: beliefs[stage] for stage in Stage if stage in beliefs}
+        beliefs.setdefault(row["method"], []).append(belief)
+    return {method: answers for method, answers in beliefs.items() if answers}

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from scenarios.comparison import Comparison, shared_methods
 from scenarios.episodes import Way
-from scenarios.score import NARROW, RANKS, WIDE, Proportion, Score, pool, score
+from scenarios.score import NARROW, RANKS, WIDE, Proportion, Score, Tolerance, pool, score
 
 NONE = "n/a"
 """Stands where there is no figure to give."""
@@ -29,17 +29,17 @@ class Figures:
     cost: float
 
 
-def figures(comparisons: Sequence[Comparison]) -> list[Figures]:
-    """The figures of each method that all comparisons have answers of."""
-    return [_figures(comparisons, method) for method in shared_methods(comparisons)]
+def figures(comparisons: Sequence[Comparison], wide: Tolerance = WIDE, narrow: Tolerance = NARROW) -> list[Figures]:
+    """The figures of each method that all comparisons have answers of, within two tolerances."""
+    return [_figures(comparisons, method, wide, narrow) for method in shared_methods(comparisons)]
 
 
-def _figures(comparisons: Sequence[Comparison], method: str) -> Figures:
+def _figures(comparisons: Sequence[Comparison], method: str, wide: Tolerance, narrow: Tolerance) -> Figures:
     timings = [belief.timings for one in comparisons for belief in one.beliefs[method]]
     return Figures(
         method=method,
-        wide=pool([score(one, method, WIDE) for one in comparisons]),
-        narrow=pool([score(one, method, NARROW) for one in comparisons]),
+        wide=pool([score(one, method, wide) for one in comparisons]),
+        narrow=pool([score(one, method, narrow) for one in comparisons]),
         cost=1000 * float(np.median([timing.total - timing.features for timing in timings])),
     )
 
@@ -126,16 +126,21 @@ def ways_text(ways: Sequence[Way]) -> str:
 def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
     """All figures as a table of comma-separated values, units in the columns' names; empty where there is none."""
     text = io.StringIO()
-    rows = [_record(name, one) for name, found in experiments for one in found]
+    rows = [
+        {"experiment": name, "method": one.method, **figures_record(one)}
+        for name, found in experiments
+        for one in found
+    ]
     writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()
 
 
-def _record(name: str, one: Figures) -> dict[str, object]:
+def figures_record(one: Figures) -> dict[str, object]:
+    """All figures of a method by their names, units in them; None where there is none."""
     wide, curve = one.wide, one.wide.retrieval
-    record: dict[str, object] = {"experiment": name, "method": one.method}
+    record: dict[str, object] = {}
     for part in (one.wide, one.narrow):
         within, (low, high) = f"within_{part.tolerance.distance:g}_m", part.success.interval
         record |= {f"{within}_right_views": part.success.successes, f"{within}_on_map_views": part.success.trials}

@@ -9,33 +9,86 @@ from refseq.sequence import learn
 from refseq.view import View
 from scenarios.baselines import BASELINES, Reference
 from scenarios.errors import ScenarioError
+from scenarios.own import OwnLocaliser, is_own, load_own
 
 STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
 """Our own localiser's names: a profile and a stage, with a stroke between."""
 
 METHODS = (*STAGED, *BASELINES)
 
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    **{profile: tuple(f"{profile}/{stage}" for stage in Stage) for profile in PROFILES},
+    "baselines": tuple(BASELINES),
+}
+"""Names that stand for several methods: a profile for its stages, and all baselines."""
+
+
+FAMILIES: Mapping[str, tuple[str, ...]] = {
+    **{profile: GROUPS[profile] for profile in PROFILES},
+    "vlad": ("vlad", "topological", "topometric", "sequence-graph"),
+}
+"""Methods that are asked together, as they share what is dear."""
+
+
+def written_out(names: Iterable[str]) -> tuple[str, ...]:
+    """Methods by name, each once, with groups written out; names that are not known are left as they are."""
+    return tuple(dict.fromkeys(name for one in names for name in GROUPS.get(one, (one,))))
+
 
 def methods_named(names: Sequence[str] | None) -> tuple[str, ...]:
     """Methods by their names, each once; without names all there are. ``ScenarioError`` for an unknown one."""
-    for name in names or ():
-        if name not in METHODS:
-            raise ScenarioError(f"method {name!r} is unknown; valid are {', '.join(METHODS)}")
-    return tuple(dict.fromkeys(names or METHODS))
+    wanted = written_out(names or METHODS)
+    check_methods(wanted)
+    return wanted
+
+
+def check_methods(names: Iterable[str]) -> None:
+    """Raise ``ScenarioError`` for the first name that is no method's."""
+    for name in names:
+        if is_own(name):
+            load_own(name)
+        elif name not in METHODS:
+            raise ScenarioError(f"method {name!r} is unknown; valid are {', '.join((*METHODS, *GROUPS))}")
+
+
+def family(name: str) -> str:
+    """What a method shares its dear steps with: a profile's stages, the methods on VLAD; else it is its own."""
+    return next((shared for shared, members in FAMILIES.items() if name in members), name)
 
 
 def answers(
     methods: Sequence[str], reference: Sequence[View], query: Sequence[View], *, seed: int = 0
 ) -> dict[str, list[Belief]]:
     """What each method, having learnt the reference views, answers to the query views."""
-    drive = Reference(reference)
-    found = run({name: BASELINES[name](drive) for name in methods if name in BASELINES}, query)
-    for profile in dict.fromkeys(name.split("/")[0] for name in methods if name in STAGED):
-        stages = [stage for stage in Stage if f"{profile}/{stage}" in methods]
-        sequence = learn(reference, profile=profile_named(profile))
-        beliefs = localise(sequence, query, stages=stages, seed=seed)
-        found |= {f"{profile}/{stage}": beliefs[stage] for stage in stages}
-    return {name: found[name] for name in methods}
+    return Learnt(methods, reference, seed=seed).answers(query)
+
+
+class Learnt:
+    """Several methods that have learnt the same reference views.
+
+    ``sequences`` are the maps of our own localiser by profile, ``localisers`` all other methods by name. Raises
+    ``MisbehavedError`` where a user's localiser fails.
+    """
+
+    def __init__(self, methods: Sequence[str], reference: Sequence[View], *, seed: int = 0) -> None:
+        self._methods, self._seed = methods, seed
+        drive = Reference(reference)
+        profiles = dict.fromkeys(name.split("/")[0] for name in methods if name in STAGED)
+        self.sequences = {profile: learn(reference, profile=profile_named(profile)) for profile in profiles}
+        self.localisers: dict[str, Localiser] = {
+            name: OwnLocaliser(name, reference) if is_own(name) else BASELINES[name](drive)
+            for name in methods
+            if name not in STAGED
+        }
+
+    def answers(self, query: Sequence[View]) -> dict[str, list[Belief]]:
+        """What each method answers to the query views."""
+        found = run(self.localisers, query)
+        for profile, sequence in self.sequences.items():
+            stages = [stage for stage in Stage if f"{profile}/{stage}" in self._methods]
+            beliefs = localise(sequence, query, stages=stages, seed=self._seed)
+            found |= {f"{profile}/{stage}": beliefs[stage] for stage in stages}
+        return {name: found[name] for name in self._methods}
 
 
 def run(localisers: Mapping[str, Localiser], views: Iterable[View]) -> dict[str, list[Belief]]:

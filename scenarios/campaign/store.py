@@ -1,10 +1,10 @@
 """A store of what is dear to make, by key: recordings and answers are made once and kept for whoever asks again."""
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
+from refseq.files import replacing_at
 from scenarios.errors import ScenarioError
 
 RECORDING, ANSWERS = ".mcap", ".parquet"
@@ -39,19 +39,9 @@ class Store:
         """The file of a key, made by ``maker`` where it is not there yet."""
         path = self.path(key, ending)
         if not path.is_file():
-            with self._being_made(path) as draft:
+            with replacing_at(path) as draft:
                 maker(draft)
         return path
-
-    @contextmanager
-    def _being_made(self, path: Path) -> Iterator[Path]:
-        """A file beside the one that is wanted; it takes its place when it is whole, and vanishes when it is not."""
-        draft = path.with_name(f"draft-{os.getpid()}-{path.name}")
-        try:
-            yield draft
-            draft.replace(path)
-        finally:
-            draft.unlink(missing_ok=True)
 
     @property
     def size(self) -> int:

@@ -66,17 +66,19 @@ def error_of(path: Path) -> str:
 def test_files_that_are_no_beliefs(tmp_path: Path) -> None:
     path = tmp_path / "b.parquet"
     assert error_of(path).startswith(f"{path}: is no table of beliefs: ")
-    path.write_text("stage,view")
+    path.write_text("method,view")
     assert error_of(path).startswith(f"{path}: is no table of beliefs: ")
-    pq.write_table(pa.table({"stage": ["chain"], "view": pa.array([0], pa.int32())}), path)
+    pq.write_table(pa.table({"method": ["chain"], "view": pa.array([0], pa.int32())}), path)
     assert error_of(path) == f"{path}: is no table of beliefs: column 'time_s' is missing"
 
 
-def test_an_unknown_stage(tmp_path: Path) -> None:
+def test_any_method_is_kept_and_the_stages_come_first(tmp_path: Path) -> None:
     path = tmp_path / "b.parquet"
-    row = dict.fromkeys(SCHEMA.names) | {"stage": "magic", "view": 0}
-    pq.write_table(pa.Table.from_pylist([row], schema=SCHEMA), path)
-    assert error_of(path) == f"{path}: stage 'magic' is unknown; valid are uniform, prior, chain"
+    belief = Belief(np.array([0.25, 0.75]), 0.1, 1, (0, 1), 0.5)
+    write_beliefs(path, [View(0.0)], {"own:Localiser": [belief], "chain": [belief], "uniform": [belief]})
+    found = read_beliefs(path)
+    assert list(found) == ["uniform", "chain", "own:Localiser"]
+    assert found["own:Localiser"][0].places.tolist() == [0.25, 0.75]
 
 
 def test_a_folder_that_is_not_there(tmp_path: Path) -> None:

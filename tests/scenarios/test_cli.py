@@ -72,8 +72,8 @@ def spoil(home: Path) -> None:
     pq.write_table(pa.table({"a": [1]}), home / "other.parquet")
     pq.write_table(table.slice(0, 5), home / "few.parquet")
     pq.write_table(table.slice(0, 0), home / "none.parquet")
-    stages = pa.array(["magic"] * table.num_rows)
-    pq.write_table(table.set_column(table.column_names.index("stage"), "stage", stages), home / "magic.parquet")
+    numbers = pa.array([1] * table.num_rows)
+    pq.write_table(table.set_column(table.column_names.index("method"), "method", numbers), home / "magic.parquet")
 
 
 @pytest.fixture
@@ -166,8 +166,8 @@ BAD_INPUT = [
     ("report map.refseq run.mcap missing.parquet -o new.html", "missing.parquet: is no file; valid is a table of"),
     ("report map.refseq run.mcap folder -o new.html", "folder: is no file; valid is a table of beliefs (.parquet)"),
     ("report map.refseq run.mcap run.mcap -o new.html", "run.mcap: is no table of beliefs"),
-    ("report map.refseq run.mcap other.parquet -o new.html", "other.parquet: is no table of beliefs: column 'stage'"),
-    ("report map.refseq run.mcap magic.parquet -o new.html", "magic.parquet: stage 'magic' is unknown; valid are"),
+    ("report map.refseq run.mcap other.parquet -o new.html", "other.parquet: is no table of beliefs: column 'method'"),
+    ("report map.refseq run.mcap magic.parquet -o new.html", "magic.parquet: column 'method' holds int64; valid is"),
     ("report map.refseq run.mcap none.parquet -o new.html", "none.parquet: holds no belief; valid is one a view of"),
     ("matrix missing.refseq", "missing.refseq: cannot be read: No such file or directory"),
     ("matrix run.mcap", "run.mcap: is not a .refseq map, or is damaged"),

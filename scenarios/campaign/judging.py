@@ -1,0 +1,152 @@
+"""Judging a case: the answers of all its seeds, the figures, the expectations, the verdict."""
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from refseq.belief import Belief
+from refseq.view import View
+from scenarios.campaign.cases import Case
+from scenarios.campaign.cost import Cost
+from scenarios.campaign.expect import Judgement, judge
+from scenarios.campaign.outcomes import Outcome, Verdict
+from scenarios.campaign.store import Store
+from scenarios.campaign.tasks import AnswerTask, answers_of, asked_views, learnt_views
+from scenarios.comparison import Comparison
+from scenarios.figures import Figures, figures
+from scenarios.methods import family
+from scenarios.score import Tolerance
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A case that was run: its verdict, why, and all that decided.
+
+    ``reasons`` are one line each: what was missed, and what kept methods from answering. ``costs`` and ``digests`` (of
+    the beliefs, bit for bit, times aside) are by method, one entry a seed that was answered. ``comparisons`` hold one
+    entry a seed with all methods that answered; ``seconds`` is what the tasks took on the wall clock, those that were
+    kept from an earlier run not counted.
+    """
+
+    case: Case
+    verdict: Verdict
+    reasons: tuple[str, ...]
+    judgements: tuple[Judgement, ...]
+    figures: tuple[Figures, ...]
+    comparisons: tuple[Comparison, ...]
+    costs: Mapping[str, tuple[Cost, ...]]
+    digests: Mapping[str, tuple[str, ...]]
+    seconds: float
+
+
+def tasks_of(case: Case) -> dict[int, list[AnswerTask]]:
+    """The questions of a case by seed, a task for each family of methods. Raises ``AbsentError``."""
+    scenario = case.scenario
+    families: dict[str, list[str]] = {}
+    for method in scenario.methods:
+        families.setdefault(family(method), []).append(method)
+    return {seed: [_task(case, seed, tuple(methods)) for methods in families.values()] for seed in scenario.seeds}
+
+
+def _task(case: Case, seed: int, methods: tuple[str, ...]) -> AnswerTask:
+    reference, query = case.sources(seed)
+    asked = case.scenario.localise
+    return AnswerTask(methods, reference, query, asked.places, asked.sensors, seed, case.scenario.limits.seconds)
+
+
+def judged(
+    case: Case, tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, Outcome], store: Store
+) -> Judged:
+    """Judge a case by what its tasks left in the store; ``outcomes`` are by key, those of recordings among them."""
+    mishaps = _mishaps(tasks, outcomes)
+    answered = {seed: [task for task in of_seed if outcomes[task.key].good] for seed, of_seed in tasks.items()}
+    runs = {seed: _run(case, done, store) for seed, done in answered.items() if done}
+    comparisons = tuple(run.comparison for run in runs.values())
+    found = figures(comparisons, *_tolerances(case)) if comparisons else []
+    by_method = {one.method: one for one in found}
+    judgements = tuple(judge(one, by_method, case.scenario.judged, len(runs)) for one in case.expectations)
+    missed = [f"missed: {one.text} ({_told(one)})" for one in judgements if one.met is False]
+    methods = [one.method for one in found]
+    return Judged(
+        case=case,
+        verdict=_verdict(mishaps, judgements),
+        reasons=(*(outcome.reason for outcome in mishaps), *missed),
+        judgements=judgements,
+        figures=tuple(found),
+        comparisons=comparisons,
+        costs=MappingProxyType({m: tuple(run.costs[m] for run in runs.values()) for m in methods}),
+        digests=MappingProxyType({m: tuple(run.digests[m] for run in runs.values()) for m in methods}),
+        seconds=math.fsum(outcomes[task.key].seconds for of_seed in tasks.values() for task in of_seed),
+    )
+
+
+def _mishaps(tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, Outcome]) -> list[Outcome]:
+    """What did not end well, each reason once."""
+    found = [outcomes[task.key] for of_seed in tasks.values() for task in of_seed]
+    return list({one.reason: one for one in found if not one.good}.values())
+
+
+def _verdict(mishaps: Sequence[Outcome], judgements: Sequence[Judgement]) -> Verdict:
+    """An error weighs more than a failure, a failure more than what was not there to be run."""
+    kinds = {one.verdict for one in mishaps}
+    if any(one.met is False for one in judgements):
+        kinds.add(Verdict.FAILED)
+    return next((kind for kind in (Verdict.ERROR, Verdict.FAILED, Verdict.SKIPPED) if kind in kinds), Verdict.PASSED)
+
+
+def _told(one: Judgement) -> str:
+    return one.reason or f"it is {one.value:.4g}"
+
+
+def _tolerances(case: Case) -> tuple[Tolerance, Tolerance]:
+    asked = case.scenario.score
+    heading = math.radians(asked.heading)
+    return Tolerance(asked.within, heading), Tolerance(asked.narrow, heading)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One seed: what was answered, what it cost, and the digest of the beliefs, by method."""
+
+    comparison: Comparison
+    costs: Mapping[str, Cost]
+    digests: Mapping[str, str]
+
+
+def _run(case: Case, tasks: Sequence[AnswerTask], store: Store) -> _Run:
+    reference, query = learnt_views(tasks[0], store), asked_views(tasks[0], store)
+    beliefs: dict[str, list[Belief]] = {}
+    costs: dict[str, Cost] = {}
+    for task in tasks:
+        answers, cost = answers_of(task, store)
+        beliefs |= answers
+        costs |= dict.fromkeys(answers, cost)
+    order = [method for method in case.scenario.methods if method in beliefs]
+    comparison = Comparison(
+        case.name,
+        [_without_images(view) for view in reference.views],
+        reference.metadata,
+        [_without_images(view) for view in query.views],
+        query.metadata,
+        {method: beliefs[method] for method in order},
+    )
+    return _Run(comparison, costs, {method: digest(beliefs[method]) for method in order})
+
+
+def _without_images(view: View) -> View:
+    """Ten drives with their images would fill the memory; whoever shows one reads it again."""
+    return replace(view, images={})
+
+
+def digest(beliefs: Sequence[Belief]) -> str:
+    """Digest of some beliefs, bit for bit, but for the time that they took."""
+    found = hashlib.sha256()
+    for belief in beliefs:
+        found.update(np.asarray(belief.places, np.float64).tobytes())
+        found.update(np.array([belief.lost, belief.entropy], np.float64).tobytes())
+        found.update(np.array([belief.best, *belief.path], np.int64).tobytes())
+    return found.hexdigest()[:24]

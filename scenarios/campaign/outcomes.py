@@ -1,0 +1,35 @@
+"""How a task or a case ended: well, below what was expected, or because the bench broke."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Verdict(StrEnum):
+    """What became of a case.
+
+    A failure is the robot's or the localiser's: it got stuck, or an expectation was missed. An error is the bench's.
+    """
+
+    PASSED = "passed"
+    FAILED = "failed"
+    ERROR = "error"
+    SKIPPED = "skipped"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a task ended, with a ``reason`` in one line where it is not ``PASSED``, and what it took [s].
+
+    ``details`` are the trace of an error. ``kept`` says that it had been done before.
+    """
+
+    verdict: Verdict
+    reason: str = ""
+    details: str = ""
+    seconds: float = 0.0
+    kept: bool = False
+
+    @property
+    def good(self) -> bool:
+        """Whether what depends on it can go on."""
+        return self.verdict is Verdict.PASSED

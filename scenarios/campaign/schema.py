@@ -1,0 +1,157 @@
+"""What a scenario file may say. Lengths are in metres, angles in degrees, times in seconds.
+
+A file is a table of TOML. ``[reference]`` and ``[query]`` are drives to simulate, logs, or folders of images; what the
+query does not say is as in the reference, but for its faults. ``[vary]`` makes several cases of one file
+(``scenarios.campaign.vary``); ``expect`` says what decides (``scenarios.campaign.expect``).
+"""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+
+from scenarios.methods import written_out
+from sim.faults import CameraBlack, Kidnap, LaserDazzled, WheelSlip
+from sim.render import RendererKind
+
+QUERY_SEEDS = 1000
+"""Added to a seed for the query drive: never the same drive twice."""
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Seed = Annotated[int, Field(ge=0, strict=True)]
+Stretch = Annotated[str, Field(pattern=r"^\d*:\d*$")]
+Fault = Annotated[Kidnap | CameraBlack | LaserDazzled | WheelSlip, Field(discriminator="kind")]
+
+
+class Table(BaseModel):
+    """A table of the file: no key that is not known."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class TriggerTable(Table):
+    """When a view is taken: after ``distance`` [m], ``turn`` [degrees] or ``time`` [s]; 0 switches one off."""
+
+    distance: NotNegative = 0.85
+    turn: NotNegative = 0.0
+    time: NotNegative = 0.0
+
+
+class DriveTable(Table):
+    """A drive to simulate; the fields of ``scenarios.record.Drive`` but its seed.
+
+    ``operator`` scales how unevenly the person drives: 0 is perfect, 1 a careful person.
+    """
+
+    world: str
+    robot: str = "robuter"
+    light: str = "16:00"
+    change: str = "none"
+    change_seed: Seed | None = None
+    route: str = "forward"
+    waypoints: tuple[tuple[float, float], ...] = ()
+    start: NotNegative = 0.0
+    end: Positive | None = None
+    world_seed: Seed = 0
+    renderer: RendererKind = RendererKind.FILAMENT
+    trigger: TriggerTable = TriggerTable()
+    cameras: dict[str, str] = {}
+    laser_range: Literal[8, 80] = 80
+    operator: NotNegative = 1.0
+    faults: tuple[Fault, ...] = ()
+
+
+class LogTable(Table):
+    """A log in the folder of real recordings: ``views`` FROM:TO of it, one every ``thin`` metres.
+
+    With ``odometry_noise`` its odometry is given noise, another for each seed: for logs whose poses were corrected.
+    """
+
+    log: str
+    views: Stretch | None = None
+    thin: NotNegative = 0.0
+    odometry_noise: bool = False
+
+
+class ImagesTable(Table):
+    """A folder of images in the folder of real recordings, one every ``spacing`` metres, made ``width`` pixels wide."""
+
+    images: str
+    spacing: Positive = 1.0
+    width: Annotated[int, Field(gt=0)] = 640
+
+
+def _kind(table: object) -> str:
+    """Which kind of source a table is of, by the key that only this kind has."""
+    keys = table if isinstance(table, dict) else vars(table)
+    return next((kind for kind in ("log", "images") if kind in keys), "drive")
+
+
+SourceTable = Annotated[
+    Annotated[DriveTable, Tag("drive")] | Annotated[LogTable, Tag("log")] | Annotated[ImagesTable, Tag("images")],
+    Discriminator(_kind),
+]
+
+
+class LocaliseTable(Table):
+    """Who is asked, and what they are given.
+
+    ``profile`` is the one whose stages ``success_uniform``, ``_prior`` and ``_hmm`` in expectations mean. ``judged``
+    is the method that expectations mean which name none, by default the profile's chain. ``methods`` are those that
+    run: names and groups of ``scenarios.methods``, by default the profile's stages. Only ``sensors`` are looked at,
+    only ``places`` FROM:TO of the reference are learnt.
+    """
+
+    profile: str = "thesis"
+    judged: str | None = None
+    methods: tuple[str, ...] = ()
+    sensors: tuple[str, ...] | None = None
+    places: Stretch | None = None
+
+
+class ScoreTable(Table):
+    """What is right: within ``within`` metres and ``heading`` degrees; ``narrow`` is the second tolerance told."""
+
+    within: Positive = 1.5
+    narrow: Positive = 0.5
+    heading: Positive = 30.0
+
+
+class LimitsTable(Table):
+    """How long a drive may take in simulated control steps of 0.04 s, and any task on the wall clock [s]."""
+
+    steps: Annotated[int, Field(gt=0)] = 90_000
+    seconds: Positive = 3600.0
+
+
+class Scenario(Table):
+    """A declared experiment.
+
+    A scenario that is not ``blocking`` is run and shown, apart, and never makes a campaign fail. ``tags`` are names by
+    which several are asked for. Each of ``seeds`` is a reference drive and a query drive.
+    """
+
+    title: str
+    source: str = ""
+    note: str = ""
+    tags: tuple[str, ...] = ()
+    blocking: bool = True
+    seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (1, 2, 3, 4, 5)
+    reference: SourceTable
+    query: SourceTable
+    localise: LocaliseTable = LocaliseTable()
+    score: ScoreTable = ScoreTable()
+    limits: LimitsTable = LimitsTable()
+    expect: tuple[str, ...] = ()
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Names of the methods that run, groups written out, each once."""
+        asked = self.localise.methods or (self.localise.profile,)
+        judged = () if self.localise.judged is None else (self.localise.judged,)
+        return written_out((*asked, *judged))
+
+    @property
+    def judged(self) -> str:
+        """The method that is judged where an expectation names none."""
+        return self.localise.judged or f"{self.localise.profile}/chain"

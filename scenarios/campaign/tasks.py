@@ -1,0 +1,186 @@
+"""The tasks of a campaign: recording a drive, and asking methods about it. Each leaves a file in the store.
+
+A task is a value, so that it can be sent to another process or machine; what it needs and what it makes are named by
+keys. Who carries it out is no concern of its own.
+"""
+
+import json
+import time
+import traceback
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+
+import pyarrow.parquet as pq
+
+from refseq.belief import Belief
+from refseq.beliefs import read_beliefs, write_beliefs
+from refseq.errors import RefseqError
+from refseq.logs import Recording
+from refseq.view import View
+from robots.errors import RobotsError
+from scenarios.campaign.cost import Cost, bytes_kept, forget_peak, peak_bytes
+from scenarios.campaign.keys import key_of, packages, recording_key, sources_digest
+from scenarios.campaign.outcomes import Outcome, Verdict
+from scenarios.campaign.sources import AbsentError, Source, only, read_views, source_key
+from scenarios.campaign.store import ANSWERS, RECORDING, Store
+from scenarios.errors import ScenarioError
+from scenarios.inputs import stretch
+from scenarios.methods import Learnt
+from scenarios.own import MisbehavedError, is_own, own_digest
+from scenarios.record import Drive, record
+from sim.errors import SimError, StuckError
+from worlds.errors import WorldsError
+
+ANSWER_SOURCES = ("refseq", "scenarios.baselines", "scenarios.methods", "scenarios.campaign.sources")
+ANSWER_PACKAGES = ("numpy", "scipy", "opencv-python-headless", "faiss-cpu")
+
+
+@dataclass(frozen=True)
+class RecordTask:
+    """Simulate a drive and keep its recording. ``limit`` is how long that may take on the wall clock [s]."""
+
+    drive: Drive
+    limit: float
+    ending: str = RECORDING
+
+    @cached_property
+    def key(self) -> str:
+        """Key of the recording."""
+        return recording_key(self.drive)
+
+    @property
+    def needs(self) -> tuple["RecordTask", ...]:
+        """Nothing."""
+        return ()
+
+    @property
+    def title(self) -> str:
+        """What is done, in words."""
+        drive = self.drive
+        return f"drive {drive.world.rpartition('/')[2]} {drive.light}, seed {drive.seed}"
+
+    def carry_out(self, store: Store) -> None:
+        """Simulate."""
+        store.make(self.key, self.ending, lambda path: record(self.drive, path))
+
+
+@dataclass(frozen=True)
+class AnswerTask:
+    """Ask ``methods``, which share what is dear, about a query drive; they learn the reference drive.
+
+    Only ``places`` FROM:TO of the reference are learnt, only ``sensors`` are looked at (None: all). ``seed`` is that of
+    the methods' own draws.
+    """
+
+    methods: tuple[str, ...]
+    reference: Source
+    query: Source
+    places: str | None
+    sensors: tuple[str, ...] | None
+    seed: int
+    limit: float
+    ending: str = ANSWERS
+
+    @cached_property
+    def key(self) -> str:
+        """Key of the answers: views, methods, and the code and packages that answer."""
+        own = {name: own_digest(name) for name in self.methods if is_own(name)}
+        return key_of(
+            "answers",
+            self.methods,
+            own,
+            source_key(self.reference),
+            source_key(self.query),
+            self.places,
+            self.sensors,
+            self.seed,
+            sources_digest(ANSWER_SOURCES),
+            packages(ANSWER_PACKAGES),
+        )
+
+    @property
+    def needs(self) -> tuple[RecordTask, ...]:
+        """The recordings of drives that are simulated."""
+        return tuple(RecordTask(s, self.limit) for s in (self.reference, self.query) if isinstance(s, Drive))
+
+    @property
+    def title(self) -> str:
+        """What is done, in words."""
+        return f"ask {', '.join(self.methods)}, seed {self.seed}"
+
+    def carry_out(self, store: Store) -> None:
+        """Learn and ask."""
+        reference, query = learnt_views(self, store), asked_views(self, store)
+        forget_peak()
+        begin = time.perf_counter()
+        learnt = Learnt(self.methods, reference.views, seed=self.seed)
+        middle = time.perf_counter()
+        blind = [View(v.time, v.images, v.scan, v.distance, v.turn) for v in query.views]
+        beliefs = learnt.answers(blind)
+        cost = Cost(
+            learn_s=middle - begin,
+            answer_s=time.perf_counter() - middle,
+            places=len(reference.views),
+            bytes_kept=bytes_kept(*learnt.sequences.values(), *learnt.localisers.values()),
+            features=sum(sequence.matrix.N for sequence in learnt.sequences.values()) or None,
+            peak_bytes=peak_bytes(),
+        )
+        metadata = {**query.metadata, "cost": json.dumps(asdict(cost))}
+        store.make(self.key, self.ending, lambda path: write_beliefs(path, query.views, beliefs, metadata))
+
+
+Task = RecordTask | AnswerTask
+
+
+def learnt_views(task: AnswerTask, store: Store) -> Recording:
+    """The views of the reference that are learnt."""
+    recording = read_views(task.reference, store)
+    views = recording.views[_stretch(task, len(recording.views))]
+    return Recording(tuple(only(view, task.sensors) for view in views), recording.metadata)
+
+
+def _stretch(task: AnswerTask, count: int) -> slice:
+    return stretch(task.places, count, Path("localise.places"))
+
+
+def asked_views(task: AnswerTask, store: Store) -> Recording:
+    """The views of the query that are asked about."""
+    recording = read_views(task.query, store)
+    return Recording(tuple(only(view, task.sensors) for view in recording.views), recording.metadata)
+
+
+def answers_of(task: AnswerTask, store: Store) -> tuple[dict[str, list[Belief]], Cost]:
+    """What a task that is done left in the store: beliefs by method, and what they cost."""
+    path = store.path(task.key, task.ending)
+    metadata = json.loads(pq.read_schema(path).metadata[b"refseq"])
+    return read_beliefs(path), Cost(**json.loads(metadata["cost"]))
+
+
+def perform(task: Task, folder: Store) -> Outcome:
+    """Carry a task out and tell how it ended; nothing is raised but what stops the process."""
+    begin = time.perf_counter()
+    try:
+        if folder.has(task.key, task.ending):
+            return Outcome(Verdict.PASSED, kept=True)
+        task.carry_out(folder)
+        return Outcome(Verdict.PASSED, seconds=time.perf_counter() - begin)
+    except AbsentError as absent:
+        return Outcome(Verdict.SKIPPED, str(absent))
+    except (MisbehavedError, StuckError) as failure:
+        return Outcome(Verdict.FAILED, str(failure), seconds=time.perf_counter() - begin)
+    except (ScenarioError, SimError, WorldsError, RobotsError, RefseqError) as error:
+        return Outcome(Verdict.ERROR, f"{task.title}: {error}", seconds=time.perf_counter() - begin)
+    except Exception as error:
+        reason = f"{task.title}: {type(error).__name__}: {' '.join(str(error).split())}"
+        return Outcome(Verdict.ERROR, reason, traceback.format_exc(), time.perf_counter() - begin)
+
+
+def distinct(tasks: Sequence[Task]) -> list[Task]:
+    """Tasks and what they need, each once, needs first."""
+    found: dict[str, Task] = {}
+    for task in tasks:
+        for one in (*task.needs, task):
+            found.setdefault(one.key, one)
+    return list(found.values())
