@@ -12,6 +12,9 @@ import numpy as np
 
 from refseq.belief import Localiser
 from refseq.view import View
+from scenarios.baselines.ransac import RansacInliers
+from scenarios.baselines.seqslam import SeqSlam
+from scenarios.baselines.sequence_graph import SequenceGraph
 from scenarios.baselines.single import SingleBest
 from scenarios.baselines.topological import TopologicalFilter
 from scenarios.baselines.topometric import TopometricFilter
@@ -35,6 +38,9 @@ class Reference:
 
 BASELINES: Mapping[str, Callable[[Reference], Localiser]] = {
     "vlad": lambda reference: SingleBest(reference.vlad),
+    "ransac": lambda reference: RansacInliers.learn(reference.views),
+    "seqslam": lambda reference: SeqSlam(reference.views),
+    "sequence-graph": lambda reference: SequenceGraph(reference.vlad),
     "topological": lambda reference: TopologicalFilter(reference.vlad),
     "topometric": lambda reference: TopometricFilter(reference.vlad, reference.views),
 }

@@ -24,6 +24,18 @@ def reference(drives: tuple[list[View], list[View]]) -> Reference:
     return Reference(drives[0])
 
 
+@pytest.fixture(scope="module")
+def another(drives: tuple[list[View], list[View]]) -> Reference:
+    """The same drive, learnt once more."""
+    return Reference(drives[0])
+
+
+@pytest.fixture(scope="module")
+def blindfold(drives: tuple[list[View], list[View]]) -> Reference:
+    """The same drive, without its true poses."""
+    return Reference([replace(view, truth=None) for view in drives[0]])
+
+
 def answers(name: str, reference: Reference, views: list[View]) -> list[Belief]:
     localiser = BASELINES[name](reference)
     localiser.reset()
@@ -50,22 +62,21 @@ def test_answers_are_probabilities(name: str, reference: Reference, drives: tupl
 
 @every_baseline
 def test_answers_are_the_same_after_a_reset_and_for_another_learner(
-    name: str, reference: Reference, drives: tuple[list[View], list[View]]
+    name: str, reference: Reference, another: Reference, drives: tuple[list[View], list[View]]
 ) -> None:
     localiser = BASELINES[name](reference)
     first = [localiser.update(view) for view in drives[1]]
     localiser.reset()
     again = [localiser.update(view) for view in drives[1]]
-    other = answers(name, Reference(drives[0]), drives[1])
+    other = answers(name, another, drives[1])
     assert all(equal(a, b) and equal(a, c) for a, b, c in zip(first, again, other, strict=True))
 
 
 @every_baseline
 def test_answers_come_from_the_views_up_to_now_and_never_from_the_truth(
-    name: str, reference: Reference, drives: tuple[list[View], list[View]]
+    name: str, reference: Reference, blindfold: Reference, drives: tuple[list[View], list[View]]
 ) -> None:
     whole = answers(name, reference, drives[1])
-    blindfold = Reference([replace(view, truth=None) for view in drives[0]])
     part = answers(name, blindfold, [replace(view, truth=None) for view in drives[1][:6]])
     assert all(equal(a, b) for a, b in zip(whole[:6], part, strict=True))
 
