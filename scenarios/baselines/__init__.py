@@ -11,7 +11,11 @@ from functools import cached_property
 import numpy as np
 
 from refseq.belief import Localiser
+from refseq.sequence import ReferenceSequence, learn
 from refseq.view import View
+from scenarios.baselines.fabmap import FabMap
+from scenarios.baselines.fabmap_words import WordMap
+from scenarios.baselines.hamming import NearestColumn
 from scenarios.baselines.ransac import RansacInliers
 from scenarios.baselines.seqslam import SeqSlam
 from scenarios.baselines.sequence_graph import SequenceGraph
@@ -35,10 +39,23 @@ class Reference:
         """The views as VLAD."""
         return VladMap.learn(self.views, np.random.default_rng(CODEBOOK_SEED))
 
+    @cached_property
+    def sequence(self) -> ReferenceSequence:
+        """The views as the thesis' localiser learns them."""
+        return learn(self.views)
+
+    @cached_property
+    def words(self) -> WordMap:
+        """The views as bags of words."""
+        return WordMap(self.views)
+
 
 BASELINES: Mapping[str, Callable[[Reference], Localiser]] = {
+    "hamming": lambda reference: NearestColumn(reference.sequence, reference.views),
     "vlad": lambda reference: SingleBest(reference.vlad),
     "ransac": lambda reference: RansacInliers.learn(reference.views),
+    "fabmap-naive": lambda reference: FabMap(reference.words, tree=False),
+    "fabmap": lambda reference: FabMap(reference.words),
     "seqslam": lambda reference: SeqSlam(reference.views),
     "sequence-graph": lambda reference: SequenceGraph(reference.vlad),
     "topological": lambda reference: TopologicalFilter(reference.vlad),
