@@ -5,8 +5,10 @@ from enum import StrEnum
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from refseq.chain import entropy
+from refseq.errors import RefseqError
 from refseq.view import View
 
 LOST = -1
@@ -65,6 +67,35 @@ class Belief:
     path: tuple[int, ...]
     entropy: float
     timings: Timings = Timings()
+
+
+def belief_from(
+    weights: ArrayLike,
+    lost: float = 0.0,
+    *,
+    best: int | None = None,
+    path: tuple[int, ...] | None = None,
+    timings: Timings | None = None,
+) -> Belief:
+    """A belief from weights of the places (K,), which need not sum to 1, and the probability of being lost.
+
+    ``best`` is by default the place that weighs most, the first of several; ``path`` by default ends there and then.
+    Raises ``RefseqError`` for weights that make no probabilities (negative, not finite, all 0), and for ``lost``
+    outside 0 to 1.
+    """
+    given = np.asarray(weights, dtype=np.float64)
+    largest = float(given.max()) if given.ndim == 1 and given.size else 0.0
+    if not 0 < largest < np.inf or not (given >= 0).all():
+        raise RefseqError(
+            f"belief: weights of shape {given.shape}, at most {largest:g}, make no probabilities; valid are (K,) "
+            "finite numbers of 0 or more, not all 0"
+        )
+    if not 0 <= lost <= 1:
+        raise RefseqError(f"belief: lost = {lost} is not valid; it should be from 0 to 1")
+    scaled = given / largest  # so that the sum of large weights cannot overflow
+    places = scaled / scaled.sum()
+    top = int(np.argmax(given)) if best is None else best
+    return Belief(places, float(lost), top, (top,) if path is None else path, entropy(places), timings or Timings())
 
 
 class Localiser(Protocol):

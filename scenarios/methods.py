@@ -9,7 +9,7 @@ from refseq.sequence import learn
 from refseq.view import View
 from scenarios.baselines import BASELINES, Reference
 from scenarios.errors import ScenarioError
-from scenarios.own import OwnLocaliser, is_own, load_own
+from scenarios.own import OwnLocaliser, check_own, installed, is_own
 
 STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
 """Our own localiser's names: a profile and a stage, with a stroke between."""
@@ -46,9 +46,10 @@ def check_methods(names: Iterable[str]) -> None:
     """Raise ``ScenarioError`` for the first name that is no method's."""
     for name in names:
         if is_own(name):
-            load_own(name)
+            check_own(name)
         elif name not in METHODS:
-            raise ScenarioError(f"method {name!r} is unknown; valid are {', '.join((*METHODS, *GROUPS))}")
+            valid = ", ".join((*METHODS, *GROUPS, *installed()))
+            raise ScenarioError(f"method {name!r} is unknown; valid are {valid}, package.module:Class")
 
 
 def family(name: str) -> str:

@@ -1,28 +1,41 @@
 """Localisers that users bring: a class by ``package.module:Class``, or by the name of an entry point.
 
 The class is made with the reference drive's views and fits ``refseq.belief.Localiser``: ``reset()``, ``update(view)``.
-True poses are taken out of all views before it sees them.
+It is given views without their true poses, whose arrays cannot be written to, and each of its answers is looked at.
+Until it is asked none of its code is run: what hangs or breaks in it does so in the process that asks it.
 """
 
 import hashlib
+import importlib
 import sys
-from collections.abc import Callable, Sequence
+import sysconfig
+import time
+import traceback
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from types import MappingProxyType
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from refseq.belief import Belief, Localiser
+from refseq.belief import LOST, Belief, Localiser, Timings
 from refseq.view import View
+from scenarios.baselines import BASELINES
 from scenarios.errors import ScenarioError
+from scenarios.own_sources import BENCH, digest_of, spec_of, top_names
 
 GROUP = "refseq.localisers"
 """Group of entry points."""
+SLACK = 1e-5
+"""What probabilities may sum to beside 1: those that were summed in single precision are no mistake."""
 
 Maker = Callable[[Sequence[View]], Localiser]
 T = TypeVar("T")
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 class MisbehavedError(Exception):
@@ -30,66 +43,80 @@ class MisbehavedError(Exception):
 
 
 def is_own(name: str) -> bool:
-    """Whether a method's name is that of a user's localiser."""
-    return ":" in name or name in installed()
+    """Whether a method's name is that of a user's localiser. A baseline's name always means the baseline."""
+    return ":" in name or (name in installed() and name not in BASELINES)
 
 
 def installed() -> tuple[str, ...]:
     """Names of the localisers that installed packages bring."""
-    return tuple(sorted(entry_points(group=GROUP).names))
+    return tuple(sorted(_entry_points()))
 
 
-def load_own(name: str) -> Maker:
-    """What makes a user's localiser. Raises ``ScenarioError`` where it cannot be imported or fits no localiser."""
-    found = _entry_point(name)
-    if "" not in sys.path and str(Path.cwd()) not in sys.path:
-        sys.path.insert(0, str(Path.cwd()))  # a module in the folder where the user stands is found, as by `python -m`
-    try:
-        maker = found.load()
-    except Exception as error:
+@cache
+def _entry_points() -> Mapping[str, EntryPoint]:
+    return MappingProxyType({point.name: point for point in entry_points(group=GROUP)})
+
+
+def check_own(name: str) -> None:
+    """Raise ``ScenarioError`` where there is no such localiser, as far as can be told without running its code."""
+    point = _entry_point(name)
+    _look_here()
+    spec = spec_of(point.module)
+    if spec is None:
+        hint = " (a module is named without .py)" if point.module.endswith(".py") else ""
         raise ScenarioError(
-            f"localiser {name!r} cannot be imported: {type(error).__name__}: {_line(error)}; valid is "
-            "package.module:Class, importable from here, or the name of an entry point"
-        ) from error
-    if not callable(maker) or not all(callable(getattr(maker, part, None)) for part in ("reset", "update")):
-        raise ScenarioError(
-            f"localiser {name!r} is no class with reset() and update(view), see refseq.belief.Localiser"
+            f"localiser {name!r}: there is no module {point.module!r}{hint}; valid is package.module:Class, importable "
+            f"from {Path.cwd()}, or an entry point ({', '.join(installed()) or 'none is installed'})"
         )
-    made: Maker = maker
-    return made
+    if spec.origin is None or not spec.origin.endswith(".py"):
+        return
+    try:
+        there = top_names(Path(spec.origin))
+    except (OSError, SyntaxError, ValueError):
+        return  # whoever imports it will tell
+    if there is not None and point.attr.partition(".")[0] not in there:
+        valid = ", ".join(there) or "nothing: it is empty"
+        raise ScenarioError(f"localiser {name!r}: {spec.origin} has no {point.attr!r}; valid are {valid}")
 
 
 def _entry_point(name: str) -> EntryPoint:
-    if name in installed():
-        return next(iter(entry_points(group=GROUP, name=name)))
+    if name in _entry_points():
+        return _entry_points()[name]
+    point = EntryPoint(name, name, GROUP)
     module, _, attribute = name.partition(":")
-    if not (module and attribute):
+    if not all(part.isidentifier() for part in (*module.split("."), *attribute.split("."))):
         raise ScenarioError(f"localiser {name!r} is not valid; it should be package.module:Class")
-    return EntryPoint(name, f"{module}:{attribute}", GROUP)
+    return point
+
+
+def _look_here() -> None:
+    """Find modules in the folder where the user stands too, after all others: none may hide a part of the bench."""
+    if "" not in sys.path and str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))
+        importlib.invalidate_caches()
 
 
 def own_digest(name: str) -> str:
-    """Digest of the source that a user's localiser is made of: its module, and those of the package that it is in."""
-    load_own(name)
-    module = sys.modules[_entry_point(name).module]
-    file = Path(str(getattr(module, "__file__", "")))
-    beside = sorted(file.parent.rglob("*.py")) if "." in module.__name__ else [file]
-    digest = hashlib.sha256()
-    for path in beside:
-        digest.update(path.read_bytes())
-    return digest.hexdigest()
+    """Digest of what a user's localiser is made of (``own_sources.digest_of``), and of how it is asked."""
+    check_own(name)
+    asking = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
+    return hashlib.sha256(f"{asking} {digest_of(_entry_point(name).module)}".encode()).hexdigest()
 
 
 class OwnLocaliser:
     """A user's localiser, having learnt a reference drive; each of its answers is looked at.
 
-    All that it does may raise ``MisbehavedError``.
+    Raises ``MisbehavedError`` for whatever the user's code does wrong, from its import on.
     """
 
     def __init__(self, name: str, reference: Sequence[View]) -> None:
         self._name, self._places, self._count = name, len(reference), 0
-        blind = [replace(view, truth=None) for view in reference]
-        self._inner = self._guarded("learning the reference drive", lambda: load_own(name)(blind))
+        maker = self._guarded("being imported", lambda: _loaded(name))
+        views = [blindfolded(view) for view in reference]
+        self._inner = self._guarded("learning the reference drive", lambda: maker(views))
+        for part in ("reset", "update"):
+            if not callable(getattr(self._inner, part, None)):
+                raise MisbehavedError(f"{name} has no {part}(); valid is what fits refseq.belief.Localiser")
 
     def reset(self) -> None:
         """Forget all views seen."""
@@ -97,40 +124,127 @@ class OwnLocaliser:
         self._guarded("reset", self._inner.reset)
 
     def update(self, view: View) -> Belief:
-        """Ask about the next view."""
-        where = f"view {self._count}"
-        belief = self._guarded(where, lambda: self._inner.update(replace(view, truth=None)))
-        if mistake := _mistake(belief, self._places):
-            raise MisbehavedError(f"{self._name}, {where}: {mistake}")
+        """Ask about the next view; one that tells no times is timed from outside."""
+        where, shown = f"view {self._count}", blindfolded(view)
+        begin = time.perf_counter()
+        belief = self._guarded(where, lambda: self._inner.update(shown))
+        seconds = time.perf_counter() - begin
+        try:
+            kept = _kept(belief, self._places, seconds)
+        except _NoAnswerError as mistake:
+            raise MisbehavedError(f"{self._name}, {where}: {mistake}") from None
         self._count += 1
-        return belief
+        return kept
 
     def _guarded(self, where: str, call: Callable[[], T]) -> T:
         try:
             return call()
-        except ScenarioError:
-            raise
-        except Exception as error:
-            raise MisbehavedError(f"{self._name}, {where}: raised {type(error).__name__}: {_line(error)}") from error
+        except (Exception, SystemExit) as error:
+            raise MisbehavedError(
+                f"{self._name}, {where}: raised {type(error).__name__}: {_line(error)}{_place(error)}"
+            ) from error
 
 
-def _mistake(belief: object, places: int) -> str:
-    """What is wrong with an answer; nothing for one that can be scored."""
+def _loaded(name: str) -> Maker:
+    _look_here()
+    made: Maker = _entry_point(name).load()
+    if not callable(made):
+        raise TypeError(f"{name} is no class but {type(made).__name__}")
+    return made
+
+
+def blindfolded(view: View) -> View:
+    """A view without its true pose, whose arrays cannot be written to: others are asked about the same ones."""
+    images = MappingProxyType({camera: _sealed(image) for camera, image in view.images.items()})
+    scan = None if view.scan is None else replace(view.scan, ranges=_sealed(view.scan.ranges))
+    return replace(view, images=images, scan=scan, truth=None)
+
+
+def _sealed(array: NDArray[Scalar]) -> NDArray[Scalar]:
+    sealed = array.view()
+    sealed.setflags(write=False)
+    return sealed
+
+
+# --- answers ---
+
+
+class _NoAnswerError(Exception):
+    """What is wrong with an answer."""
+
+
+def _kept(belief: object, places: int, seconds: float) -> Belief:
+    """An answer as the bench keeps it: a copy, for who made it may go on to use the array."""
     if not isinstance(belief, Belief):
-        return f"answered {type(belief).__name__}; valid is refseq.belief.Belief"
-    probabilities = np.asarray(belief.places)
-    if probabilities.shape != (places,):
-        return f"places has shape {probabilities.shape}; valid is ({places},), one a reference view"
-    if not (np.isfinite(probabilities).all() and (probabilities >= 0).all()):
-        return "places holds what is no probability (nan, infinite or negative)"
-    if abs(float(probabilities.sum()) - 1) > 1e-6:
-        return f"places sums to {float(probabilities.sum()):.6g}; valid is 1"
-    if not 0 <= belief.lost <= 1:
-        return f"lost is {belief.lost}; valid is 0 to 1"
-    if not 0 <= belief.best < places:
-        return f"best is {belief.best}; valid is 0 to {places - 1}"
-    return ""
+        raise _NoAnswerError(f"answered {type(belief).__name__}; valid is refseq.belief.Belief")
+    return Belief(
+        places=_probabilities(belief.places, places),
+        lost=_number("lost", belief.lost, 0, 1),
+        best=_whole("best", belief.best, 0, places),
+        path=tuple(_whole("path", place, LOST, places) for place in _sequence(belief.path)),
+        entropy=_number("entropy", belief.entropy, -SLACK, np.inf),
+        timings=_timings(belief.timings, seconds),
+    )
+
+
+def _probabilities(given: object, places: int) -> NDArray[np.float64]:
+    try:
+        found = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise _NoAnswerError(f"places is {type(given).__name__}; valid is an array ({places},) of numbers") from None
+    if found.shape != (places,):
+        raise _NoAnswerError(f"places has shape {found.shape}; valid is ({places},), one a reference view")
+    if not (np.isfinite(found).all() and (found >= 0).all()):
+        raise _NoAnswerError("places holds what is no probability (nan, infinite or negative)")
+    if abs(float(found.sum()) - 1) > SLACK:
+        raise _NoAnswerError(f"places sums to {float(found.sum()):.6g}; valid is 1")
+    return found
+
+
+def _number(name: str, given: object, low: float, high: float) -> float:
+    """A number, or an array that holds one."""
+    try:
+        found = float(given)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise _NoAnswerError(f"{name} is {given!r:.40}; valid is a number") from None
+    if not low <= found <= high or found == np.inf:
+        raise _NoAnswerError(f"{name} is {found}; valid is {max(low, 0):g} " + ("to 1" if high == 1 else "or more"))
+    return found
+
+
+def _whole(name: str, given: object, low: int, places: int) -> int:
+    if not isinstance(given, int | np.integer) or isinstance(given, bool) or not low <= given < places:
+        lost = f", or {LOST} where it is lost" if low < 0 else ""
+        raise _NoAnswerError(f"{name} is {given!r:.40}; valid is a whole number from 0 to {places - 1}{lost}")
+    return int(given)
+
+
+def _sequence(given: object) -> Sequence[object]:
+    if not isinstance(given, tuple | list | np.ndarray):
+        raise _NoAnswerError(f"path is {given!r:.40}; valid is a tuple of places")
+    return list(given)
+
+
+def _timings(given: object, seconds: float) -> Timings:
+    """Its own times where it tells any; else all that it took counts as matching, which costs are told of."""
+    if not isinstance(given, Timings):
+        raise _NoAnswerError(f"timings is {type(given).__name__}; valid is refseq.belief.Timings")
+    told = [_number("timings", one, 0, np.inf) for one in (given.features, given.matching, given.mixture, given.chain)]
+    return Timings(*told) if any(told) else Timings(matching=seconds)
 
 
 def _line(error: BaseException) -> str:
     return " ".join(str(error).split()) or "no message"
+
+
+def _place(error: BaseException) -> str:
+    """Where the user's code was when it raised: the innermost line that is not the bench's, Python's or a package's."""
+    frames = reversed(traceback.extract_tb(error.__traceback__))
+    lines = (f" ({Path(one.filename).name}, line {one.lineno})" for one in frames if _written_by_user(one.filename))
+    return next(lines, "")
+
+
+def _written_by_user(file: str) -> bool:
+    rooms = Path(__file__).resolve().parent.parent
+    others = (sysconfig.get_path("stdlib"), sysconfig.get_path("purelib"), *(str(rooms / room) for room in BENCH))
+    return not file.startswith(("<", *others))

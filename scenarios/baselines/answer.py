@@ -5,15 +5,12 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Timings
-from refseq.chain import entropy
+from refseq.belief import Belief, Timings, belief_from
 from scenarios.baselines.vlad import Likeness
 
 
 def answer(weights: NDArray[np.float64], lost: float, likeness: Likeness, since: float | None = None) -> Belief:
     """The belief in proportion to ``weights`` (K,); ``since`` is when filtering began (``time.perf_counter``)."""
-    places = weights / weights.sum()
-    best = int(np.argmax(places))
     spent = 0.0 if since is None else time.perf_counter() - since
     timings = Timings(features=likeness.features, matching=likeness.matching, chain=spent)
-    return Belief(places, float(min(max(lost, 0.0), 1.0)), best, (best,), entropy(places), timings)
+    return belief_from(weights, min(max(lost, 0.0), 1.0), timings=timings)

@@ -1,0 +1,47 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from refseq.belief import Timings, belief_from
+from refseq.errors import RefseqError
+
+
+@given(st.lists(st.floats(0, 1e300, allow_nan=False), min_size=1, max_size=9).filter(any), st.floats(0, 1))
+def test_weights_become_probabilities_in_proportion(weights: list[float], lost: float) -> None:
+    belief = belief_from(weights, lost)
+    assert belief.places.dtype == np.float64
+    assert math.isclose(math.fsum(belief.places), 1, rel_tol=1e-12)
+    total = math.fsum(weight / max(weights) for weight in weights)
+    np.testing.assert_allclose(belief.places, [weight / max(weights) / total for weight in weights], rtol=1e-12)
+    assert belief.best == weights.index(max(weights))
+    assert belief.path == (belief.best,)
+    assert belief.lost == lost
+    assert 0 <= belief.entropy <= math.log(len(weights)) + 1e-9
+
+
+def test_entropy_is_what_one_computes_by_hand() -> None:
+    assert belief_from([1, 1, 2, 0]).entropy == pytest.approx(1.5 * math.log(2))
+    assert belief_from([0, 7]).entropy == 0
+
+
+def test_what_is_given_is_kept() -> None:
+    weights = np.array([1.0, 3.0])
+    belief = belief_from(weights, 0.25, best=0, path=(1, -1, 0), timings=Timings(chain=2.0))
+    assert (belief.best, belief.path, belief.timings.total) == (0, (1, -1, 0), 2.0)
+    weights[0] = 9
+    assert belief.places[0] == 0.25
+
+
+@pytest.mark.parametrize("weights", [[], [0, 0], [1, -1], [1, math.nan], [math.inf, 1], [[1, 2]], 3.0])
+def test_what_makes_no_probabilities_is_told(weights: object) -> None:
+    with pytest.raises(RefseqError, match=r"^belief: weights of shape .* not all 0$"):
+        belief_from(weights)
+
+
+@pytest.mark.parametrize("lost", [-0.1, 1.1, math.nan])
+def test_lost_is_a_probability(lost: float) -> None:
+    with pytest.raises(RefseqError, match=r"^belief: lost = .* it should be from 0 to 1$"):
+        belief_from([1.0], lost)
