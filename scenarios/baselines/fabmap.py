@@ -45,8 +45,8 @@ class FabMap:
     given; the authors have a drive through other streets for that. It costs new places: words of other places are not
     in the vocabulary, and most pairs of words are seen together once or never, too few for a tree. Not counting a
     word's first sighting (``Bags.recognised``) helps both. New places are told by the mean-field approximation, for the
-    authors' other way, an average over places of the training drive, here gives the average over the map, with which
-    P(new place) stays at its prior whatever the view looks like.
+    authors' other way, an average over places of the training drive, here gives the average over the map: with all
+    places alike before, P(new place) would stay at its prior whatever the view shows.
     """
 
     def __init__(self, words: WordMap, *, tree: bool = True, settings: FabMapSettings | None = None) -> None:
