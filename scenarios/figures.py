@@ -3,30 +3,54 @@
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.comparison import Comparison, shared_methods
+from scenarios.bootstrap import interval_over_runs
+from scenarios.comparison import Comparison, shared_methods, single_view_of
 from scenarios.episodes import Way
-from scenarios.score import NARROW, RANKS, WIDE, Proportion, Score, Tolerance, pool, score
+from scenarios.outcome import Outcome
+from scenarios.score import NARROW, PLACES_OFF, RANKS, WIDE, Proportion, Score, Tolerance, harm, pool, score
 
 NONE = "n/a"
 """Stands where there is no figure to give."""
 
 
+STEPS = ("features", "matching", "mixture", "chain", "total")
+"""Steps of answering a view, of which the time is told; those of ``refseq.belief.Timings``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Median and 95th percentile."""
+
+    median: float
+    p95: float
+
+
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """One method over all views of some comparisons; ``cost`` is the median time a view takes without features [ms]."""
+    """One method over all views of some comparisons; ``cost`` is the median time a view takes without features [ms].
+
+    ``wide_runs`` and ``narrow_runs`` are the same, a score a comparison. ``times`` [ms a view] are by step. ``harm``
+    are the views that were answered wrong where the same method without their order answers right, of those; ``None``
+    where there is no such method, or it did not answer.
+    """
 
     method: str
     wide: Score
     narrow: Score
     cost: float
+    wide_runs: tuple[Score, ...]
+    narrow_runs: tuple[Score, ...]
+    times: Mapping[str, Spread]
+    harm: Proportion | None
 
 
 def figures(comparisons: Sequence[Comparison], wide: Tolerance = WIDE, narrow: Tolerance = NARROW) -> list[Figures]:
@@ -36,12 +60,29 @@ def figures(comparisons: Sequence[Comparison], wide: Tolerance = WIDE, narrow: T
 
 def _figures(comparisons: Sequence[Comparison], method: str, wide: Tolerance, narrow: Tolerance) -> Figures:
     timings = [belief.timings for one in comparisons for belief in one.beliefs[method]]
+    wide_runs, narrow_runs = (tuple(score(one, method, near) for one in comparisons) for near in (wide, narrow))
+    pooled = pool(wide_runs)
     return Figures(
         method=method,
-        wide=pool([score(one, method, wide) for one in comparisons]),
-        narrow=pool([score(one, method, narrow) for one in comparisons]),
+        wide=pooled,
+        narrow=pool(narrow_runs),
         cost=1000 * float(np.median([timing.total - timing.features for timing in timings])),
+        wide_runs=wide_runs,
+        narrow_runs=narrow_runs,
+        times=MappingProxyType({step: _spread([1000 * getattr(one, step) for one in timings]) for step in STEPS}),
+        harm=_harm(comparisons, method, pooled),
     )
+
+
+def _spread(values: Sequence[float]) -> Spread:
+    return Spread(float(np.median(values)), float(np.quantile(values, 0.95)))
+
+
+def _harm(comparisons: Sequence[Comparison], method: str, pooled: Score) -> Proportion | None:
+    single = single_view_of(method)
+    if single is None or not all(single in one.beliefs for one in comparisons):
+        return None
+    return harm(pooled, pool([score(one, single, pooled.tolerance) for one in comparisons]))
 
 
 def figures_table(title: str, found: Sequence[Figures]) -> Table:
@@ -145,6 +186,10 @@ def figures_record(one: Figures) -> dict[str, object]:
         within, (low, high) = f"within_{part.tolerance.distance:g}_m", part.success.interval
         record |= {f"{within}_right_views": part.success.successes, f"{within}_on_map_views": part.success.trials}
         record |= {f"{within}_low_percent": _finite(100 * low), f"{within}_high_percent": _finite(100 * high)}
+        seeds = success_over_seeds(one.wide_runs if part is one.wide else one.narrow_runs)
+        ends = (None, None) if seeds is None else tuple(_finite(100 * end) for end in seeds)
+        record |= {f"{within}_seeds_low_percent": ends[0], f"{within}_seeds_high_percent": ends[1]}
+    record |= {f"within_{n}_places_right_views": wide.within_places(n).successes for n in PLACES_OFF}
     record |= {f"recall_at_{n}_percent": _finite(100 * wide.recall(n).value) for n in RANKS}
     return record | {
         "failures_views": wide.failures,
@@ -161,6 +206,29 @@ def figures_record(one: Figures) -> dict[str, object]:
         "error_median_m": _finite(wide.error_quantile(0.5)),
         "error_p95_m": _finite(wide.error_quantile(0.95)),
         "without_features_ms": _finite(one.cost),
+        "without_truth_views": wide.count(Outcome.UNSCORED),
+        "entropy_auroc": _finite(wide.entropy_auroc),
+        "harm_views": None if one.harm is None else one.harm.successes,
+        "harm_of_views": None if one.harm is None else one.harm.trials,
+        **_ways_record("first_fix", wide.first_fixes),
+        **_ways_record("to_lost", wide.episodes.to_lost),
+        **_ways_record("to_recover", wide.episodes.to_recover),
+        **{f"{step}_median_ms": _finite(one.times[step].median) for step in STEPS},
+        **{f"{step}_p95_ms": _finite(one.times[step].p95) for step in STEPS},
+    }
+
+
+def success_over_seeds(runs: Sequence[Score]) -> tuple[float, float] | None:
+    """The 95 % interval of success over seeds, as shares; ``None`` for a single one."""
+    return interval_over_runs(runs, lambda pooled: pooled.success.value)
+
+
+def _ways_record(name: str, ways: Sequence[Way]) -> dict[str, object]:
+    found = [way for way in ways if way is not None]
+    return {
+        f"{name}_median_m": _finite(float(np.median(found))) if found else None,
+        f"{name}_times": len(ways),
+        f"{name}_never_times": len(ways) - len(found),
     }
 
 

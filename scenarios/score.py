@@ -48,6 +48,9 @@ NARROW = Tolerance(0.5)
 RANKS = (1, 5, 10)
 """Numbers of most probable places for which recall is told."""
 
+PLACES_OFF = (1, 2, 5)
+"""Numbers of places by which an answer may be off, for which success by places is told."""
+
 
 @dataclass(frozen=True, slots=True)
 class Proportion:
@@ -105,8 +108,10 @@ class Score:
     no answer was due or given (lost, off the map, without truth). ``false_fixes`` [m] is how far from the true position
     the answer of a false fix lies, ``nan`` elsewhere. ``ranks`` is where the first right place stands among all places,
     the most probable being 1, lost or not, and infinite where no place is right; ``top_nearest`` says whether the top
-    place is the very place nearest to the truth. ``first_fixes`` [m] holds for each run the distance travelled to its
-    first right answer, ``None`` where there was none; ``episodes`` those of all runs.
+    place is the very place nearest to the truth. ``places_off`` is by how many places an answer on the map is ahead of
+    that one, ``nan`` as in ``errors``; ``entropies`` [nats] are those of the beliefs. ``first_fixes`` [m] holds for
+    each run the distance travelled to its first right answer, ``None`` where there was none; ``episodes`` those of all
+    runs.
     """
 
     tolerance: Tolerance
@@ -117,6 +122,8 @@ class Score:
     top: NDArray[np.float64]
     ranks: NDArray[np.float64]
     top_nearest: NDArray[np.bool_]
+    places_off: NDArray[np.float64]
+    entropies: NDArray[np.float64]
     first_fixes: tuple[Way, ...]
     episodes: Episodes
 
@@ -152,6 +159,20 @@ class Score:
     def recall(self, first: int) -> Proportion:
         """Views with a right place among their ``first`` most probable ones, of all on the map (recall@N)."""
         return Proportion(int((self.ranks[self.on_map] <= first).sum()), int(self.on_map.sum()))
+
+    def within_places(self, count: int) -> Proportion:
+        """Answers at most ``count`` places from the one nearest to the truth, of all views on the map.
+
+        A unit of its own beside metres: nothing is asked of the distance, and a missed view counts against it.
+        """
+        near = np.abs(self.places_off[self.on_map]) <= count
+        return Proportion(int(near.sum()), int(self.on_map.sum()))
+
+    @property
+    def entropy_auroc(self) -> float | None:
+        """Chance that a wrong answer's belief has more entropy than a right one's; ``None`` unless both exist."""
+        wrong, right = (np.array([one is kind for one in self.outcomes]) for kind in (Outcome.WRONG, Outcome.RIGHT))
+        return auroc(self.entropies[wrong], self.entropies[right]) if len(self.outcomes) else None
 
     @property
     def worst_false_fix(self) -> float:
@@ -235,6 +256,7 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
     near = np.array([path.within(truth, tolerance) for truth in truths]).reshape(len(truths), path.size)
     ranks = np.array([_rank(belief, right) for belief, right in zip(beliefs, near, strict=True)], dtype=float)
     says_lost = np.array([belief.lost > lost_above for belief in beliefs], dtype=bool)
+    nearest = [path.nearest(truth) for truth in truths]
     outcomes = tuple(
         judge(truth, bool(on_map), bool(lost), rank == 1)
         for truth, on_map, lost, rank in zip(truths, near.any(axis=1), says_lost, ranks, strict=True)
@@ -247,9 +269,9 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
         lost=np.array([belief.lost for belief in beliefs], dtype=float),
         top=np.array([belief.places[belief.best] for belief in beliefs], dtype=float),
         ranks=ranks,
-        top_nearest=np.array(
-            [path.nearest(truth) == belief.best for truth, belief in zip(truths, beliefs, strict=True)], dtype=bool
-        ),
+        top_nearest=np.array([k == belief.best for k, belief in zip(nearest, beliefs, strict=True)], dtype=bool),
+        places_off=_places_off(nearest, beliefs, outcomes),
+        entropies=np.array([belief.entropy for belief in beliefs], dtype=float),
         first_fixes=(first_fix(comparison.query_views, outcomes),),
         episodes=episodes(comparison.query_views, outcomes),
     )
@@ -292,6 +314,20 @@ def _errors(
     )
 
 
+def _places_off(
+    nearest: Sequence[int | None], beliefs: Sequence[Belief], outcomes: Sequence[Outcome]
+) -> NDArray[np.float64]:
+    """By how many places each answer given on the map is ahead of the one nearest to the truth, (M,)."""
+    answered = (Outcome.RIGHT, Outcome.WRONG)
+    return np.array(
+        [
+            belief.best - k if k is not None and outcome in answered else math.nan
+            for k, belief, outcome in zip(nearest, beliefs, outcomes, strict=True)
+        ],
+        dtype=float,
+    )
+
+
 def _false_fixes(
     path: "ReferencePath", truths: Sequence[Pose | None], beliefs: Sequence[Belief], outcomes: Sequence[Outcome]
 ) -> NDArray[np.float64]:
@@ -321,6 +357,8 @@ def pool(scores: Sequence[Score]) -> Score:
         top=np.concatenate([one.top for one in scores]),
         ranks=np.concatenate([one.ranks for one in scores]),
         top_nearest=np.concatenate([one.top_nearest for one in scores]),
+        places_off=np.concatenate([one.places_off for one in scores]),
+        entropies=np.concatenate([one.entropies for one in scores]),
         first_fixes=tuple(fix for one in scores for fix in one.first_fixes),
         episodes=Episodes(
             to_lost=tuple(way for one in scores for way in one.episodes.to_lost),

@@ -9,8 +9,16 @@ from refseq.belief import Timings
 from refseq.view import Pose, View
 from scenarios.compare import ALL, by_experiment, print_whole
 from scenarios.comparison import Comparison
-from scenarios.figures import figures, figures_csv, figures_table, lost_table, ways_text
-from scenarios.score import NARROW, pool, score
+from scenarios.figures import (
+    figures,
+    figures_csv,
+    figures_record,
+    figures_table,
+    lost_table,
+    success_over_seeds,
+    ways_text,
+)
+from scenarios.score import NARROW, harm, pool, score
 from tests.support import certain, corridor_comparison
 
 
@@ -48,6 +56,40 @@ def test_figures_are_the_scorer_s_over_all_comparisons(seeds: list[Comparison]) 
 def test_cost_leaves_features_out() -> None:
     wary, _ = figures([away()])
     assert wary.cost == pytest.approx(3.0)
+
+
+def test_times_are_told_by_step() -> None:
+    wary, _ = figures([away()])
+    spread = {step: (times.median, times.p95) for step, times in wary.times.items()}
+    assert spread == {
+        "features": pytest.approx((500, 500)),
+        "matching": pytest.approx((1, 1)),
+        "mixture": (0, 0),
+        "chain": pytest.approx((2, 2)),
+        "total": pytest.approx((503, 503)),
+    }
+
+
+def test_harm_is_told_of_what_uses_the_order_of_views(seeds: list[Comparison]) -> None:
+    found = {one.method: one for one in figures(seeds)}
+    assert found["uniform"].harm is None
+    assert found["other"].harm is None
+    uniform, chain = (pool([score(run, method) for run in seeds]) for method in ("uniform", "chain"))
+    assert found["chain"].harm == harm(chain, uniform)
+
+
+def test_the_record_has_the_scorer_s_figures_whatever_there_is(seeds: list[Comparison]) -> None:
+    wary, bold = (figures_record(one) for one in figures([away()]))
+    chain = figures(seeds)[2]
+    assert list(wary) == list(bold) == list(figures_record(chain))
+    assert (wary["to_lost_median_m"], wary["to_lost_times"], wary["to_lost_never_times"]) == (0.0, 1, 0)
+    assert (bold["to_lost_median_m"], bold["to_lost_times"], bold["to_lost_never_times"]) == (None, 1, 1)
+    assert (wary["without_truth_views"], wary["harm_views"], wary["within_1_places_right_views"]) == (0, None, 2)
+    assert (wary["features_median_ms"], wary["chain_p95_ms"]) == (500.0, 2.0)
+    assert wary["within_1.5_m_seeds_low_percent"] is None  # a single drive tells nothing of others
+    low, high = success_over_seeds(chain.wide_runs) or (0, 0)
+    assert figures_record(chain)["within_1.5_m_seeds_low_percent"] == pytest.approx(100 * low, abs=1e-3)
+    assert sorted(100 * run.success.value for run in chain.wide_runs) == pytest.approx([100 * low, 100 * high])
 
 
 def test_a_table_is_whole_however_narrow_the_window(seeds: list[Comparison]) -> None:

@@ -354,3 +354,27 @@ def test_no_views_score_as_nothing() -> None:
     assert result.success == Proportion(0, 0)
     assert math.isnan(result.error_quantile(0.5))
     assert result.retrieval is None
+
+
+def test_places_are_a_unit_of_their_own() -> None:
+    views = [at(4.0), at(4.4), at(4.6), at(4.0), at(4.0, 9.0), View(0.0)]
+    beliefs = [certain(PLACES, 4), certain(PLACES, 6), certain(PLACES, 4), certain(PLACES, 4, lost=0.9)]
+    result = judged(*views, beliefs=[*beliefs, certain(PLACES, 1), certain(PLACES, 1)])
+    np.testing.assert_array_equal(result.places_off, [0, 2, -1, math.nan, math.nan, math.nan])
+    assert [result.within_places(count) for count in (0, 1, 2, 5)] == [
+        Proportion(1, 4),
+        Proportion(2, 4),
+        Proportion(3, 4),
+        Proportion(3, 4),
+    ]
+
+
+def test_entropy_is_weighed_against_being_wrong() -> None:
+    def answer(place: int, entropy: float, lost: float = 0.0) -> Belief:
+        return replace(certain(PLACES, place, lost), entropy=entropy)
+
+    beliefs = [answer(4, 1.0), answer(4, 3.0), answer(9, 2.0), answer(9, 4.0), answer(9, 0.0, lost=0.9)]
+    result = judged(*[at(4.0)] * 5, beliefs=beliefs)
+    assert result.entropy_auroc == 0.75  # of four pairs of a wrong and a right one, in three the wrong one doubts more
+    assert judged(at(4.0), beliefs=[answer(4, 1.0)]).entropy_auroc is None
+    assert judged(beliefs=[]).entropy_auroc is None
