@@ -1,13 +1,23 @@
 """The commands ``refseq scenario list | show | run | report``."""
 
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from scenarios.console import err, out, say
+from scenarios.errors import ScenarioError
 
-FAILED, BROKEN = 1, 2
+if TYPE_CHECKING:
+    from scenarios.campaign.cases import Case
+    from scenarios.campaign.judging import Judged
+    from scenarios.campaign.store import Store
+    from scenarios.campaign.workers import Executor
+
+FAILED, BROKEN, INTERRUPTED = 1, 2, 130
 
 scenario = typer.Typer(
     help="Declared experiments: what there is, what one declares, running them, their verdicts.",
@@ -35,32 +45,115 @@ def run(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder to fill.")] = Path(
         "out/campaign"
     ),
-    workers: Annotated[int, typer.Option("--workers", "-j", min=1, metavar="N", help="Processes that work.")] = 1,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", "-j", min=1, metavar="N", help="Processes on this machine. [default: 1]"),
+    ] = None,
+    ray: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Work on a Ray cluster instead: HOST:PORT, ray://HOST:PORT or auto."),
+    ] = None,
     cache: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Where recordings and answers are kept. [default: the user's]")
     ] = None,
+    seeds: Annotated[
+        str | None, typer.Option(metavar="N,N", help="Only these seeds. [default: those of each scenario]")
+    ] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Ask all methods anew; recordings are kept.")] = False,
 ) -> None:
-    """Run scenarios and judge them."""
+    """Run scenarios and judge them.
+
+    What is kept in the cache is not done again: stop with Ctrl-C whenever you like, and the same command goes on.
+    Exit code 0: all passed; 1: an expectation was missed; 2: something broke. Scenarios that are not blocking never
+    change it.
+
+    `refseq scenario run smoke`
+
+    `refseq scenario run light-dial kidnap -j 4 -o out/nightly`
+
+    `refseq scenario run my/scenario.toml --seeds 1,2 --cache out/cache`
+
+    `refseq scenario run thesis --ray 10.0.0.1:6379`
+    """
     from scenarios.campaign.cases import find
-    from scenarios.campaign.outcomes import Verdict
-    from scenarios.campaign.run import Quiet, run_campaign
+    from scenarios.campaign.live import watcher_on
+    from scenarios.campaign.run import run_campaign
     from scenarios.campaign.store import Store, default_store
+
+    cases = [_with_seeds(case, seeds) for case in find(scenarios)]
+    store = Store(cache or default_store())
+    executor = _executor(workers, ray, store)
+    watcher = watcher_on(err, executor)
+    results: list[Judged] = []
+    at_once = True
+    try:
+        results.extend(run_campaign(cases, executor, store, watcher, fresh=fresh))
+        at_once = False
+    except KeyboardInterrupt:
+        done = f"{watcher.done} done, {watcher.kept} kept from before"
+        interrupted = f"interrupted: {done}: all is kept in {store.folder}, and the same command goes on from there"
+    finally:
+        watcher.close()
+        executor.close(at_once=at_once)
+    if at_once:
+        store.sweep()
+        say(err, interrupted)
+        raise typer.Exit(INTERRUPTED)
+    _tell(results)
+    say(err, f"{watcher.summary}; {_size(store.size)} kept in {store.folder}")
+    _leave(results)
+
+
+def _with_seeds(case: "Case", seeds: str | None) -> "Case":
+    """The case with other seeds than its own."""
+    if seeds is None:
+        return case
+    texts = [text.strip() for text in seeds.split(",")]
+    if not all(text.isascii() and text.isdigit() for text in texts) or len(set(texts)) < len(texts):
+        raise ScenarioError(f"--seeds {seeds!r} is not valid; it should be whole numbers that differ, commas between")
+    return replace(case, scenario=case.scenario.model_copy(update={"seeds": tuple(map(int, texts))}))
+
+
+def _executor(workers: int | None, ray: str | None, store: "Store") -> "Executor":
     from scenarios.campaign.workers import LocalWorkers
 
-    cases = find(scenarios)
-    store = Store(cache or default_store())
-    executor = LocalWorkers(workers, store.folder)
-    verdicts = set()
-    try:
-        for result in run_campaign(cases, executor, store, Quiet()):
-            verdicts.add(result.verdict)
-            say(out, f"{result.verdict.value}: {result.case.name}")
+    if ray is None:
+        return LocalWorkers(workers or 1, store.folder)
+    if workers is not None:
+        raise ScenarioError(f"--workers {workers} and --ray {ray} exclude each other: a cluster has its own workers")
+    from scenarios.campaign.ray_workers import RayWorkers
+
+    return RayWorkers(ray, store)
+
+
+def _tell(results: "Sequence[Judged]") -> None:
+    """A line a verdict, those of scenarios that are not blocking last, and the totals."""
+    for blocking in (True, False):
+        apart = [result for result in results if result.case.scenario.blocking is blocking]
+        for result in apart:
+            say(out, f"{result.verdict.value}: {result.case.name}" + ("" if blocking else " (not blocking)"))
             for reason in result.reasons:
                 say(err, f"  {reason}")
-    except BaseException:
-        executor.close(at_once=True)
-        raise
-    executor.close(at_once=False)
+        if apart:
+            counted = Counter(result.verdict.value for result in apart)
+            totals = ", ".join(f"{count} {verdict}" for verdict, count in counted.items())
+            say(out, f"{len(apart)} {'cases' if blocking else 'cases that are not blocking'}: {totals}")
+
+
+def _size(count: int) -> str:
+    """Bytes in the unit that suits."""
+    for unit in ("B", "kB", "MB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} GB"
+
+
+def _leave(results: "Sequence[Judged]") -> None:
+    """Leave with the code that the worst verdict of the blocking scenarios means."""
+    from scenarios.campaign.outcomes import Verdict
+
+    verdicts = {result.verdict for result in results if result.case.scenario.blocking}
     if Verdict.ERROR in verdicts:
         raise typer.Exit(BROKEN)
     if Verdict.FAILED in verdicts:

@@ -20,7 +20,8 @@ class Verdict(StrEnum):
 class Outcome:
     """How a task ended, with a ``reason`` in one line where it is not ``PASSED``, and what it took [s].
 
-    ``details`` are the trace of an error. ``kept`` says that it had been done before.
+    ``details`` are the trace of an error. ``kept`` says that it had been done before. ``damaged`` is the key of a file
+    in the store that could not be read.
     """
 
     verdict: Verdict
@@ -28,8 +29,16 @@ class Outcome:
     details: str = ""
     seconds: float = 0.0
     kept: bool = False
+    damaged: str = ""
 
     @property
     def good(self) -> bool:
         """Whether what depends on it can go on."""
         return self.verdict is Verdict.PASSED
+
+
+def one_line(error: BaseException) -> str:
+    """An unforeseen error in one line: of the system's own what was wrong with which file, of others also the kind."""
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"

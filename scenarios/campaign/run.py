@@ -1,20 +1,28 @@
 """Running a campaign: the tasks of all cases in an order in which they can be done, and each case judged as it is done.
 
-What is in the store is not done again, so that a campaign which was interrupted goes on where it was.
+What is in the store is not done again, so that a campaign which was interrupted goes on where it was. What the store
+holds but cannot be read is made anew, once.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from dataclasses import dataclass, field
-from typing import Protocol
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from queue import SimpleQueue
+from threading import Thread
+from typing import Any, Protocol
 
+from refseq.errors import RefseqError
 from scenarios.campaign.cases import Case
 from scenarios.campaign.judging import Judged, judged, tasks_of
-from scenarios.campaign.outcomes import Outcome, Verdict
+from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.sources import AbsentError
-from scenarios.campaign.store import Store
+from scenarios.campaign.store import DamagedError, Store
 from scenarios.campaign.tasks import AnswerTask, Task, distinct
 from scenarios.campaign.workers import Executor
+from scenarios.errors import ScenarioError
 
 TICK = 0.25
 """How often a watcher is told that time goes by [s]."""
@@ -27,10 +35,13 @@ class Watcher(Protocol):
         """All tasks, and those that each case waits for."""
 
     def started(self, task: Task) -> None:
-        """A task was handed to a worker."""
+        """A worker has begun with a task."""
 
     def ended(self, task: Task, outcome: Outcome) -> None:
         """A task has ended."""
+
+    def noted(self, line: str) -> None:
+        """Something that the user should know."""
 
     def judged(self, result: Judged) -> None:
         """A case has its verdict."""
@@ -51,6 +62,9 @@ class Quiet:
     def ended(self, task: Task, outcome: Outcome) -> None:
         """Nothing."""
 
+    def noted(self, line: str) -> None:
+        """Nothing."""
+
     def judged(self, result: Judged) -> None:
         """Nothing."""
 
@@ -58,70 +72,201 @@ class Quiet:
         """Nothing."""
 
 
-def run_campaign(cases: Sequence[Case], executor: Executor, store: Store, watcher: Watcher) -> Iterator[Judged]:
+def run_campaign(
+    cases: Sequence[Case], executor: Executor, store: Store, watcher: Watcher, *, fresh: bool = False
+) -> Iterator[Judged]:
     """Run some cases; yields each as it is judged.
 
-    A task that cannot be done stops what needs it, and nothing else.
+    A task that cannot be done stops what needs it, and nothing else. ``fresh`` asks all questions anew; recordings are
+    taken from the store as ever.
     """
-    plans: dict[str, dict[int, list[AnswerTask]]] = {}
+    with suppress(OSError):  # a store that may only be read is as good, as long as nothing is missing in it
+        store.sweep()
+    plans: dict[str, _Plan] = {}
     for case in cases:
         try:
-            plans[case.name] = tasks_of(case)
+            plans[case.name] = _Plan(case, tasks_of(case))
         except AbsentError as absent:
-            yield _skipped(case, str(absent))
-    questions = {name: [task for of_seed in plan.values() for task in of_seed] for name, plan in plans.items()}
-    tasks = distinct([task for asked in questions.values() for task in asked])
-    watcher.planned(tasks, questions)
-    left = [case for case in cases if case.name in plans]
-    outcomes: dict[str, Outcome] = {}
-    for _ in _carried_out(tasks, outcomes, executor, store, watcher):
-        ready = [case for case in left if all(task.key in outcomes for task in questions[case.name])]
-        for case in ready:
-            left.remove(case)
-            result = judged(case, plans[case.name], outcomes, store)
+            result = _unjudged(case, Verdict.SKIPPED, str(absent))
             watcher.judged(result)
             yield result
+    yield from _Campaign(plans, executor, store, watcher, fresh).run()
 
 
-def _skipped(case: Case, reason: str) -> Judged:
-    return Judged(case, Verdict.SKIPPED, (reason,), (), (), (), {}, {}, 0.0)
+def _unjudged(case: Case, verdict: Verdict, reason: str) -> Judged:
+    return Judged(case, verdict, (reason,), (), (), (), {}, {}, 0.0)
 
 
-@dataclass
-class _Queue:
-    """Tasks that wait for others, and those that run."""
+@dataclass(frozen=True)
+class _Plan:
+    """A case and its questions by seed."""
 
-    waiting: list[Task]
-    running: dict["Future[Outcome]", Task] = field(default_factory=dict)
+    case: Case
+    questions: Mapping[int, Sequence[AnswerTask]]
 
-    def ready(self, outcomes: Mapping[str, Outcome]) -> list[Task]:
-        """Take out the tasks whose needs have ended."""
-        found = [task for task in self.waiting if all(need.key in outcomes for need in task.needs)]
-        self.waiting = [task for task in self.waiting if task not in found]
-        return found
+    @property
+    def asked(self) -> list[AnswerTask]:
+        """All questions."""
+        return [task for of_seed in self.questions.values() for task in of_seed]
+
+    @property
+    def keys(self) -> set[str]:
+        """Keys of all that must have ended before it is judged."""
+        return {one.key for one in distinct(self.asked)}
 
 
-def _carried_out(
-    tasks: Sequence[Task], outcomes: dict[str, Outcome], executor: Executor, store: Store, watcher: Watcher
-) -> Iterator[None]:
-    """Have tasks carried out, and put their outcomes in ``outcomes``; yields whenever some have ended."""
-    queue = _Queue(list(tasks))
+class _Campaign:
+    """The state of a campaign: what waits, what runs, how what is done has ended."""
 
-    def ended(task: Task, outcome: Outcome) -> None:
-        outcomes[task.key] = outcome
-        watcher.ended(task, outcome)
+    def __init__(
+        self, plans: Mapping[str, _Plan], executor: Executor, store: Store, watcher: Watcher, fresh: bool
+    ) -> None:
+        self._executor, self._store, self._watcher, self._fresh = executor, store, watcher, fresh
+        self._unjudged = dict(plans)
+        self._keys = {name: plan.keys for name, plan in plans.items()}
+        self._tasks = {task.key: task for task in distinct([task for plan in plans.values() for task in plan.asked])}
+        self._waiting = list(self._tasks.values())
+        self._running: dict[Future[Outcome], Task] = {}
+        self._judging: dict[Future[Judged], _Plan] = {}
+        self._outcomes: dict[str, Outcome] = {}
+        self._renewed: set[str] = set()
+        self._repeated: set[str] = set()
+        watcher.planned(self._waiting, {name: plan.asked for name, plan in plans.items()})
 
-    while queue.waiting or queue.running:
-        for task in queue.ready(outcomes):
-            if store.has(task.key, task.ending):
-                ended(task, Outcome(Verdict.PASSED, kept=True))
-            elif failed := next((outcomes[n.key] for n in task.needs if not outcomes[n.key].good), None):
-                ended(task, failed)
+    def run(self) -> Iterator[Judged]:
+        """Have everything done; yields the cases in the order in which they are judged."""
+        aside = _Aside()
+        while self._unjudged or self._judging:
+            self._begin()
+            for plan in self._complete():
+                self._judging[aside.call(partial(self._judged, plan))] = plan
+            done = _some_of((*self._running, *self._judging))
+            for future in done & self._running.keys():
+                self._end(self._running.pop(future), future.result())
+            for future in done & self._judging.keys():
+                yield from self._verdict(self._judging.pop(future), future)
+            self._watcher.tick()
+
+    # --- tasks ---
+
+    def _begin(self) -> None:
+        """Hand out tasks that nothing holds up, the first cases' first, one a worker.
+
+        A worker never has a queue of its own, so that answers come as soon as they can, not after the last drive.
+        """
+        for task in list(self._waiting):
+            needs = [self._outcomes.get(need.key) for need in task.needs]
+            if None in needs:
+                continue
+            if self._kept(task):
+                self._end(task, Outcome(Verdict.PASSED, kept=True))
+            elif failed := next((need for need in needs if need and not need.good), None):
+                self._end(task, failed)
+            elif len(self._running) < self._executor.workers:
+                self._hand_out(task)
+                continue
             else:
-                watcher.started(task)
-                queue.running[executor.submit(task)] = task
-        done, _ = wait(queue.running, timeout=TICK, return_when=FIRST_COMPLETED)
-        for future in done:
-            ended(queue.running.pop(future), future.result())
-        watcher.tick()
-        yield
+                continue
+            self._waiting.remove(task)
+
+    def _hand_out(self, task: Task) -> None:
+        if self._is_fresh(task):
+            self._store.discard(task.key)
+        self._waiting.remove(task)
+        self._watcher.started(task)
+        self._running[self._executor.submit(task)] = task
+
+    def _is_fresh(self, task: Task) -> bool:
+        return self._fresh and isinstance(task, AnswerTask)
+
+    def _kept(self, task: Task) -> bool:
+        """Whether the task's file is there; says so of one that is there but cut off."""
+        if self._is_fresh(task):
+            return False
+        if self._store.has(task.key, task.ending):
+            return True
+        path = self._store.path(task.key, task.ending)
+        if path.exists() and task.key not in self._renewed:
+            self._renewed.add(task.key)
+            self._watcher.noted(f"{path}: is cut off; it is made anew")
+        return False
+
+    def _end(self, task: Task, outcome: Outcome) -> None:
+        if outcome.damaged and task.key not in self._repeated:
+            self._repeated.add(task.key)
+            self._renew(outcome.damaged, outcome.reason)
+            self._waiting.insert(0, task)
+            return
+        self._outcomes[task.key] = outcome
+        self._watcher.ended(task, outcome)
+
+    def _renew(self, key: str, reason: str) -> bool:
+        """Have a damaged file made anew; False where it was already, to no avail."""
+        if key not in self._outcomes:
+            return True  # others have met it before, and it is being made
+        if key in self._renewed:
+            return False
+        self._renewed.add(key)
+        self._watcher.noted(f"{reason}; it is made anew")
+        self._store.discard(key)
+        del self._outcomes[key]
+        self._waiting.insert(0, self._tasks[key])
+        return True
+
+    # --- cases ---
+
+    def _complete(self) -> Iterable[_Plan]:
+        """Take out the cases of which all has ended."""
+        names = [name for name in self._unjudged if self._keys[name] <= self._outcomes.keys()]
+        return [self._unjudged.pop(name) for name in names]
+
+    def _judged(self, plan: _Plan) -> Judged:
+        return judged(plan.case, plan.questions, self._outcomes, self._store)
+
+    def _verdict(self, plan: _Plan, future: "Future[Judged]") -> Iterator[Judged]:
+        """The verdict, or none yet where something that it needs was damaged and is made anew."""
+        try:
+            result = future.result()
+        except DamagedError as damaged:
+            if self._renew(damaged.key, damaged.reason):
+                self._unjudged[plan.case.name] = plan
+                return
+            result = _unjudged(plan.case, Verdict.ERROR, damaged.reason)
+        except (ScenarioError, RefseqError) as error:
+            result = _unjudged(plan.case, Verdict.ERROR, f"judging: {error}")
+        except Exception as error:
+            result = _unjudged(plan.case, Verdict.ERROR, f"judging: {one_line(error)}")
+        self._watcher.judged(result)
+        yield result
+
+
+def _some_of(futures: "Sequence[Future[Any]]") -> "set[Future[Any]]":
+    """Those that are done, after a tick at most; without any, time goes by all the same."""
+    if not futures:
+        time.sleep(TICK)
+    return wait(futures, timeout=TICK, return_when=FIRST_COMPLETED).done
+
+
+class _Aside:
+    """A thread that does one thing after another, and keeps nobody from leaving.
+
+    Judging reads whole drives again; meanwhile tasks are handed out and time goes by.
+    """
+
+    def __init__(self) -> None:
+        self._queue: SimpleQueue[tuple[Callable[[], Judged], Future[Judged]]] = SimpleQueue()
+        Thread(target=self._work, daemon=True).start()
+
+    def call(self, function: Callable[[], Judged]) -> "Future[Judged]":
+        """Call a function when its turn comes."""
+        future: Future[Judged] = Future()
+        self._queue.put((function, future))
+        return future
+
+    def _work(self) -> None:
+        while True:
+            function, future = self._queue.get()
+            try:
+                future.set_result(function())
+            except Exception as error:
+                future.set_exception(error)

@@ -15,7 +15,7 @@ from refseq.logs import Recording, read_recording
 from refseq.logs.thin import every, with_odometry_noise
 from refseq.view import LASER, Pose, View
 from scenarios.campaign.keys import key_of, recording_key
-from scenarios.campaign.store import RECORDING, Store
+from scenarios.campaign.store import RECORDING, DamagedError, Store
 from scenarios.errors import ScenarioError
 from scenarios.inputs import stretch
 from scenarios.record import Drive
@@ -67,12 +67,26 @@ def source_key(source: Source) -> str:
     return key_of(type(source).__name__, asdict(source), found)
 
 
-def read_views(source: Source, store: Store) -> Recording:
-    """The views of a source; those of a drive must be in the store. Raises ``LogError``, ``AbsentError``."""
+def read_views(source: Source, key: str, store: Store) -> Recording:
+    """The views of a source; those of a drive must be in the store, under its ``key``.
+
+    Raises ``DamagedError`` for what the store holds, ``LogError`` and ``AbsentError`` for what was never put there.
+    """
     if isinstance(source, Drive):
-        return read_recording(store.path(recording_key(source), RECORDING))
+        return _read_kept(key, store)
     path = real_path(source)
     return _read_log(source, path) if isinstance(source, Log) else _read_images(source, path)
+
+
+def _read_kept(key: str, store: Store) -> Recording:
+    path = store.path(key, RECORDING)
+    try:
+        recording = read_recording(path)
+    except (LogError, OSError) as error:
+        raise DamagedError(key, str(error)) from error
+    if not recording.complete:
+        raise DamagedError(key, f"{path}: is damaged behind its first {len(recording.views)} views")
+    return recording
 
 
 def real_path(source: Log | Images) -> Path:

@@ -1,23 +1,45 @@
 """A store of what is dear to make, by key: recordings and answers are made once and kept for whoever asks again."""
 
+import fcntl
 import os
-from collections.abc import Callable
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-from refseq.files import replacing_at
 from scenarios.errors import ScenarioError
 
-RECORDING, ANSWERS = ".mcap", ".parquet"
+RECORDING, MAP, ANSWERS = ".mcap", ".refseq", ".parquet"
 """Endings of what is kept."""
 FOLDER = "REFSEQ_CACHE"
 """Environment variable that names another folder than the user's own."""
+ENDS = {
+    RECORDING: (b"\x89MCAP0\r\n", b"\x89MCAP0\r\n", 8),
+    MAP: (b"PK\3\4", b"PK\5\6", 22),
+    ANSWERS: (b"PAR1", b"PAR1", 4),
+}
+"""With what a whole file of each kind begins, what stands near its end, and how many bytes before it."""
+DRAFT, LOCK = ".draft-", ".lock"
+
+
+class DamagedError(Exception):
+    """A file of the store is not what was put there; ``key`` is its own."""
+
+    def __init__(self, key: str, reason: str) -> None:
+        super().__init__(key, reason)
+        self.key, self.reason = key, reason
+
+    def __str__(self) -> str:
+        return self.reason
 
 
 class Store:
     """Files in a folder, each named by its key; one that is there is whole.
 
-    Several processes may make the same file at once: the last one wins, and all are alike. Raises ``ScenarioError``
-    where the folder cannot be made.
+    Several processes, of several campaigns, may make the same file at once: the last one wins, and all are alike. A
+    file is made in a draft folder, locked by its maker, and moved to its name in one step; what a killed maker leaves
+    behind is known by its lock being free. Raises ``ScenarioError`` where the folder cannot be made.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -32,21 +54,82 @@ class Store:
         return self.folder / f"{key}{ending}"
 
     def has(self, key: str, ending: str) -> bool:
-        """Whether it is there."""
-        return self.path(key, ending).is_file()
+        """Whether it is there, and not cut off."""
+        return _whole(self.path(key, ending))
 
     def make(self, key: str, ending: str, maker: Callable[[Path], object]) -> Path:
-        """The file of a key, made by ``maker`` where it is not there yet."""
+        """The file of a key, made by ``maker`` where it is not there yet. ``ScenarioError`` where the disk is full."""
         path = self.path(key, ending)
-        if not path.is_file():
-            with replacing_at(path) as draft:
+        if not _whole(path):
+            with self._draft() as folder:
+                draft = folder / path.name
                 maker(draft)
+                if not _whole(draft):
+                    # Some writers only log that they could not write.
+                    raise ScenarioError(f"{path}: could not be written whole; valid is a disk that is not full")
+                draft.replace(path)
         return path
+
+    def discard(self, key: str) -> None:
+        """Throw away what is kept of a key."""
+        for ending in ENDS:
+            self.path(key, ending).unlink(missing_ok=True)
 
     @property
     def size(self) -> int:
         """Bytes of all that is kept."""
-        return sum(path.stat().st_size for path in self.folder.iterdir() if path.is_file())
+        return sum(path.stat().st_size for path in self.folder.iterdir() if path.suffix in ENDS and path.is_file())
+
+    def sweep(self) -> None:
+        """Remove the drafts of makers that are no more."""
+        with self._alone():
+            for folder in self.folder.glob(f"{DRAFT}*"):
+                if (held := _held(folder)) is not None:
+                    shutil.rmtree(folder, ignore_errors=True)
+                    os.close(held)
+
+    @contextmanager
+    def _draft(self) -> Iterator[Path]:
+        """A folder to make a file in, which is gone afterwards."""
+        with self._alone():
+            folder = Path(tempfile.mkdtemp(prefix=DRAFT, dir=self.folder))
+            held = _held(folder)
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+            if held is not None:
+                os.close(held)
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Nobody else begins a draft, or sweeps, meanwhile: a new draft would look like one left behind."""
+        with (self.folder / LOCK).open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
+
+
+def _held(folder: Path) -> int | None:
+    """Lock a folder and return the open descriptor; None where another process holds it. The lock dies with us."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
+def _whole(path: Path) -> bool:
+    """Whether a file begins and ends as its kind does: one that was cut off does not."""
+    begin, end, before = ENDS[path.suffix]
+    try:
+        with path.open("rb") as file:
+            begins = file.read(len(begin)) == begin
+            start = file.seek(-before, os.SEEK_END)
+            return begins and start >= len(begin) and file.read(len(end)) == end
+    except OSError:
+        return False
 
 
 def default_store() -> Path:

@@ -5,26 +5,31 @@ keys. Who carries it out is no concern of its own.
 """
 
 import json
+import math
 import time
 import traceback
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from refseq.belief import Belief
 from refseq.beliefs import read_beliefs, write_beliefs
-from refseq.errors import RefseqError
+from refseq.errors import LogError, RefseqError
 from refseq.logs import Recording
+from refseq.mapfile import load_map, save_map
+from refseq.sequence import ReferenceSequence
 from refseq.view import View
 from robots.errors import RobotsError
+from scenarios.baselines import Shelf
 from scenarios.campaign.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from scenarios.campaign.keys import key_of, packages, recording_key, sources_digest
-from scenarios.campaign.outcomes import Outcome, Verdict
+from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.sources import AbsentError, Source, only, read_views, source_key
-from scenarios.campaign.store import ANSWERS, RECORDING, Store
+from scenarios.campaign.store import ANSWERS, MAP, RECORDING, DamagedError, Store
 from scenarios.errors import ScenarioError
 from scenarios.inputs import stretch
 from scenarios.methods import Learnt
@@ -33,6 +38,9 @@ from scenarios.record import Drive, record
 from sim.errors import SimError, StuckError
 from worlds.errors import WorldsError
 
+LEARNING = "learning_s"
+"""In a kept map's metadata: how long learning it took [s]."""
+MAP_SOURCES = ("refseq",)
 ANSWER_SOURCES = ("refseq", "scenarios.baselines", "scenarios.methods", "scenarios.campaign.sources")
 ANSWER_PACKAGES = ("numpy", "scipy", "opencv-python-headless", "faiss-cpu")
 
@@ -54,6 +62,11 @@ class RecordTask:
     def needs(self) -> tuple["RecordTask", ...]:
         """Nothing."""
         return ()
+
+    @property
+    def kind(self) -> str:
+        """What takes about as long as this."""
+        return f"drive, {self.drive.renderer.value}"
 
     @property
     def title(self) -> str:
@@ -84,6 +97,15 @@ class AnswerTask:
     ending: str = ANSWERS
 
     @cached_property
+    def sources(self) -> tuple[str, str]:
+        """Keys of the views of reference and query.
+
+        They are reckoned where the campaign is run and go with the task: on another machine, where it answers from
+        copies, the renderer's device or a log's date may be others.
+        """
+        return source_key(self.reference), source_key(self.query)
+
+    @cached_property
     def key(self) -> str:
         """Key of the answers: views, methods, and the code and packages that answer."""
         own = {name: own_digest(name) for name in self.methods if is_own(name)}
@@ -91,8 +113,7 @@ class AnswerTask:
             "answers",
             self.methods,
             own,
-            source_key(self.reference),
-            source_key(self.query),
+            *self.sources,
             self.places,
             self.sensors,
             self.seed,
@@ -100,10 +121,15 @@ class AnswerTask:
             packages(ANSWER_PACKAGES),
         )
 
-    @property
+    @cached_property
     def needs(self) -> tuple[RecordTask, ...]:
         """The recordings of drives that are simulated."""
         return tuple(RecordTask(s, self.limit) for s in (self.reference, self.query) if isinstance(s, Drive))
+
+    @property
+    def kind(self) -> str:
+        """What takes about as long as this."""
+        return f"ask {', '.join(self.methods)}"
 
     @property
     def title(self) -> str:
@@ -115,12 +141,12 @@ class AnswerTask:
         reference, query = learnt_views(self, store), asked_views(self, store)
         forget_peak()
         begin = time.perf_counter()
-        learnt = Learnt(self.methods, reference.views, seed=self.seed)
+        learnt = Learnt(self.methods, reference.views, seed=self.seed, shelf=self._shelf(store))
         middle = time.perf_counter()
         blind = [View(v.time, v.images, v.scan, v.distance, v.turn) for v in query.views]
         beliefs = learnt.answers(blind)
         cost = Cost(
-            learn_s=middle - begin,
+            learn_s=_learning(learnt, middle - begin),
             answer_s=time.perf_counter() - middle,
             places=len(reference.views),
             bytes_kept=bytes_kept(*learnt.sequences.values(), *learnt.localisers.values()),
@@ -130,13 +156,36 @@ class AnswerTask:
         metadata = {**query.metadata, "cost": json.dumps(asdict(cost))}
         store.make(self.key, self.ending, lambda path: write_beliefs(path, query.views, beliefs, metadata))
 
+    def _shelf(self, store: Store) -> Shelf:
+        """Maps from the store: a reference drive that many queries are compared with is learnt once a profile."""
+
+        def shelf(profile: str, learnt: Callable[[], ReferenceSequence]) -> ReferenceSequence:
+            def make(path: Path) -> None:
+                begin = time.perf_counter()
+                sequence = learnt()
+                took = {LEARNING: f"{time.perf_counter() - begin:.3f}"}
+                save_map(replace(sequence, metadata={**sequence.metadata, **took}), path)
+
+            made_of = (self.sources[0], self.places, self.sensors, sources_digest(MAP_SOURCES))
+            key = key_of("map", profile, *made_of, packages(ANSWER_PACKAGES))
+            return load_map(store.make(key, MAP, make))
+
+        return shelf
+
+
+def _learning(learnt: Learnt, took: float) -> float:
+    """How long learning took [s]: now, or when the maps were made that were at hand."""
+    if not learnt.sequences:
+        return took
+    return math.fsum(float(sequence.metadata[LEARNING]) for sequence in learnt.sequences.values())
+
 
 Task = RecordTask | AnswerTask
 
 
 def learnt_views(task: AnswerTask, store: Store) -> Recording:
     """The views of the reference that are learnt."""
-    recording = read_views(task.reference, store)
+    recording = read_views(task.reference, task.sources[0], store)
     views = recording.views[_stretch(task, len(recording.views))]
     return Recording(tuple(only(view, task.sensors) for view in views), recording.metadata)
 
@@ -147,15 +196,18 @@ def _stretch(task: AnswerTask, count: int) -> slice:
 
 def asked_views(task: AnswerTask, store: Store) -> Recording:
     """The views of the query that are asked about."""
-    recording = read_views(task.query, store)
+    recording = read_views(task.query, task.sources[1], store)
     return Recording(tuple(only(view, task.sensors) for view in recording.views), recording.metadata)
 
 
 def answers_of(task: AnswerTask, store: Store) -> tuple[dict[str, list[Belief]], Cost]:
-    """What a task that is done left in the store: beliefs by method, and what they cost."""
+    """What a task that is done left in the store: beliefs by method, and what they cost. Raises ``DamagedError``."""
     path = store.path(task.key, task.ending)
-    metadata = json.loads(pq.read_schema(path).metadata[b"refseq"])
-    return read_beliefs(path), Cost(**json.loads(metadata["cost"]))
+    try:
+        metadata = json.loads(pq.read_schema(path).metadata[b"refseq"])
+        return read_beliefs(path), Cost(**json.loads(metadata["cost"]))
+    except (LogError, OSError, pa.ArrowException, ValueError, KeyError, TypeError) as error:
+        raise DamagedError(task.key, f"{path}: are no answers: {one_line(error)}") from error
 
 
 def perform(task: Task, folder: Store) -> Outcome:
@@ -170,11 +222,15 @@ def perform(task: Task, folder: Store) -> Outcome:
         return Outcome(Verdict.SKIPPED, str(absent))
     except (MisbehavedError, StuckError) as failure:
         return Outcome(Verdict.FAILED, str(failure), seconds=time.perf_counter() - begin)
+    except DamagedError as damaged:
+        reason = f"{task.title}: {damaged}"
+        return Outcome(Verdict.ERROR, reason, seconds=time.perf_counter() - begin, damaged=damaged.key)
     except (ScenarioError, SimError, WorldsError, RobotsError, RefseqError) as error:
         return Outcome(Verdict.ERROR, f"{task.title}: {error}", seconds=time.perf_counter() - begin)
     except Exception as error:
-        reason = f"{task.title}: {type(error).__name__}: {' '.join(str(error).split())}"
-        return Outcome(Verdict.ERROR, reason, traceback.format_exc(), time.perf_counter() - begin)
+        details = "" if isinstance(error, OSError) else traceback.format_exc()  # a full disk is no fault of the code's
+        reason = f"{task.title}: {one_line(error)}"
+        return Outcome(Verdict.ERROR, reason, details, time.perf_counter() - begin)
 
 
 def distinct(tasks: Sequence[Task]) -> list[Task]:

@@ -1,23 +1,35 @@
 """Workers on this machine: processes of their own, so that what breaks in one breaks nothing else."""
 
 import multiprocessing
+import os
+import signal
 from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as OutOfTime
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any, Protocol
+from threading import Lock
+from typing import Protocol, TypeVar
 
 from pebble import ProcessExpired, ProcessPool
+from pebble.pool.base_pool import PoolStatus
 
-from scenarios.campaign.outcomes import Outcome, Verdict
+from scenarios.campaign.calm import calm, share
+from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.store import Store
 from scenarios.campaign.tasks import AnswerTask, Task, perform
+
+T = TypeVar("T")
+TRIES = 3
+"""How often a task is handed out that no process began: one died while it was idle, and took the pool with it."""
 
 
 class Executor(Protocol):
     """Who carries tasks out, somewhere, and puts what they make into the campaign's store."""
 
-    workers: int
+    @property
+    def workers(self) -> int:
+        """How many tasks it can carry out at a time; 0 while there is nobody."""
 
     def submit(self, task: Task) -> "Future[Outcome]":
         """Carry a task out; all that it needs is in the store. The outcome is in the future; it raises nothing."""
@@ -27,32 +39,62 @@ class Executor(Protocol):
 
 
 class LocalWorkers:
-    """Spawned processes on this machine; a forked one would hang after its parent has rendered."""
+    """Spawned processes on this machine; a forked one would hang after its parent has rendered.
 
-    def __init__(self, workers: int, folder: Path) -> None:
+    ``sharing`` is among how many the cores are shared out, where others work beside these.
+    """
+
+    def __init__(self, workers: int, folder: Path, sharing: int | None = None) -> None:
         self.workers = workers
-        self._folder = folder
-        self._pool = ProcessPool(max_workers=workers, context=multiprocessing.get_context("spawn"))
+        self._folder, self._threads = folder, share(sharing or workers)
+        self._lock = Lock()
+        self._pool = self._new_pool()
+
+    def _new_pool(self) -> ProcessPool:
+        return ProcessPool(
+            max_workers=self.workers,
+            initializer=calm,
+            initargs=(os.getpid(), self._threads),
+            context=multiprocessing.get_context("spawn"),
+        )
 
     def submit(self, task: Task) -> "Future[Outcome]":
         """Carry a task out in one of the processes; one that takes too long is ended."""
         return self.call(lambda error: broken(task, error), task.limit, _perform, task, self._folder)
 
     def call(
-        self, mishap: Callable[[BaseException], Any], limit: float | None, function: Callable[..., Any], *given: Any
-    ) -> "Future[Any]":
+        self, mishap: Callable[[BaseException], T], limit: float | None, function: Callable[..., T], *given: object
+    ) -> "Future[T]":
         """Call a function in one of the processes; what goes wrong there is what ``mishap`` makes of it."""
-        answer: Future[Any] = Future()
+        answer: Future[T] = Future()
         answer.set_running_or_notify_cancel()
 
-        def done(future: "Future[Any]") -> None:
+        def hand_out(tries: int) -> None:
+            def done(future: "Future[T]") -> None:
+                try:
+                    answer.set_result(future.result())
+                except BrokenProcessPool as error:
+                    hand_out(tries - 1) if tries > 1 else answer.set_result(mishap(error))
+                except BaseException as error:
+                    answer.set_result(mishap(error))
+
             try:
-                answer.set_result(future.result())
-            except BaseException as error:
+                self._working_pool().schedule(function, args=given, timeout=limit).add_done_callback(done)
+            except RuntimeError as error:  # it was closed
                 answer.set_result(mishap(error))
 
-        self._pool.schedule(function, args=given, timeout=limit).add_done_callback(done)
+        hand_out(TRIES)
         return answer
+
+    def _working_pool(self) -> ProcessPool:
+        """The pool, or a new one where it broke."""
+        with self._lock:
+            if self._broke():
+                self._pool = self._new_pool()
+            return self._pool
+
+    def _broke(self) -> bool:
+        return bool(self._pool._context.status == PoolStatus.ERROR)
 
     def close(self, *, at_once: bool) -> None:
         """Let the processes go."""
@@ -74,5 +116,7 @@ def broken(task: Task, error: BaseException) -> Outcome:
         verdict = Verdict.FAILED if isinstance(task, AnswerTask) else Verdict.ERROR
         return Outcome(verdict, f"{task.title}: not done within {task.limit:g} s (limits.seconds)", seconds=task.limit)
     if isinstance(error, ProcessExpired):
-        return Outcome(Verdict.ERROR, f"{task.title}: the worker's process ended (exit code {error.exitcode})")
-    return Outcome(Verdict.ERROR, f"{task.title}: {type(error).__name__}: {' '.join(str(error).split())}")
+        code = error.exitcode or 0
+        how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
+        return Outcome(Verdict.ERROR, f"{task.title}: the worker's process {how}")
+    return Outcome(Verdict.ERROR, f"{task.title}: {one_line(error)}")

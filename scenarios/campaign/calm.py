@@ -1,0 +1,38 @@
+"""How a worker's process behaves: few threads, so that workers do not fight for cores, and it dies with its master.
+
+Nothing is imported here that counts threads when it is loaded: this runs first in a new process.
+"""
+
+import os
+import time
+from threading import Thread
+
+LOOK = 1.0
+"""How often a worker looks whether its master lives [s]."""
+BLAS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Sums that are split among threads are rounded otherwise: one thread, so that answers do not depend on the cores."""
+RENDERING = "LP_NUM_THREADS"
+"""Threads of Mesa's software drivers; pictures are the same with any number."""
+
+
+def calm(master: int, threads: int) -> None:
+    """Begin a worker of the process ``master``, which may draw and filter images with so many threads."""
+    os.environ.update(dict.fromkeys(BLAS, "1"))
+    os.environ.setdefault(RENDERING, str(threads))
+    Thread(target=_follow, args=(master,), daemon=True).start()
+    import cv2
+
+    cv2.setNumThreads(threads)
+
+
+def _follow(master: int) -> None:
+    """End the process when its master is gone, however it went: nobody waits for the work any more."""
+    while os.getppid() == master:
+        time.sleep(LOOK)
+    os._exit(1)
+
+
+def share(workers: int) -> int:
+    """Threads for each of so many workers on this machine."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(1, cores // workers)
