@@ -373,7 +373,8 @@ def compare(
     methods: Annotated[
         str | None,
         typer.Option(
-            metavar="NAMES", help="Only these, commas between: PROFILE/STAGE, or vlad, topological, topometric."
+            metavar="NAMES",
+            help="Only these, commas between: PROFILE/STAGE, a baseline as topometric, or all baselines.",
         ),
     ] = None,
     places: Annotated[

@@ -122,6 +122,15 @@ def test_views_of_nowhere_are_lost_and_then_any_place_may_follow() -> None:
     assert bound[-4].best < 20
 
 
+def test_a_way_begun_anew_goes_on_from_where_the_best_one_was_lost() -> None:
+    chosen = SequenceGraphSettings(window=3, lost_share=0.5)
+    nowhere = np.where(np.arange(30) < 15, 0.1, 0.05) * np.ones((2, 1))
+    found = answers(np.concatenate([along(2, 8), nowhere, along(24, 1)]), chosen)[-1]
+    assert found.path == (LOST, LOST, 24)
+    # It was lost around place 10, at a cost of 10, not at place 24, where it would have been 20.
+    assert found.lost == pytest.approx(np.mean([c / (c + chosen.hidden) for c in (10, 10, 1 / 0.6)]))
+
+
 def test_a_view_without_images_is_a_hidden_node() -> None:
     found = answers(along(3, 4), SequenceGraphSettings(), [0, 1, 2, -1])
     assert found[3].path == (3, 4, 5, LOST)
