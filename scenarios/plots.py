@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.view import Pose, View
 from scenarios.comparison import Comparison, method_label
+from scenarios.incidents import Incident
 from scenarios.outcome import Outcome
 from scenarios.reliability import Reliability
-from scenarios.score import NARROW, WIDE, ReferencePath, Score
+from scenarios.score import ReferencePath, Retrieval, Score, Tolerance
 
 FloorOutline = Sequence[NDArray[np.float64]]
 """Walls as polylines of (m, 2) points [m]."""
@@ -37,6 +38,7 @@ STAGE_STYLES: Mapping[str, Style] = {
     Stage.PRIOR: ("#2a8fd4", "--", "s"),
     Stage.CHAIN: ("#d55e00", "-", "x"),
 }
+"""Of the first profile in a plot, or of stages without one."""
 
 OTHER_STYLES: Sequence[Style] = (
     ("#2a9d6f", "-.", "^"),
@@ -56,7 +58,7 @@ OTHER_STYLES: Sequence[Style] = (
     ("#6b7a8f", (0, (2, 1, 6, 1)), "2"),
     ("#9b1d20", (0, (14, 2, 4, 2)), "3"),
 )
-"""For methods that are no stage, one after the other; when they are used up they come again."""
+"""For other methods, one after the other; when they are used up they come again."""
 
 REFERENCE, QUERY, WALL = "#2a8fd4", "#d55e00", "#8a8a8a"
 
@@ -66,6 +68,9 @@ OUTCOME_STYLES: Mapping[Outcome, tuple[str, str]] = {
     Outcome.FALSE_FIX: ("P", "#d6409f"),
     Outcome.REJECTED: ("d", "#2a9d6f"),
 }
+
+HATCHES = ("////", "....", "xxxx", "----")
+"""What tells faults on the drive apart: colour is left to the methods."""
 
 STRIP = 4.0
 """A path this many times longer than wide (or wider than long) is stretched, or it would be drawn as a hair."""
@@ -95,8 +100,10 @@ class Plot:
     note: str = ""
 
 
-def plan(comparison: Comparison, score: Score, outline: FloorOutline | None) -> Plot:
-    """Both true paths in the plan, with what became of the views that are not simply right."""
+def plan(
+    comparison: Comparison, score: Score, outline: FloorOutline | None, incidents: Sequence[Incident] = ()
+) -> Plot:
+    """Both true paths in the plan, with faults, and with what became of the views that are not simply right."""
     lines = [_positions(comparison.reference_views), _positions(comparison.query_views), *(outline or ())]
     points = np.concatenate([line for line in lines if len(line)])
     width, height = np.maximum(np.ptp(points[np.isfinite(points).all(axis=1)], axis=0), 1.0)
@@ -108,9 +115,10 @@ def plan(comparison: Comparison, score: Score, outline: FloorOutline | None) -> 
         axes = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", aspect="auto" if stretched else "equal")
         _draw_walls(axes, outline)
         _draw_drives(axes, lines[0], lines[1])
+        _draw_incidents(axes, lines[1], incidents)
         _draw_outcomes(axes, comparison, score)
         axes.margins(0.02, 0.1)
-        figure.legend(loc="outside upper center", ncols=7)
+        figure.legend(loc="outside upper center", ncols=6)
         svg = _svg(figure)
         factor = _stretch(axes)
     return Plot(svg, f"The y axis is drawn {factor:.1f} times as large as the x axis." if stretched else "")
@@ -124,6 +132,17 @@ def _draw_walls(axes: Axes, outline: FloorOutline | None) -> None:
 def _draw_drives(axes: Axes, reference: NDArray[np.float64], query: NDArray[np.float64]) -> None:
     axes.plot(*reference.T, color=REFERENCE, linewidth=0.8, marker=".", markersize=4, label="reference views")
     axes.plot(*query.T, color=QUERY, linewidth=0.8, marker=".", markersize=4, label="query views")
+
+
+def _draw_incidents(axes: Axes, query: NDArray[np.float64], incidents: Sequence[Incident]) -> None:
+    """A kidnap as a dotted line from where the robot was to where it was set down, other faults as a broad band."""
+    for incident in incidents:
+        if incident.carried:
+            way = query[max(incident.first - 1, 0) : incident.first + 1]
+            axes.plot(*way.T, color=INK, linewidth=1.2, linestyle=":", marker="*", markevery=[-1], label=incident.label)
+        else:
+            way = query[incident.first : incident.last + 1]
+            axes.plot(*way.T, color=INK, alpha=0.2, linewidth=7, solid_capstyle="butt", label=incident.label)
 
 
 def _draw_outcomes(axes: Axes, comparison: Comparison, score: Score) -> None:
@@ -143,16 +162,23 @@ def _stretch(axes: Axes) -> float:
 
 
 def styles(methods: Iterable[str]) -> dict[str, Style]:
-    """A style for each method."""
-    others = itertools.cycle(OTHER_STYLES)
-    return {method: STAGE_STYLES[method] if method in STAGE_STYLES else next(others) for method in methods}
+    """A style for each method; the stages of the first profile among them have those of stages."""
+    others, profile = itertools.cycle(OTHER_STYLES), None
+    found: dict[str, Style] = {}
+    for method in methods:
+        of, _, stage = method.rpartition("/")
+        profile = of if profile is None and stage in STAGE_STYLES else profile
+        found[method] = STAGE_STYLES[stage] if of == profile and stage in STAGE_STYLES else next(others)
+    return found
 
 
 PANELS = 3
 """Heat maps side by side."""
 
 
-def posterior(comparison: Comparison, path: ReferencePath | None) -> Plot:
+def posterior(
+    comparison: Comparison, path: ReferencePath | None, wide: Tolerance, incidents: Sequence[Incident] = ()
+) -> Plot:
     """Probability of every place at every view, one panel a method, with the band of right answers drawn on it."""
     methods, places = list(comparison.beliefs), len(comparison.reference_views)
     columns = min(PANELS, len(methods))
@@ -166,7 +192,9 @@ def posterior(comparison: Comparison, path: ReferencePath | None) -> Plot:
                 continue
             image = _draw_posterior(axes, comparison.beliefs[method], places)
             if path is not None:
-                _draw_truth(axes, comparison.query_views, path)
+                _draw_truth(axes, comparison.query_views, path, wide)
+            for incident in incidents:
+                _edge(axes, incident)
             axes.set(title=method_label(method), xlim=(-1, len(comparison.query_views)), ylim=(-1, places * 1.05))
         # Where the last row is not full, the numbers stand below the panel above its gap.
         for column in range(columns):
@@ -189,16 +217,41 @@ def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> objec
     return image
 
 
-def _draw_truth(axes: Axes, views: Sequence[View], path: ReferencePath) -> None:
+def _draw_truth(axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance) -> None:
     """Two lines, the tolerance before and after the true position; broken where the view is off the map."""
     known = np.flatnonzero(np.isfinite(path.along))
-    true = np.array([_true_along(view.truth, path) for view in views])
-    for offset in (-WIDE.distance, WIDE.distance):
+    true = np.array([_true_along(view.truth, path, wide) for view in views])
+    for offset in (-wide.distance, wide.distance):
         place = np.interp(true + offset, path.along[known], known)
         axes.plot(np.where(np.isfinite(true), place, np.nan), color="#4fd1ff", linewidth=0.7)
 
 
-def lost(comparison: Comparison, path: ReferencePath | None) -> Plot:
+def _edge(axes: Axes, incident: Incident) -> None:
+    """A fault on a dark picture: a light line where it begins, and one where it ends."""
+    for at in (incident.first - 0.5, *(() if incident.carried else (incident.last + 0.5,))):
+        axes.axvline(at, color="#ffffff", alpha=0.8, linewidth=0.8, linestyle="--")
+
+
+def _shade_incidents(axes: Axes, incidents: Sequence[Incident], *, labelled: bool = True) -> None:
+    """Faults over the query's views: a hatched stretch, or a line where the robot was carried away."""
+    for number, incident in enumerate(incidents):
+        stretch = incident.first - 0.5, incident.last + 0.5
+        _shade_incident(axes, incident, number, stretch, incident.label if labelled else None)
+
+
+def _shade_incident(
+    axes: Axes, incident: Incident, number: int, stretch: tuple[float, float], label: str | None
+) -> None:
+    if incident.carried:
+        axes.axvline(stretch[0], color=INK, linewidth=1.2, linestyle=":", label=label)
+    else:
+        hatch = HATCHES[number % len(HATCHES)]
+        axes.axvspan(*stretch, hatch=hatch, facecolor="none", edgecolor=INK, alpha=0.3, linewidth=0, label=label)
+
+
+def lost(
+    comparison: Comparison, path: ReferencePath | None, wide: Tolerance, incidents: Sequence[Incident] = ()
+) -> Plot:
     """Probability of being lost, and entropy of the places, over the views."""
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(10, 4.2), layout="constrained")
@@ -212,7 +265,9 @@ def lost(comparison: Comparison, path: ReferencePath | None) -> Plot:
         _threshold(top, LOST_ABOVE, "above: says lost")
         _threshold(bottom, math.log(len(comparison.reference_views)), "knows nothing (ln K)")
         if path is not None:
-            _shade_off_map(top, comparison.query_views, path)
+            _shade_off_map(top, comparison.query_views, path, wide)
+        _shade_incidents(top, incidents)
+        _shade_incidents(bottom, incidents, labelled=False)
         top.set(ylabel="P(lost)", ylim=(-0.03, 1.03))
         bottom.set(ylabel="entropy [nats]", xlabel="query view", xlim=(-1, len(comparison.query_views)))
         bottom.set_ylim(0, 1.15 * max(1.0, math.log(len(comparison.reference_views))))
@@ -228,17 +283,23 @@ def _threshold(axes: Axes, height: float, text: str) -> None:
     )
 
 
-def _shade_off_map(axes: Axes, views: Sequence[View], path: ReferencePath) -> None:
-    off = [t for t, view in enumerate(views) if view.truth is not None and not path.within(view.truth, WIDE).any()]
+def _shade_off_map(axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance) -> None:
+    off = [t for t, view in enumerate(views) if view.truth is not None and not path.within(view.truth, wide).any()]
     for number, t in enumerate(off):
         axes.axvspan(
             t - 0.5, t + 0.5, color="#2a9d6f", alpha=0.25, linewidth=0, label=None if number else "off the map"
         )
 
 
-def errors(comparison: Comparison, scores: Mapping[str, Score], path: ReferencePath) -> Plot:
+def errors(
+    comparison: Comparison,
+    scores: Mapping[str, Score],
+    path: ReferencePath,
+    tolerances: Sequence[Tolerance],
+    incidents: Sequence[Incident] = (),
+) -> Plot:
     """Absolute error along the path of every answer given, over the true position."""
-    true = np.array([_true_along(view.truth, path) for view in comparison.query_views])
+    true = np.array([_true_along(view.truth, path, tolerances[0]) for view in comparison.query_views])
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(10, 3.4), layout="constrained")
         axes = figure.add_subplot(
@@ -249,9 +310,18 @@ def errors(comparison: Comparison, scores: Mapping[str, Score], path: ReferenceP
             colour, _, marker = looks[method]
             style = {"color": colour, "markersize": 4, "markerfacecolor": "none", "label": method_label(method)}
             axes.plot(true, np.abs(score.errors), marker, **style)
-        _error_axis(axes, scores)
+        _error_axis(axes, scores, tolerances)
+        _shade_positions(axes, true, incidents)
         figure.legend(loc="outside upper center", ncols=3)
         return Plot(_svg(figure))
+
+
+def _shade_positions(axes: Axes, true: NDArray[np.float64], incidents: Sequence[Incident]) -> None:
+    """Where along the reference path the query's faults were, as far as it was on the map there."""
+    for number, incident in enumerate(incidents):
+        there = true[incident.first : incident.last + 1]
+        if np.isfinite(there).any():
+            _shade_incident(axes, incident, number, (np.nanmin(there), np.nanmax(there)), incident.label)
 
 
 def reliability(scores: Mapping[str, Score]) -> Plot:
@@ -290,7 +360,7 @@ def _draw_reliability(shares: Axes, counts: Axes, found: Reliability, style: Sty
     counts.stairs(found.count, edges, color=colour, linestyle=line, linewidth=1)
 
 
-def certainty(comparison: Comparison, scores: Mapping[str, Score]) -> Plot:
+def certainty(comparison: Comparison, scores: Mapping[str, Score], tolerances: Sequence[Tolerance]) -> Plot:
     """Absolute error along the path of every answer given, over the entropy of its belief."""
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(10, 3.4), layout="constrained")
@@ -301,27 +371,27 @@ def certainty(comparison: Comparison, scores: Mapping[str, Score]) -> Plot:
             entropies = [belief.entropy for belief in comparison.beliefs[method]]
             style = {"color": colour, "markersize": 4, "markerfacecolor": "none", "label": method_label(method)}
             axes.plot(entropies, np.abs(score.errors), marker, **style)
-        _error_axis(axes, scores)
+        _error_axis(axes, scores, tolerances)
         axes.set_xlim(left=-0.05)
         figure.legend(loc="outside upper center", ncols=3)
         return Plot(_svg(figure))
 
 
-def _error_axis(axes: Axes, scores: Mapping[str, Score]) -> None:
-    """Errors upwards, linear up to 1 m and logarithmic above, both tolerances shaded."""
+def _error_axis(axes: Axes, scores: Mapping[str, Score], tolerances: Sequence[Tolerance]) -> None:
+    """Errors upwards, linear up to 1 m and logarithmic above, the tolerances shaded."""
     axes.set_yscale("symlog", linthresh=1.0, linscale=1.0)
     top = max(2.0, *(np.nanmax(np.abs(s.errors), initial=0.0) for s in scores.values())) * 1.2
     ticks = [t for t in (0, 0.5, 1.5, 5, 10, 20, 50, 100, 200, 500) if t <= top]
     axes.set(ylim=(-0.05, top), yticks=ticks, yticklabels=[f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
-    for tolerance in (WIDE, NARROW):
+    for tolerance in tolerances:
         axes.axhspan(0, tolerance.distance, color="#2a9d6f", alpha=0.12, linewidth=0)
     _grid(axes)
 
 
-def _true_along(pose: Pose | None, path: ReferencePath) -> float:
+def _true_along(pose: Pose | None, path: ReferencePath, wide: Tolerance) -> float:
     """Find the true position along the reference path [m], nan for a view that is off the map or has no truth."""
-    if pose is None or not path.within(pose, WIDE).any():
+    if pose is None or not path.within(pose, wide).any():
         return math.nan
     return path.project(pose)
 
@@ -330,6 +400,69 @@ def _positions(views: Sequence[View]) -> NDArray[np.float64]:
     """Collect the true positions (n, 2) [m], nan where unknown."""
     truths = [view.truth for view in views]
     return np.array([(pose.x, pose.y) if pose else (math.nan, math.nan) for pose in truths]).reshape(-1, 2)
+
+
+def retrieval(scores: Mapping[str, Score]) -> Plot:
+    """Precision over recall of each method's answers, from the surest on."""
+    curves = {method: score.retrieval for method, score in scores.items()}
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(10, 4.4), layout="constrained")
+        axes = figure.add_subplot(xlabel="recall", ylabel="precision", xlim=(-0.01, 1.01), ylim=(0, 1.03))
+        looks = styles(scores)
+        for method, curve in curves.items():
+            if curve is not None:
+                draw_retrieval(axes, curve, looks[method], method_label(method))
+        _grid(axes)
+        figure.legend(loc="outside upper center", ncols=3)
+        return Plot(_svg(figure))
+
+
+def draw_retrieval(axes: Axes, curve: Retrieval, style: Style, label: str) -> None:
+    """The curve as steps, so that what lies under them is its area; a mark where all answers are taken."""
+    colour, line, marker = style
+    recall, precision = np.concatenate([[0.0], curve.recall]), np.concatenate([curve.precision[:1], curve.precision])
+    named = f"{label} (AUC {curve.auc:.3f})"
+    axes.step(recall, precision, where="pre", color=colour, linestyle=line, linewidth=1.3, label=named)
+    axes.plot(recall[-1:], precision[-1:], marker, color=colour, markersize=6)
+
+
+@dataclass(frozen=True, slots=True)
+class Dial:
+    """A share over a key that several cases vary: the key, its values in words, and where they stand on its axis.
+
+    ``at`` is None for values that are no numbers: they stand side by side. ``shares`` holds for each method a row
+    (value, low, high) a case, in [0, 1], nan where there is none.
+    """
+
+    key: str
+    values: Sequence[str]
+    at: Sequence[float] | None
+    shares: Mapping[str, NDArray[np.float64]]
+
+
+def dial(found: Dial) -> Plot:
+    """Success over what is varied, with 95 % intervals, a line a method."""
+    at = np.arange(len(found.values), dtype=float) if found.at is None else np.array(found.at, dtype=float)
+    order = np.argsort(at)
+    spread = 0.012 * max(float(np.ptp(at)), 1e-9)
+    with mpl.rc_context(_STYLE):
+        figure = Figure(figsize=(10, 4.2), layout="constrained")
+        axes = figure.add_subplot(xlabel=found.key, ylabel="success [%]", ylim=(-3, 103))
+        looks = styles(found.shares)
+        for number, (method, shares) in enumerate(found.shares.items()):
+            colour, line, marker = looks[method]
+            value, low, high = 100 * shares[order].T
+            # Side by side, or the intervals of equal shares would hide one another.
+            there = at[order] + spread * (number - (len(found.shares) - 1) / 2)
+            bars = np.nan_to_num(np.clip([value - low, high - value], 0, None))
+            axes.errorbar(
+                there, value, bars, color=colour, marker=marker, markersize=5, linewidth=1.3, elinewidth=0.8, capsize=2,
+                linestyle="none" if found.at is None else line, label=method_label(method),
+            )  # fmt: skip
+        axes.set_xticks(at, found.values, rotation=0 if len(found.values) <= 8 else 30)
+        _grid(axes)
+        figure.legend(loc="outside upper center", ncols=4)
+        return Plot(_svg(figure))
 
 
 def _grid(*panels: Axes) -> None:
