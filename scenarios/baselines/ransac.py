@@ -28,6 +28,8 @@ class RansacSettings:
     drawn one good sample, after ``rounds`` at the latest. A place is e times as likely for each ``worth`` inliers more:
     this shapes the belief, not the answer. With ``needed`` inliers at the best place it is even odds that the view is
     of a place; how much that tells grows with the view's keys, by half with the first ``keys`` of them.
+
+    Set in the annex: ``reach``, ``worth``, ``needed`` and ``keys``.
     """
 
     contrast: float = 0.02

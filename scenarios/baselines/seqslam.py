@@ -27,7 +27,7 @@ class SeqSlamSettings:
     ten views are a longer way than ten pictures of a video.
 
     ``worth`` is the score that makes a place e times as likely; it shapes the belief, not the answer. Where the best
-    place scores −``needed`` it is even odds that the robot is on the path.
+    place scores −``needed`` it is even odds that the robot is on the path. These two were set in the annex.
     """
 
     width: int = 64

@@ -31,7 +31,7 @@ class SequenceGraphSettings:
     times less likely; it shapes the belief, not the answer.
 
     Published are fan-outs of 5 and 10, for cameras of unlike speeds, and hidden costs of 3.7 to 5 for features of a
-    network.
+    network. Set in the annex: ``fan_out``, ``hidden``, ``window`` and ``worth``.
     """
 
     fan_out: int = 2
