@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief, Stage
@@ -75,6 +76,9 @@ HATCHES = ("////", "....", "xxxx", "----")
 STRIP = 4.0
 """A path this many times longer than wide (or wider than long) is stretched, or it would be drawn as a hair."""
 
+SURROUNDINGS = 6.0
+"""How much of a world is drawn around the drives [m]."""
+
 _STYLE = {
     "svg.fonttype": "none",
     "svg.hashsalt": "refseq",
@@ -104,9 +108,9 @@ def plan(
     comparison: Comparison, score: Score, outline: FloorOutline | None, incidents: Sequence[Incident] = ()
 ) -> Plot:
     """Both true paths in the plan, with faults, and with what became of the views that are not simply right."""
-    lines = [_positions(comparison.reference_views), _positions(comparison.query_views), *(outline or ())]
-    points = np.concatenate([line for line in lines if len(line)])
-    width, height = np.maximum(np.ptp(points[np.isfinite(points).all(axis=1)], axis=0), 1.0)
+    lines = [_positions(comparison.reference_views), _positions(comparison.query_views)]
+    low, high = _around(lines, outline)
+    width, height = np.maximum(high - low, 1.0)
     stretched = not 1 / STRIP < width / height < STRIP
     with mpl.rc_context(_STYLE):
         figure = Figure(
@@ -117,11 +121,28 @@ def plan(
         _draw_drives(axes, lines[0], lines[1])
         _draw_incidents(axes, lines[1], incidents)
         _draw_outcomes(axes, comparison, score)
-        axes.margins(0.02, 0.1)
+        margin = (high - low) * (0.02, 0.1)
+        limits = np.stack([low - margin, high + margin], axis=1)
+        axes.set(xlim=tuple(limits[0]), ylim=tuple(limits[1]))
         figure.legend(loc="outside upper center", ncols=6)
         svg = _svg(figure)
         factor = _stretch(axes)
     return Plot(svg, f"The y axis is drawn {factor:.1f} times as large as the x axis." if stretched else "")
+
+
+def _around(
+    drives: Sequence[NDArray[np.float64]], outline: FloorOutline | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Corners of what is drawn [m]: of all walls, but not farther than ``SURROUNDINGS`` from where was driven."""
+    driven = np.concatenate(drives)
+    driven = driven[np.isfinite(driven).all(axis=1)]
+    low, high = driven.min(axis=0), driven.max(axis=0)
+    if not outline:
+        return low, high
+    walls = np.concatenate(list(outline))
+    walls = walls[np.isfinite(walls).all(axis=1)]
+    inside = np.clip(walls, low - SURROUNDINGS, high + SURROUNDINGS)
+    return np.minimum(low, inside.min(axis=0)), np.maximum(high, inside.max(axis=0))
 
 
 def _draw_walls(axes: Axes, outline: FloorOutline | None) -> None:
@@ -196,6 +217,7 @@ def posterior(
             for incident in incidents:
                 _edge(axes, incident)
             axes.set(title=method_label(method), xlim=(-1, len(comparison.query_views)), ylim=(-1, places * 1.05))
+            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         # Where the last row is not full, the numbers stand below the panel above its gap.
         for column in range(columns):
             lowest = panels[(len(methods) - 1 - column) // columns, column]

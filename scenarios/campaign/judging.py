@@ -3,7 +3,7 @@
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -30,6 +30,9 @@ class Judged:
     the beliefs, bit for bit, times aside) are by method, one entry a seed that was answered. ``comparisons`` hold one
     entry a seed with all methods that answered; ``seconds`` is what the tasks took on the wall clock, those that were
     kept from an earlier run not counted.
+
+    ``mishaps`` are the tasks that did not end well, each reason once. ``answered`` are by seed the tasks that did, of
+    those seeds that have a comparison, in their order.
     """
 
     case: Case
@@ -41,6 +44,8 @@ class Judged:
     costs: Mapping[str, tuple[Cost, ...]]
     digests: Mapping[str, tuple[str, ...]]
     seconds: float
+    mishaps: tuple[Outcome, ...] = ()
+    answered: Mapping[int, tuple[AnswerTask, ...]] = field(default_factory=dict)
 
 
 def tasks_of(case: Case) -> dict[int, list[AnswerTask]]:
@@ -63,10 +68,11 @@ def judged(
 ) -> Judged:
     """Judge a case by what its tasks left in the store; ``outcomes`` are by key, those of recordings among them."""
     mishaps = _mishaps(tasks, outcomes)
-    answered = {seed: [task for task in of_seed if outcomes[task.key].good] for seed, of_seed in tasks.items()}
-    runs = {seed: _run(case, done, store) for seed, done in answered.items() if done}
+    good = {seed: tuple(task for task in of_seed if outcomes[task.key].good) for seed, of_seed in tasks.items()}
+    answered = {seed: done for seed, done in good.items() if done}
+    runs = {seed: _run(case, done, store) for seed, done in answered.items()}
     comparisons = tuple(run.comparison for run in runs.values())
-    found = figures(comparisons, *_tolerances(case)) if comparisons else []
+    found = figures(comparisons, *tolerances(case)) if comparisons else []
     by_method = {one.method: one for one in found}
     judgements = tuple(judge(one, by_method, case.scenario.judged, len(runs)) for one in case.expectations)
     missed = [f"missed: {one.text} ({_told(one)})" for one in judgements if one.met is False]
@@ -81,6 +87,8 @@ def judged(
         costs=MappingProxyType({m: tuple(run.costs[m] for run in runs.values()) for m in methods}),
         digests=MappingProxyType({m: tuple(run.digests[m] for run in runs.values()) for m in methods}),
         seconds=math.fsum(outcomes[task.key].seconds for of_seed in tasks.values() for task in of_seed),
+        mishaps=tuple(mishaps),
+        answered=MappingProxyType(answered),
     )
 
 
@@ -102,7 +110,8 @@ def _told(one: Judgement) -> str:
     return one.reason or f"it is {one.value:.4g}"
 
 
-def _tolerances(case: Case) -> tuple[Tolerance, Tolerance]:
+def tolerances(case: Case) -> tuple[Tolerance, Tolerance]:
+    """How near an answer must be, and the narrower tolerance told beside it."""
     asked = case.scenario.score
     heading = math.radians(asked.heading)
     return Tolerance(asked.within, heading), Tolerance(asked.narrow, heading)

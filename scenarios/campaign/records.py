@@ -1,0 +1,102 @@
+"""From a case that was judged to its record in the result file."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+
+import numpy as np
+
+from refseq.belief import Timings
+from scenarios.campaign.cases import Case
+from scenarios.campaign.judging import Judged
+from scenarios.campaign.result_file import (
+    CaseRecord,
+    CostRecord,
+    JudgementRecord,
+    MethodRecord,
+    MishapRecord,
+    SeedRecord,
+    ShareRecord,
+    StepRecord,
+)
+from scenarios.campaign.sources import source_key
+from scenarios.campaign.tasks import AnswerTask
+from scenarios.comparison import Comparison
+from scenarios.drawn import drawn
+from scenarios.figures import Figures, figures_record
+from scenarios.score import Proportion
+from scenarios.section_tables import STEPS
+
+
+def open_record(case: Case) -> CaseRecord:
+    """The record of a case that has no verdict yet."""
+    return CaseRecord(
+        name=case.name,
+        scenario=case.file.stem,
+        title=case.scenario.title,
+        blocking=case.scenario.blocking,
+        judged=case.scenario.judged,
+        varied=dict(case.varied),
+        resolved=case.scenario.model_dump(mode="json", exclude_none=True),
+    )
+
+
+def case_record(result: Judged, page: str) -> CaseRecord:
+    """The record of a case; its ``page`` lies beside the file."""
+    shown = drawn(
+        [one.method for one in result.figures],
+        result.case.scenario.judged,
+        {one.method: one.wide for one in result.figures},
+    )
+    found = {
+        "verdict": result.verdict,
+        "page": page,
+        "reasons": result.reasons,
+        "judgements": tuple(JudgementRecord(**asdict(one)) for one in result.judgements),
+        "mishaps": tuple(MishapRecord(verdict=m.verdict, reason=m.reason, details=m.details) for m in result.mishaps),
+        "views": sum(len(one.query_views) for one in result.comparisons),
+        "methods": tuple(_method(one, result, drawn=one.method in shown) for one in result.figures),
+        "seeds": _seeds(result.answered, result.comparisons),
+        "seconds": result.seconds,
+    }
+    return open_record(result.case).model_copy(update=found)
+
+
+def _method(one: Figures, result: Judged, *, drawn: bool) -> MethodRecord:
+    seeds = list(result.answered)
+    timings = [belief.timings for run in result.comparisons for belief in run.beliefs[one.method]]
+    costs = result.costs.get(one.method, ())
+    return MethodRecord(
+        method=one.method,
+        drawn=drawn,
+        within_m=one.wide.tolerance.distance,
+        narrow_m=one.narrow.tolerance.distance,
+        success=_share(one.wide.success),
+        success_narrow=_share(one.narrow.success),
+        figures=figures_record(one),
+        steps={step: _step(timings, step) for step in STEPS},
+        costs={seed: CostRecord(**asdict(cost)) for seed, cost in zip(seeds, costs, strict=False)},
+        digests=dict(zip(seeds, result.digests.get(one.method, ()), strict=False)),
+    )
+
+
+def _share(share: Proportion) -> ShareRecord:
+    low, high = share.interval
+    return ShareRecord(right=share.successes, of=share.trials, low=low, high=high)
+
+
+def _step(timings: Sequence[Timings], step: str) -> StepRecord:
+    times = [1000 * getattr(timing, step) for timing in timings]
+    return StepRecord(median_ms=float(np.median(times)), p95_ms=float(np.quantile(times, 0.95)))
+
+
+def _seeds(answered: Mapping[int, Sequence[AnswerTask]], comparisons: Sequence[Comparison]) -> Mapping[int, SeedRecord]:
+    return {
+        seed: SeedRecord(
+            reference=source_key(tasks[0].reference),
+            query=source_key(tasks[0].query),
+            answers={method: task.key for task in tasks for method in task.methods},
+            learnt_views=len(run.reference_views),
+            asked_views=len(run.query_views),
+        )
+        for (seed, tasks), run in zip(answered.items(), comparisons, strict=True)
+    }

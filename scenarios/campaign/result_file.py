@@ -1,0 +1,188 @@
+"""``result.json``: what came of a campaign, for programs. Units stand in the names; what is no number is null."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+
+from refseq.files import replace_text
+from scenarios.campaign.outcomes import Verdict
+from scenarios.errors import ScenarioError
+
+FORMAT = 1
+"""Version of the file's form: another one when a reader of this one would misread it."""
+RESULT = "result.json"
+
+
+def _number(value: object) -> object:
+    """What JSON has no word for is null; JSON's readers disagree on nan and infinity."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+Number = Annotated[float | None, BeforeValidator(_number)]
+
+
+class Record(BaseModel):
+    """A part of the file; keys that a newer bench added are left alone."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+
+class ShareRecord(Record):
+    """``right`` of ``of`` views, with a 95 % interval of the share."""
+
+    right: int
+    of: int
+    low: float
+    high: float
+
+    @property
+    def share(self) -> float:
+        """Right ones among all, nan without any."""
+        return self.right / self.of if self.of else math.nan
+
+
+class StepRecord(Record):
+    """Time that a step takes a view [ms]."""
+
+    median_ms: Number
+    p95_ms: Number
+
+
+class CostRecord(Record):
+    """What methods that were asked together cost on one seed."""
+
+    learn_s: float
+    answer_s: float
+    places: int
+    bytes_kept: int
+    features: int | None
+    peak_bytes: int
+
+
+class MethodRecord(Record):
+    """One method over all seeds: ``figures`` by their names, with units in them; costs and digests are by seed.
+
+    A digest is of the beliefs, bit for bit but for the time that they took: equal ones are the same answers.
+    """
+
+    method: str
+    drawn: bool
+    within_m: float
+    narrow_m: float
+    success: ShareRecord
+    success_narrow: ShareRecord
+    figures: Mapping[str, float | int | str | None]
+    steps: Mapping[str, StepRecord]
+    costs: Mapping[int, CostRecord]
+    digests: Mapping[int, str]
+
+
+class JudgementRecord(Record):
+    """An expectation and what it was judged by; ``met`` null: it could not be judged, for a reason."""
+
+    text: str
+    met: bool | None
+    value: Number
+    bound: Number
+    reason: str
+
+
+class MishapRecord(Record):
+    """A task that did not end well, with the trace where there is one."""
+
+    verdict: Verdict
+    reason: str
+    details: str
+
+
+class SeedRecord(Record):
+    """One seed: the keys of what is in the store, and how many views were learnt and asked about."""
+
+    reference: str
+    query: str
+    answers: Mapping[str, str]
+    learnt_views: int
+    asked_views: int
+
+
+class CaseRecord(Record):
+    """One case. ``verdict`` null: not judged, as the campaign was ended before. ``page`` lies beside this file."""
+
+    name: str
+    scenario: str
+    title: str
+    blocking: bool
+    judged: str
+    verdict: Verdict | None = None
+    page: str | None = None
+    varied: Mapping[str, Any] = {}
+    reasons: tuple[str, ...] = ()
+    judgements: tuple[JudgementRecord, ...] = ()
+    mishaps: tuple[MishapRecord, ...] = ()
+    views: int = 0
+    methods: tuple[MethodRecord, ...] = ()
+    seeds: Mapping[int, SeedRecord] = {}
+    seconds: float = 0.0
+    resolved: Mapping[str, Any] = {}
+
+    def method(self, name: str) -> MethodRecord | None:
+        """A method's record, None of one that has no answers."""
+        return next((one for one in self.methods if one.method == name), None)
+
+    @property
+    def met(self) -> tuple[int, int]:
+        """Expectations met, and all."""
+        return sum(one.met is True for one in self.judgements), len(self.judgements)
+
+
+class MachineRecord(Record):
+    """Where it ran."""
+
+    system: str
+    processor: str
+    cores: int
+    memory_gb: Number
+    device: str | None
+
+
+class CampaignRecord(Record):
+    """The whole file; ``seconds`` is the wall clock from the start to the last verdict."""
+
+    format: int = FORMAT
+    started: str
+    seconds: float
+    complete: bool
+    versions: Mapping[str, str]
+    machine: MachineRecord
+    cases: tuple[CaseRecord, ...]
+
+    def count(self, verdict: Verdict, *, blocking: bool | None = None) -> int:
+        """Cases with a verdict; of those that are blocking or not, None: of all."""
+        return sum(one.verdict is verdict and blocking in (None, one.blocking) for one in self.cases)
+
+
+def write_result(folder: Path, record: CampaignRecord) -> None:
+    """Replace the file in one step."""
+    replace_text(folder / RESULT, record.model_dump_json(indent=1) + "\n")
+
+
+def read_result(folder: Path) -> CampaignRecord:
+    """What a campaign left in a folder. Raises ``ScenarioError`` where that is nothing, or of another form."""
+    path = folder / RESULT
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be read: {error.strerror}; valid is the folder of a campaign") from error
+    try:
+        record = CampaignRecord.model_validate_json(text)
+    except ValidationError as error:
+        where = ".".join(str(part) for part in error.errors()[0]["loc"])
+        raise ScenarioError(
+            f"{path}: is no result of a campaign: {where}: {error.errors()[0]['msg']}; valid is what a campaign wrote"
+        ) from error
+    if record.format != FORMAT:
+        raise ScenarioError(f"{path}: has format {record.format}; this bench reads {FORMAT}")
+    return record

@@ -1,0 +1,104 @@
+"""The folder that a campaign fills: verdicts for CI servers and programs, pages for people.
+
+Every file is replaced in one step, after every case: whatever ends a campaign early leaves a folder that tells the
+truth, with the cases that have no verdict marked as such.
+"""
+
+import re
+import tempfile
+import time
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+from refseq.files import replace_text
+from scenarios.campaign.cases import Case
+from scenarios.campaign.judging import Judged
+from scenarios.campaign.junit import write_junit
+from scenarios.campaign.keys import packages
+from scenarios.campaign.machine import this_machine
+from scenarios.campaign.pages import DialShown, case_page, dial_of, index_page
+from scenarios.campaign.records import case_record, open_record
+from scenarios.campaign.result_file import CampaignRecord, write_result
+from scenarios.campaign.store import Store
+from scenarios.campaign.tasks import ANSWER_PACKAGES
+from scenarios.errors import ScenarioError
+from scenarios.inputs import writing
+
+INDEX, PAGE = "index.html", "report.html"
+VERSIONS = ("refseq-bench", "mujoco", *ANSWER_PACKAGES)
+LONGEST = 80
+"""Letters that a case's folder may have."""
+
+
+class Results:
+    """What a campaign leaves in ``folder``. Raises ``ScenarioError`` where nothing can be written there, at once."""
+
+    def __init__(self, folder: Path, cases: Sequence[Case], store: Store) -> None:
+        self.folder, self._store, self._begin = folder, store, time.monotonic()
+        self._slugs = slugs(case.name for case in cases)
+        self._dials: dict[str, DialShown | None] = {}
+        self._record = CampaignRecord(
+            started=datetime.now(UTC).isoformat(timespec="seconds"),
+            seconds=0.0,
+            complete=False,
+            versions=packages(VERSIONS),
+            machine=this_machine(),
+            cases=tuple(open_record(case) for case in cases),
+        )
+        _check(folder)
+        self._write()
+
+    def add(self, result: Judged) -> None:
+        """Write the page of a case that was judged, and the campaign's files anew."""
+        page = Path(self._slugs[result.case.name]) / PAGE
+        record = case_record(result, page.as_posix())
+        path = self.folder / page
+        with writing(path):
+            path.parent.mkdir(exist_ok=True)
+            replace_text(path, case_page(result, record, self._record, self._store))
+        cases = tuple(record if one.name == record.name else one for one in self._record.cases)
+        complete = all(case.verdict is not None for case in cases)
+        seconds = time.monotonic() - self._begin
+        self._record = self._record.model_copy(update={"cases": cases, "complete": complete, "seconds": seconds})
+        self._write()
+
+    def _write(self) -> None:
+        with writing(self.folder):
+            write_result(self.folder, self._record)
+            write_junit(self.folder, self._record)
+            replace_text(self.folder / INDEX, index_page(self._record, self._turned()))
+
+    def _turned(self) -> list[DialShown]:
+        """The dials of those scenarios of which all cases are judged; each is drawn once."""
+        for scenario in dict.fromkeys(case.scenario for case in self._record.cases):
+            cases = [case for case in self._record.cases if case.scenario == scenario]
+            if scenario not in self._dials and all(case.verdict is not None for case in cases):
+                self._dials[scenario] = dial_of(cases)
+        return [dial for dial in self._dials.values() if dial is not None]
+
+
+def slugs(names: Iterable[str]) -> dict[str, str]:
+    """A folder for each case: letters that every system and every CI server's archive takes, no two alike."""
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in names:
+        plain = re.sub(r"[^A-Za-z0-9._+-]+", "-", name)[:LONGEST].strip(".-") or "case"
+        slug, number = plain, 2
+        while slug.lower() in taken:
+            slug, number = f"{plain}-{number}", number + 1
+        taken.add(slug.lower())
+        found[name] = slug
+    return found
+
+
+def _check(folder: Path) -> None:
+    """Write something, before the first drive is driven for nothing."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(b"?")
+    except OSError as error:
+        raise ScenarioError(
+            f"{folder}: cannot hold the results: {error.strerror or error}; valid is a folder that can be written to"
+        ) from error
