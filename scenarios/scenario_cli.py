@@ -51,7 +51,7 @@ def run(
     ] = None,
     ray: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Work on a Ray cluster instead: HOST:PORT, ray://HOST:PORT or auto."),
+        typer.Option(metavar="ADDRESS", help="Work on a Ray cluster instead: HOST:PORT or auto."),
     ] = None,
     cache: Annotated[
         Path | None, typer.Option(metavar="FOLDER", help="Where recordings and answers are kept. [default: the user's]")
