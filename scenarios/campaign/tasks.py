@@ -21,10 +21,11 @@ from refseq.beliefs import read_beliefs, write_beliefs
 from refseq.errors import LogError, RefseqError
 from refseq.logs import Recording
 from refseq.mapfile import load_map, save_map
+from refseq.profile import PROFILES
 from refseq.sequence import ReferenceSequence
 from refseq.view import View
 from robots.errors import RobotsError
-from scenarios.baselines import Shelf
+from scenarios.baselines import BASELINES, Shelf
 from scenarios.campaign.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from scenarios.campaign.keys import key_of, packages, recording_key, sources_digest
 from scenarios.campaign.outcomes import Outcome, Verdict, one_line
@@ -41,7 +42,8 @@ from worlds.errors import WorldsError
 LEARNING = "learning_s"
 """In a kept map's metadata: how long learning it took [s]."""
 MAP_SOURCES = ("refseq",)
-ANSWER_SOURCES = ("refseq", "scenarios.baselines", "scenarios.methods", "scenarios.campaign.sources")
+ANSWER_SOURCES = ("refseq", "scenarios.methods", "scenarios.campaign.sources")
+BASELINE_SOURCES = ("scenarios.baselines",)
 ANSWER_PACKAGES = ("numpy", "scipy", "opencv-python-headless", "faiss-cpu")
 
 
@@ -118,6 +120,7 @@ class AnswerTask:
             self.sensors,
             self.seed,
             sources_digest(ANSWER_SOURCES),
+            sources_digest(BASELINE_SOURCES) if set(self.methods) & set(BASELINES) else None,
             packages(ANSWER_PACKAGES),
         )
 
@@ -166,11 +169,23 @@ class AnswerTask:
                 took = {LEARNING: f"{time.perf_counter() - begin:.3f}"}
                 save_map(replace(sequence, metadata={**sequence.metadata, **took}), path)
 
-            made_of = (self.sources[0], self.places, self.sensors, sources_digest(MAP_SOURCES))
-            key = key_of("map", profile, *made_of, packages(ANSWER_PACKAGES))
-            return load_map(store.make(key, MAP, make))
+            key = self._map_key(profile)
+            try:
+                return load_map(store.make(key, MAP, make))
+            except RefseqError:
+                store.discard(key)  # what is kept there is damaged
+                return load_map(store.make(key, MAP, make))
 
         return shelf
+
+    @property
+    def maps(self) -> tuple[str, ...]:
+        """Keys of the maps that it may learn, or find in the store."""
+        return tuple(self._map_key(profile) for profile in PROFILES)
+
+    def _map_key(self, profile: str) -> str:
+        made_of = (self.sources[0], self.places, self.sensors, sources_digest(MAP_SOURCES))
+        return key_of("map", profile, *made_of, packages(ANSWER_PACKAGES))
 
 
 def _learning(learnt: Learnt, took: float) -> float:
