@@ -121,7 +121,7 @@ def plan(
         _draw_drives(axes, lines[0], lines[1])
         _draw_incidents(axes, lines[1], incidents)
         _draw_outcomes(axes, comparison, score)
-        margin = (high - low) * (0.02, 0.1)
+        margin = np.maximum(high - low, 1.0) * (0.02, 0.1)
         limits = np.stack([low - margin, high + margin], axis=1)
         axes.set(xlim=tuple(limits[0]), ylim=tuple(limits[1]))
         figure.legend(loc="outside upper center", ncols=6)

@@ -77,17 +77,21 @@ def run(
     """
     from scenarios.campaign.cases import find
     from scenarios.campaign.live import watcher_on
+    from scenarios.campaign.results import INDEX, Results
     from scenarios.campaign.run import run_campaign
     from scenarios.campaign.store import Store, default_store
 
     cases = [_with_seeds(case, seeds) for case in find(scenarios)]
     store = Store(cache or default_store())
+    folder = Results(output, cases, store)
     executor = _executor(workers, ray, store)
     watcher = watcher_on(err, executor)
     results: list[Judged] = []
     at_once = True
     try:
-        results.extend(run_campaign(cases, executor, store, watcher, fresh=fresh))
+        for result in run_campaign(cases, executor, store, watcher, fresh=fresh):
+            folder.add(result)
+            results.append(replace(result, comparisons=()))  # those of a whole campaign would fill the memory
         at_once = False
     except KeyboardInterrupt:
         done = f"{watcher.done} done, {watcher.kept} kept from before"
@@ -101,7 +105,36 @@ def run(
         raise typer.Exit(INTERRUPTED)
     _tell(results)
     say(err, f"{watcher.summary}; {_size(store.size)} kept in {store.folder}")
+    say(out, f"look at {folder.folder / INDEX}")
     _leave(results)
+
+
+@scenario.command()
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="What `refseq scenario run` filled.")] = Path(
+        "out/campaign"
+    ),
+    figures: Annotated[bool, typer.Option("--figures", help="Print the figures of all methods as well.")] = False,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print a table in Markdown, for the summary of a CI job.")
+    ] = False,
+) -> None:
+    """Tell what came of a campaign: verdicts, reasons, and where its pages lie.
+
+    Needs nothing but the folder: not the cache, not the machine that it ran on.
+
+    `refseq scenario report out/nightly --figures`
+
+    `refseq scenario report out/campaign --markdown >> "$GITHUB_STEP_SUMMARY"`
+    """
+    from scenarios.campaign.result_file import read_result
+    from scenarios.campaign.told import print_report, verdicts_markdown
+
+    record = read_result(folder)
+    if markdown:
+        typer.echo(verdicts_markdown(record), nl=False)
+    else:
+        print_report(record, folder, out, figures=figures)
 
 
 def _with_seeds(case: "Case", seeds: str | None) -> "Case":
