@@ -4,10 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from refseq.belief import Belief, Localiser, Stage
 from refseq.localiser import localise
-from refseq.profile import PROFILES, profile_named
-from refseq.sequence import learn
+from refseq.profile import PROFILES
 from refseq.view import View
-from scenarios.baselines import BASELINES, Reference
+from scenarios.baselines import BASELINES, Reference, Shelf, learnt_anew
 from scenarios.errors import ScenarioError
 from scenarios.own import OwnLocaliser, check_own, installed, is_own
 
@@ -25,6 +24,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 
 FAMILIES: Mapping[str, tuple[str, ...]] = {
     **{profile: GROUPS[profile] for profile in PROFILES},
+    "words": ("fabmap-naive", "fabmap"),
     "vlad": ("vlad", "topological", "topometric", "sequence-graph"),
 }
 """Methods that are asked together, as they share what is dear."""
@@ -67,15 +67,18 @@ def answers(
 class Learnt:
     """Several methods that have learnt the same reference views.
 
-    ``sequences`` are the maps of our own localiser by profile, ``localisers`` all other methods by name. Raises
+    ``sequences`` are the maps of our own localiser by profile, from the ``shelf``, ``localisers`` all other methods by
+    name. Raises
     ``MisbehavedError`` where a user's localiser fails.
     """
 
-    def __init__(self, methods: Sequence[str], reference: Sequence[View], *, seed: int = 0) -> None:
+    def __init__(
+        self, methods: Sequence[str], reference: Sequence[View], *, seed: int = 0, shelf: Shelf = learnt_anew
+    ) -> None:
         self._methods, self._seed = methods, seed
-        drive = Reference(reference)
+        drive = Reference(reference, shelf)
         profiles = dict.fromkeys(name.split("/")[0] for name in methods if name in STAGED)
-        self.sequences = {profile: learn(reference, profile=profile_named(profile)) for profile in profiles}
+        self.sequences = {profile: drive.sequence(profile) for profile in profiles}
         self.localisers: dict[str, Localiser] = {
             name: OwnLocaliser(name, reference) if is_own(name) else BASELINES[name](drive)
             for name in methods

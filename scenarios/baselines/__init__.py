@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from refseq.belief import Localiser
+from refseq.profile import profile_named
 from refseq.sequence import ReferenceSequence, learn
 from refseq.view import View
 from scenarios.baselines.fabmap import FabMap
@@ -28,21 +29,30 @@ CODEBOOK_SEED = 1
 """Any number will do: it keeps the codebook the same for the same views."""
 
 
+Shelf = Callable[[str, Callable[[], ReferenceSequence]], ReferenceSequence]
+"""Gives the map of a reference drive with a profile, by its name: one that is kept, or the one that is learnt now."""
+
+
+def learnt_anew(_profile: str, learnt: Callable[[], ReferenceSequence]) -> ReferenceSequence:
+    """A shelf on which nothing is kept."""
+    return learnt()
+
+
 @dataclass(frozen=True)
 class Reference:
     """The drive to learn from. What several baselines build on is made once, when it is first asked for."""
 
     views: Sequence[View]
+    shelf: Shelf = learnt_anew
 
     @cached_property
     def vlad(self) -> VladMap:
         """The views as VLAD."""
         return VladMap.learn(self.views, np.random.default_rng(CODEBOOK_SEED))
 
-    @cached_property
-    def sequence(self) -> ReferenceSequence:
-        """The views as the thesis' localiser learns them."""
-        return learn(self.views)
+    def sequence(self, profile: str) -> ReferenceSequence:
+        """The views as our own localiser's map with a profile."""
+        return self.shelf(profile, lambda: learn(self.views, profile=profile_named(profile)))
 
     @cached_property
     def words(self) -> WordMap:
@@ -51,7 +61,7 @@ class Reference:
 
 
 BASELINES: Mapping[str, Callable[[Reference], Localiser]] = {
-    "hamming": lambda reference: NearestColumn(reference.sequence, reference.views),
+    "hamming": lambda reference: NearestColumn(reference.sequence("thesis"), reference.views),
     "vlad": lambda reference: SingleBest(reference.vlad),
     "ransac": lambda reference: RansacInliers.learn(reference.views),
     "fabmap-naive": lambda reference: FabMap(reference.words, tree=False),
