@@ -5,6 +5,7 @@ import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,12 @@ from pydantic import ValidationError
 import robots
 from refseq.errors import RefseqError
 from refseq.profile import profile_named
+from refseq.view import LASER
+from robots import Robot
 from robots.errors import RobotsError
 from scenarios.campaign.expect import Expectation, parse
-from scenarios.campaign.schema import QUERY_SEEDS, DriveTable, LogTable, Scenario, SourceTable
+from scenarios.campaign.mistakes import first_mistake
+from scenarios.campaign.schema import QUERY_SEEDS, DriveTable, LogTable, Scenario, SourceTable, kind_of
 from scenarios.campaign.sources import Images, Log, Source
 from scenarios.campaign.vary import Values, merged, put, variations
 from scenarios.errors import ScenarioError
@@ -25,14 +29,18 @@ from scenarios.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
 from sim.bench import CONTROL_PERIOD
 from sim.cameras import load_camera
 from sim.errors import SimError
+from sim.faults import CameraBlack
 from sim.laser import RangeMode
-from sim.operator import OperatorStyle
+from sim.operator import Operator, OperatorStyle
 from sim.recorder import Trigger
+from sim.render import RendererKind
 from worlds.errors import WorldsError
 from worlds.light import light_named
 
 LIBRARY = Path(__file__).resolve().parent.parent / "library"
 """Folder of the scenarios that come with the bench."""
+SOURCE_KEYS = {"world", "log", "images"}
+"""Keys of which each says what kind of source a table is; a query of another kind takes over nothing."""
 QUERY_ALONE = ("faults",)
 """Keys of a drive that the query does not take over from the reference."""
 
@@ -108,7 +116,7 @@ def load(path: Path) -> list[Case]:
     try:
         cases = [_case(path, name, values, put(table, values)) for name, values in variations(table.pop("vary", None))]
     except (ScenarioError, SimError, WorldsError, RobotsError, RefseqError) as error:
-        raise ScenarioError(f"{path}: {error}") from error
+        raise ScenarioError(f"{path}: {' '.join(str(error).split())}") from error
     return cases
 
 
@@ -117,34 +125,30 @@ def _table(path: Path) -> dict[str, Any]:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read: {error.strerror}; valid is a scenario (.toml)") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
+        raise ScenarioError(f"{path}: is no TOML: {error}; valid is UTF-8") from error
+    except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{path}: is no TOML: {error}") from error
+    except RecursionError as error:
+        raise ScenarioError(f"{path}: is no TOML: its arrays or tables are too deep in each other") from error
 
 
 def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
     for side in ("reference", "query"):
         if not isinstance(table.get(side, {}), dict):
             raise ScenarioError(f"{side}: is no table; valid is [{side}]")
-    table["query"] = merged(table.get("reference", {}), table.get("query", {}), QUERY_ALONE)
+    reference, query = table.get("reference", {}), table.get("query", {})
+    if not SOURCE_KEYS & set(query) or kind_of(query) == kind_of(reference):
+        table["query"] = merged(reference, query, QUERY_ALONE)
     try:
         scenario = Scenario.model_validate(table)
     except ValidationError as error:
-        raise ScenarioError(_first_mistake(error)) from error
+        raise ScenarioError(first_mistake(error)) from error
     expectations = tuple(parse(text, scenario.localise.profile) for text in scenario.expect)
     full = f"{path.stem}/{name}" if name else path.stem
     case = Case(full, path, values, scenario, expectations)
     _check(case)
     return case
-
-
-def _first_mistake(error: ValidationError) -> str:
-    """The first of pydantic's findings in one line: the key, what is wrong, and what was given."""
-    first = error.errors()[0]
-    where = ".".join(str(part) for part in first["loc"] if part not in ("drive", "log", "images"))
-    if first["type"] == "extra_forbidden":
-        return f"{where}: is not known here"
-    given = "" if first["type"] == "missing" else f", not {str(first['input'])!r:.80}"
-    return f"{where}: {first['msg'][0].lower()}{first['msg'][1:]}{given}"
 
 
 # --- what is declared, as what is simulated or read ---
@@ -193,18 +197,22 @@ def _beside(name: str, file: Path) -> str:
 def _check(case: Case) -> None:
     scenario = case.scenario
     profile_named(scenario.localise.profile)
-    check_methods(scenario.methods)
+    with _place("localise"):
+        check_methods(scenario.methods)
     for expectation in case.expectations:
         for method in expectation.methods:
             if method not in scenario.methods:
                 valid = ", ".join(scenario.methods)
                 raise ScenarioError(f"expect: {expectation.text!r}: {method!r} does not run here; valid are {valid}")
         if expectation.seeds > len(scenario.seeds):
-            raise ScenarioError(f"expect: {expectation.text!r}: there are {len(scenario.seeds)} seeds")
+            raise ScenarioError(
+                f"expect: {expectation.text!r}: there are {len(scenario.seeds)} seeds; valid is 'over' so many at most"
+            )
     if scenario.judged not in scenario.methods:
-        raise ScenarioError(f"localise.judged: {scenario.judged!r} does not run here: {', '.join(scenario.methods)} do")
+        valid = ", ".join(scenario.methods)
+        raise ScenarioError(f"localise.judged: {scenario.judged!r} does not run here; valid are {valid}")
     if len(set(scenario.seeds)) < len(scenario.seeds):
-        raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice")
+        raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
     for side, source in zip(("reference", "query"), case.sources(scenario.seeds[0]), strict=True):
         if isinstance(source, Drive):
             with _place(side):
@@ -212,29 +220,83 @@ def _check(case: Case) -> None:
 
 
 @contextmanager
-def _place(side: str) -> Iterator[None]:
+def _place(table: str) -> Iterator[None]:
     """Name the table in which something is wrong."""
     try:
         yield
     except (ScenarioError, SimError, WorldsError, RobotsError) as error:
-        raise ScenarioError(f"{side}: {error}") from error
+        raise ScenarioError(f"{table}: {error}") from error
 
 
 def _check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
     robot = robots.load(drive.robot)
     check_sensors(tuple(sensors or ()), robot)
+    if drive.renderer is RendererKind.NONE and LASER not in (sensors or (LASER,)):
+        raise ScenarioError(
+            f"renderer 'none' takes no images, and sensors are {', '.join(sensors or ())}; valid is to "
+            "render, or to look at the laser as well"
+        )
     light_named(drive.light)
+    if len(drive.waypoints) == 1:
+        raise ScenarioError("one of waypoints is no route; valid are two or more, or none for a route of the world")
     for camera, model in drive.cameras.items():
         check_sensors((camera,), robot)
         load_camera(model)
-    check_route(drive)
+    check_faults(drive, robot, check_route(drive))
 
 
 def check_route(drive: Drive) -> float:
-    """Length of what is driven [m]. Raises ``WorldsError``, ``ScenarioError`` for what the world does not have."""
+    """Length of what is driven [m]. Raises ``WorldsError``, ``SimError``, ``ScenarioError`` for what cannot be."""
+    plan = Path(drive.world)
+    changed_ns = plan.stat().st_mtime_ns if plan.suffix == ".toml" and plan.is_file() else 0
+    return _length(
+        _Route(drive.world, changed_ns, drive.change, drive.day, drive.route, drive.waypoints, drive.start, drive.end)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Route:
+    """All that decides how long a drive is; ``changed_ns`` is when the plan was last written."""
+
+    world: str
+    changed_ns: int
+    change: str
+    change_seed: int
+    route: str
+    waypoints: tuple[tuple[float, float], ...]
+    start: float
+    end: float | None
+
+
+@cache
+def _length(asked: _Route) -> float:
+    """Length of a route as the operator drives it [m]; many cases drive the same."""
+    drive = Drive(
+        world=asked.world,
+        change=asked.change,
+        change_seed=asked.change_seed,
+        route=asked.route,
+        waypoints=asked.waypoints,
+        start=asked.start,
+        end=asked.end,
+    )
     plan = plan_of(drive)
     name = OWN_ROUTE if drive.waypoints else drive.route
     if name not in plan.routes:
         raise ScenarioError(f"unknown route {name!r} in world {plan.name!r}: valid are {', '.join(plan.routes)}")
     route = driven(np.array(plan.routes[name]), drive)
-    return float(np.hypot(*np.diff(route, axis=0).T).sum())
+    return Operator(route, drive.style, np.random.default_rng(0)).length
+
+
+def check_faults(drive: Drive, robot: Robot, length: float) -> None:
+    """Raise ``ScenarioError`` for a fault that a drive of ``length`` [m] by this robot cannot have."""
+    for fault in drive.faults:
+        for key in ("at", "to", "until"):
+            if getattr(fault, key, 0.0) > length:
+                raise ScenarioError(
+                    f"fault {fault.kind}: {key} = {getattr(fault, key):g} m is beyond the end of what is driven; valid "
+                    f"is 0 to {length:.1f} m"
+                )
+        if isinstance(fault, CameraBlack):
+            with _place(f"fault {fault.kind}"):
+                check_sensors((fault.camera,), robot)

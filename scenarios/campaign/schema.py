@@ -5,22 +5,39 @@ query does not say is as in the reference, but for its faults. ``[vary]`` makes 
 (``scenarios.campaign.vary``); ``expect`` says what decides (``scenarios.campaign.expect``).
 """
 
+from dataclasses import fields
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 
 from scenarios.methods import written_out
-from sim.faults import CameraBlack, Kidnap, LaserDazzled, WheelSlip
+from sim.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
 from sim.render import RendererKind
 
 QUERY_SEEDS = 1000
 """Added to a seed for the query drive: never the same drive twice."""
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[Finite, Field(gt=0)]
+NotNegative = Annotated[Finite, Field(ge=0)]
+Count = Annotated[int, Field(gt=0, strict=True)]
 Seed = Annotated[int, Field(ge=0, strict=True)]
+Flag = Annotated[bool, Field(strict=True)]
 Stretch = Annotated[str, Field(pattern=r"^\d*:\d*$")]
-Fault = Annotated[Kidnap | CameraBlack | LaserDazzled | WheelSlip, Field(discriminator="kind")]
+
+
+def _with_numbers(fault: object) -> object:
+    """A fault whose numbers are numbers, and no texts that look like some."""
+    for key, value in fault.items() if isinstance(fault, dict) else ():
+        if key in FAULT_NUMBERS and (not isinstance(value, int | float) or isinstance(value, bool)):
+            raise ValueError(f"{key} = {value!r} is not valid; it should be a number")
+    return fault
+
+
+FAULT_NUMBERS = tuple(sorted({one.name for fault in FAULTS for one in fields(fault) if one.type is float}))
+Fault = Annotated[
+    Kidnap | CameraBlack | LaserDazzled | WheelSlip, Field(discriminator="kind"), BeforeValidator(_with_numbers)
+]
 
 
 class Table(BaseModel):
@@ -49,7 +66,7 @@ class DriveTable(Table):
     change: str = "none"
     change_seed: Seed | None = None
     route: str = "forward"
-    waypoints: tuple[tuple[float, float], ...] = ()
+    waypoints: tuple[tuple[Finite, Finite], ...] = ()
     start: NotNegative = 0.0
     end: Positive | None = None
     world_seed: Seed = 0
@@ -70,7 +87,7 @@ class LogTable(Table):
     log: str
     views: Stretch | None = None
     thin: NotNegative = 0.0
-    odometry_noise: bool = False
+    odometry_noise: Flag = False
 
 
 class ImagesTable(Table):
@@ -78,10 +95,10 @@ class ImagesTable(Table):
 
     images: str
     spacing: Positive = 1.0
-    width: Annotated[int, Field(gt=0)] = 640
+    width: Count = 640
 
 
-def _kind(table: object) -> str:
+def kind_of(table: object) -> str:
     """Which kind of source a table is of, by the key that only this kind has."""
     keys = table if isinstance(table, dict) else vars(table)
     return next((kind for kind in ("log", "images") if kind in keys), "drive")
@@ -89,7 +106,7 @@ def _kind(table: object) -> str:
 
 SourceTable = Annotated[
     Annotated[DriveTable, Tag("drive")] | Annotated[LogTable, Tag("log")] | Annotated[ImagesTable, Tag("images")],
-    Discriminator(_kind),
+    Discriminator(kind_of),
 ]
 
 
@@ -105,7 +122,7 @@ class LocaliseTable(Table):
     profile: str = "thesis"
     judged: str | None = None
     methods: tuple[str, ...] = ()
-    sensors: tuple[str, ...] | None = None
+    sensors: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     places: Stretch | None = None
 
 
@@ -120,7 +137,7 @@ class ScoreTable(Table):
 class LimitsTable(Table):
     """How long a drive may take in simulated control steps of 0.04 s, and any task on the wall clock [s]."""
 
-    steps: Annotated[int, Field(gt=0)] = 90_000
+    steps: Count = 90_000
     seconds: Positive = 3600.0
 
 
@@ -135,7 +152,7 @@ class Scenario(Table):
     source: str = ""
     note: str = ""
     tags: tuple[str, ...] = ()
-    blocking: bool = True
+    blocking: Flag = True
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (1, 2, 3, 4, 5)
     reference: SourceTable
     query: SourceTable

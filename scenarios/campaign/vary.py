@@ -6,7 +6,9 @@ a ``name`` where the values are too long for one; ``[vary.random]`` draws ``coun
 """
 
 import itertools
+import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from typing import Any
@@ -18,7 +20,9 @@ from scenarios.errors import ScenarioError
 KINDS = ("grid", "list", "random")
 MOST = 1000
 """Cases that one file may make."""
-_CLOCK = re.compile(r"(\d{1,2}):(\d{2})")
+LONGEST = 100
+"""Characters that a case's name may have."""
+_CLOCK = re.compile(r"([01]?\d|2[0-3]):([0-5]\d)", re.ASCII)
 
 Values = Mapping[str, Any]
 """Values by their keys, which are paths into the file."""
@@ -35,19 +39,28 @@ def variations(vary: Any) -> list[tuple[str, Values]]:
         keys = ", ".join(vary) if isinstance(vary, dict) else repr(vary)
         raise ScenarioError(f"vary: {keys or 'nothing'} is not valid; it should be one of {', '.join(KINDS)}")
     kind, content = next(iter(vary.items()))
-    cases = list({"grid": _grid, "list": _list, "random": _random}[kind](content))
-    names = [name for name, _ in cases]
-    for name in names:
-        if names.count(name) > 1:
-            raise ScenarioError(f"vary.{kind}: two cases are called {name!r}; valid are names that differ")
+    # One more than may be: a grid of ten keys is told, not built.
+    cases = list(itertools.islice({"grid": _grid, "list": _list, "random": _random}[kind](content), MOST + 1))
     if not 0 < len(cases) <= MOST:
-        raise ScenarioError(f"vary.{kind} makes {len(cases)} cases; valid are 1 to {MOST}")
+        made = f"more than {MOST}" if cases else "no"
+        raise ScenarioError(f"vary.{kind} makes {made} cases; valid are 1 to {MOST}")
+    for name, count in Counter(name for name, _ in cases).items():
+        if count > 1:
+            raise ScenarioError(f"vary.{kind}: {count} cases are called {name!r:.60}; valid are names that differ")
+        if not name or not name.isprintable() or len(name) > LONGEST:
+            raise ScenarioError(
+                f"vary.{kind}: a case is called {name!r:.60}; valid is a name in one line of {LONGEST} characters at "
+                "most, as [[vary.list]] can give it one"
+            )
     return cases
 
 
 def _grid(content: Any) -> Iterator[tuple[str, Values]]:
-    if not isinstance(content, dict) or not all(isinstance(value, list) and value for value in content.values()):
-        raise ScenarioError("vary.grid: valid is a list of values for each key")
+    if not isinstance(content, dict) or not content:
+        raise ScenarioError('vary.grid: names no key; valid is a list of values for each key, as "query.light" = [...]')
+    for key, values in content.items():
+        if not isinstance(values, list) or not values:
+            raise ScenarioError(f"vary.grid.{key} = {values!r:.60} is not valid; it should be a list of values")
     for values in itertools.product(*content.values()):
         yield _named(dict(zip(content, values, strict=True)))
 
@@ -57,7 +70,10 @@ def _list(content: Any) -> Iterator[tuple[str, Values]]:
         raise ScenarioError("vary.list: valid is [[vary.list]], a table a case")
     for case in content:
         values = {key: value for key, value in case.items() if key != "name"}
-        yield (str(case["name"]), values) if "name" in case else _named(values)
+        name = case.get("name")
+        if name is not None and not isinstance(name, str):
+            raise ScenarioError(f"vary.list: name = {name!r} is not valid; it should be a text")
+        yield _named(values) if name is None else (name, values)
 
 
 def _random(content: Any) -> Iterator[tuple[str, Values]]:
@@ -65,6 +81,8 @@ def _random(content: Any) -> Iterator[tuple[str, Values]]:
         raise ScenarioError("vary.random: valid is a table with count, seed and keys")
     count, seed = (_whole(content, key) for key in ("count", "seed"))
     ranges = {key: value for key, value in content.items() if key not in ("count", "seed")}
+    if not ranges:
+        raise ScenarioError("vary.random: names no key; valid is {from, to} or {of = [...]} for each key")
     rng = np.random.default_rng(seed)
     for number in range(count):
         yield f"random-{number + 1}", {key: _drawn(key, value, rng) for key, value in ranges.items()}
@@ -73,7 +91,7 @@ def _random(content: Any) -> Iterator[tuple[str, Values]]:
 def _whole(content: Mapping[str, Any], key: str) -> int:
     value = content.get(key)
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise ScenarioError(f"vary.random.{key} = {value!r} is not valid; it should be a whole number")
+        raise ScenarioError(f"vary.random.{key} = {value!r} is not valid; it should be a whole number, 0 or more")
     return value
 
 
@@ -86,9 +104,15 @@ def _drawn(key: str, given: Any, rng: np.random.Generator) -> Any:
             first, last = (int(minutes) for minutes in _minutes(low, high))
             hour, minute = divmod(int(rng.integers(first, last + 1)), 60)
             return f"{hour:02d}:{minute:02d}"
-        case {"from": int() | float() as low, "to": int() | float() as high, **rest} if not rest and low <= high:
+        case {"from": int() | float() as low, "to": int() | float() as high, **rest} if not rest and _rise(low, high):
             return round(float(rng.uniform(low, high)), 3)
-    raise ScenarioError(f"vary.random.{key} = {given!r} is not valid; it should be {{from, to}} or {{of = [...]}}")
+    raise ScenarioError(
+        f"vary.random.{key} = {given!r} is not valid; it should be {{from, to}}, rising, or {{of = [...]}}"
+    )
+
+
+def _rise(low: float, high: float) -> bool:
+    return low <= high and math.isfinite(float(high) - float(low))
 
 
 def _minutes(*clocks: str) -> tuple[int, ...]:
@@ -104,6 +128,8 @@ def _named(values: Values) -> tuple[str, Values]:
 
 
 def _word(value: Any) -> str:
+    if isinstance(value, dict):
+        return " ".join(f"{key}={_word(one)}" for key, one in value.items())
     return "+".join(_word(one) for one in value) if isinstance(value, list) else str(value)
 
 
@@ -116,7 +142,7 @@ def put(table: Mapping[str, Any], values: Values) -> dict[str, Any]:
         for part in path:
             inner = inner.setdefault(part, {})
             if not isinstance(inner, dict):
-                raise ScenarioError(f"vary: key {key!r} leads through {part!r}, which is no table")
+                raise ScenarioError(f"vary: key {key!r} leads through {part!r}; valid is a path through tables")
         inner[last] = value
     return changed
 

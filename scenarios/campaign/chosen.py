@@ -1,0 +1,46 @@
+"""Asking others than a scenario says: a localiser of one's own in the place of the judged one, or fewer methods."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from scenarios.campaign.cases import Case
+from scenarios.campaign.expect import about
+from scenarios.errors import ScenarioError
+from scenarios.methods import check_methods, written_out
+
+NOBODY = "none"
+"""Stands for no method, where methods are named."""
+
+
+def asking(cases: Sequence[Case], localisers: Sequence[str], methods: Sequence[str] | None) -> list[Case]:
+    """The same cases with ``localisers`` judged, and beside them ``methods`` only; None: those of each scenario.
+
+    What an expectation says without naming a method is then meant of the first localiser, and once more of each other
+    one. Those that name a method which does not run are left to be told as not judged.
+
+    Raises ``ScenarioError`` for a name that is no method's, before anything is run.
+    """
+    judged = tuple(dict.fromkeys(localisers))
+    check_methods(judged)
+    others = None if methods is None else written_out(name for name in methods if name != NOBODY)
+    check_methods(others or ())
+    if not judged and others == ():
+        raise ScenarioError("methods 'none': nobody is left to be asked; valid is to name a localiser or a method")
+    return [_asking(case, judged, others) for case in cases] if judged or methods is not None else list(cases)
+
+
+def _asking(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> Case:
+    scenario = case.scenario
+    running = written_out((*(scenario.methods if others is None else others), *judged))
+    # Who was judged is named, for it may not run now, and nobody else's figures are to be taken for its.
+    meant = judged or (scenario.judged,)
+    first = case.expectations if judged else tuple(about(one, meant[0]) for one in case.expectations)
+    again = [about(one, name) for name in meant[1:] for one in case.expectations]
+    localise = scenario.localise.model_copy(
+        update={"methods": running, "judged": next(iter(judged), None)},
+    )
+    return replace(
+        case,
+        scenario=scenario.model_copy(update={"localise": localise}),
+        expectations=tuple(dict.fromkeys((*first, *again))),
+    )
