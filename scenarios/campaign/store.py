@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from refseq.errors import RefseqError
 from scenarios.errors import ScenarioError
 
 RECORDING, MAP, ANSWERS = ".mcap", ".refseq", ".parquet"
@@ -21,6 +22,8 @@ ENDS = {
 }
 """With what a whole file of each kind begins, what stands near its end, and how many bytes before it."""
 DRAFT, LOCK = ".draft-", ".lock"
+MORE = 1 << 20
+"""Bytes that a disk must still take not to be called full: about those of a view with its images."""
 
 
 class DamagedError(Exception):
@@ -63,10 +66,14 @@ class Store:
         if not _whole(path):
             with self._draft() as folder:
                 draft = folder / path.name
-                maker(draft)
+                try:
+                    maker(draft)
+                except (OSError, RuntimeError, RefseqError) as error:
+                    if reason := _refuses(folder):  # writers tell of a full disk in many ways, some in riddles
+                        raise ScenarioError(f"{path}: cannot be kept: {reason}") from error
+                    raise
                 if not _whole(draft):
-                    # Some writers only log that they could not write.
-                    raise ScenarioError(f"{path}: could not be written whole; valid is a disk that is not full")
+                    raise ScenarioError(f"{path}: cannot be kept: {_refuses(folder) or 'it was not written whole'}")
                 draft.replace(path)
         return path
 
@@ -118,6 +125,17 @@ def _held(folder: Path) -> int | None:
         os.close(descriptor)
         return None
     return descriptor
+
+
+def _refuses(folder: Path) -> str:
+    """What keeps more from being written into a folder; nothing where it can be."""
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            file.write(bytes(MORE))
+            file.flush()
+    except OSError as error:
+        return error.strerror or str(error)
+    return ""
 
 
 def _whole(path: Path) -> bool:
