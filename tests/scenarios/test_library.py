@@ -105,6 +105,16 @@ def test_a_file_begins_with_what_it_is_for_and_names_its_figure_and_its_doubts(n
             assert all(number in one.scenario.source for number in numbers)
 
 
+def test_the_page_tells_of_each_scenario_and_of_as_many_drives_as_there_are() -> None:
+    page = Path(__file__).resolve().parents[2].joinpath("docs", "scenarios.md").read_text()
+    (section,) = (part for part in page.split("\n## ") if part.startswith("The library\n"))
+    simulated = [one for one in cases() if isinstance(one.scenario.reference, DriveTable)]
+    assert {name for name in names() if f"`{name}`" not in section} == set()
+    assert f"So {len(simulated)} simulated cases" in section
+    way = sum(check_route(drive) for drive in drives().values())
+    assert f"{len(drives())} drives, {way / 1000:.1f} km" in section
+
+
 def test_titles_differ() -> None:
     titles = {one.file: one.scenario.title for one in cases()}
     assert len(set(titles.values())) == len(titles) == len(names())
