@@ -128,8 +128,8 @@ class Lines(Tally):
 class LiveTable(Tally):
     """A table on a terminal that is drawn again and again, and gone at the end: a row a case, a line a running task."""
 
-    def __init__(self, executor: Executor, console: Console) -> None:
-        super().__init__(executor)
+    def __init__(self, executor: Executor, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(executor, clock)
         self._console = console
         self._live = Live(console=console, auto_refresh=False, transient=True)
         self._live.start()

@@ -35,7 +35,7 @@ class Executor(Protocol):
         """Carry a task out; all that it needs is in the store. The outcome is in the future; it raises nothing."""
 
     def close(self, *, at_once: bool) -> None:
-        """Let the workers go: when they are done, or at once."""
+        """Let the workers go: when they are done, or at once; what they then had in hand never ends."""
 
 
 class LocalWorkers:

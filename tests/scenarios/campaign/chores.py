@@ -55,7 +55,8 @@ class Chore:
 
     def carry_out(self, store: Store) -> None:
         for need in self.needs:
-            if store.path(need.key, need.ending).read_bytes() != WHOLE:
+            path = store.path(need.key, need.ending)
+            if not path.exists() or path.read_bytes() != WHOLE:
                 raise DamagedError(need.key, f"{need.key} is damaged")
         store.make(self.key, self.ending, self._make)
 
