@@ -8,13 +8,14 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from refseq.belief import Stage, Timings
 from refseq.view import Pose, View
 from scenarios.comparison import Comparison
 from scenarios.errors import ScenarioError
 from scenarios.methods import METHODS
-from scenarios.plots import INK, plan, styles
+from scenarios.plots import INK, draw_retrieval, plan, styles
 from scenarios.report import write_report
 from scenarios.score import NARROW, ReferencePath, pool, score
 from tests.support import CORRIDOR, certain, corridor_comparison
@@ -230,3 +231,34 @@ def test_harm_is_told_of_profiles_by_their_own_single_view(tmp_path: Path) -> No
     assert pages[0][0] == "n/a"
     assert all(re.fullmatch(r"\d+ of \d+", text) for text in pages[0][1:])
     assert pages[1] == [*pages[0], "n/a"]
+
+
+def test_precision_and_recall_are_drawn_as_they_are_scored(runs: list[Comparison]) -> None:
+    curve = score(runs[0], Stage.UNIFORM).retrieval
+    assert curve is not None
+    axes = Figure().add_subplot()
+    draw_retrieval(axes, curve, styles(["m"])["m"], "m")
+    steps, end = axes.lines
+    recall, precision = (np.asarray(values, float) for values in steps.get_data())
+    assert steps.get_drawstyle() == "steps-pre"
+    assert float(np.sum(np.diff(recall) * precision[1:])) == pytest.approx(curve.auc)
+    assert list(zip(recall[1:], precision[1:], strict=True)) == list(zip(curve.recall, curve.precision, strict=True))
+    assert (end.get_xdata()[-1], end.get_ydata()[-1]) == (curve.recall[-1], curve.precision[-1])  # type: ignore[index]
+    assert f"AUC {curve.auc:.3f}" in str(steps.get_label())
+
+
+def test_faults_on_the_drive_are_marked(tmp_path: Path, runs: list[Comparison]) -> None:
+    faults = '[{"kind": "camera-black", "camera": "forward", "at": 3.0, "until": 6.0}]'
+    marked = replace(runs[0], query_metadata={**runs[0].query_metadata, "faults": faults})
+    assert written(tmp_path, marked).count("forward black from 3 m") == 3  # plan, lost, error
+
+
+def test_many_methods_are_all_in_the_tables_and_few_in_the_plots(tmp_path: Path, runs: list[Comparison]) -> None:
+    beliefs = {f"method-{i}": runs[0].beliefs[Stage.CHAIN if i == 7 else Stage.UNIFORM] for i in range(12)}
+    text = written(tmp_path, replace(runs[0], beliefs=beliefs))
+    rows = [row[0] for row in Page(text).rows]
+    assert all(rows.count(method) == 3 for method in beliefs)
+    in_plots = {method for method in beliefs if re.search(rf">{method} \(AUC", text)}
+    assert len(in_plots) == 6
+    assert {"method-7", "method-11"} <= in_plots  # the one that is right most often, and the one that is judged
+    assert "The plots show 6 of\n12 methods" in text

@@ -1,0 +1,133 @@
+from pathlib import Path
+
+import pytest
+
+from scenarios.campaign.outcomes import Verdict
+from scenarios.campaign.pages import dial_of, verdict_line
+from scenarios.campaign.result_file import (
+    CampaignRecord,
+    CaseRecord,
+    JudgementRecord,
+    MachineRecord,
+    MethodRecord,
+    ShareRecord,
+    write_result,
+)
+from scenarios.campaign.told import verdicts_markdown
+from scenarios.score import Proportion
+from tests.scenarios.conftest import Refseq
+
+
+def method(name: str, right: int, *, drawn: bool = True) -> MethodRecord:
+    """A method with so many right answers of ten."""
+    low, high = Proportion(right, 10).interval
+    share = ShareRecord(right=right, of=10, low=low, high=high)
+    return MethodRecord(
+        method=name, drawn=drawn, within_m=1.5, narrow_m=0.5, success=share, success_narrow=share, figures={"auc": 0.5},
+        steps={}, costs={}, digests={},
+    )  # fmt: skip
+
+
+def case(name: str, verdict: Verdict | None, *, blocking: bool = True, **more: object) -> CaseRecord:
+    return CaseRecord(
+        name=name, scenario=name.split("/")[0], title="", blocking=blocking, judged="a", verdict=verdict, **more
+    )  # type: ignore[arg-type]  # fmt: skip
+
+
+def campaign(*cases: CaseRecord) -> CampaignRecord:
+    machine = MachineRecord(system="s", processor="p", cores=2, memory_gb=1.0, device=None)
+    complete = all(one.verdict is not None for one in cases)
+    return CampaignRecord(
+        started="then", seconds=61.0, complete=complete, versions={}, machine=machine, cases=cases
+    )  # fmt: skip
+
+
+MISSED = JudgementRecord(text="success >= 1", met=False, value=0.9, bound=1.0, reason="")
+MIXED = campaign(
+    case("calm", Verdict.FAILED, blocking=False, reasons=("too slow | <b>",)),
+    case("good/a,b", Verdict.PASSED, methods=(method("a", 9), method("b", 3)), judgements=(), seeds={}),
+    case("bad", Verdict.FAILED, reasons=("missed: success >= 1", "and more"), judgements=(MISSED,)),
+    case("late", None),
+)
+
+
+def test_verdicts_are_counted_apart() -> None:
+    assert verdict_line(MIXED) == "1 passed, 1 failed, 1 not judged; 1 failed (not blocking)"
+    assert verdict_line(campaign()) == "no case"
+
+
+def test_markdown_is_one_table_that_no_text_can_break() -> None:
+    lines = verdicts_markdown(MIXED).splitlines()
+    rows = [line for line in lines if line.startswith("|")]
+    assert all(row.replace("\\|", "").count("|") == 7 for row in rows)
+    assert len(rows) == 2 + len(MIXED.cases)
+    assert rows[-1].startswith("| failed (not blocking) | calm |")
+    assert "&lt;b>" in rows[-1]
+
+
+def test_report_tells_of_a_campaign_from_its_folder_alone(tmp_path: Path, refseq: Refseq) -> None:
+    write_result(tmp_path, MIXED)
+    answer = refseq("scenario", "report", tmp_path, "--figures")
+    assert answer.code == 0
+    said = " ".join(answer.out.split())
+    for words in (
+        "1 passed, 1 failed, 1 not judged; 1 failed (not blocking); 1 min 01 s",
+        "not complete",
+        "good/a,b a 90.0 % [60, 98] in 1.5 m",
+        "bad: missed: success >= 1",
+        "calm: too slow | <b>",
+        "b 30.0 [11-60] of 10",
+    ):
+        assert words in said
+    assert said.index("bad: and more") < said.index("calm: too slow")
+
+
+def test_report_of_no_campaign_is_one_line(tmp_path: Path, refseq: Refseq) -> None:
+    answer = refseq("scenario", "report", tmp_path)
+    assert answer.code == 2
+    assert answer.err.count("\n") == 1
+    assert "valid is the folder of a campaign" in answer.err
+
+
+def dial_cases(values: list[object], key: str = "query.light") -> list[CaseRecord]:
+    return [
+        case(f"dial/{i}", Verdict.PASSED, varied={key: value}, methods=(method("a", 9 - i), method("b", 1)))
+        for i, value in enumerate(values)
+    ]
+
+
+def test_dial_shows_success_over_the_one_key_that_is_varied() -> None:
+    dial = dial_of(dial_cases(["noon", "18:00", "morning"]))
+    assert dial is not None
+    assert dial.rows == (
+        ("a", ("90.0 [60, 98]", "80.0 [49, 94]", "70.0 [40, 89]")),
+        ("b", ("10.0 [2, 40]",) * 3),
+    )
+    # Ticks in the order of the hours, not of the cases.
+    svg = dial.plot.svg
+    assert all(f">{light}<" in svg for light in ("noon", "18:00", "morning"))
+    places = {
+        light: float(svg[: svg.index(f">{light}<")].rpartition('x="')[2].partition('"')[0]) for light in dial.values
+    }
+    assert places["morning"] < places["noon"] < places["18:00"]
+
+
+@pytest.mark.parametrize("values", [[1.0, 2.0], [["laser"], ["camera-1", "laser"]], ["noon", "13:00"]])
+def test_dial_takes_numbers_lists_and_lights_of_one_hour(values: list[object]) -> None:
+    dial = dial_of(dial_cases(values))
+    assert dial is not None
+    assert len(dial.values) == 2
+
+
+def test_there_is_no_dial_without_one_key() -> None:
+    assert dial_of(dial_cases(["noon"])) is None
+    assert dial_of([case("x/1", Verdict.PASSED), case("x/2", Verdict.PASSED)]) is None
+    two_keys = [one.model_copy(update={"varied": {"p": 1, "q": 2}}) for one in dial_cases([1, 2])]
+    assert dial_of(two_keys) is None
+
+
+def test_a_method_without_answers_leaves_a_gap() -> None:
+    first, second = dial_cases([1, 2])
+    dial = dial_of([first, second.model_copy(update={"methods": (method("a", 5),)})])
+    assert dial is not None
+    assert dial.rows[1] == ("b", ("10.0 [2, 40]", "n/a"))
