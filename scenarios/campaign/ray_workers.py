@@ -5,12 +5,14 @@ mean the same as on this machine. What a lost node was doing is done again by an
 """
 
 import contextlib
+import logging
 import os
 import socket
 import threading
 from collections import OrderedDict
 from collections.abc import Iterable
 from concurrent.futures import Future
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -110,7 +112,7 @@ class RayWorkers:
             delivery: Delivery = self._ray.get(flown)
             for name, content in delivery.files.items():
                 file = Path(name)
-                self._store.make(file.stem, file.suffix, lambda path, content=content: path.write_bytes(content))
+                self._store.make(file.stem, file.suffix, partial(Path.write_bytes, data=content))
         except self._ray.exceptions.RayError as error:
             return Outcome(Verdict.ERROR, f"{task.title}: Ray: {_first_line(error)}")
         except (ScenarioError, OSError) as error:
@@ -154,7 +156,7 @@ def _connected(address: str) -> ModuleType:
         ) from None
     _check_answers(address)
     try:
-        ray.init(address=address, log_to_driver=False, logging_level="ERROR")
+        ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
     except (RuntimeError, ValueError, OSError, SystemExit) as error:
         raise ScenarioError(f"--ray {address!r}: no cluster answers there: {_first_line(error)}") from error
     module: ModuleType = ray

@@ -72,13 +72,28 @@ class Quiet:
         """Nothing."""
 
 
+Conclude = Callable[[Judged], None]
+
+
+def leave_it(_result: Judged) -> None:
+    """Nothing is done with a verdict but to yield it."""
+
+
 def run_campaign(
-    cases: Sequence[Case], executor: Executor, store: Store, watcher: Watcher, *, fresh: bool = False
+    cases: Sequence[Case],
+    executor: Executor,
+    store: Store,
+    watcher: Watcher,
+    *,
+    fresh: bool = False,
+    conclude: Conclude = leave_it,
 ) -> Iterator[Judged]:
     """Run some cases; yields each as it is judged.
 
     A task that cannot be done stops what needs it, and nothing else. ``fresh`` asks all questions anew; recordings are
-    taken from the store as ever.
+    taken from the store as ever. ``conclude`` is what is to be done with each verdict before it is yielded; it is
+    called in a thread of its own, so that nobody waits for the pages that it writes, and what it raises ends the
+    campaign, but for ``DamagedError``.
     """
     with suppress(OSError):  # a store that may only be read is as good, as long as nothing is missing in it
         store.sweep()
@@ -88,9 +103,10 @@ def run_campaign(
             plans[case.name] = _Plan(case, tasks_of(case))
         except AbsentError as absent:
             result = _unjudged(case, Verdict.SKIPPED, str(absent))
+            conclude(result)
             watcher.judged(result)
             yield result
-    yield from _Campaign(plans, executor, store, watcher, fresh).run()
+    yield from _Campaign(plans, executor, store, watcher, fresh, conclude).run()
 
 
 def _unjudged(case: Case, verdict: Verdict, reason: str) -> Judged:
@@ -119,9 +135,16 @@ class _Campaign:
     """The state of a campaign: what waits, what runs, how what is done has ended."""
 
     def __init__(
-        self, plans: Mapping[str, _Plan], executor: Executor, store: Store, watcher: Watcher, fresh: bool
+        self,
+        plans: Mapping[str, _Plan],
+        executor: Executor,
+        store: Store,
+        watcher: Watcher,
+        fresh: bool,
+        conclude: Conclude,
     ) -> None:
-        self._executor, self._store, self._watcher, self._fresh = executor, store, watcher, fresh
+        self._executor, self._store, self._watcher = executor, store, watcher
+        self._fresh, self._conclude = fresh, conclude
         self._unjudged = dict(plans)
         self._keys = {name: plan.keys for name, plan in plans.items()}
         self._tasks = {task.key: task for task in distinct([task for plan in plans.values() for task in plan.asked])}
@@ -144,7 +167,7 @@ class _Campaign:
             for future in done & self._running.keys():
                 self._end(self._running.pop(future), future.result())
             for future in done & self._judging.keys():
-                yield from self._verdict(self._judging.pop(future), future)
+                yield from self._concluded(self._judging.pop(future), future)
             self._watcher.tick()
 
     # --- tasks ---
@@ -221,9 +244,19 @@ class _Campaign:
         return [self._unjudged.pop(name) for name in names]
 
     def _judged(self, plan: _Plan) -> Judged:
-        return judged(plan.case, plan.questions, self._outcomes, self._store)
+        """The verdict, after all that is to be done with it. Raises ``DamagedError``."""
+        try:
+            result = judged(plan.case, plan.questions, self._outcomes, self._store)
+        except DamagedError:
+            raise
+        except (ScenarioError, RefseqError) as error:
+            result = _unjudged(plan.case, Verdict.ERROR, f"judging: {error}")
+        except Exception as error:
+            result = _unjudged(plan.case, Verdict.ERROR, f"judging: {one_line(error)}")
+        self._conclude(result)
+        return result
 
-    def _verdict(self, plan: _Plan, future: "Future[Judged]") -> Iterator[Judged]:
+    def _concluded(self, plan: _Plan, future: "Future[Judged]") -> Iterator[Judged]:
         """The verdict, or none yet where something that it needs was damaged and is made anew."""
         try:
             result = future.result()
@@ -232,10 +265,7 @@ class _Campaign:
                 self._unjudged[plan.case.name] = plan
                 return
             result = _unjudged(plan.case, Verdict.ERROR, damaged.reason)
-        except (ScenarioError, RefseqError) as error:
-            result = _unjudged(plan.case, Verdict.ERROR, f"judging: {error}")
-        except Exception as error:
-            result = _unjudged(plan.case, Verdict.ERROR, f"judging: {one_line(error)}")
+            self._conclude(result)
         self._watcher.judged(result)
         yield result
 

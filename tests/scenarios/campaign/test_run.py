@@ -16,7 +16,7 @@ from scenarios.campaign.judging import Judged
 from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.run import Quiet, run_campaign
 from scenarios.campaign.sources import AbsentError
-from scenarios.campaign.store import ANSWERS, Store
+from scenarios.campaign.store import ANSWERS, DamagedError, Store
 from scenarios.campaign.tasks import perform
 from scenarios.errors import ScenarioError
 from tests.scenarios.campaign.chores import BITS, WHOLE, Chore, case_of, chores_of, judged_by_outcomes
@@ -246,3 +246,50 @@ def test_what_is_not_on_this_machine_is_skipped(tmp_path: Path, monkeypatch: pyt
     results, _, _ = conducted(Store(tmp_path), [case_of("absent", Chore("a")), case_of("there", Chore("b"))])
     assert verdicts(results) == {"absent": "skipped", "there": "passed"}
     assert results[0].reasons == ("a.log: is not there",)
+
+
+# --- what is done with a verdict ---
+
+
+def test_each_verdict_is_concluded_before_it_is_yielded_and_work_goes_on_meanwhile(tmp_path: Path) -> None:
+    store, concluded = Store(tmp_path), list[str]()
+    second_done = threading.Event()
+
+    def conclude(result: Judged) -> None:
+        if result.case.name == "a":
+            assert second_done.wait(10)  # the next case's task is done while this one is concluded
+        concluded.append(result.case.name)
+
+    class Watch(Quiet):
+        def ended(self, task: Chore, outcome: Outcome) -> None:
+            if task.key == "b":
+                second_done.set()
+
+    executor, cases = Threads(1, store), [case_of("a", Chore("a")), case_of("b", Chore("b"))]
+    for result in run_campaign(cases, executor, store, Watch(), conclude=conclude):
+        assert result.case.name in concluded
+    assert concluded == ["a", "b"]
+
+
+def test_damage_that_concluding_meets_is_repaired(tmp_path: Path) -> None:
+    store, met = Store(tmp_path), list[str]()
+
+    def conclude(result: Judged) -> None:
+        met.append(result.case.name)
+        if len(met) == 1:
+            raise DamagedError("ask", "ask is damaged")
+
+    executor = Threads(1, store)
+    results = list(run_campaign([case_of("a", Chore("ask"))], executor, store, Quiet(), conclude=conclude))
+    assert verdicts(results) == {"a": "passed"}
+    assert met == ["a", "a"]
+    assert executor.order == ["ask", "ask"]
+
+
+def test_what_else_concluding_raises_ends_the_campaign(tmp_path: Path) -> None:
+    def conclude(result: Judged) -> None:
+        raise ScenarioError("out: cannot be written")
+
+    store = Store(tmp_path)
+    with pytest.raises(ScenarioError, match="out: cannot be written"):
+        list(run_campaign([case_of("a", Chore("ask"))], Threads(1, store), store, Quiet(), conclude=conclude))
