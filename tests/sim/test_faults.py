@@ -60,15 +60,15 @@ def lamp(monkeypatch: pytest.MonkeyPatch) -> Lamp:
     return lamp
 
 
-def bench_in(world: World, route: NDArray[np.float64] = ROUTE, settings: BenchSettings = BLIND) -> Bench:
-    return Bench(world, robots.load("robuter"), route=route, seed=1, settings=settings)
+def bench_in(
+    world: World, route: NDArray[np.float64] = ROUTE, settings: BenchSettings = BLIND, robot: str = "robuter"
+) -> Bench:
+    return Bench(world, robots.load(robot), route=route, seed=1, settings=settings)
 
 
-def taken(
-    world: World, *faults: Fault, route: NDArray[np.float64] = ROUTE, settings: BenchSettings = BLIND
-) -> list[Taken]:
+def taken(world: World, *faults: Fault, settings: BenchSettings = BLIND, robot: str = "robuter") -> list[Taken]:
     """A drive by a perfect operator, a view every half metre."""
-    with bench_in(world, route, settings) as bench:
+    with bench_in(world, ROUTE, settings, robot) as bench:
         return list(
             drive_and_sense(bench, operator_for(bench, 1, PERFECT), Trigger(STEP), faults=faults, timeout=120.0)
         )
@@ -87,16 +87,18 @@ def ranges(one: Taken) -> NDArray[np.float32]:
 # --- kidnap ---
 
 
-@pytest.mark.parametrize(("at", "to"), [(2.0, 4.5), (4.5, 2.0)])
-def test_the_odometer_does_not_notice_a_kidnap_and_the_truth_does(corridor: World, at: float, to: float) -> None:
-    views = taken(corridor, Kidnap(at, to))
+@pytest.mark.parametrize(("robot", "at", "to"), [("robuter", 2, 4.5), ("robuter", 4.5, 2), ("segway_rmp", 2, 4.5)])
+def test_the_odometer_does_not_notice_a_kidnap_and_the_truth_does(
+    corridor: World, robot: str, at: float, to: float
+) -> None:
+    views = taken(corridor, Kidnap(at, to), robot=robot)
     went = np.array([after.view.distance for _, after in pairwise(views)])
     moved = np.array([truth(after).x - truth(before).x for before, after in pairwise(views)])
-    assert went == pytest.approx(STEP, abs=0.03)
+    assert went == pytest.approx(STEP, abs=0.06)  # a machine that balances rolls back before it goes
     leaps = moved - went
     carried = int(np.argmax(np.abs(leaps)))
     assert leaps[carried] == pytest.approx(to - at, abs=0.05)
-    assert np.delete(leaps, carried) == pytest.approx(0.0, abs=0.03)
+    assert np.delete(leaps, carried) == pytest.approx(0.0, abs=0.05)
     assert truth(views[carried]).x < 1.0 + at + 0.02
     assert views[-1].odometry.x - views[0].odometry.x == pytest.approx(6.0 - (to - at), abs=STEP + 0.1)
 
