@@ -12,6 +12,7 @@ from rich.box import SIMPLE
 from rich.table import Table
 from rich.text import Text
 
+from refseq.belief import Timings
 from scenarios.bootstrap import interval_over_runs
 from scenarios.comparison import Comparison, shared_methods, single_view_of
 from scenarios.episodes import Way
@@ -58,6 +59,11 @@ def figures(comparisons: Sequence[Comparison], wide: Tolerance = WIDE, narrow: T
     return [_figures(comparisons, method, wide, narrow) for method in shared_methods(comparisons)]
 
 
+def step_times(timings: Sequence[Timings]) -> Mapping[str, Spread]:
+    """The time that each step takes a view [ms], of one view at least."""
+    return MappingProxyType({step: _spread([1000 * getattr(one, step) for one in timings]) for step in STEPS})
+
+
 def _figures(comparisons: Sequence[Comparison], method: str, wide: Tolerance, narrow: Tolerance) -> Figures:
     timings = [belief.timings for one in comparisons for belief in one.beliefs[method]]
     wide_runs, narrow_runs = (tuple(score(one, method, near) for one in comparisons) for near in (wide, narrow))
@@ -69,7 +75,7 @@ def _figures(comparisons: Sequence[Comparison], method: str, wide: Tolerance, na
         cost=1000 * float(np.median([timing.total - timing.features for timing in timings])),
         wide_runs=wide_runs,
         narrow_runs=narrow_runs,
-        times=MappingProxyType({step: _spread([1000 * getattr(one, step) for one in timings]) for step in STEPS}),
+        times=step_times(timings),
         harm=_harm(comparisons, method, pooled),
     )
 

@@ -115,7 +115,7 @@ def section(name: str, runs: Sequence[Comparison], terms: Terms) -> Section:
         wide=terms.wide,
         narrow=terms.narrow,
         table=tuple(method_row(one, drawn=one.method in shown, judged=one.method == judged) for one in found),
-        further=tuple(further_row(one.method, pooled) for one in found),
+        further=tuple(further_row(one) for one in found),
         lost_table=tuple(lost_row(one.method, one.wide) for one in found if one.wide.off_map.any()),
         unscored=next((one.wide.count(Outcome.UNSCORED) for one in found), 0),
         judged=method_label(judged),

@@ -2,20 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-import numpy as np
-
-from refseq.belief import Timings
 from scenarios.campaign.cost import Cost
-from scenarios.comparison import Comparison, method_label, single_view_of
-from scenarios.figures import NONE, Figures, figures_record
+from scenarios.comparison import Comparison, method_label
+from scenarios.figures import NONE, STEPS, Figures, figures_record, step_times, success_over_seeds
 from scenarios.outcome import Outcome
 from scenarios.page import duration_text, metres, number, share_text, size_text, ways
-from scenarios.score import RANKS, Score, harm
-
-STEPS = (*(field.name for field in fields(Timings)), "total")
-"""Steps of answering a view."""
+from scenarios.score import PLACES_OFF, RANKS, Score
 
 
 @dataclass(frozen=True)
@@ -26,6 +20,7 @@ class MethodRow:
     views: int
     success: str
     success_narrow: str
+    over_seeds: str
     failures: str
     median: str
     p95: str
@@ -44,7 +39,9 @@ class FurtherRow:
     auc: str
     recall: str
     first_places: str
+    near_places: str
     calibration: str
+    entropy: str
 
 
 @dataclass(frozen=True)
@@ -93,6 +90,7 @@ def method_row(one: Figures, *, drawn: bool, judged: bool) -> MethodRow:
         views=wide.success.trials,
         success=share_text(wide.success),
         success_narrow=f"{share_text(narrow.success)}, n = {narrow.success.trials}",
+        over_seeds=" / ".join(_over_seeds(runs) for runs in (one.wide_runs, one.narrow_runs)),
         failures=f"{wide.failures} of {wide.success.trials}",
         median=metres(wide.error_quantile(0.5)),
         p95=metres(wide.error_quantile(0.95)),
@@ -101,22 +99,27 @@ def method_row(one: Figures, *, drawn: bool, judged: bool) -> MethodRow:
     )
 
 
-def further_row(method: str, scores: Mapping[str, Score]) -> FurtherRow:
-    """The row of the second table; ``scores`` are of all methods, for harm is told against another one."""
-    pooled = scores[method]
-    curve = pooled.retrieval
-    single = single_view_of(method)
-    spoilt = harm(pooled, scores[single]) if single in scores else None
+def _over_seeds(runs: Sequence[Score]) -> str:
+    """The 95 % interval of success over seeds."""
+    found = success_over_seeds(runs)
+    return NONE if found is None else f"[{100 * found[0]:.1f}, {100 * found[1]:.1f}]"
+
+
+def further_row(one: Figures) -> FurtherRow:
+    """The row of the second table."""
+    pooled, curve, spoilt = one.wide, one.wide.retrieval, one.harm
     kinds = (Outcome.WRONG, Outcome.MISSED, Outcome.FALSE_FIX, Outcome.REJECTED)
     return FurtherRow(
-        label=method_label(method),
+        label=method_label(one.method),
         outcomes=" / ".join(str(pooled.count(kind)) for kind in kinds),
         first_fix=ways(pooled.first_fixes),
         harm=NONE if spoilt is None else f"{spoilt.successes} of {spoilt.trials}",
         auc=NONE if curve is None else f"{curve.auc:.3f}",
         recall=NONE if curve is None else f"{100 * curve.recall_at(1.0):.0f} / {100 * curve.recall_at(0.99):.0f} %",
         first_places=_first_places(pooled),
+        near_places=_near_places(pooled),
         calibration=number(pooled.top_reliability.error),
+        entropy=number(pooled.entropy_auroc),
     )
 
 
@@ -139,20 +142,24 @@ def _first_places(pooled: Score) -> str:
     return NONE if not recalls[0].trials else " / ".join(f"{100 * share.value:.0f}" for share in recalls) + " %"
 
 
+def _near_places(pooled: Score) -> str:
+    """Answers within 1, 2 and 5 places of the right one [%]."""
+    near = [pooled.within_places(places) for places in PLACES_OFF]
+    return NONE if not near[0].trials else " / ".join(f"{100 * share.value:.0f}" for share in near) + " %"
+
+
 def cost_table(runs: Sequence[Comparison], methods: Sequence[str], costs: Mapping[str, Sequence[Cost]]) -> CostTable:
     """What each method cost; no row where no time was taken."""
     taken = {method: [belief.timings for run in runs for belief in run.beliefs[method]] for method in methods}
     headings = (*(f"{step} [ms]" for step in STEPS), *(KEPT if costs else ()))
     if not costs and not any(timing.total for timings in taken.values() for timing in timings):
         return CostTable(headings, (), False)
-    rows = (CostRow(method_label(m), (*_milliseconds(taken[m]), *_kept(costs.get(m, ())))) for m in methods)
+    times = {method: step_times(timings).values() for method, timings in taken.items()}
+    rows = (
+        CostRow(method_label(m), (*(f"{t.median:.2f} / {t.p95:.2f}" for t in times[m]), *_kept(costs.get(m, ()))))
+        for m in methods
+    )
     return CostTable(headings, tuple(rows), bool(costs))
-
-
-def _milliseconds(timings: Sequence[Timings]) -> tuple[str, ...]:
-    """Median and 95th percentile of the time that each step takes."""
-    times = ([1000 * getattr(timing, step) for timing in timings] for step in STEPS)
-    return tuple(f"{np.median(of_step):.2f} / {np.quantile(of_step, 0.95):.2f}" for of_step in times)
 
 
 KEPT = ("bytes a place", "features a place", "kept in all", "learning", "answering", "most memory")

@@ -70,8 +70,6 @@ def _mishap(case: CaseRecord) -> Failure | Error | Skipped | None:
     """Whether all tasks of a case could be done; an error weighs more than a failure."""
     if case.verdict is None:
         return Error(NOT_JUDGED, "bench")
-    if case.verdict is Verdict.SKIPPED:
-        return Skipped(_clean("; ".join(case.reasons)))
     for verdict, make, kind in ((Verdict.ERROR, Error, "bench"), (Verdict.FAILED, Failure, "robot or localiser")):
         found = [mishap for mishap in case.mishaps if mishap.verdict is verdict]
         if found or (verdict is Verdict.ERROR and case.verdict is verdict):
@@ -79,6 +77,8 @@ def _mishap(case: CaseRecord) -> Failure | Error | Skipped | None:
             result = make(_clean(found[0].reason if found else "; ".join(case.reasons)), kind)
             result.text = _clean("\n".join(f"{one.reason}\n{one.details}".rstrip() for one in case.mishaps))
             return result
+    if case.verdict is Verdict.SKIPPED and not case.methods:
+        return Skipped(_clean("; ".join(case.reasons)))
     return None
 
 

@@ -3,9 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
-import numpy as np
-
-from refseq.belief import Timings
 from scenarios.campaign.cases import Case
 from scenarios.campaign.judging import Judged
 from scenarios.campaign.result_file import (
@@ -16,7 +13,6 @@ from scenarios.campaign.result_file import (
     MishapRecord,
     SeedRecord,
     ShareRecord,
-    StepRecord,
 )
 from scenarios.campaign.sources import source_key
 from scenarios.campaign.tasks import AnswerTask
@@ -24,7 +20,6 @@ from scenarios.comparison import Comparison
 from scenarios.drawn import drawn
 from scenarios.figures import Figures, figures_record
 from scenarios.score import Proportion
-from scenarios.section_tables import STEPS
 
 
 def open_record(case: Case) -> CaseRecord:
@@ -63,7 +58,6 @@ def case_record(result: Judged, page: str) -> CaseRecord:
 
 def _method(one: Figures, result: Judged, *, drawn: bool) -> MethodRecord:
     seeds = list(result.answered)
-    timings = [belief.timings for run in result.comparisons for belief in run.beliefs[one.method]]
     costs = result.costs.get(one.method, ())
     return MethodRecord(
         method=one.method,
@@ -73,7 +67,6 @@ def _method(one: Figures, result: Judged, *, drawn: bool) -> MethodRecord:
         success=_share(one.wide.success),
         success_narrow=_share(one.narrow.success),
         figures=figures_record(one),
-        steps={step: _step(timings, step) for step in STEPS},
         costs={seed: CostRecord(**asdict(cost)) for seed, cost in zip(seeds, costs, strict=False)},
         digests=dict(zip(seeds, result.digests.get(one.method, ()), strict=False)),
     )
@@ -82,11 +75,6 @@ def _method(one: Figures, result: Judged, *, drawn: bool) -> MethodRecord:
 def _share(share: Proportion) -> ShareRecord:
     low, high = share.interval
     return ShareRecord(right=share.successes, of=share.trials, low=low, high=high)
-
-
-def _step(timings: Sequence[Timings], step: str) -> StepRecord:
-    times = [1000 * getattr(timing, step) for timing in timings]
-    return StepRecord(median_ms=float(np.median(times)), p95_ms=float(np.quantile(times, 0.95)))
 
 
 def _seeds(answered: Mapping[int, Sequence[AnswerTask]], comparisons: Sequence[Comparison]) -> Mapping[int, SeedRecord]:

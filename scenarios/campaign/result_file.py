@@ -44,13 +44,6 @@ class ShareRecord(Record):
         return self.right / self.of if self.of else math.nan
 
 
-class StepRecord(Record):
-    """Time that a step takes a view [ms]."""
-
-    median_ms: Number
-    p95_ms: Number
-
-
 class CostRecord(Record):
     """What methods that were asked together cost on one seed."""
 
@@ -75,7 +68,6 @@ class MethodRecord(Record):
     success: ShareRecord
     success_narrow: ShareRecord
     figures: Mapping[str, float | int | str | None]
-    steps: Mapping[str, StepRecord]
     costs: Mapping[int, CostRecord]
     digests: Mapping[int, str]
 

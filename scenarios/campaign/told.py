@@ -23,8 +23,9 @@ FIGURES = {
     "lost\nAUROC": "lost_auroc",
     "error [m]\nmedian": "error_median_m",
     "error [m]\np95": "error_p95_m",
+    "ms a\nview": "total_median_ms",
 }
-"""Figures of the result file that the terminal's table of methods shows beside success and time."""
+"""Figures of the result file that the terminal's table of methods shows beside success."""
 
 
 def print_report(record: CampaignRecord, folder: Path, console: Console, *, figures: bool) -> None:
@@ -70,7 +71,7 @@ def _figures(case: CaseRecord) -> Table:
     table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
     table.add_column("method", no_wrap=True)
     first = case.methods[0]
-    headings = (f"within {first.within_m:g} m, %", f"within {first.narrow_m:g} m, %", "failed", *FIGURES, "ms a\nview")
+    headings = (f"within {first.within_m:g} m, %", f"within {first.narrow_m:g} m, %", "failed", *FIGURES)
     for heading in headings:
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for one in case.methods:
@@ -85,8 +86,7 @@ def _method_cells(one: MethodRecord) -> list[str]:
         for share in (one.success, one.success_narrow)
     ]
     figures = [one.figures.get(name) for name in FIGURES.values()]
-    total = one.steps["total"].median_ms if "total" in one.steps else None
-    return [*shares, str(one.success.of - one.success.right), *(_plain(value) for value in figures), _plain(total)]
+    return [*shares, str(one.success.of - one.success.right), *(_plain(value) for value in figures)]
 
 
 def _plain(value: Number | int | str) -> str:

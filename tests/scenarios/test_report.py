@@ -14,10 +14,11 @@ from refseq.belief import Stage, Timings
 from refseq.view import Pose, View
 from scenarios.comparison import Comparison
 from scenarios.errors import ScenarioError
+from scenarios.figures import success_over_seeds
 from scenarios.methods import METHODS
 from scenarios.plots import INK, draw_retrieval, plan, styles
 from scenarios.report import write_report
-from scenarios.score import NARROW, ReferencePath, pool, score
+from scenarios.score import NARROW, WIDE, ReferencePath, pool, score
 from tests.support import CORRIDOR, certain, corridor_comparison
 
 COUNT = 30
@@ -98,8 +99,10 @@ def test_table_has_the_scorer_s_figures(text: str, runs: list[Comparison]) -> No
         assert row[2] == f"{100 * wide.success.value:.1f} % [{low:.1f}, {high:.1f}]"
         assert row[3].startswith(f"{100 * narrow.success.value:.1f} % [")
         assert row[3].endswith(f"n = {narrow.success.trials}")
-        assert row[4] == f"{wide.failures} of {3 * COUNT}"
-        assert row[5] == f"{np.nanmedian(np.abs(wide.errors)):.2f} m"
+        ends = [success_over_seeds([score(run, stage, near) for run in runs]) for near in (WIDE, NARROW)]
+        assert row[4] == " / ".join(f"[{100 * end[0]:.1f}, {100 * end[1]:.1f}]" for end in ends if end)
+        assert row[5] == f"{wide.failures} of {3 * COUNT}"
+        assert row[6] == f"{np.nanmedian(np.abs(wide.errors)):.2f} m"
 
 
 def test_what_was_driven_is_said(text: str) -> None:

@@ -24,7 +24,7 @@ def method(name: str, right: int, *, drawn: bool = True) -> MethodRecord:
     share = ShareRecord(right=right, of=10, low=low, high=high)
     return MethodRecord(
         method=name, drawn=drawn, within_m=1.5, narrow_m=0.5, success=share, success_narrow=share, figures={"auc": 0.5},
-        steps={}, costs={}, digests={},
+        costs={}, digests={},
     )  # fmt: skip
 
 
