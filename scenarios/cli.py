@@ -521,14 +521,26 @@ def version(show: Annotated[bool, typer.Option("--version", help="Print the vers
 
 
 def main() -> None:
-    """Run the command line; a known error is one line and exit code 2, an unknown one comes with its trace."""
+    """Run the command line; a known error is one line and exit code 2, an unknown one comes with its trace.
+
+    What a user's own localiser did wrong is one line and exit code 1.
+    """
     try:
         app()
     except Exception as error:
+        if _is_own_failure(error):
+            say(err, f"failed: {error}")
+            sys.exit(BELOW)
         if not _is_bad_input(error):
             raise
         say(err, f"error: {error}")
         sys.exit(BAD_INPUT)
+
+
+def _is_own_failure(error: Exception) -> bool:
+    """Whether a localiser that the user brought did wrong."""
+    own = sys.modules.get("scenarios.own")
+    return own is not None and isinstance(error, own.MisbehavedError)
 
 
 def _is_bad_input(error: Exception) -> bool:

@@ -1,4 +1,4 @@
-"""The commands ``refseq scenario list | show | run | report``."""
+"""The commands ``refseq scenario list | show | template | run | report``."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -10,6 +10,8 @@ import typer
 
 from scenarios.console import err, out, say
 from scenarios.errors import ScenarioError
+from scenarios.inputs import words
+from scenarios.scenario_show import list_scenarios, show, template
 
 if TYPE_CHECKING:
     from scenarios.campaign.cases import Case
@@ -30,13 +32,9 @@ Names = Annotated[
 ]
 
 
-@scenario.command("list")
-def list_scenarios() -> None:
-    """List the scenarios of the library."""
-    from scenarios.campaign.cases import find, names
-
-    for name in names():
-        say(out, f"{name}: {find([name])[0].scenario.title}")
+scenario.command("list")(list_scenarios)
+scenario.command("show")(show)
+scenario.command("template")(template)
 
 
 @scenario.command()
@@ -59,6 +57,16 @@ def run(
     seeds: Annotated[
         str | None, typer.Option(metavar="N,N", help="Only these seeds. [default: those of each scenario]")
     ] = None,
+    localiser: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="MODULE:CLASS", help="Judge your own localiser, or another method by its name; may be repeated."
+        ),
+    ] = None,
+    methods: Annotated[
+        str | None,
+        typer.Option(metavar="NAMES", help="Beside it only these methods run, commas between; none: no other."),
+    ] = None,
     fresh: Annotated[bool, typer.Option("--fresh", help="Ask all methods anew; recordings are kept.")] = False,
 ) -> None:
     """Run scenarios and judge them.
@@ -71,17 +79,21 @@ def run(
 
     `refseq scenario run light-dial kidnap -j 4 -o out/nightly`
 
+    `refseq scenario run smoke --localiser my_localiser:MyLocaliser --methods none`
+
     `refseq scenario run my/scenario.toml --seeds 1,2 --cache out/cache`
 
     `refseq scenario run thesis --ray 10.0.0.1:6379`
     """
     from scenarios.campaign.cases import find
+    from scenarios.campaign.chosen import asking
     from scenarios.campaign.live import watcher_on
     from scenarios.campaign.results import INDEX, Results
     from scenarios.campaign.run import run_campaign
     from scenarios.campaign.store import Store, default_store
 
-    cases = [_with_seeds(case, seeds) for case in find(scenarios)]
+    cases = asking(find(scenarios), localiser or (), words(methods, "methods"))
+    cases = [_with_seeds(case, seeds) for case in cases]
     store = Store(cache or default_store())
     folder = Results(output, cases, store)
     executor = _executor(workers, ray, store)
@@ -89,8 +101,7 @@ def run(
     results: list[Judged] = []
     at_once = True
     try:
-        for result in run_campaign(cases, executor, store, watcher, fresh=fresh):
-            folder.add(result)
+        for result in run_campaign(cases, executor, store, watcher, fresh=fresh, conclude=folder.add):
             results.append(replace(result, comparisons=()))  # those of a whole campaign would fill the memory
         at_once = False
     except KeyboardInterrupt:

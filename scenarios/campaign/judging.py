@@ -26,10 +26,10 @@ from scenarios.score import Tolerance
 class Judged:
     """A case that was run: its verdict, why, and all that decided.
 
-    ``reasons`` are one line each: what was missed, and what kept methods from answering. ``costs`` and ``digests`` (of
-    the beliefs, bit for bit, times aside) are by method, one entry a seed that was answered. ``comparisons`` hold one
-    entry a seed with all methods that answered; ``seconds`` is what the tasks took on the wall clock, those that were
-    kept from an earlier run not counted.
+    ``reasons`` are one line each: what kept methods from answering, what was missed, what could not be judged.
+    ``costs`` and ``digests`` (of the beliefs, bit for bit, times aside) are by method, one entry a seed that was
+    answered. ``comparisons`` hold one entry a seed with all methods that answered; ``seconds`` is what the tasks took
+    on the wall clock, those that were kept from an earlier run not counted.
 
     ``mishaps`` are the tasks that did not end well, each reason once. ``answered`` are by seed the tasks that did, of
     those seeds that have a comparison, in their order.
@@ -76,11 +76,12 @@ def judged(
     by_method = {one.method: one for one in found}
     judgements = tuple(judge(one, by_method, case.scenario.judged, len(runs)) for one in case.expectations)
     missed = [f"missed: {one.text} ({_told(one)})" for one in judgements if one.met is False]
+    open_ = [f"not judged: {one.text} ({one.reason})" for one in judgements if one.met is None]
     methods = [one.method for one in found]
     return Judged(
         case=case,
         verdict=_verdict(mishaps, judgements),
-        reasons=(*(outcome.reason for outcome in mishaps), *missed),
+        reasons=(*(outcome.reason for outcome in mishaps), *missed, *open_),
         judgements=judgements,
         figures=tuple(found),
         comparisons=comparisons,
@@ -99,10 +100,15 @@ def _mishaps(tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, O
 
 
 def _verdict(mishaps: Sequence[Outcome], judgements: Sequence[Judgement]) -> Verdict:
-    """An error weighs more than a failure, a failure more than what was not there to be run."""
+    """An error weighs more than a failure, a failure more than what was not there to be run.
+
+    A case of which no expectation could be judged has not passed: fewer seeds were run, or other methods.
+    """
     kinds = {one.verdict for one in mishaps}
     if any(one.met is False for one in judgements):
         kinds.add(Verdict.FAILED)
+    if judgements and all(one.met is None for one in judgements):
+        kinds.add(Verdict.SKIPPED)
     return next((kind for kind in (Verdict.ERROR, Verdict.FAILED, Verdict.SKIPPED) if kind in kinds), Verdict.PASSED)
 
 

@@ -1,0 +1,94 @@
+"""What of a scenario is kept already, and how long the rest may take."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from scenarios.campaign.cases import Case, check_route
+from scenarios.campaign.judging import tasks_of
+from scenarios.campaign.pace import in_words
+from scenarios.campaign.sources import AbsentError
+from scenarios.campaign.store import Store
+from scenarios.campaign.tasks import AnswerTask, RecordTask, Task, distinct
+from scenarios.methods import family
+from scenarios.own import is_own
+from scenarios.record import Drive
+from sim.render import RendererKind
+
+METRE = {RendererKind.FILAMENT: 0.9, RendererKind.CLASSIC: 0.35, RendererKind.NONE: 0.05}
+"""Processor time of recording a metre [s]: two cameras, a view every 0.85 m, measured in the hallway."""
+ASKING = {"thesis": 0.3, "best": 0.5, "vlad": 0.25, "hamming": 0.1, "ransac": 0.6, "words": 0.3, "seqslam": 0.02}
+"""Processor time of learning and asking a family of methods, a view [s]: of both drives together, in the hallway."""
+OTHERWISE = 0.3
+"""The same for a family that was not measured, a user's own localiser for one."""
+SPACING = 0.85
+UNKNOWN_LENGTH = 100.0
+"""Taken for the length of a recording that is not simulated [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """Tasks of some cases: how many recordings and sets of answers are kept, of how many, and how long the rest takes.
+
+    ``absent`` are the reasons why some cannot be run at all. ``seconds`` of work are a guess, good to a factor of two.
+    """
+
+    recordings_kept: int
+    recordings: int
+    answers_kept: int
+    answers: int
+    seconds: float
+    absent: tuple[str, ...] = ()
+
+    @property
+    def told(self) -> str:
+        """All that in a line."""
+        kept = (
+            f"kept: {self.recordings_kept} of {self.recordings} drives, {self.answers_kept} of {self.answers} answers"
+        )
+        missing = "".join(f"; skipped here: {reason}" for reason in self.absent)
+        return f"{kept}; the rest: about {in_words(self.seconds)} of work{missing}"
+
+
+def rest_of(cases: Sequence[Case], store: Store) -> Rest:
+    """What is kept of some cases, what they share counted once, and how long the rest may take."""
+    asked: list[AnswerTask] = []
+    absent: dict[str, None] = {}
+    for case in cases:
+        try:
+            of_case = [task for of_seed in tasks_of(case).values() for task in of_seed]
+            distinct(of_case)  # reckons the keys, for which real recordings have to be there
+            asked.extend(of_case)
+        except AbsentError as error:
+            absent[str(error)] = None
+    tasks = distinct(asked)
+    kept = {task.key for task in tasks if store.has(task.key, task.ending)}
+    drives, answers = (_of_kind(tasks, kind) for kind in (RecordTask, AnswerTask))
+    return Rest(
+        recordings_kept=sum(task.key in kept for task in drives),
+        recordings=len(drives),
+        answers_kept=sum(task.key in kept for task in answers),
+        answers=len(answers),
+        seconds=sum(_seconds(task) for task in tasks if task.key not in kept),
+        absent=tuple(absent),
+    )
+
+
+def _of_kind(tasks: Iterable[Task], kind: type[Task]) -> list[Task]:
+    return [task for task in tasks if isinstance(task, kind)]
+
+
+def _seconds(task: Task) -> float:
+    if isinstance(task, RecordTask):
+        return check_route(task.drive) * METRE[task.drive.renderer]
+    views = sum(_views(source) for source in (task.reference, task.query))
+    return views * sum(ASKING.get(one, OTHERWISE) for one in _families(task))
+
+
+def _families(task: AnswerTask) -> set[str]:
+    return {"own" if is_own(method) else family(method) for method in task.methods}
+
+
+def _views(source: object) -> float:
+    if not isinstance(source, Drive):
+        return UNKNOWN_LENGTH / SPACING
+    return check_route(source) / (source.trigger.distance or SPACING)
