@@ -14,11 +14,13 @@ from refseq.belief import Stage, Timings
 from refseq.view import Pose, View
 from scenarios.comparison import Comparison
 from scenarios.errors import ScenarioError
-from scenarios.figures import success_over_seeds
+from scenarios.figures import figures, success_over_seeds
+from scenarios.incidents import incidents
 from scenarios.methods import METHODS
-from scenarios.plots import INK, draw_retrieval, plan, styles
+from scenarios.plots import INK, draw_retrieval, errors, lost, plan, styles
 from scenarios.report import write_report
 from scenarios.score import NARROW, WIDE, ReferencePath, pool, score
+from scenarios.section_tables import further_row
 from tests.support import CORRIDOR, certain, corridor_comparison
 
 COUNT = 30
@@ -221,19 +223,16 @@ def test_an_empty_report_is_refused_and_leaves_the_old_one(tmp_path: Path) -> No
     assert path.read_text() == "old"
 
 
-def test_harm_is_told_of_profiles_by_their_own_single_view(tmp_path: Path) -> None:
+def test_harm_is_told_of_profiles_by_their_own_single_view() -> None:
     whole = corridor_comparison(count=COUNT, size=24)
     named = {f"best/{stage}": beliefs for stage, beliefs in whole.beliefs.items()}
-    pages = []
-    for beliefs in (whole.beliefs, {**named, "topometric": whole.beliefs[Stage.CHAIN]}):
-        write_report(tmp_path / "page.html", [replace(whole, beliefs=beliefs)], title="")
-        rows = Page((tmp_path / "page.html").read_text()).rows
-        heading = next(number for number, row in enumerate(rows) if "harm [views]" in row)
-        column = rows[heading].index("harm [views]")
-        pages.append([row[column] for row in rows[heading + 1 : heading + 1 + len(beliefs)]])
-    assert pages[0][0] == "n/a"
-    assert all(re.fullmatch(r"\d+ of \d+", text) for text in pages[0][1:])
-    assert pages[1] == [*pages[0], "n/a"]
+    columns = [
+        [further_row(one).harm for one in figures([replace(whole, beliefs=beliefs)])]
+        for beliefs in (whole.beliefs, {**named, "topometric": whole.beliefs[Stage.CHAIN]})
+    ]
+    assert columns[0][0] == "n/a"
+    assert all(re.fullmatch(r"\d+ of \d+", text) for text in columns[0][1:])
+    assert columns[1] == [*columns[0], "n/a"]
 
 
 def test_precision_and_recall_are_drawn_as_they_are_scored(runs: list[Comparison]) -> None:
@@ -250,10 +249,16 @@ def test_precision_and_recall_are_drawn_as_they_are_scored(runs: list[Comparison
     assert f"AUC {curve.auc:.3f}" in str(steps.get_label())
 
 
-def test_faults_on_the_drive_are_marked(tmp_path: Path, runs: list[Comparison]) -> None:
+def test_faults_on_the_drive_are_marked(runs: list[Comparison]) -> None:
     faults = '[{"kind": "camera-black", "camera": "forward", "at": 3.0, "until": 6.0}]'
-    marked = replace(runs[0], query_metadata={**runs[0].query_metadata, "faults": faults})
-    assert written(tmp_path, marked).count("forward black from 3 m") == 3  # plan, lost, error
+    met = incidents(runs[0].query_views, {"faults": faults})
+    path, scores = ReferencePath(runs[0].reference_views), {Stage.CHAIN: score(runs[0], Stage.CHAIN)}
+    drawn = [
+        plan(runs[0], scores[Stage.CHAIN], CORRIDOR, met),
+        lost(runs[0], path, WIDE, met),
+        errors(runs[0], scores, path, (WIDE, NARROW), met),
+    ]
+    assert [one.svg.count("forward black from 3 m") for one in drawn] == [1, 1, 1]
 
 
 def test_many_methods_are_all_in_the_tables_and_few_in_the_plots(tmp_path: Path, runs: list[Comparison]) -> None:
