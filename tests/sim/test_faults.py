@@ -368,6 +368,16 @@ def test_faults_that_overlap_happen_each_in_its_own_stretch(
         assert course.slipping == ({"left"} if slipped is not None and course.time - slipped < seconds else set())
 
 
+def test_the_same_thing_may_happen_twice() -> None:
+    course = Course()
+    agenda = agenda_of(course, [CameraBlack(1.0, 2.0, "camera-1"), CameraBlack(4.0, 5.0, "camera-1")])
+    dark = []
+    for course.progress in np.arange(0.5, 6.0):
+        agenda.look()
+        dark.append("camera-1" in course.covered)
+    assert dark == [False, True, False, False, True, False]
+
+
 def test_a_fault_at_the_start_is_there_for_the_first_view(corridor: World, lamp: Lamp) -> None:
     first = taken(corridor, CameraBlack(0.0, 1.0, "camera-1"), LaserDazzled(0.0, 1.0), settings=BenchSettings())[0]
     assert np.isinf(ranges(first)[1:-1]).all()
