@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from scenarios.errors import ScenarioError
+
 
 class Verdict(StrEnum):
     """What became of a case.
@@ -38,7 +40,9 @@ class Outcome:
 
 
 def one_line(error: BaseException) -> str:
-    """An unforeseen error in one line: of the system's own what was wrong with which file, of others also the kind."""
+    """An error in one line: the bench's own as it is, the system's with the file, of others also the kind."""
+    if isinstance(error, ScenarioError):
+        return str(error)
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
     return f"{type(error).__name__}: {' '.join(str(error).split())}"

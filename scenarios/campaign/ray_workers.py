@@ -54,7 +54,7 @@ class RayWorkers:
     def __init__(self, address: str, store: Store) -> None:
         self._store, self._lock = store, threading.Lock()
         self._ray = _connected(address)
-        self._held: OrderedDict[Path, Any] = OrderedDict()
+        self._held: OrderedDict[tuple[Path, int], Any] = OrderedDict()
         self._closed = False
         self._flying: dict[Any, tuple[Task, Future[Outcome]]] = {}
         try:
@@ -86,12 +86,13 @@ class RayWorkers:
 
     def _put(self, piece: Piece) -> Any:
         """A file's content in the cluster's memory; the last few stay there, as many tasks read the same drive."""
-        if piece.path not in self._held:
-            self._held[piece.path] = self._ray.put(piece.path.read_bytes())
-        self._held.move_to_end(piece.path)
+        state = piece.path, piece.path.stat().st_mtime_ns  # one that was damaged is made anew under the same name
+        if state not in self._held:
+            self._held[state] = self._ray.put(piece.path.read_bytes())
+        self._held.move_to_end(state)
         while len(self._held) > HELD:
             self._held.popitem(last=False)
-        return self._held[piece.path]
+        return self._held[state]
 
     def _collect(self) -> None:
         """Take in what comes back, as long as there are workers."""
@@ -101,7 +102,10 @@ class RayWorkers:
             if not flying:
                 threading.Event().wait(0.05)
                 continue
-            done, _ = self._ray.wait(flying, timeout=0.2)
+            try:
+                done, _ = self._ray.wait(flying, timeout=0.2)
+            except Exception:  # the cluster is gone: whoever asks for what is on its way is told so
+                done = flying
             for one in done:
                 with self._lock:
                     task, answer = self._flying.pop(one)
@@ -115,7 +119,7 @@ class RayWorkers:
                 self._store.make(file.stem, file.suffix, partial(Path.write_bytes, data=content))
         except self._ray.exceptions.RayError as error:
             return Outcome(Verdict.ERROR, f"{task.title}: Ray: {_first_line(error)}")
-        except (ScenarioError, OSError) as error:
+        except Exception as error:
             return Outcome(Verdict.ERROR, f"{task.title}: {one_line(error)}")
         return delivery.outcome
 

@@ -15,7 +15,7 @@ from scenarios.campaign.cases import Case
 from scenarios.campaign.judging import Judged
 from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.store import ANSWERS, DamagedError, Store
-from scenarios.campaign.tasks import AnswerTask
+from scenarios.campaign.tasks import AnswerTask, RecordTask
 from tests.worlds.conftest import SMALL
 
 WHOLE = b"PAR1 what was made PAR1"
@@ -67,6 +67,8 @@ class Chore:
                 os.kill(os.getpid(), signal.SIGKILL)
             case "hang":
                 time.sleep(600)
+            case "sleep":
+                time.sleep(1.0)
             case "raise":
                 raise ValueError("in two\nlines")
             case "tell":
@@ -74,6 +76,20 @@ class Chore:
                 path.write_text(f"PAR1 {os.getpid()} {sorted(found.values())} {cv2.getNumThreads()} PAR1")
                 return
         path.write_bytes(WHOLE)
+
+
+class Hanging(RecordTask):
+    """A drive that never ends."""
+
+    def carry_out(self, store: Store) -> None:
+        Chore("forever", "hang").carry_out(store)
+
+
+class Dying(RecordTask):
+    """A drive in which the process is killed."""
+
+    def carry_out(self, store: Store) -> None:
+        Chore("short", "die").carry_out(store)
 
 
 def case_of(name: str, *chores: Chore) -> Case:

@@ -1,0 +1,82 @@
+"""What workers and the cache gain: a campaign of cheap drives by one worker, by two, and when all is kept.
+
+Times are of the clock, and workers fight for the cores with whatever else runs: measure on a machine that is idle. The
+processes are begun before the clock is.
+"""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from scenarios.campaign.cases import Case, load
+from scenarios.campaign.judging import Judged
+from scenarios.campaign.outcomes import Outcome
+from scenarios.campaign.run import Quiet, run_campaign
+from scenarios.campaign.store import Store
+from scenarios.campaign.workers import Executor, LocalWorkers
+from tests.scenarios.campaign.chores import Chore
+
+pytestmark = pytest.mark.benchmark
+SCENARIO = """
+title = "A stretch of the hallway, laser only"
+seeds = [1, 2, 3]
+expect = ["success >= 0 %"]
+[reference]
+world = "hallway"
+renderer = "none"
+end = 30.0
+[query]
+light = "18:00"
+[localise]
+methods = ["thesis"]
+"""
+
+
+class Counting(Quiet):
+    """Adds up what the tasks themselves took [s]."""
+
+    seconds = 0.0
+
+    def ended(self, task: object, outcome: Outcome) -> None:
+        self.seconds += outcome.seconds
+
+
+def clocked(cases: Sequence[Case], executor: Executor, store: Store) -> tuple[float, list[Judged], float]:
+    """Seconds of a campaign, what came of it, and the seconds of its tasks."""
+    watcher, begin = Counting(), time.perf_counter()
+    results = list(run_campaign(cases, executor, store, watcher))
+    return time.perf_counter() - begin, results, watcher.seconds
+
+
+def warm(workers: LocalWorkers, folder: Path) -> None:
+    """Have every process begun, and what is imported imported."""
+    wait = [workers.submit(Chore(f"warm-{number}", "sleep")) for number in range(workers.workers)]
+    assert all(future.result(300).good for future in wait)
+    for path in folder.glob("warm-*"):
+        path.unlink()
+
+
+def test_two_workers_gain_and_what_is_kept_costs_next_to_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "stretch.toml"
+    file.write_text(SCENARIO)
+    cases = load(file)
+    took: dict[int, float] = {}
+    for count in (1, 2):
+        folder = tmp_path / str(count)
+        workers = LocalWorkers(count, folder)
+        Store(folder)
+        warm(workers, folder)
+        took[count], results, busy = clocked(cases, workers, Store(folder))
+        print(
+            f"{count} workers: {took[count]:.1f} s for {busy:.1f} s of tasks, {busy / took[count]:.2f} at a time; "
+            f"{Store(folder).size / 1e6:.2f} MB kept"
+        )
+        again, kept, _ = clocked(cases, workers, Store(folder))
+        print(f"  all kept: {again:.2f} s, {took[count] / again:.0f} times faster")
+        workers.close(at_once=False)
+        assert again < took[count] / 5
+        assert kept[0].digests == results[0].digests
+    print(f"two workers: {took[1] / took[2]:.2f} times faster")
+    assert took[2] < took[1] / 1.3
