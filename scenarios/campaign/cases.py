@@ -70,10 +70,12 @@ class Case:
 
 def names() -> tuple[str, ...]:
     """Scenarios of the library."""
-    return tuple(sorted(path.stem for path in LIBRARY.glob("*.toml") if _is_scenario(path)))
+    files = ((path, path.stat().st_mtime_ns) for path in LIBRARY.glob("*.toml"))
+    return tuple(sorted(path.stem for path, changed_ns in files if _is_scenario(path, changed_ns)))
 
 
-def _is_scenario(path: Path) -> bool:
+@cache
+def _is_scenario(path: Path, changed_ns: int) -> bool:
     """Not a floor plan that lies beside the scenarios that drive in it."""
     return "reference" in _table(path)
 

@@ -16,9 +16,9 @@ from sim.render import RendererKind
 
 METRE = {RendererKind.FILAMENT: 0.9, RendererKind.CLASSIC: 0.35, RendererKind.NONE: 0.05}
 """Processor time of recording a metre [s]: two cameras, a view every 0.85 m, measured in the hallway."""
-ASKING = {"thesis": 0.3, "best": 0.5, "vlad": 0.25, "hamming": 0.1, "ransac": 0.6, "words": 0.3, "seqslam": 0.02}
+ASKING = {"thesis": 0.2, "best": 0.12, "vlad": 0.06, "hamming": 0.2, "ransac": 0.4, "words": 0.04, "seqslam": 0.01}
 """Processor time of learning and asking a family of methods, a view [s]: of both drives together, in the hallway."""
-OTHERWISE = 0.3
+OTHERWISE = 0.1
 """The same for a family that was not measured, a user's own localiser for one."""
 SPACING = 0.85
 UNKNOWN_LENGTH = 100.0
