@@ -60,10 +60,10 @@ class Results:
     def _add(self, result: Judged) -> None:
         page = Path(self._slugs[result.case.name]) / PAGE
         record = case_record(result, page.as_posix())
-        path = self.folder / page
+        path, text = self.folder / page, case_page(result, record, self._record, self._store)
         with writing(path):
             path.parent.mkdir(exist_ok=True)
-            replace_text(path, case_page(result, record, self._record, self._store))
+            replace_text(path, text)
         cases = tuple(record if one.name == record.name else one for one in self._record.cases)
         complete = all(case.verdict is not None for case in cases)
         seconds = time.monotonic() - self._begin
