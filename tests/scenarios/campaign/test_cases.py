@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from scenarios.campaign.cases import Case, check_route, find, load
+from scenarios.campaign.expect import FIGURES
 from scenarios.campaign.judging import tasks_of
 from scenarios.campaign.schema import QUERY_SEEDS, Scenario
 from scenarios.campaign.sources import AbsentError, Images, Log
@@ -398,3 +399,11 @@ def test_numbers_that_are_whole_are_lengths_too(tmp_path: Path) -> None:
     drive = case.sources(1)[0]
     assert isinstance(drive, Drive)
     assert check_route(drive) == pytest.approx(20)
+
+
+def test_the_page_tells_all_that_can_be_expected_and_its_example_is_read(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[3] / "docs/scenarios.md").read_text()
+    section = page.split("## Scenario files")[1].split("\n## ")[0]
+    example = section.split("```toml\n")[1].split("```")[0]
+    assert [case.name for case in load(written(tmp_path, example))] == ["mine/noon", "mine/18:00"]
+    assert [name for name in FIGURES if f"`{name}`" not in section] == []
