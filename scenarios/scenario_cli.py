@@ -101,8 +101,9 @@ def run(
     results: list[Judged] = []
     at_once = True
     try:
-        for result in run_campaign(cases, executor, store, watcher, fresh=fresh, conclude=folder.add):
-            results.append(replace(result, comparisons=()))  # those of a whole campaign would fill the memory
+        judged = run_campaign(cases, executor, store, watcher, fresh=fresh, conclude=folder.add)
+        # Without their comparisons: those of a whole campaign would fill the memory.
+        results.extend(replace(result, comparisons=()) for result in judged)
         at_once = False
     except KeyboardInterrupt:
         done = f"{watcher.done} done, {watcher.kept} kept from before"
