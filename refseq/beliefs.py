@@ -51,7 +51,7 @@ def write_beliefs(
     schema = SCHEMA.with_metadata({"refseq": json.dumps(dict(metadata or {}))})
     try:
         with replacing(path) as file:
-            pq.write_table(pa.Table.from_pylist(rows, schema=schema), file)
+            pq.write_table(pa.Table.from_pylist(rows, schema=schema), file, write_page_checksum=True)
     except OSError as error:
         raise LogError(f"{path}: cannot be written: {error.strerror or error}") from error
 
@@ -78,7 +78,7 @@ def read_beliefs(path: Path) -> dict[str, list[Belief]]:
     Raises ``LogError`` when the file is no table of beliefs.
     """
     try:
-        table = pq.read_table(path)
+        table = pq.read_table(path, page_checksum_verification=True)
     except (OSError, pa.ArrowInvalid) as error:
         raise LogError(f"{path}: is no table of beliefs: {str(error).splitlines()[0]}") from error
     for wanted in SCHEMA:

@@ -1,7 +1,7 @@
 """World and robot as one simulation: clock, stepping, sensors, odometry."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -103,7 +103,8 @@ class Bench(Closing):
         sonars = self.settings.sonar, np.random.default_rng(sonar_seed)
         inertial = self.settings.inertial, np.random.default_rng(inertial_seed)
         self._hardware = Hardware(self.model, self.data, robot, self._prefix, sonars, inertial)
-        self._covered: set[str] = set()
+        self.covered: frozenset[str] = frozenset()
+        """Cameras into which no light falls."""
         self._scanned: tuple[float, Scan] | None = None
         self._last_view: Pose | None = None
         self._last_look = 0.0
@@ -180,18 +181,14 @@ class Bench(Closing):
         self.control.command(twist)
         self.wait()
 
-    def cover(self, camera: str, covered: bool) -> None:
-        """Let no light into a camera, or let it in again."""
-        (self._covered.add if covered else self._covered.discard)(camera)
-
-    def dazzle(self, bearings: NDArray[np.float64] | None) -> None:
-        """Blind the laser's beams between two bearings (2,) [rad], or none."""
-        self._laser.dazzled = None if bearings is None else (float(bearings[0]), float(bearings[1]))
+    def dazzle(self, arcs: Sequence[tuple[float, float]]) -> None:
+        """Blind the laser's beams in some arcs, each from a bearing counter-clockwise to another [rad]."""
+        self._laser.dazzled = tuple(arcs)
         self._scanned = None
 
-    def grip(self, wheels: str, friction: float | None) -> None:
-        """Give the wheels (both, left or right) a coefficient of friction, or None for that of their tyres."""
-        self._hardware.grip(wheels, friction)
+    def grip(self, wheel: str, friction: float | None) -> None:
+        """Give a wheel, left or right, a coefficient of friction, or None for that of its tyre."""
+        self._hardware.grip(wheel, friction)
 
     def wait(self) -> None:
         """Go on for one control period without any command."""
@@ -232,7 +229,7 @@ class Bench(Closing):
             optics, mounted = camera.optics, self._prefix + name
             self.renderer.light_around(self.world.ambient.at(self.data.camera(mounted).xpos))
             sharp = optics.draw(self.renderer.radiance(self.data, mounted, optics.pinhole.width, optics.pinhole.height))
-            if name in self._covered:
+            if name in self.covered:
                 sharp = np.zeros_like(sharp)
             camera.adapt(sharp, min(elapsed, ADAPTATION))
             run = paths(self.model, self.data, mounted, optics, camera.exposure.shutter)

@@ -4,6 +4,7 @@ The physics and the sensors do the rest: a kidnapped robot's wheels have not tur
 a wheel on a slick spins under the motor that regulates it.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Literal
@@ -12,6 +13,7 @@ import numpy as np
 
 from sim.errors import SimError
 from sim.figures import TABLE
+from sim.hardware import SIDES
 
 if TYPE_CHECKING:
     from sim.bench import Bench
@@ -30,17 +32,6 @@ class Kidnap:
     def __post_init__(self) -> None:
         _require_ways("kidnap", at=self.at, to=self.to)
 
-    def begin(self, bench: "Bench", operator: "Operator") -> None:
-        """Carry the robot, and let the operator go on from there."""
-        bench.place(operator.carried(self.to))
-
-    def over(self, progress: float, elapsed: float) -> bool:
-        """At once."""
-        return True
-
-    def end(self, bench: "Bench") -> None:
-        """Nothing is left to be undone."""
-
 
 @dataclass(frozen=True, slots=True)
 class CameraBlack:
@@ -55,17 +46,9 @@ class CameraBlack:
     def __post_init__(self) -> None:
         _require_stretch("camera-black", self.at, self.until)
 
-    def begin(self, bench: "Bench", operator: "Operator") -> None:
-        """Cover the camera."""
-        bench.cover(self.camera, True)
-
     def over(self, progress: float, elapsed: float) -> bool:
         """Once the robot has come far enough."""
         return progress >= self.until
-
-    def end(self, bench: "Bench") -> None:
-        """Uncover it."""
-        bench.cover(self.camera, False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,17 +72,14 @@ class LaserDazzled:
         if not -180 <= self.bearing <= 180:
             raise SimError(f"fault laser-dazzled: bearing = {self.bearing} must be from -180 to 180 degrees")
 
-    def begin(self, bench: "Bench", operator: "Operator") -> None:
-        """Blind the beams."""
-        bench.dazzle(np.radians([self.bearing - self.width / 2, self.bearing + self.width / 2]))
+    @property
+    def arc(self) -> tuple[float, float]:
+        """Bearings between which beams are blind [rad], the second counter-clockwise of the first."""
+        return math.radians(self.bearing - self.width / 2), math.radians(self.bearing + self.width / 2)
 
     def over(self, progress: float, elapsed: float) -> bool:
         """Once the robot has come far enough."""
         return progress >= self.until
-
-    def end(self, bench: "Bench") -> None:
-        """Let all beams measure again."""
-        bench.dazzle(None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,50 +104,62 @@ class WheelSlip:
         if not 0 < self.friction <= 2:
             raise SimError(f"fault wheel-slip: friction = {self.friction} must be above 0 and at most 2")
 
-    def begin(self, bench: "Bench", operator: "Operator") -> None:
-        """Put the slick under the wheels."""
-        bench.grip(self.wheels, self.friction)
-
     def over(self, progress: float, elapsed: float) -> bool:
         """After its time: a robot that spins on the spot comes no farther."""
         return elapsed >= self.seconds
 
-    def end(self, bench: "Bench") -> None:
-        """Give the tyres their own grip back."""
-        bench.grip(self.wheels, None)
 
-
-Fault = Kidnap | CameraBlack | LaserDazzled | WheelSlip
+Lasting = CameraBlack | LaserDazzled | WheelSlip
+Fault = Kidnap | Lasting
 FAULTS = (Kidnap, CameraBlack, LaserDazzled, WheelSlip)
 
 
 class Agenda:
     """The faults of a drive: looks how far the robot has come, begins what is due and ends what is over.
 
-    Raises ``SimError`` for a fault that begins beyond the route's end, or that the robot cannot have.
+    Each fault happens once, also where the robot is carried back and passes its place again; those that it is carried
+    past do not happen. Faults that overlap add up: of two slicks under a wheel the slicker one counts. Raises
+    ``SimError`` for a fault that begins beyond the route's end, or that the robot cannot have.
     """
 
     def __init__(self, faults: Sequence[Fault], bench: "Bench", operator: "Operator") -> None:
         for fault in faults:
             _check(fault, bench, operator.length)
         self._bench, self._operator = bench, operator
-        # Not by progress alone: a kidnapped robot may come past a place twice, and each fault happens once.
         self._coming = sorted(faults, key=lambda fault: fault.at)
-        self._running: list[tuple[Fault, float]] = []
+        self._running: list[tuple[Lasting, float]] = []
 
     def look(self) -> None:
         """Begin and end what is due now."""
+        before = list(self._running)
+        while self._coming and self._operator.progress >= self._coming[0].at:
+            self._begin(self._coming.pop(0))
         progress, time = self._operator.progress, self._bench.time
-        while self._coming and progress >= self._coming[0].at:
-            fault = self._coming.pop(0)
-            fault.begin(self._bench, self._operator)
-            self._running.append((fault, time))
-            progress = self._operator.progress
-        for entry in list(self._running):
-            fault, began = entry
-            if fault.over(progress, time - began):
-                fault.end(self._bench)
-                self._running.remove(entry)
+        self._running = [(fault, began) for fault, began in self._running if not fault.over(progress, time - began)]
+        if self._running != before:
+            self._impose()
+
+    def _begin(self, fault: Fault) -> None:
+        if isinstance(fault, Kidnap):
+            self._bench.place(self._operator.carried(fault.to))
+            self._coming = [other for other in self._coming if not _within(other, fault)]
+        else:
+            self._running.append((fault, self._bench.time))
+
+    def _impose(self) -> None:
+        """Let the bench feel all that runs, and nothing else."""
+        faults = [fault for fault, _ in self._running]
+        slicks = [fault for fault in faults if isinstance(fault, WheelSlip)]
+        self._bench.covered = frozenset(fault.camera for fault in faults if isinstance(fault, CameraBlack))
+        self._bench.dazzle([fault.arc for fault in faults if isinstance(fault, LaserDazzled)])
+        for wheel in SIDES:
+            self._bench.grip(wheel, min((s.friction for s in slicks if s.wheels in ("both", wheel)), default=None))
+
+
+def _within(fault: Fault, kidnap: Kidnap) -> bool:
+    """Whether all of a fault lies where a kidnapped robot is carried past."""
+    end = fault.until if isinstance(fault, CameraBlack | LaserDazzled) else fault.at
+    return kidnap.at <= fault.at < kidnap.to and end <= kidnap.to
 
 
 def _check(fault: Fault, bench: "Bench", length: float) -> None:

@@ -70,9 +70,9 @@ class Hardware:
             self._braked = actuation.braked
             self._model.dof_frictionloss[self._dofs] = BRAKE_TORQUE if self._braked else self._friction
 
-    def grip(self, wheels: str, friction: float | None) -> None:
-        """Give the tyres (both, left or right) a coefficient of friction, or None for their own."""
-        for geom in (geom for side in SIDES if wheels in ("both", side) for geom in self._tyres[side]):
+    def grip(self, wheel: str, friction: float | None) -> None:
+        """Give a tyre, left or right, a coefficient of friction, or None for its own."""
+        for geom in self._tyres[wheel]:
             own, priority = self._tyre_friction
             self._model.geom_friction[geom, 0] = own[geom] if friction is None else friction
             # Of two that touch the greater friction counts, unless one has priority: a slick rules over the floor.

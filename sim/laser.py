@@ -75,8 +75,8 @@ class Laser:
         self.model = model
         self.bias = float(rng.uniform(-model.bias_limit, model.bias_limit))
         self._rng = rng
-        self.dazzled: tuple[float, float] | None = None
-        """Bearings between which something shines into the device [rad], None while nothing does."""
+        self.dazzled: tuple[tuple[float, float], ...] = ()
+        """Arcs from which something shines into the device, each from a bearing counter-clockwise to the next [rad]."""
 
     def scan(self, mj_model: mujoco.MjModel, mj_data: mujoco.MjData, site: str, exclude_body: str) -> Scan:
         """Measure from ``site``, blind for the geoms of ``exclude_body``: the one that carries the scanner."""
@@ -111,8 +111,8 @@ class Laser:
         counts = np.round(np.maximum(ranges, model.min_range) * model.mode.value)
         too_weak = np.isinf(echoes.distance) & (echoes.power > 0)
         words = np.where(too_weak, LOW_SNR, np.minimum(counts, ABOVE_MAX)).astype(np.uint16)
-        if self.dazzled is not None:
-            words[_dazzled(*self.dazzled)] = DAZZLE
+        for arc in self.dazzled:
+            words[_dazzled(*arc)] = DAZZLE
         words.setflags(write=False)
         return Telegram(words, model.mode)
 

@@ -7,6 +7,7 @@ messages of one view carry the same log time. One metadata record, written first
 import io
 import struct
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType, TracebackType
@@ -71,7 +72,14 @@ class RecordingWriter:
         self._truth = PoseInFrameChannel(TRUTH_TOPIC, context=self._context)
 
     def write(self, view: View, odometry: Pose) -> None:
-        """Add a view; ``odometry`` is the pose that the robot's odometer shows, from which motion is read back."""
+        """Add a view; ``odometry`` is the pose that the robot's odometer shows, from which motion is read back.
+
+        Raises ``LogError`` when it cannot be written, on a full disk say.
+        """
+        with self._telling():
+            self._write(view, odometry)
+
+    def _write(self, view: View, odometry: Pose) -> None:
         nanoseconds = round(view.time * NANOSECONDS)
         stamp = messages.Timestamp(sec=nanoseconds // NANOSECONDS, nsec=nanoseconds % NANOSECONDS)
         for camera, image in view.images.items():
@@ -99,9 +107,18 @@ class RecordingWriter:
         self._writer.flush()
 
     def close(self) -> None:
-        """Finish the file and give it its name."""
-        self._writer.close()
-        self.partial.replace(self.path)
+        """Finish the file and give it its name. Raises ``LogError`` when it cannot be written."""
+        with self._telling():
+            self._writer.close()
+            self.partial.replace(self.path)
+
+    @contextmanager
+    def _telling(self) -> Iterator[None]:
+        """Name the file in what goes wrong with writing."""
+        try:
+            yield
+        except (OSError, RuntimeError) as error:
+            raise LogError(f"{self.path}: cannot be written (is the disk full?): {error}") from error
 
     def __enter__(self) -> Self:
         return self
@@ -109,7 +126,11 @@ class RecordingWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close()
+        try:
+            self.close()
+        except LogError:
+            if error is None:  # else what went wrong first is what tells why
+                raise
 
 
 def _laser_message(scan: Scan, stamp: messages.Timestamp) -> messages.LaserScan:

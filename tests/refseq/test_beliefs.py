@@ -93,3 +93,13 @@ def test_a_column_of_another_type_is_named(tmp_path: Path) -> None:
     columns = {field.name: pa.nulls(1, field.type) for field in SCHEMA}
     pq.write_table(pa.table(columns | {"best": pa.array(["7"])}), path)
     assert error_of(path) == f"{path}: column 'best' holds string; valid is int32"
+
+
+def test_a_bit_that_turned_over_is_noticed(tmp_path: Path) -> None:
+    path = tmp_path / "beliefs.parquet"
+    rng = np.random.default_rng(3)
+    write_beliefs(path, [View(float(k)) for k in range(40)], {"chain": [random_belief(rng) for _ in range(40)]})
+    whole = path.read_bytes()
+    places = whole.index(np.array(read_beliefs(path)["chain"][0].places[:1]).tobytes())
+    path.write_bytes(whole[:places] + bytes([whole[places] ^ 1]) + whole[places + 1 :])
+    assert "is no table of beliefs" in error_of(path)

@@ -22,6 +22,7 @@ from sim.echoes import Echoes
 from sim.errors import SimError
 from sim.faults import Agenda, CameraBlack, Fault, Kidnap, LaserDazzled, WheelSlip
 from sim.floor import empty_floor
+from sim.hardware import SIDES
 from sim.laser import DAZZLE, Laser, LaserModel
 from sim.operator import Operator, OperatorStyle
 from sim.recorder import Taken, Trigger, drive_and_sense, operator_for
@@ -186,7 +187,7 @@ def test_a_covered_camera_turns_its_gain_up_until_only_noise_is_left_and_then_ha
         look()
         wanted, most = math.log(camera.exposure.product), math.log(model.exposure.limits[1])
         assert signal(bench.sense()) == pytest.approx(model.exposure.target, rel=0.03)
-        bench.cover("camera-1", True)
+        bench.covered = frozenset({"camera-1"})
         told = wanted
         for _ in range(6):
             black = look()
@@ -194,7 +195,7 @@ def test_a_covered_camera_turns_its_gain_up_until_only_noise_is_left_and_then_ha
             assert math.log(camera.exposure.product) == pytest.approx(told, abs=1e-6)
             assert black.mean() == pytest.approx(black_mean(model, camera.exposure.gain), rel=0.01)
         assert camera.exposure.gain == pytest.approx(model.exposure.gain[1], rel=0.01)
-        bench.cover("camera-1", False)
+        bench.covered = frozenset()
         look()
         told += (wanted - told) * (1.0 - SETTLED)
         assert math.log(camera.exposure.product) == pytest.approx(told, abs=1e-6)
@@ -232,7 +233,7 @@ def test_the_beams_within_half_the_width_of_the_bearing_are_dazzled_whichever_wa
     bearing: float, width: float
 ) -> None:
     laser = Laser(LaserModel(), np.random.default_rng(0))
-    laser.dazzled = math.radians(bearing - width / 2), math.radians(bearing + width / 2)
+    laser.dazzled = (LaserDazzled(0.0, 1.0, bearing, width).arc,)
     words = laser.reading(Echoes(np.full(BEAMS, 3.0), np.ones(BEAMS))).words
     away = np.array([abs(math.remainder(beam - bearing, 360.0)) for beam in np.linspace(-90.0, 90.0, BEAMS)])
     sure = np.abs(away - width / 2) > 1e-6  # a beam on the very edge may fall to either side
@@ -243,24 +244,27 @@ def test_the_beams_within_half_the_width_of_the_bearing_are_dazzled_whichever_wa
 # --- slipping wheels ---
 
 
-def motion(world: World, seconds: float, wheels: str | None, friction: float = 0.02) -> tuple[Pose, Pose, Pose, Pose]:
+def motion(
+    world: World, seconds: float, wheels: Sequence[str], friction: float = 0.02
+) -> tuple[Pose, Pose, Pose, Pose]:
     """Truth and odometry [m from the start] after so long at 0.4 m/s from rest, wheels slipping; and 5 s later."""
     with bench_in(world, np.array([[0.0, 0.0], [15.0, 0.0]])) as bench:
-        if wheels is not None:
-            bench.grip(wheels, friction)
+        for wheel in wheels:
+            bench.grip(wheel, friction)
         found: list[Pose] = []
         for time in (seconds, 5.0):
             for _ in range(round(time / CONTROL_PERIOD)):
                 bench.drive(Twist(0.4, 0.0))
             found += [bench.pose, bench.odometry]
-            bench.grip("both", None)
+            for wheel in wheels:
+                bench.grip(wheel, None)
     return found[0], found[1], found[2], found[3]
 
 
 @pytest.mark.parametrize("friction", [0.005, 0.02])
 def test_a_slick_lets_the_robot_speed_up_no_faster_than_friction_can_push_it(floor: World, friction: float) -> None:
-    truth, odometry, _, _ = motion(floor, 1.5, "both", friction)
-    _, gripping, _, _ = motion(floor, 1.5, None)
+    truth, odometry, _, _ = motion(floor, 1.5, SIDES, friction)
+    _, gripping, _, _ = motion(floor, 1.5, ())
     # Coulomb: a ≤ μ g, were all weight on the driven wheels. The motor's regulator turns them as if nothing were amiss.
     assert 0.0 <= truth.x <= friction * GRAVITY * 1.5**2 / 2
     assert odometry.x == pytest.approx(gripping.x, rel=0.1)
@@ -268,7 +272,7 @@ def test_a_slick_lets_the_robot_speed_up_no_faster_than_friction_can_push_it(flo
 
 
 def test_once_off_the_slick_the_odometer_tells_the_way_again(floor: World) -> None:
-    truth, odometry, later, told = motion(floor, 1.5, "both")
+    truth, odometry, later, told = motion(floor, 1.5, SIDES)
     went = math.dist((truth.x, truth.y), (later.x, later.y))
     counted = math.dist((odometry.x, odometry.y), (told.x, told.y))
     # But for the moment in which the tyres catch on: the wheels turn at 0.4 m/s, the robot stands nearly.
@@ -279,19 +283,19 @@ def test_once_off_the_slick_the_odometer_tells_the_way_again(floor: World) -> No
 def test_all_tyres_have_their_own_grip_back_after_slipping(floor: World) -> None:
     with bench_in(floor) as bench:
         before = bench.model.geom_friction.copy(), bench.model.geom_priority.copy()
-        for wheels in ("left", "both", "right"):
-            bench.grip(wheels, 0.02)
+        for wheel in SIDES:
+            bench.grip(wheel, 0.02)
             assert not np.array_equal(bench.model.geom_friction, before[0])
-            bench.grip(wheels, None)
+            bench.grip(wheel, None)
             assert np.array_equal(bench.model.geom_friction, before[0])
             assert np.array_equal(bench.model.geom_priority, before[1])
 
 
-@pytest.mark.parametrize(("wheels", "sense"), [("left", 1.0), ("right", -1.0)])
+@pytest.mark.parametrize(("wheel", "sense"), [("left", 1.0), ("right", -1.0)])
 def test_a_robot_of_which_one_wheel_slips_turns_to_that_side_and_does_not_know(
-    floor: World, wheels: str, sense: float
+    floor: World, wheel: str, sense: float
 ) -> None:
-    truth, odometry, _, _ = motion(floor, 1.5, wheels)
+    truth, odometry, _, _ = motion(floor, 1.5, [wheel])
     assert sense * truth.heading > math.radians(1)
     assert sense * (truth.heading - odometry.heading) > math.radians(1)
 
@@ -306,20 +310,17 @@ class Course:
     progress: float = 0.0
     time: float = 0.0
     length: float = 10.0
-    covered: set[str] = field(default_factory=set)
-    dazzled: bool = False
-    slipping: set[str] = field(default_factory=set)
+    covered: frozenset[str] = frozenset()
+    dazzled: tuple[tuple[float, float], ...] = ()
+    slipping: dict[str, float | None] = field(default_factory=lambda: dict.fromkeys(SIDES))
     carried_to: list[float] = field(default_factory=list)
     robot: Robot = field(default_factory=lambda: robots.load("robuter"))
 
-    def cover(self, camera: str, covered: bool) -> None:
-        (self.covered.add if covered else self.covered.discard)(camera)
+    def dazzle(self, arcs: Sequence[tuple[float, float]]) -> None:
+        self.dazzled = tuple(arcs)
 
-    def dazzle(self, bearings: object) -> None:
-        self.dazzled = bearings is not None
-
-    def grip(self, wheels: str, friction: float | None) -> None:
-        (self.slipping.discard if friction is None else self.slipping.add)(wheels)
+    def grip(self, wheel: str, friction: float | None) -> None:
+        self.slipping[wheel] = friction
 
     def carried(self, to: float) -> Pose:
         self.carried_to.append(to)
@@ -338,34 +339,39 @@ places = st.floats(0, 10)
 stretches = st.tuples(places, places).filter(lambda pair: pair[0] < pair[1])
 
 
-@given(stretches, stretches, stretches, places, st.floats(0.1, 5), st.lists(st.floats(0, 1), max_size=60))
-def test_faults_that_overlap_happen_each_in_its_own_stretch(
-    one: tuple[float, float],
-    two: tuple[float, float],
-    light: tuple[float, float],
-    slick: float,
-    seconds: float,
-    steps: list[float],
-) -> None:
+blacks = st.builds(
+    lambda pair, camera: CameraBlack(*pair, camera), stretches, st.sampled_from(["camera-1", "camera-2"])
+)
+lights = st.builds(lambda pair, bearing: LaserDazzled(*pair, bearing), stretches, st.floats(-90, 90))
+slicks = st.builds(
+    WheelSlip,
+    places,
+    st.floats(0.1, 5),
+    st.sampled_from(["both", "left", "right"]),
+    st.sampled_from([0.01, 0.02, 0.05]),
+)
+
+
+@given(st.lists(blacks | lights | slicks, max_size=8), st.lists(st.floats(0, 1), max_size=60))
+def test_faults_that_overlap_add_up(faults: list[CameraBlack | LaserDazzled | WheelSlip], steps: list[float]) -> None:
     course = Course()
-    faults = (
-        CameraBlack(*one, "camera-1"),
-        CameraBlack(*two, "camera-2"),
-        LaserDazzled(*light),
-        WheelSlip(slick, seconds, "left"),
-    )
     agenda = agenda_of(course, faults)
-    slipped: float | None = None
+    began: dict[int, float] = {}
     for step in [0.0, *steps]:
         course.progress = min(course.progress + step, course.length)
         course.time += 0.7
         agenda.look()
-        if slipped is None and course.progress >= slick:
-            slipped = course.time
-        dark = {"camera-1": one, "camera-2": two}
-        assert course.covered == {name for name, (at, until) in dark.items() if at <= course.progress < until}
-        assert course.dazzled == (light[0] <= course.progress < light[1])
-        assert course.slipping == ({"left"} if slipped is not None and course.time - slipped < seconds else set())
+        there = [fault for fault in faults if fault.at <= course.progress]
+        for fault in there:
+            began.setdefault(id(fault), course.time)
+        dark = {f.camera for f in there if isinstance(f, CameraBlack) and course.progress < f.until}
+        arcs = [f.arc for f in there if isinstance(f, LaserDazzled) and course.progress < f.until]
+        slick = [f for f in there if isinstance(f, WheelSlip) and course.time - began[id(f)] < f.seconds]
+        assert course.covered == dark
+        assert sorted(course.dazzled) == sorted(arcs)
+        for wheel in SIDES:
+            under = [f.friction for f in slick if f.wheels in ("both", wheel)]
+            assert course.slipping[wheel] == min(under, default=None)
 
 
 def test_the_same_thing_may_happen_twice() -> None:
@@ -408,12 +414,22 @@ def test_a_kidnap_out_of_another_fault_ends_it_only_where_it_leads_beyond_its_en
         assert ("camera-1" in course.covered) is dark
 
 
-def test_a_kidnap_over_a_whole_stretch_leaves_nothing_of_it() -> None:
+def test_what_the_robot_is_carried_past_does_not_happen() -> None:
     course = Course()
-    agenda = agenda_of(course, [Kidnap(2.0, 8.0), CameraBlack(3.0, 5.0, "camera-1"), LaserDazzled(4.0, 6.0)])
+    past = [CameraBlack(3.0, 5.0, "camera-1"), LaserDazzled(4.0, 8.0), WheelSlip(5.0, 9.0), Kidnap(6.0, 1.0)]
+    agenda = agenda_of(course, [Kidnap(2.0, 8.0), *past])
     course.progress = 2.0
     agenda.look()
-    assert (course.progress, course.covered, course.dazzled) == (8.0, set(), False)
+    assert (course.progress, course.covered, course.dazzled, course.carried_to) == (8.0, set(), (), [8.0])
+    assert course.slipping == {"left": None, "right": None}
+
+
+def test_what_reaches_to_where_the_robot_is_set_down_is_there() -> None:
+    course = Course()
+    agenda = agenda_of(course, [Kidnap(2.0, 8.0), CameraBlack(3.0, 8.5, "camera-1"), WheelSlip(8.0, 1.0, "left")])
+    course.progress = 2.0
+    agenda.look()
+    assert (course.covered, course.slipping["left"]) == ({"camera-1"}, 0.02)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,6 @@
 import math
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -241,3 +243,31 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"run\.mcap: cannot be written: .*") as caught:
         RecordingWriter(tmp_path / "no" / "run.mcap", {})
     assert "\n" not in str(caught.value)
+
+
+FULL = """
+import resource, signal, sys
+from pathlib import Path
+from refseq.errors import LogError
+from refseq.logs import RecordingWriter
+from tests.refseq.logs.test_mcap import drive
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+try:
+    with RecordingWriter(Path(sys.argv[1]), {}) as writer:
+        for _ in range(20):
+            for view, pose in zip(*drive()):
+                writer.write(view, pose)
+except LogError as error:
+    print(error)
+"""
+
+
+def test_a_disk_that_is_full_is_told_and_leaves_what_could_be_written(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    # A process that may write no file of more than 100 kB stands for the disk: it is told the same, later, by the system.
+    told = subprocess.run([sys.executable, "-c", FULL, path], capture_output=True, text=True, check=True)
+    assert told.stdout.startswith(f"{path}: cannot be written (is the disk full?): ")
+    assert told.stdout.count("\n") == 1
+    assert not path.exists()
+    assert 0 < len(read_mcap(tmp_path / "run.partial.mcap").views) < 20 * COUNT
