@@ -2,40 +2,32 @@
 
 import math
 import tomllib
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
-import robots
 from refseq.errors import RefseqError
 from refseq.profile import profile_named
-from refseq.view import LASER
-from robots import Robot
 from robots.errors import RobotsError
+from scenarios.campaign.drivable import check_drive, named
 from scenarios.campaign.expect import Expectation, parse
 from scenarios.campaign.mistakes import first_mistake
 from scenarios.campaign.schema import QUERY_SEEDS, DriveTable, LogTable, Scenario, SourceTable, kind_of
 from scenarios.campaign.sources import Images, Log, Source
-from scenarios.campaign.vary import Values, merged, put, variations
+from scenarios.campaign.vary import Values, put, variations
 from scenarios.errors import ScenarioError
 from scenarios.methods import check_methods
-from scenarios.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
+from scenarios.record import Drive
 from sim.bench import CONTROL_PERIOD
-from sim.cameras import load_camera
 from sim.errors import SimError
-from sim.faults import CameraBlack
 from sim.laser import RangeMode
-from sim.operator import Operator, OperatorStyle
+from sim.operator import OperatorStyle
 from sim.recorder import Trigger
-from sim.render import RendererKind
 from worlds.errors import WorldsError
-from worlds.light import light_named
 
 LIBRARY = Path(__file__).resolve().parent.parent / "library"
 """Folder of the scenarios that come with the bench."""
@@ -83,12 +75,16 @@ def _is_scenario(path: Path, changed_ns: int) -> bool:
 def find(names_or_files: Sequence[str]) -> list[Case]:
     """The cases of scenarios by their names, tags, files, or names of single cases; each once.
 
-    Raises ``ScenarioError`` for a name that is none of these, and for a file that is no scenario.
+    Raises ``ScenarioError`` for a name that is none of these, for a file that is no scenario, and for two files of one
+    name, whose cases nobody could tell apart.
     """
     found: dict[str, Case] = {}
-    for wanted in names_or_files:
-        for case in _found(wanted):
-            found.setdefault(case.name, case)
+    for case in (case for wanted in names_or_files for case in _found(wanted)):
+        first = found.setdefault(case.name, case)
+        if first.file.resolve() != case.file.resolve():
+            raise ScenarioError(
+                f"{first.file} and {case.file}: both make a case {case.name!r}; valid are names that differ"
+            )
     return list(found.values())
 
 
@@ -102,14 +98,15 @@ def _found(wanted: str) -> list[Case]:
         if not chosen:
             raise ScenarioError(f"case {wanted!r} is unknown; valid are {', '.join(case.name for case in cases)}")
         return chosen
-    tagged = [case for each in names() for case in load(LIBRARY / f"{each}.toml") if wanted in case.scenario.tags]
+    tags = {each: _table(LIBRARY / f"{each}.toml").get("tags", []) for each in names()}
+    tagged = [each for each, of_file in tags.items() if wanted in of_file]
     if not tagged:
-        tags = sorted({tag for each in names() for tag in _table(LIBRARY / f"{each}.toml").get("tags", [])})
+        valid = ", ".join(sorted({tag for of_file in tags.values() for tag in of_file}))
         raise ScenarioError(
-            f"scenario {wanted!r} is unknown; valid are {', '.join(names())}, a tag ({', '.join(tags)}), or a path "
-            "ending in .toml"
+            f"scenario {wanted!r} is unknown; valid are {', '.join(names())}, a tag ({valid}), or a path "
+            "that ends in .toml"
         )
-    return tagged
+    return [case for each in tagged for case in load(LIBRARY / f"{each}.toml")]
 
 
 def load(path: Path) -> list[Case]:
@@ -141,7 +138,7 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
             raise ScenarioError(f"{side}: is no table; valid is [{side}]")
     reference, query = table.get("reference", {}), table.get("query", {})
     if not SOURCE_KEYS & set(query) or kind_of(query) == kind_of(reference):
-        table["query"] = merged(reference, query, QUERY_ALONE)
+        table["query"] = {**{key: value for key, value in reference.items() if key not in QUERY_ALONE}, **query}
     try:
         scenario = Scenario.model_validate(table)
     except ValidationError as error:
@@ -199,7 +196,7 @@ def _beside(name: str, file: Path) -> str:
 def _check(case: Case) -> None:
     scenario = case.scenario
     profile_named(scenario.localise.profile)
-    with _place("localise"):
+    with named("localise"):
         check_methods(scenario.methods)
     for expectation in case.expectations:
         for method in expectation.methods:
@@ -215,90 +212,8 @@ def _check(case: Case) -> None:
         raise ScenarioError(f"localise.judged: {scenario.judged!r} does not run here; valid are {valid}")
     if len(set(scenario.seeds)) < len(scenario.seeds):
         raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
-    for side, source in zip(("reference", "query"), case.sources(scenario.seeds[0]), strict=True):
-        if isinstance(source, Drive):
-            with _place(side):
-                _check_drive(source, scenario.localise.sensors)
-
-
-@contextmanager
-def _place(table: str) -> Iterator[None]:
-    """Name the table in which something is wrong."""
-    try:
-        yield
-    except (ScenarioError, SimError, WorldsError, RobotsError) as error:
-        raise ScenarioError(f"{table}: {error}") from error
-
-
-def _check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
-    robot = robots.load(drive.robot)
-    check_sensors(tuple(sensors or ()), robot)
-    if drive.renderer is RendererKind.NONE and LASER not in (sensors or (LASER,)):
-        raise ScenarioError(
-            f"renderer 'none' takes no images, and sensors are {', '.join(sensors or ())}; valid is to "
-            "render, or to look at the laser as well"
-        )
-    light_named(drive.light)
-    if len(drive.waypoints) == 1:
-        raise ScenarioError("one of waypoints is no route; valid are two or more, or none for a route of the world")
-    for camera, model in drive.cameras.items():
-        check_sensors((camera,), robot)
-        load_camera(model)
-    check_faults(drive, robot, check_route(drive))
-
-
-def check_route(drive: Drive) -> float:
-    """Length of what is driven [m]. Raises ``WorldsError``, ``SimError``, ``ScenarioError`` for what cannot be."""
-    plan = Path(drive.world)
-    changed_ns = plan.stat().st_mtime_ns if plan.suffix == ".toml" and plan.is_file() else 0
-    return _length(
-        _Route(drive.world, changed_ns, drive.change, drive.day, drive.route, drive.waypoints, drive.start, drive.end)
-    )
-
-
-@dataclass(frozen=True, slots=True)
-class _Route:
-    """All that decides how long a drive is; ``changed_ns`` is when the plan was last written."""
-
-    world: str
-    changed_ns: int
-    change: str
-    change_seed: int
-    route: str
-    waypoints: tuple[tuple[float, float], ...]
-    start: float
-    end: float | None
-
-
-@cache
-def _length(asked: _Route) -> float:
-    """Length of a route as the operator drives it [m]; many cases drive the same."""
-    drive = Drive(
-        world=asked.world,
-        change=asked.change,
-        change_seed=asked.change_seed,
-        route=asked.route,
-        waypoints=asked.waypoints,
-        start=asked.start,
-        end=asked.end,
-    )
-    plan = plan_of(drive)
-    name = OWN_ROUTE if drive.waypoints else drive.route
-    if name not in plan.routes:
-        raise ScenarioError(f"unknown route {name!r} in world {plan.name!r}: valid are {', '.join(plan.routes)}")
-    route = driven(np.array(plan.routes[name]), drive)
-    return Operator(route, drive.style, np.random.default_rng(0)).length
-
-
-def check_faults(drive: Drive, robot: Robot, length: float) -> None:
-    """Raise ``ScenarioError`` for a fault that a drive of ``length`` [m] by this robot cannot have."""
-    for fault in drive.faults:
-        for key in ("at", "to", "until"):
-            if getattr(fault, key, 0.0) > length:
-                raise ScenarioError(
-                    f"fault {fault.kind}: {key} = {getattr(fault, key):g} m is beyond the end of what is driven; valid "
-                    f"is 0 to {length:.1f} m"
-                )
-        if isinstance(fault, CameraBlack):
-            with _place(f"fault {fault.kind}"):
-                check_sensors((fault.camera,), robot)
+    for side, table in (("reference", scenario.reference), ("query", scenario.query)):
+        with named(side):
+            source = _source(table, scenario.seeds[0], scenario.limits.steps, case.file)
+            if isinstance(source, Drive):
+                check_drive(source, scenario.localise.sensors)

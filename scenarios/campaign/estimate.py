@@ -3,10 +3,11 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from scenarios.campaign.cases import Case, check_route
+from scenarios.campaign.cases import Case
+from scenarios.campaign.drivable import check_route
 from scenarios.campaign.judging import tasks_of
 from scenarios.campaign.pace import in_words
-from scenarios.campaign.sources import AbsentError
+from scenarios.campaign.sources import AbsentError, Source
 from scenarios.campaign.store import Store
 from scenarios.campaign.tasks import AnswerTask, RecordTask, Task, distinct
 from scenarios.methods import family
@@ -21,6 +22,7 @@ ASKING = {"thesis": 0.2, "best": 0.12, "vlad": 0.06, "hamming": 0.2, "ransac": 0
 OTHERWISE = 0.1
 """The same for a family that was not measured, a user's own localiser for one."""
 SPACING = 0.85
+"""Way from view to view, where that is not declared [m]."""
 UNKNOWN_LENGTH = 100.0
 """Taken for the length of a recording that is not simulated [m]."""
 
@@ -88,7 +90,7 @@ def _families(task: AnswerTask) -> set[str]:
     return {"own" if is_own(method) else family(method) for method in task.methods}
 
 
-def _views(source: object) -> float:
+def _views(source: Source) -> float:
     if not isinstance(source, Drive):
         return UNKNOWN_LENGTH / SPACING
     return check_route(source) / (source.trigger.distance or SPACING)

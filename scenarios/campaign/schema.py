@@ -8,7 +8,7 @@ query does not say is as in the reference, but for its faults. ``[vary]`` makes 
 from dataclasses import fields
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 
 from scenarios.methods import written_out
 from sim.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
@@ -23,7 +23,26 @@ NotNegative = Annotated[Finite, Field(ge=0)]
 Count = Annotated[int, Field(gt=0, strict=True)]
 Seed = Annotated[int, Field(ge=0, strict=True)]
 Flag = Annotated[bool, Field(strict=True)]
-Stretch = Annotated[str, Field(pattern=r"^\d*:\d*$")]
+
+
+def _in_one_line(text: str) -> str:
+    """A text that can be printed, and that the system can be asked for where it names a file."""
+    if not text.isprintable():
+        raise ValueError(f"{text!r:.60} is not valid; it should be one line of characters that can be printed")
+    return text
+
+
+def _rising(stretch: str) -> str:
+    """A stretch that holds something, however many views there are."""
+    first, last = stretch.split(":")
+    if last and int(first or 0) >= int(last):
+        raise ValueError(f"{stretch!r} holds nothing; valid is FROM:TO, FROM below TO")
+    return stretch
+
+
+Line = Annotated[str, AfterValidator(_in_one_line)]
+Stretch = Annotated[str, Field(pattern=r"^[0-9]*:[0-9]*$"), AfterValidator(_rising)]
+FAULT_NUMBERS = tuple(sorted({one.name for fault in FAULTS for one in fields(fault) if one.type is float}))
 
 
 def _with_numbers(fault: object) -> object:
@@ -34,7 +53,6 @@ def _with_numbers(fault: object) -> object:
     return fault
 
 
-FAULT_NUMBERS = tuple(sorted({one.name for fault in FAULTS for one in fields(fault) if one.type is float}))
 Fault = Annotated[
     Kidnap | CameraBlack | LaserDazzled | WheelSlip, Field(discriminator="kind"), BeforeValidator(_with_numbers)
 ]
@@ -60,7 +78,7 @@ class DriveTable(Table):
     ``operator`` scales how unevenly the person drives: 0 is perfect, 1 a careful person.
     """
 
-    world: str
+    world: Line
     robot: str = "robuter"
     light: str = "16:00"
     change: str = "none"
@@ -72,7 +90,7 @@ class DriveTable(Table):
     world_seed: Seed = 0
     renderer: RendererKind = RendererKind.FILAMENT
     trigger: TriggerTable = TriggerTable()
-    cameras: dict[str, str] = {}
+    cameras: dict[str, Line] = {}
     laser_range: Literal[8, 80] = 80
     operator: NotNegative = 1.0
     faults: tuple[Fault, ...] = ()
@@ -84,7 +102,7 @@ class LogTable(Table):
     With ``odometry_noise`` its odometry is given noise, another for each seed: for logs whose poses were corrected.
     """
 
-    log: str
+    log: Line
     views: Stretch | None = None
     thin: NotNegative = 0.0
     odometry_noise: Flag = False
@@ -93,7 +111,7 @@ class LogTable(Table):
 class ImagesTable(Table):
     """A folder of images in the folder of real recordings, one every ``spacing`` metres, made ``width`` pixels wide."""
 
-    images: str
+    images: Line
     spacing: Positive = 1.0
     width: Count = 640
 
@@ -148,10 +166,10 @@ class Scenario(Table):
     which several are asked for. Each of ``seeds`` is a reference drive and a query drive.
     """
 
-    title: str
+    title: Line
     source: str = ""
     note: str = ""
-    tags: tuple[str, ...] = ()
+    tags: tuple[Line, ...] = ()
     blocking: Flag = True
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (1, 2, 3, 4, 5)
     reference: SourceTable

@@ -9,7 +9,7 @@ import itertools
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from typing import Any
 
@@ -145,8 +145,3 @@ def put(table: Mapping[str, Any], values: Values) -> dict[str, Any]:
                 raise ScenarioError(f"vary: key {key!r} leads through {part!r}; valid is a path through tables")
         inner[last] = value
     return changed
-
-
-def merged(reference: Mapping[str, Any], query: Mapping[str, Any], alone: Sequence[str]) -> dict[str, Any]:
-    """A query's table: what it does not say is as in the reference's, but for the keys that each has ``alone``."""
-    return {**{key: value for key, value in reference.items() if key not in alone}, **query}

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from refseq.logs import read_recording
-from scenarios.campaign.cases import LIBRARY, Case, check_route, find, load, names
+from scenarios.campaign.cases import LIBRARY, Case, find, load, names
+from scenarios.campaign.drivable import check_route
 from scenarios.campaign.outcomes import Verdict
 from scenarios.campaign.run import Quiet, run_campaign
 from scenarios.campaign.schema import QUERY_SEEDS, DriveTable

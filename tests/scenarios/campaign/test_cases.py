@@ -11,7 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from scenarios.campaign.cases import Case, check_route, find, load
+from scenarios.campaign.cases import Case, find, load
+from scenarios.campaign.drivable import check_route
 from scenarios.campaign.expect import FIGURES
 from scenarios.campaign.judging import tasks_of
 from scenarios.campaign.schema import QUERY_SEEDS, Scenario
@@ -153,6 +154,22 @@ BAD = {
         "localise.judged: 'thesis/chain' does not run here; valid are vlad",
     ),
     "places": (GOOD + '[localise]\nplaces = "3-9"\n', "localise.places = '3-9' is not valid: string should match"),
+    "places that hold nothing": (
+        GOOD + '[localise]\nplaces = "9:3"\n',
+        "localise.places: '9:3' holds nothing; valid is FROM:TO, FROM below TO",
+    ),
+    "no place": (GOOD + '[localise]\nplaces = ":0"\n', "localise.places: ':0' holds nothing; valid is FROM:TO"),
+    "places in other digits": (GOOD + '[localise]\nplaces = "٣:٩"\n', "localise.places = '٣:٩' is not valid: string"),
+    "a file that no system has": (
+        GOOD + 'world = "a\\u0000.toml"\n',
+        "query.world: 'a\\x00.toml' is not valid; it should be one line of characters that can be printed",
+    ),
+    "a camera's table that no system has": (
+        GOOD + '[query.cameras]\ncamera-1 = "a\\u0000.toml"\n',
+        "query.cameras.camera-1: 'a\\x00.toml' is not valid; it should be one line of characters",
+    ),
+    "a title in two lines": ('title = "a\\nb"\n' + BODY, "title: 'a\\nb' is not valid; it should be one line of"),
+    "no view": (GOOD + "[query.trigger]\ndistance = 0\n", "query: trigger: distance, turn and time are all off; valid"),
     "grammar": (HEAD + 'expect = ["it works"]\n' + BODY, "'it works' is no expectation; valid is FIGURE"),
     "figure": (HEAD + 'expect = ["luck >= 1"]\n' + BODY, "'luck >= 1': figure 'luck' is unknown; valid are success"),
     "expectation's method": (
@@ -247,6 +264,16 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
 def test_a_name_that_is_none_is_told_with_those_that_are(name: str) -> None:
     with pytest.raises(ScenarioError, match=r"is unknown; valid are .*smoke"):
         find([name])
+
+
+def test_cases_that_nobody_could_tell_apart_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "other").mkdir()
+    one, other = written(tmp_path, GOOD), written(tmp_path / "other", GOOD)
+    with pytest.raises(ScenarioError) as caught:
+        find([str(one), str(other)])
+    assert str(caught.value) == f"{one} and {other}: both make a case 'mine'; valid are names that differ"
+    monkeypatch.chdir(tmp_path)
+    assert [case.name for case in find([str(one), "mine.toml", "other/../mine.toml"])] == ["mine"]
 
 
 # --- whatever is written ---
