@@ -22,16 +22,16 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import LOST, Belief, Localiser, Timings
+from refseq.belief import Belief, Localiser
 from refseq.view import View
+from scenarios import own_answers
 from scenarios.baselines import BASELINES
 from scenarios.errors import ScenarioError
+from scenarios.own_answers import NoAnswerError, checked
 from scenarios.own_sources import BENCH, digest_of, spec_of, top_names
 
 GROUP = "refseq.localisers"
 """Group of entry points."""
-SLACK = 1e-5
-"""What probabilities may sum to beside 1: those that were summed in single precision are no mistake."""
 
 Maker = Callable[[Sequence[View]], Localiser]
 T = TypeVar("T")
@@ -99,8 +99,10 @@ def _look_here() -> None:
 def own_digest(name: str) -> str:
     """Digest of what a user's localiser is made of (``own_sources.digest_of``), and of how it is asked."""
     check_own(name)
-    asking = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()
-    return hashlib.sha256(f"{asking} {digest_of(_entry_point(name).module)}".encode()).hexdigest()
+    digest = hashlib.sha256(digest_of(_entry_point(name).module).encode())
+    for file in (__file__, own_answers.__file__):
+        digest.update(Path(file).read_bytes())
+    return digest.hexdigest()
 
 
 class OwnLocaliser:
@@ -129,16 +131,15 @@ class OwnLocaliser:
         begin = time.perf_counter()
         belief = self._guarded(where, lambda: self._inner.update(shown))
         seconds = time.perf_counter() - begin
-        try:
-            kept = _kept(belief, self._places, seconds)
-        except _NoAnswerError as mistake:
-            raise MisbehavedError(f"{self._name}, {where}: {mistake}") from None
+        kept = self._guarded(where, lambda: checked(belief, self._places, seconds))
         self._count += 1
         return kept
 
     def _guarded(self, where: str, call: Callable[[], T]) -> T:
         try:
             return call()
+        except NoAnswerError as mistake:
+            raise MisbehavedError(f"{self._name}, {where}: {mistake}") from None
         except (Exception, SystemExit) as error:
             raise MisbehavedError(
                 f"{self._name}, {where}: raised {type(error).__name__}: {_line(error)}{_place(error)}"
@@ -164,73 +165,6 @@ def _sealed(array: NDArray[Scalar]) -> NDArray[Scalar]:
     sealed = array.view()
     sealed.setflags(write=False)
     return sealed
-
-
-# --- answers ---
-
-
-class _NoAnswerError(Exception):
-    """What is wrong with an answer."""
-
-
-def _kept(belief: object, places: int, seconds: float) -> Belief:
-    """An answer as the bench keeps it: a copy, for who made it may go on to use the array."""
-    if not isinstance(belief, Belief):
-        raise _NoAnswerError(f"answered {type(belief).__name__}; valid is refseq.belief.Belief")
-    return Belief(
-        places=_probabilities(belief.places, places),
-        lost=_number("lost", belief.lost, 0, 1),
-        best=_whole("best", belief.best, 0, places),
-        path=tuple(_whole("path", place, LOST, places) for place in _sequence(belief.path)),
-        entropy=_number("entropy", belief.entropy, -SLACK, np.inf),
-        timings=_timings(belief.timings, seconds),
-    )
-
-
-def _probabilities(given: object, places: int) -> NDArray[np.float64]:
-    try:
-        found = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise _NoAnswerError(f"places is {type(given).__name__}; valid is an array ({places},) of numbers") from None
-    if found.shape != (places,):
-        raise _NoAnswerError(f"places has shape {found.shape}; valid is ({places},), one a reference view")
-    if not (np.isfinite(found).all() and (found >= 0).all()):
-        raise _NoAnswerError("places holds what is no probability (nan, infinite or negative)")
-    if abs(float(found.sum()) - 1) > SLACK:
-        raise _NoAnswerError(f"places sums to {float(found.sum()):.6g}; valid is 1")
-    return found
-
-
-def _number(name: str, given: object, low: float, high: float) -> float:
-    """A number, or an array that holds one."""
-    try:
-        found = float(given)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise _NoAnswerError(f"{name} is {given!r:.40}; valid is a number") from None
-    if not low <= found <= high or found == np.inf:
-        raise _NoAnswerError(f"{name} is {found}; valid is {max(low, 0):g} " + ("to 1" if high == 1 else "or more"))
-    return found
-
-
-def _whole(name: str, given: object, low: int, places: int) -> int:
-    if not isinstance(given, int | np.integer) or isinstance(given, bool) or not low <= given < places:
-        lost = f", or {LOST} where it is lost" if low < 0 else ""
-        raise _NoAnswerError(f"{name} is {given!r:.40}; valid is a whole number from 0 to {places - 1}{lost}")
-    return int(given)
-
-
-def _sequence(given: object) -> Sequence[object]:
-    if not isinstance(given, tuple | list | np.ndarray):
-        raise _NoAnswerError(f"path is {given!r:.40}; valid is a tuple of places")
-    return list(given)
-
-
-def _timings(given: object, seconds: float) -> Timings:
-    """Its own times where it tells any; else all that it took counts as matching, which costs are told of."""
-    if not isinstance(given, Timings):
-        raise _NoAnswerError(f"timings is {type(given).__name__}; valid is refseq.belief.Timings")
-    told = [_number("timings", one, 0, np.inf) for one in (given.features, given.matching, given.mixture, given.chain)]
-    return Timings(*told) if any(told) else Timings(matching=seconds)
 
 
 def _line(error: BaseException) -> str:

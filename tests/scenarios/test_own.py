@@ -19,6 +19,9 @@ GOOD = """
 import numpy as np
 from refseq.belief import Belief, Timings, belief_from
 
+class Sly(Belief):
+    path = property(lambda self: dict()["no"], lambda self, value: None)
+
 class Mine:
     def __init__(self, views): self.views = views
     def reset(self): self.seen = []
@@ -123,9 +126,15 @@ BAD_ANSWERS = [
     ("Belief(np.ones(5) / 5, 0, 0, (0,), np.nan)", "entropy is nan; valid is 0 or more"),
     ("Belief(np.ones(5) / 5, 0, 0, (0,), np.inf)", "entropy is inf; valid is 0 or more"),
     ("Belief(np.ones(5) / 5, 0, 0, (0,), 0, 3)", "timings is int; valid is refseq.belief.Timings"),
-    ("1 / 0", "raised ZeroDivisionError: division by zero (mine.py, line 10)"),
-    ("view.truth.x", "raised AttributeError: 'NoneType' object has no attribute 'x' (mine.py, line 10)"),
-    ("exit(3)", "raised SystemExit: 3 (mine.py, line 10)"),
+    ("Belief([10**400] * 5, 0, 0, (0,), 0)", "places is list; valid is an array (5,) of numbers"),
+    (
+        "Belief(np.ones(5) / 5, 10**400, 0, (0,), 0)",
+        "lost is 1000000000000000000000000000000000000000; valid is a number",
+    ),
+    ("Sly(np.ones(5) / 5, 0, 0, (0,), 0)", "raised KeyError: 'no' (mine.py, line 6)"),
+    ("1 / 0", "raised ZeroDivisionError: division by zero (mine.py, line 13)"),
+    ("view.truth.x", "raised AttributeError: 'NoneType' object has no attribute 'x' (mine.py, line 13)"),
+    ("exit(3)", "raised SystemExit: 3 (mine.py, line 13)"),
     ("belief_from(np.zeros(5))", "raised RefseqError: belief: weights of shape (5,), at most 0, make no probabilities"),
 ]
 

@@ -1,0 +1,79 @@
+"""Whether what a user's localiser answers is a belief, part by part."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.belief import LOST, Belief, Timings
+
+SLACK = 1e-5
+"""What probabilities may sum to beside 1: those that were summed in single precision are no mistake."""
+
+
+class NoAnswerError(Exception):
+    """What is wrong with an answer."""
+
+
+def checked(belief: object, places: int, seconds: float) -> Belief:
+    """An answer about so many ``places`` that took ``seconds``, as the bench keeps it.
+
+    It is a copy, for who made it may go on to use the array. Raises ``NoAnswerError``, and whatever the answer's own
+    code raises on being looked at.
+    """
+    if not isinstance(belief, Belief):
+        raise NoAnswerError(f"answered {type(belief).__name__}; valid is refseq.belief.Belief")
+    return Belief(
+        places=_probabilities(belief.places, places),
+        lost=_number("lost", belief.lost, 0, 1),
+        best=_whole("best", belief.best, 0, places),
+        path=tuple(_whole("path", place, LOST, places) for place in _sequence(belief.path)),
+        entropy=_number("entropy", belief.entropy, -SLACK, np.inf),
+        timings=_timings(belief.timings, seconds),
+    )
+
+
+def _probabilities(given: object, places: int) -> NDArray[np.float64]:
+    try:
+        found = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise NoAnswerError(f"places is {type(given).__name__}; valid is an array ({places},) of numbers") from None
+    if found.shape != (places,):
+        raise NoAnswerError(f"places has shape {found.shape}; valid is ({places},), one a reference view")
+    if not (np.isfinite(found).all() and (found >= 0).all()):
+        raise NoAnswerError("places holds what is no probability (nan, infinite or negative)")
+    if abs(float(found.sum()) - 1) > SLACK:
+        raise NoAnswerError(f"places sums to {float(found.sum()):.6g}; valid is 1")
+    return found
+
+
+def _number(name: str, given: object, low: float, high: float) -> float:
+    """A number, or an array that holds one."""
+    try:
+        found = float(given)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        raise NoAnswerError(f"{name} is {given!r:.40}; valid is a number") from None
+    if not low <= found <= high or found == np.inf:
+        raise NoAnswerError(f"{name} is {found}; valid is {max(low, 0):g} " + ("to 1" if high == 1 else "or more"))
+    return found
+
+
+def _whole(name: str, given: object, low: int, places: int) -> int:
+    if not isinstance(given, int | np.integer) or isinstance(given, bool) or not low <= given < places:
+        lost = f", or {LOST} where it is lost" if low < 0 else ""
+        raise NoAnswerError(f"{name} is {given!r:.40}; valid is a whole number from 0 to {places - 1}{lost}")
+    return int(given)
+
+
+def _sequence(given: object) -> Sequence[object]:
+    if not isinstance(given, tuple | list | np.ndarray):
+        raise NoAnswerError(f"path is {given!r:.40}; valid is a tuple of places")
+    return list(given)
+
+
+def _timings(given: object, seconds: float) -> Timings:
+    """Its own times where it tells any; else all that it took counts as matching, which costs are told of."""
+    if not isinstance(given, Timings):
+        raise NoAnswerError(f"timings is {type(given).__name__}; valid is refseq.belief.Timings")
+    told = [_number("timings", one, 0, np.inf) for one in (given.features, given.matching, given.mixture, given.chain)]
+    return Timings(*told) if any(told) else Timings(matching=seconds)
