@@ -8,7 +8,7 @@ import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
+from itertools import accumulate, cycle, pairwise
 from pathlib import Path
 
 import cv2
@@ -31,15 +31,24 @@ WIDE_PLAN = 4.0
 BAND = 2
 """Half width [places] of the band that is drawn around the truth in the belief maps."""
 
+Colour = tuple[int, int, int]
+
 # Okabe and Ito's colours: told apart with any colour vision, and on a dark ground.
 TRUTH = (86, 180, 233)
 BELIEVED = (230, 159, 0)
 REFERENCE = (120, 120, 120)
 LASER_POINTS = (0, 190, 140)
 DIM = (90, 90, 90)
-STAGE_COLOURS = {Stage.UNIFORM: (204, 121, 167), Stage.PRIOR: (86, 180, 233), Stage.CHAIN: (230, 159, 0)}
+STAGE_COLOURS: Mapping[str, Colour] = {
+    Stage.UNIFORM: (204, 121, 167),
+    Stage.PRIOR: (86, 180, 233),
+    Stage.CHAIN: (230, 159, 0),
+}
+OTHER_COLOURS: Sequence[Colour] = ((0, 158, 115), (240, 228, 66), (0, 114, 178), (213, 94, 0), (220, 220, 220))
+"""For methods that are no stage of the thesis, one after the other; when they are used up they come again."""
 
-Answers = Mapping[Stage, Sequence[Belief]]
+Answers = Mapping[str, Sequence[Belief]]
+"""Beliefs by method: a ``Stage``, which is a word, or any other localiser's name."""
 
 
 def write_recording(
@@ -48,7 +57,7 @@ def write_recording(
     """Write a ``.rrd`` file that opens with its own layout, replacing ``path`` in one step.
 
     ``reference_views`` are the K places of the map, ``query_views`` the M views localised in it, ``beliefs`` their M
-    answers for each stage. Any of the three may be empty: with one drive only, that drive is shown. Raises
+    answers for each method. Any of the three may be empty: with one drive only, that drive is shown. Raises
     ``RefseqError`` when there is nothing to show, or when the answers do not fit the views.
     """
     show = _Show(reference_views, query_views, beliefs)
@@ -88,11 +97,12 @@ class _Show:
             raise RefseqError(
                 "nothing to show: neither the reference nor the query holds a view; valid is at least one"
             )
-        for stage, answers in self.beliefs.items():
+        for method, answers in self.beliefs.items():
             sizes = {len(belief.places) for belief in answers} | {len(self.reference)}
             if len(answers) != len(self.query) or len(sizes) != 1:
+                kind = "stage" if method in set(Stage) else "method"
                 raise RefseqError(
-                    f"stage {stage.value!r}: {len(answers)} answers over {sorted(sizes)} places; valid is one answer "
+                    f"{kind} {str(method)!r}: {len(answers)} answers over {sorted(sizes)} places; valid is one answer "
                     f"for each of {len(self.query)} views over {len(self.reference)} places"
                 )
 
@@ -102,9 +112,10 @@ class _Show:
         return self.query or self.reference
 
     @property
-    def last_stage(self) -> Stage | None:
-        """The stage that knows most."""
-        return next((stage for stage in reversed(Stage) if self.beliefs.get(stage)), None)
+    def foremost(self) -> str | None:
+        """The method that is shown where there is room for one: the stage that knows most, else the last method."""
+        ranked = (*reversed(Stage), *reversed(tuple(self.beliefs)))
+        return next((method for method in ranked if self.beliefs.get(method)), None)
 
     @property
     def cameras(self) -> list[str]:
@@ -121,7 +132,7 @@ class _Show:
         self.send_cameras(stream, timeline)
         self.send_laser(stream, timeline)
         self.send_plan(stream, timeline)
-        if self.last_stage:
+        if self.foremost:
             self.send_belief(stream, timeline)
             self.send_lost(stream, timeline)
 
@@ -131,9 +142,9 @@ class _Show:
         """Both cameras of the drive, and those of the place that is believed in."""
         for camera in self.cameras:
             _send_images(stream, f"now/{camera}", timeline, [_jpeg(view, camera) for view in self.drive])
-            if self.last_stage:
+            if self.foremost:
                 pictures = [_jpeg(view, camera) for view in self.reference]
-                best = [pictures[belief.best] for belief in self.beliefs[self.last_stage]]
+                best = [pictures[belief.best] for belief in self.beliefs[self.foremost]]
                 _send_images(stream, f"place/{camera}", timeline, best)
 
     # --- laser, robot in the middle, forward up ---
@@ -165,8 +176,8 @@ class _Show:
         _send_points(stream, "plan/scan", timeline, [_north_up(scan) for scan in scans], LASER_POINTS, -0.7)
         robots = [_north_up(_in_world(_ROBOT_SHAPE, pose)) if pose else None for pose in here]
         _send_strips(stream, "plan/robot", timeline, robots, TRUTH)
-        if self.last_stage:
-            self.send_places(stream, timeline, self.beliefs[self.last_stage])
+        if self.foremost:
+            self.send_places(stream, timeline, self.beliefs[self.foremost])
 
     def send_places(
         self, stream: rr.RecordingStream, timeline: Sequence[rr.TimeColumn], answers: Sequence[Belief]
@@ -201,19 +212,20 @@ class _Show:
     # --- belief over places ---
 
     def send_belief(self, stream: rr.RecordingStream, timeline: Sequence[rr.TimeColumn]) -> None:
-        """For each stage a picture of all answers, place over view, with the truth; and the answer of now as bars."""
+        """For each method a picture of all answers, place over view, with the truth; and the answer of now as bars."""
         places, nearest = len(self.reference), self.nearest_places
-        for stage, answers in self.beliefs.items():
+        for method, answers in self.beliefs.items():
+            path = f"belief/{_part(method)}"
             picture = _belief_picture(np.stack([belief.places for belief in answers], axis=1))
-            stream.log(f"belief/{stage.value}/map", picture, static=True)
+            stream.log(f"{path}/map", picture, static=True)
             lost = [(t + 0.5, -3.0) for t, belief in enumerate(answers) if belief.lost > LOST_ABOVE]
-            stream.log(f"belief/{stage.value}/lost", rr.Points2D(lost, colors=(213, 94, 0), radii=-2), static=True)
+            stream.log(f"{path}/lost", rr.Points2D(lost, colors=(213, 94, 0), radii=-2), static=True)
         band = [line for sign in (-1, 1) for line in _truth_lines(nearest, places, sign * (BAND + 0.5))]
         stream.log("belief/truth", rr.LineStrips2D(band, colors=TRUTH, radii=-0.6), static=True)
         now = [np.array([(t + 0.5, -5.0), (t + 0.5, places)]) for t in range(len(self.query))]
         _send_strips(stream, "belief/now", timeline, now, (255, 255, 255))
-        if self.last_stage:
-            _send_bars(stream, timeline, self.beliefs[self.last_stage], nearest)
+        if self.foremost:
+            _send_bars(stream, timeline, self.beliefs[self.foremost], nearest)
 
     @property
     def nearest_places(self) -> list[int | None]:
@@ -223,15 +235,16 @@ class _Show:
     # --- lost ---
 
     def send_lost(self, stream: rr.RecordingStream, timeline: Sequence[rr.TimeColumn]) -> None:
-        """Lost probability and entropy of each stage over time."""
-        for stage, answers in self.beliefs.items():
-            colour = STAGE_COLOURS[stage]
+        """Lost probability and entropy of each method over time."""
+        others = cycle(OTHER_COLOURS)
+        for method, answers in self.beliefs.items():
+            colour = STAGE_COLOURS[method] if method in STAGE_COLOURS else next(others)
             for group, values in (
                 ("lost", [belief.lost for belief in answers]),
                 ("entropy", [belief.entropy for belief in answers]),
             ):
-                path = f"{group}/{stage.value}"
-                line = rr.SeriesLines(colors=colour, names=stage.value, widths=1.5)
+                path = f"{group}/{_part(method)}"
+                line = rr.SeriesLines(colors=colour, names=str(method), widths=1.5)
                 stream.log(path, line, static=True)
                 stream.send_columns(path, timeline, rr.Scalars.columns(scalars=values))
 
@@ -246,7 +259,7 @@ class _Show:
             rows.append((rrb.Horizontal(*top), 3.0))
         if plan and wide:
             rows.append((plan, 1.2))
-        if self.last_stage:
+        if self.foremost:
             rows.append((self.belief_row(), 3.4))
         return rrb.Blueprint(
             rrb.Vertical(*(row for row, _ in rows), row_shares=[share for _, share in rows]),
@@ -259,7 +272,7 @@ class _Show:
         """Show each camera, and beside it the picture of the believed place."""
         for camera in self.cameras:
             yield rrb.Spatial2DView(origin=f"now/{camera}", name=f"{camera}, now")
-            if self.last_stage:
+            if self.foremost:
                 yield rrb.Spatial2DView(origin=f"place/{camera}", name=f"{camera}, best place of the map")
 
     def laser_views(self) -> Iterable[rrb.View]:
@@ -292,7 +305,7 @@ class _Show:
 
     def belief_row(self) -> rrb.Horizontal:
         """Show belief maps, bars of now, lost probability and entropy."""
-        maps = [self.belief_view(stage) for stage in self.beliefs]
+        maps = [self.belief_view(method) for method in self.beliefs]
         bars = rrb.BarChartView(
             origin="bars",
             name="P(place) now; blue: truth",
@@ -307,19 +320,24 @@ class _Show:
         entropy = rrb.TimeSeriesView(origin="entropy", name="entropy [nats]", plot_legend=rrb.PlotLegend(visible=False))
         return rrb.Horizontal(*maps, bars, rrb.Vertical(lost, entropy), column_shares=[1.0] * len(maps) + [1.0, 1.6])
 
-    def belief_view(self, stage: Stage) -> rrb.View:
-        """Place over view for one stage."""
+    def belief_view(self, method: str) -> rrb.View:
+        """Place over view for one method."""
         places, views = len(self.reference), len(self.query)
         bounds = rrb.VisualBounds2D(x_range=[-2, views + 2], y_range=[-6, places + 2])
         return rrb.Spatial2DView(
             origin="belief",
-            contents=[f"belief/{stage.value}/**", "belief/truth", "belief/now"],
-            name=f"{stage.value}: place ↑ view →",
+            contents=[f"belief/{_part(method)}/**", "belief/truth", "belief/now"],
+            name=f"{method}: place ↑ view →",
             visual_bounds=bounds,
         )
 
 
 # --- sending columns ---
+
+
+def _part(method: str) -> str:
+    """A method's name as one part of an entity's path, though there may be strokes and colons in it."""
+    return rr.escape_entity_path_part(str(method))
 
 
 def _timelines(views: Sequence[View]) -> list[rr.TimeColumn]:
@@ -355,7 +373,7 @@ def _send_points(
     path: str,
     timeline: Sequence[rr.TimeColumn],
     clouds: Sequence[NDArray[np.float64]],
-    colour: tuple[int, int, int],
+    colour: Colour,
     radius: float,
 ) -> None:
     """Points of each view, in one colour; a negative radius is in points of the screen."""
@@ -371,7 +389,7 @@ def _send_strips(
     path: str,
     timeline: Sequence[rr.TimeColumn],
     strips: Sequence[NDArray[np.float64] | None],
-    colour: tuple[int, int, int],
+    colour: Colour,
 ) -> None:
     """One line a view, or none."""
     there = [strip for strip in strips if strip is not None]
@@ -402,9 +420,7 @@ def _bar_at(place: int) -> rr.BarChart:
     return rr.BarChart(np.ones(1, np.float32), abscissa=np.array([place], np.float32), color=(*TRUTH, 160))
 
 
-def _send_path(
-    stream: rr.RecordingStream, path: str, poses: Sequence[Pose | None], colour: tuple[int, int, int]
-) -> None:
+def _send_path(stream: rr.RecordingStream, path: str, poses: Sequence[Pose | None], colour: Colour) -> None:
     """Send a path that does not change."""
     points = np.array([(pose.x, pose.y) for pose in poses if pose])
     if len(points):

@@ -173,8 +173,7 @@ def answer(sequence: ReferenceSequence, query: Recording, cases: Sequence[Case],
             pair_name(sequence.metadata, query.metadata), once, query, stages=stages, sensors=sensors, seed=seed
         )
         for case in same:
-            beliefs = {case.stage: comparison.beliefs[case.stage]}
-            found[case] = replace(comparison, query_views=bare, beliefs=beliefs)
+            found[case] = replace(comparison, query_views=bare, beliefs={case.stage: comparison.beliefs[case.stage]})
     return found
 
 

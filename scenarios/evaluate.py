@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from refseq.belief import LOST_ABOVE, Stage
+from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.errors import MapError
 from refseq.localiser import check_among, localise
 from refseq.logs import Recording
@@ -37,8 +37,9 @@ def compare(
             f"map's; valid are {', '.join(sorted(wanted))}"
         )
     beliefs = localise(sequence, query.views, stages=stages, sensors=sensors, seed=seed)
+    by_method: dict[str, Sequence[Belief]] = {stage: beliefs[stage] for stage in stages}
     return Comparison(
-        name, reference or places_as_views(sequence), sequence.metadata, query.views, query.metadata, beliefs
+        name, reference or places_as_views(sequence), sequence.metadata, query.views, query.metadata, by_method
     )
 
 

@@ -119,7 +119,7 @@ def read_comparison(
 
 def read_show(
     files: Sequence[Path], reference: Path | None, views: str | None, thin: float | None
-) -> "tuple[Sequence[View], Sequence[View], Mapping[Stage, Sequence[Belief]], str]":
+) -> "tuple[Sequence[View], Sequence[View], Mapping[str, Sequence[Belief]], str]":
     """Reference views, query views, beliefs and title of what the files hold."""
     from refseq.mapfile import load_map
     from scenarios.evaluate import places_as_views

@@ -66,7 +66,7 @@ class FeatureSummary:
 def summaries(matrix: IncidenceMatrix, rng: np.random.Generator) -> list[Summary]:
     """Each extractor, each sensor that several extractors use, and all together."""
     noise = _noise(matrix)
-    groups = {key: (key,) for key in matrix.blocks}
+    groups: dict[str, tuple[str, ...]] = {key: (key,) for key in matrix.blocks}
     for sensor in matrix.sensors:
         keys = tuple(key for key in matrix.blocks if key.rpartition("/")[2] == sensor)
         if 1 < len(keys) < len(matrix.blocks):
@@ -208,7 +208,11 @@ def _draw_block(axes: Axes, matrix: IncidenceMatrix, key: str, height: int) -> A
     image = axes.imshow(
         _shares(matrix, block, height, WIDTH),
         extent=(-0.5, matrix.K - 0.5, max(1, len(block)) - 0.5, -0.5),
-        **{"cmap": "gray_r", "vmin": 0, "vmax": 1, "aspect": "auto", "interpolation": "nearest"},
+        cmap="gray_r",
+        vmin=0,
+        vmax=1,
+        aspect="auto",
+        interpolation="nearest",
     )
     axes.locator_params(axis="y", nbins=max(2, min(8, height // 45)), integer=True)
     return image

@@ -77,7 +77,7 @@ class Body:
     @property
     def vehicle(self) -> Box:
         """The box around all that is seen of the vehicle without what it carries to see with."""
-        return self._around(np.array([geom for geom in self.seen if not self._material(geom).startswith(HEAD)]))
+        return self._around(np.array([g for g in self.seen if not self._material(int(g)).startswith(HEAD)]))
 
     @property
     def chassis(self) -> Box | None:

@@ -15,11 +15,13 @@ from rich.table import Table
 from rich.text import Text
 
 import robots
-from refseq.view import Pose
+from refseq.features.doors import Door
+from refseq.view import Pose, Scan
 from robots import RobotState, Stop
 from robots.behaviours import Frame, Outcome
 from robots.behaviours.written import Choice, make, parse
 from robots.robot import Shape
+from robots.signals import LaserScan
 from scenarios.errors import ScenarioError
 from scenarios.outline import outline_of
 from sim.behaving import Moment, frame_of, run
@@ -101,7 +103,7 @@ def trip(asked: Trip) -> Iterator[Done]:
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
     frame = frame_of(robot)  # of the spec before it is attached
     for choice in choices:
-        make(choice, frame, doors_to_cross)
+        make(choice, frame, _doors)
     if not (math.isfinite(asked.timeout) and asked.timeout > 0):
         raise ScenarioError(f"timeout {asked.timeout:g} is not valid; it should be a time above 0 s")
     route = asked.route if asked.at is None else next(iter(plan.routes))
@@ -136,8 +138,15 @@ def _run(bench: Bench, choice: Choice, frame: Frame, timeout: float) -> Done:
     def hear(_: Moment) -> None:
         stops.hear(bench.state)
 
-    ended = run(bench, make(choice, frame, doors_to_cross), timeout=timeout, each=hear)
+    ended = run(bench, make(choice, frame, _doors), timeout=timeout, each=hear)
     return Done(choice.text, ended.outcome, ended.why, ended.time, ended.path, tuple(stops.heard.values()))
+
+
+def _doors(scan: LaserScan) -> Sequence[Door]:
+    """Doorways in what the bench's laser sees; it gives whole scans, of which behaviours ask for less."""
+    if not isinstance(scan, Scan):
+        raise TypeError(f"scan is {type(scan).__name__}; valid is the {Scan.__name__} of a bench")
+    return doors_to_cross(scan)
 
 
 def trip_table(found: Sequence[Done]) -> Table:
@@ -183,10 +192,8 @@ def _draw_path(axes: Axes, done: Done, shape: Shape, colour: str) -> None:
     marks = np.searchsorted(np.cumsum(steps), np.arange(0.0, done.way, OUTLINES))
     for index in (*marks, len(done.path) - 1):
         last = index == len(done.path) - 1
-        style = (
-            {"edgecolor": colour, "facecolor": colour, "alpha": 0.35} if last else {"edgecolor": colour, "fill": False}
-        )
-        axes.add_patch(Polygon(_footprint(done.path[index], shape), lw=1.0 if last else 0.4, zorder=3, **style))
+        corners, alpha, width = _footprint(done.path[index], shape), 0.35 if last else None, 1.0 if last else 0.4
+        axes.add_patch(Polygon(corners, color=colour, fill=last, alpha=alpha, lw=width, zorder=3))
 
 
 def _footprint(pose: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:

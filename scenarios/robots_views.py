@@ -7,7 +7,7 @@ from enum import Enum
 import mujoco
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle, Polygon, Rectangle
+from matplotlib.patches import Circle, Patch, Polygon, Rectangle
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
@@ -17,7 +17,6 @@ from scenarios.robots_sourced import BODY, VEHICLE, Measure, sourced
 INK, SOURCE, MEASURE = "#222222", "#d55e00", "#0072b2"
 AROUND = np.linspace(0.0, 2 * np.pi, 32, endpoint=False)
 RING = np.stack([np.cos(AROUND), np.sin(AROUND), np.zeros_like(AROUND)], axis=1)  # (32, 3)
-DASHED = {"fill": False, "edgecolor": SOURCE, "lw": 1.1, "ls": (0, (4, 2)), "zorder": 4}
 SPREAD = 0.16
 """Room between two lines of measures [m on paper]."""
 
@@ -78,7 +77,7 @@ def draw_views(axes: Axes, body: Body) -> None:
 
 def _draw_model(axes: Axes, place: Place, body: Body) -> None:
     """Draw all geoms that are seen as filled outlines, the far ones first."""
-    shapes = [(geom, surface(body.model, body.data, geom)) for geom in body.seen]
+    shapes = [(geom, surface(body.model, body.data, geom)) for geom in map(int, body.seen)]
     near = place.side.axes[2]
     for geom, points in sorted(shapes, key=lambda shape: float((shape[1] @ near).max())):
         flat = place.on_paper(points)
@@ -133,11 +132,21 @@ def _draw_sourced(axes: Axes, place: Place, body: Body) -> None:
     for box, known in _sourced_boxes(body):
         if known[place.side.axes[:2].any(axis=0)].all():  # a side that nobody gives would be the model's own
             low, size = place.box(box)
-            axes.add_patch(Rectangle(tuple(low), *size, **DASHED))
+            axes.add_patch(_dashed(Rectangle((low[0], low[1]), size[0], size[1])))
     wheel = sourced(body).get(Measure.WHEEL)
     if wheel is not None and place.side is Side.RIGHT:
         radius = wheel.value / 2
-        axes.add_patch(Circle((place.at[0] + body.hubs[0, 0], place.at[1] + radius), radius, **DASHED))
+        axes.add_patch(_dashed(Circle((place.at[0] + body.hubs[0, 0], place.at[1] + radius), radius)))
+
+
+def _dashed(outline: Patch) -> Patch:
+    """The outline of a sourced size, as all of them are drawn: over the model, and not filled."""
+    outline.set_fill(False)
+    outline.set_edgecolor(SOURCE)
+    outline.set_linewidth(1.1)
+    outline.set_linestyle((0, (4, 2)))
+    outline.set_zorder(4)
+    return outline
 
 
 def _sourced_boxes(body: Body) -> Iterator[tuple[Box, NDArray[np.bool_]]]:

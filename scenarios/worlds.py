@@ -19,7 +19,7 @@ from worlds.light import PRESETS, LightSetting, light_named
 from worlds.lighting.daylight import sun_position
 from worlds.meter import Reading
 from worlds.plan import load_plan, names, valid_areas
-from worlds.schema import LINES, ON_WALL, STANDING, FloorPlan, Point
+from worlds.schema import LINES, ON_WALL, STANDING, FloorPlan, LampRow, Point, Post
 
 FACINGS: Mapping[str, tuple[float, float, float]] = {"up": (0.0, 0.0, 1.0), "down": (0.0, 0.0, -1.0)}
 THINGS = (*ON_WALL, *STANDING, *LINES)
@@ -94,9 +94,10 @@ def _about(plan: FloorPlan) -> Iterator[tuple[str, str]]:
     yield "ceiling", _ceiling_text(plan)
     yield "walls", f"{len(plan.wall)}, {sum(wall.length for wall in plan.wall):.0f} m in all"
     yield "things", _things_text(plan)
-    for row in (*plan.lamp, *plan.post):
-        count = f"{row.count} lamps" if hasattr(row, "count") else "a street lamp"
-        yield f"lamp {row.name}", f"{count} of {row.lumen:g} lm, {row.kelvin:g} K, switch {row.switch}"
+    lamps: tuple[LampRow | Post, ...] = (*plan.lamp, *plan.post)
+    for lamp in lamps:
+        count = f"{lamp.count} lamps" if isinstance(lamp, LampRow) else "a street lamp"
+        yield f"lamp {lamp.name}", f"{count} of {lamp.lumen:g} lm, {lamp.kelvin:g} K, switch {lamp.switch}"
     for name, points in plan.routes.items():
         (x0, y0), (x1, y1) = points[0], points[-1]
         ends = f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g})"

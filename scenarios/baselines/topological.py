@@ -68,7 +68,8 @@ class TopologicalFilter:
         # From the ends of the path fewer places can be reached, each of them the more often.
         there = (targets >= 0) & (targets < K)
         shares = there / np.maximum(there.sum(axis=1, keepdims=True), 1)
-        return np.bincount(targets[there], weights=(self._belief[:, None] * shares)[there], minlength=K)
+        moved = np.bincount(targets[there], weights=(self._belief[:, None] * shares)[there], minlength=K)
+        return np.asarray(moved, np.float64)
 
     def _doubt(self, belief: NDArray[np.float64]) -> float:
         best, around = int(np.argmax(belief)), self._settings.around

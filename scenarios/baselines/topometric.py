@@ -91,7 +91,8 @@ class TopometricFilter:
         """The belief after the motion that led to a view, (K + 1,)."""
         K, stays = len(self._places), self._settings.off_stays
         targets, onward, off = self._steps.probabilities(view.distance, view.turn)
-        moved = np.bincount(targets.ravel(), weights=(belief[:-1, None] * onward).ravel(), minlength=K + 1)
+        shares = belief[:-1, None] * onward
+        moved = np.asarray(np.bincount(targets.ravel(), shares.ravel(), minlength=K + 1), np.float64)
         moved[:K] += belief[-1] * (1 - stays) / K
         moved[K] += belief[-1] * stays + belief[:-1] @ off
         return moved

@@ -66,7 +66,7 @@ class DenseSift:
     def _at_width(self, image: NDArray[np.uint8], width: int) -> DenseDescriptors:
         settings = self._settings
         height = max(1, round(width * image.shape[0] / image.shape[1]))
-        small = cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+        small = np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
         deviation = local_deviation(small, settings.patch)
         margin = settings.patch // 2
         grid = [
@@ -80,7 +80,8 @@ class DenseSift:
         # An angle is given, for without one the descriptor would be turned to no direction in particular.
         keys = [cv2.KeyPoint(float(x), float(y), settings.patch / PATCH_OF_KEY, 0.0) for x, y in grid]
         kept, sift = self._sift.compute(small, keys)
-        return DenseDescriptors(root_sift(sift), np.array([key.pt[0] for key in kept], np.float32) / width)
+        across = np.array([key.pt[0] for key in kept], np.float32) / np.float32(width)
+        return DenseDescriptors(root_sift(np.asarray(sift, np.float32)), across)
 
 
 def root_sift(sift: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -126,6 +126,22 @@ def test_bars_lost_and_entropy_are_the_belief_s(recording: Path, comparison: Any
         assert entropy == [[a.entropy] for a in comparison.beliefs[stage]]
 
 
+def test_any_method_is_shown_by_its_name(tmp_path: Path, comparison: Any) -> None:
+    """Not only stages: names with strokes and colons are one part of a path, and the last of them is the one shown."""
+    steps, still = [certain(COUNT, (5 * t) % COUNT) for t in range(COUNT)], [certain(COUNT, 2, lost=0.7)] * COUNT
+    path = tmp_path / "a.rrd"
+    answers = {"best/prior": still, "package.module:Class": steps}
+    write_recording(path, comparison.reference_views, comparison.query_views, answers, name="two")
+    for part, beliefs in ((r"best\/prior", still), (r"package.module\:Class", steps)):
+        (blob,) = column(path, f"/belief/{part}/map", "EncodedImage:blob", static=True)
+        assert (COUNT - 1 - decoded(blob).argmax(axis=0)).tolist() == [belief.best for belief in beliefs]
+        assert column(path, f"/lost/{part}", "Scalars:scalars") == [[belief.lost] for belief in beliefs]
+    bars = column(path, "/bars/belief", "BarChart:values")
+    np.testing.assert_allclose([bar[0]["buffer"] for bar in bars], [belief.places for belief in steps], rtol=1e-6)
+    with pytest.raises(RefseqError, match="method 'best/prior': 1 answers"):
+        write_recording(path, comparison.reference_views, comparison.query_views, {"best/prior": steps[:1]}, name="one")
+
+
 def test_true_place_is_the_nearest_that_looks_the_same_way(tmp_path: Path) -> None:
     out_and_back = [View(0.0, truth=Pose(x, 0.0, 0.0)) for x in (0, 1, 2)]
     out_and_back += [View(0.0, truth=Pose(x, 0.0, math.pi)) for x in (2, 1, 0)]
