@@ -16,7 +16,7 @@ from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.sources import DATA, Images, Log, real_path
 from scenarios.campaign.store import ENDS, MAP, RECORDING, Store
 from scenarios.campaign.tasks import AnswerTask, RecordTask, Task, perform
-from scenarios.campaign.workers import LocalWorkers, broken
+from scenarios.campaign.workers import Processes, broken
 from scenarios.errors import ScenarioError
 from scenarios.own import is_own, own_digest
 from scenarios.record import Drive
@@ -127,7 +127,7 @@ def _maps_of(task: AnswerTask, store: Store) -> list[Piece]:
 # --- on the other machine ---
 
 
-def carry_out(order: Order, contents: Sequence[bytes]) -> Delivery:
+def carry_out(order: Order, *contents: bytes) -> Delivery:
     """Carry an order out on this machine; ``contents`` are those of its pieces."""
     if unlike := _unlike(order):
         node = os.uname().nodename
@@ -167,8 +167,7 @@ def _carried_out(order: Order, contents: Sequence[bytes], folder: Path) -> Deliv
         path.write_bytes(content)
         moved[piece.name] = str(path)
     task, store = _with_files(order.task, moved), Store(kept)
-    workers = _worker()
-    outcome = workers.call(lambda error: broken(task, error), task.limit, _perform, task, kept, real).result()
+    outcome = _process().call(lambda error: broken(task, error), task.limit, _perform, task, kept, real).result()
     made = {path.name: path for path in kept.iterdir() if path.suffix in ENDS and path.name not in moved}
     if outcome.good:
         # Where a drive's files lie elsewhere it may go by another key here.
@@ -192,6 +191,6 @@ def _perform(task: Task, folder: Path, real: Path) -> Outcome:
 
 
 @cache
-def _worker() -> LocalWorkers:
+def _process() -> Processes:
     """A process below this one, which may hang or break; it is kept, for it takes long to begin."""
-    return LocalWorkers(1, Path(), sharing=os.cpu_count())
+    return Processes(1, sharing=os.cpu_count())

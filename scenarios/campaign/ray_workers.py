@@ -10,14 +10,13 @@ import os
 import socket
 import threading
 from collections import OrderedDict
-from collections.abc import Iterable
 from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from scenarios.campaign.freight import Delivery, Order, Piece, Place, carry_out, here, order_for
+from scenarios.campaign.freight import Delivery, Piece, Place, carry_out, here, order_for
 from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.store import Store
 from scenarios.campaign.tasks import Task
@@ -41,6 +40,7 @@ SETTINGS = 4
 QUIET = {
     "RAY_USAGE_STATS_ENABLED": "0",  # no telemetry
     "RAY_DEDUP_LOGS": "0",
+    "RAY_ENABLE_AUTO_CONNECT": "0",  # else whoever asks after the end would begin a cluster on this machine
     "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",
 }
 
@@ -55,17 +55,18 @@ class RayWorkers:
         self._store, self._lock = store, threading.Lock()
         self._ray = _connected(address)
         self._held: OrderedDict[tuple[Path, int], Any] = OrderedDict()
-        self._closed = False
+        self._closed = threading.Event()
         self._flying: dict[Any, tuple[Task, Future[Outcome]]] = {}
         try:
             _check_nodes(self._ray)
         except BaseException:
             self._ray.shutdown()
             raise
-        self._carry = self._ray.remote(num_cpus=1, max_retries=RETRIES)(_carry)
+        self._carry_out = self._ray.remote(num_cpus=1, max_retries=RETRIES)(carry_out)
         self._cores = int(self._ray.cluster_resources().get("CPU", 0))
-        for work in (self._collect, self._count):
-            threading.Thread(target=work, daemon=True).start()
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._collect, self._count)]
+        for thread in self._threads:
+            thread.start()
 
     @property
     def workers(self) -> int:
@@ -79,7 +80,7 @@ class RayWorkers:
             order = order_for(task, self._store)
             contents = [self._put(piece) for piece in order.pieces]
             with self._lock:
-                self._flying[self._carry.remote(order, *contents)] = task, answer
+                self._flying[self._carry_out.remote(order, *contents)] = task, answer
         except Exception as error:
             answer.set_result(Outcome(Verdict.ERROR, f"{task.title}: {one_line(error)}"))
         return answer
@@ -96,11 +97,11 @@ class RayWorkers:
 
     def _collect(self) -> None:
         """Take in what comes back, as long as there are workers."""
-        while not self._closed:
+        while not self._closed.is_set():
             with self._lock:
                 flying = list(self._flying)
             if not flying:
-                threading.Event().wait(0.05)
+                self._closed.wait(0.05)
                 continue
             try:
                 done, _ = self._ray.wait(flying, timeout=0.2)
@@ -125,27 +126,23 @@ class RayWorkers:
 
     def _count(self) -> None:
         """Follow nodes that come and go."""
-        while not self._closed:
+        while not self._closed.wait(LOOK):
             with contextlib.suppress(Exception):  # the head may be gone for a while
                 self._cores = int(self._ray.cluster_resources().get("CPU", 0))
-            threading.Event().wait(LOOK)
 
     def close(self, *, at_once: bool) -> None:
         """Leave the cluster; what still runs there for us is ended."""
-        self._closed = True
-        with self._lock:
-            flying = list(self._flying)
-        for one in flying if at_once else ():
+        self._closed.set()
+        for thread in self._threads:
+            thread.join(PATIENCE)
+        for one in self._flying if at_once else ():
             with contextlib.suppress(Exception):
                 self._ray.cancel(one, force=True)
         self._ray.shutdown()
 
 
-def _carry(order: Order, *contents: bytes) -> Delivery:
-    return carry_out(order, contents)
-
-
 def _place() -> Place:
+    """Ray takes functions only, and ``here`` is an object that remembers what it has answered."""
     return here()
 
 
@@ -190,22 +187,21 @@ def _check_nodes(ray: ModuleType) -> None:
     from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
     ask = ray.remote(num_cpus=0, max_retries=1)(_place)
-    nodes = {node["NodeID"]: node["NodeManagerHostname"] for node in _living(ray)}
-    asked = {
-        name: ask.options(scheduling_strategy=NodeAffinitySchedulingStrategy(node, soft=False)).remote()
-        for node, name in nodes.items()
-    }
-    for name, answer in asked.items():
+    asked = [
+        (
+            node["NodeManagerHostname"],
+            ask.options(scheduling_strategy=NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)).remote(),
+        )
+        for node in ray.nodes()
+        if node["Alive"] and node["Resources"].get("CPU")
+    ]
+    for name, answer in asked:
         try:
             unlike = here().unlike(ray.get(answer, timeout=GREETING))
         except ray.exceptions.RayError as error:
             unlike = _first_line(error)
         if unlike:
             raise ScenarioError(f"--ray: node {name}: {unlike}; valid is the same checkout and lock on all nodes")
-
-
-def _living(ray: ModuleType) -> Iterable[dict[str, Any]]:
-    return [node for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU")]
 
 
 def _first_line(error: BaseException) -> str:

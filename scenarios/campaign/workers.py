@@ -14,14 +14,17 @@ from typing import Protocol, TypeVar
 from pebble import ProcessExpired, ProcessPool
 from pebble.pool.base_pool import PoolStatus
 
-from scenarios.campaign.calm import calm, share
+from scenarios.campaign.calm import calm, share, tidily
 from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.store import Store
 from scenarios.campaign.tasks import AnswerTask, Task, perform
+from scenarios.own import is_own
 
 T = TypeVar("T")
 TRIES = 3
 """How often a task is handed out that no process began: one died while it was idle, and took the pool with it."""
+FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)
+"""Signals that others send: people, and a system that has run out of memory."""
 
 
 class Executor(Protocol):
@@ -38,29 +41,24 @@ class Executor(Protocol):
         """Let the workers go: when they are done, or at once; what they then had in hand never ends."""
 
 
-class LocalWorkers:
-    """Spawned processes on this machine; a forked one would hang after its parent has rendered.
+class Processes:
+    """Spawned processes on this machine, ``count`` at a time; a forked one would hang after its parent has rendered.
 
     ``sharing`` is among how many the cores are shared out, where others work beside these.
     """
 
-    def __init__(self, workers: int, folder: Path, sharing: int | None = None) -> None:
-        self.workers = workers
-        self._folder, self._threads = folder, share(sharing or workers)
+    def __init__(self, count: int, sharing: int | None = None) -> None:
+        self._count, self._threads = count, share(sharing or count)
         self._lock = Lock()
         self._pool = self._new_pool()
 
     def _new_pool(self) -> ProcessPool:
         return ProcessPool(
-            max_workers=self.workers,
+            max_workers=self._count,
             initializer=calm,
             initargs=(os.getpid(), self._threads),
             context=multiprocessing.get_context("spawn"),
         )
-
-    def submit(self, task: Task) -> "Future[Outcome]":
-        """Carry a task out in one of the processes; one that takes too long is ended."""
-        return self.call(lambda error: broken(task, error), task.limit, _perform, task, self._folder)
 
     def call(
         self, mishap: Callable[[BaseException], T], limit: float | None, function: Callable[..., T], *given: object
@@ -79,7 +77,8 @@ class LocalWorkers:
                     answer.set_result(mishap(error))
 
             try:
-                self._working_pool().schedule(function, args=given, timeout=limit).add_done_callback(done)
+                pool = self._working_pool()
+                pool.schedule(tidily, args=(function, *given), timeout=limit).add_done_callback(done)
             except RuntimeError as error:  # it was closed
                 answer.set_result(mishap(error))
 
@@ -89,12 +88,9 @@ class LocalWorkers:
     def _working_pool(self) -> ProcessPool:
         """The pool, or a new one where it broke."""
         with self._lock:
-            if self._broke():
+            if self._pool._context.status == PoolStatus.ERROR:
                 self._pool = self._new_pool()
             return self._pool
-
-    def _broke(self) -> bool:
-        return bool(self._pool._context.status == PoolStatus.ERROR)
 
     def close(self, *, at_once: bool) -> None:
         """Let the processes go."""
@@ -105,18 +101,35 @@ class LocalWorkers:
         self._pool.join()
 
 
+class LocalWorkers(Processes):
+    """The executor of this machine: what its processes make goes into the store in ``folder``."""
+
+    def __init__(self, workers: int, folder: Path) -> None:
+        super().__init__(workers)
+        self.workers, self._folder = workers, folder
+
+    def submit(self, task: Task) -> "Future[Outcome]":
+        """Carry a task out in one of the processes; one that takes too long is ended."""
+        return self.call(lambda error: broken(task, error), task.limit, _perform, task, self._folder)
+
+
 def _perform(task: Task, folder: Path) -> Outcome:
     return perform(task, Store(folder))
 
 
 def broken(task: Task, error: BaseException) -> Outcome:
-    """What a task's outcome is when its process ended in the middle of it."""
+    """What a task's outcome is when its process ended in the middle of it.
+
+    Who takes for ever to answer has failed; a drive that takes so long is the bench's own affair. A user's localiser
+    that breaks the process in which it is asked has failed as well, unless that was ended from outside.
+    """
     if isinstance(error, OutOfTime):
-        # Who takes for ever to answer has failed; a drive that takes so long is the bench's own affair.
         verdict = Verdict.FAILED if isinstance(task, AnswerTask) else Verdict.ERROR
         return Outcome(verdict, f"{task.title}: not done within {task.limit:g} s (limits.seconds)", seconds=task.limit)
     if isinstance(error, ProcessExpired):
         code = error.exitcode or 0
+        own = isinstance(task, AnswerTask) and all(map(is_own, task.methods))
+        verdict = Verdict.FAILED if own and -code not in FROM_OUTSIDE else Verdict.ERROR
         how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
-        return Outcome(Verdict.ERROR, f"{task.title}: the worker's process {how}")
+        return Outcome(verdict, f"{task.title}: the worker's process {how}")
     return Outcome(Verdict.ERROR, f"{task.title}: {one_line(error)}")

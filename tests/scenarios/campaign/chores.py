@@ -11,6 +11,7 @@ from typing import cast
 
 import cv2
 
+from refseq.view import View
 from scenarios.campaign.cases import Case
 from scenarios.campaign.judging import Judged
 from scenarios.campaign.outcomes import Outcome, Verdict
@@ -63,8 +64,6 @@ class Chore:
     def _make(self, path: Path) -> None:
         path.write_bytes(WHOLE[: len(WHOLE) // 2])
         match self.does:
-            case "die":
-                os.kill(os.getpid(), signal.SIGKILL)
             case "hang":
                 time.sleep(600)
             case "sleep":
@@ -89,7 +88,14 @@ class Dying(RecordTask):
     """A drive in which the process is killed."""
 
     def carry_out(self, store: Store) -> None:
-        Chore("short", "die").carry_out(store)
+        signal.raise_signal(signal.SIGKILL)
+
+
+class Crashing:
+    """A user's localiser, an extension of which breaks the process."""
+
+    def __init__(self, reference: Sequence[View]) -> None:
+        signal.raise_signal(signal.SIGSEGV)
 
 
 def case_of(name: str, *chores: Chore) -> Case:

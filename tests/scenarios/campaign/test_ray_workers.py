@@ -34,7 +34,7 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
         def call(self, mishap: object, limit: float, function: Any, *given: object) -> Any:
             return type("Done", (), {"result": lambda self: function(*given)})()
 
-    monkeypatch.setattr(freight, "_worker", Here)
+    monkeypatch.setattr(freight, "_process", Here)
     monkeypatch.delenv("REFSEQ_RECORDINGS", raising=False)
 
 
@@ -49,7 +49,7 @@ def test_a_task_goes_with_all_that_it_reads_and_comes_back_with_all_that_it_make
         order = order_for(task, elsewhere)
         sent = contents(order)
         (tmp_path / "small.toml").rename(tmp_path / "hidden")  # the other machine does not have the plan
-        delivery = carry_out(order, sent)
+        delivery = carry_out(order, *sent)
         (tmp_path / "hidden").rename(tmp_path / "small.toml")
         assert delivery.outcome.good, delivery.outcome.reason
         for name, content in delivery.files.items():
@@ -81,7 +81,7 @@ def test_real_recordings_go_with_a_task(tmp_path: Path, in_process: None, monkey
     assert [piece.name for piece in order.pieces if piece.where == freight.REAL] == ["deep/drive.mcap"]
     sent = contents(order)
     monkeypatch.setenv("REFSEQ_RECORDINGS", str(tmp_path / "nowhere"))
-    delivery = carry_out(order, sent)
+    delivery = carry_out(order, *sent)
     assert delivery.outcome.good, delivery.outcome.reason
     assert f"{task.key}{ANSWERS}" in delivery.files
 
@@ -96,7 +96,7 @@ def test_real_recordings_go_with_a_task(tmp_path: Path, in_process: None, monkey
 def test_a_machine_that_would_make_something_else_is_refused(tmp_path: Path, other: dict[str, Any], said: str) -> None:
     place = Place(**{"sources": here().sources, "packages": here().packages, "device": here().device, **other})
     task = tasks_of(load(scenario_in(tmp_path))[0])[1][0].needs[0]
-    delivery = carry_out(Order(task, place, {}, ()), ())
+    delivery = carry_out(Order(task, place, {}, ()))
     assert delivery.outcome.verdict is Verdict.ERROR
     assert said in delivery.outcome.reason
     assert "valid is the same checkout and lock on all nodes" in delivery.outcome.reason
@@ -105,7 +105,7 @@ def test_a_machine_that_would_make_something_else_is_refused(tmp_path: Path, oth
 
 def test_a_localiser_that_the_other_machine_does_not_have_is_told(tmp_path: Path) -> None:
     task = tasks_of(load(scenario_in(tmp_path))[0])[1][0]
-    delivery = carry_out(Order(task, here(), {"nowhere_to_be_found:Mine": "digest"}, ()), ())
+    delivery = carry_out(Order(task, here(), {"nowhere_to_be_found:Mine": "digest"}, ()))
     assert delivery.outcome.verdict is Verdict.ERROR
     assert "nowhere_to_be_found" in delivery.outcome.reason
 

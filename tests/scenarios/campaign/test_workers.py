@@ -1,4 +1,4 @@
-"""Processes of one's own: what breaks in one breaks nothing else. One campaign with all that can go wrong."""
+"""Processes of one's own: what breaks in one breaks nothing else, and nothing of them is left."""
 
 import multiprocessing
 import os
@@ -10,110 +10,163 @@ from collections.abc import Iterator
 from concurrent.futures import TimeoutError as OutOfTime
 from pathlib import Path
 
+import numpy as np
 import pytest
+from pebble import ProcessExpired
 
+from scenarios.campaign.calm import tidily
 from scenarios.campaign.outcomes import Outcome, Verdict
-from scenarios.campaign.sources import Log
+from scenarios.campaign.sources import DATA, Log
 from scenarios.campaign.store import ANSWERS, Store
 from scenarios.campaign.tasks import AnswerTask
-from scenarios.campaign.workers import LocalWorkers, broken
+from scenarios.campaign.workers import LocalWorkers, Processes, broken
 from tests.scenarios.campaign.chores import Chore
+from tests.scenarios.campaign.made import write_logs
 
-DOES = ("tell", "die", "raise", "hang")
-
-
-@pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
-    return Store(tmp_path_factory.mktemp("store"))
+LOG = Log("any.log")
+CRASHING = "tests.scenarios.campaign.chores:Crashing"
 
 
-@pytest.fixture(scope="module")
-def outcomes(store: Store) -> Iterator[dict[str, Outcome]]:
-    """How tasks ended that were given to two processes."""
-    workers = LocalWorkers(2, store.folder)
-    chores = [Chore(f"one-{does}", does, limit=1.0 if does == "hang" else 600) for does in DOES]
-    futures = {chore.key: workers.submit(chore) for chore in (*chores, Chore("last"))}
-    yield {key: future.result(120) for key, future in futures.items()}
-    workers.close(at_once=False)
+def question(*methods: str) -> AnswerTask:
+    return AnswerTask(methods, LOG, LOG, None, None, 1, 60.0)
 
 
-def test_what_goes_well_goes_on_whatever_breaks_beside_it(outcomes: dict[str, Outcome], store: Store) -> None:
-    for key in ("one-tell", "last"):
-        assert outcomes[key].good
-        assert store.has(key, ANSWERS)
+def kind(error: BaseException) -> str:
+    """In place of an answer: what went wrong."""
+    return type(error).__name__
 
 
-@pytest.mark.parametrize(
-    ("does", "reason"),
-    [
-        ("die", "the worker's process was killed (SIGKILL)"),
-        ("hang", "not done within 1 s (limits.seconds)"),
-        ("raise", "ValueError: in two lines"),
-    ],
-)
-def test_what_breaks_is_told_in_one_line(outcomes: dict[str, Outcome], store: Store, does: str, reason: str) -> None:
-    key = f"one-{does}"
-    assert outcomes[key].verdict is Verdict.ERROR
-    assert outcomes[key].reason == f"{does} {key}: {reason}"
-    assert not store.path(key, ANSWERS).exists()
+def expired(code: int) -> ProcessExpired:
+    return ProcessExpired("it ended", code=code, pid=1)
 
 
-def test_only_an_unforeseen_error_has_a_trace(outcomes: dict[str, Outcome]) -> None:
-    assert "carry_out" in outcomes["one-raise"].details
-    assert not outcomes["one-die"].details
+# --- processes ---
 
 
-def test_a_process_has_one_thread_for_sums_and_its_share_for_images(outcomes: dict[str, Outcome], store: Store) -> None:
-    told = store.path("one-tell", ANSWERS).read_text().split(maxsplit=2)
-    cores = max(1, len(os.sched_getaffinity(0)) // 2)
-    assert int(told[1]) != os.getpid()
-    assert told[2] == f"['1', '1'] {cores} PAR1"
+@pytest.fixture
+def processes() -> Iterator[Processes]:
+    found = Processes(2)
+    yield found
+    found.close(at_once=True)
 
 
-def test_drafts_of_killed_processes_are_swept(outcomes: dict[str, Outcome], store: Store) -> None:
-    store.sweep()
-    assert not list(store.folder.glob(".draft-*"))
-    assert outcomes
+def test_what_goes_well_goes_on_whatever_breaks_beside_it(processes: Processes) -> None:
+    calls = [
+        processes.call(kind, 1.0, time.sleep, 600),
+        processes.call(kind, None, signal.raise_signal, signal.SIGSEGV),
+        processes.call(kind, None, int, "none"),
+        *(processes.call(kind, 60.0, abs, -number) for number in range(4)),
+    ]
+    told = [call.result(60) for call in calls]
+    assert told == ["TimeoutError", "ProcessExpired", "ValueError", 0, 1, 2, 3]
 
 
-def test_a_method_that_hangs_has_failed_and_a_drive_that_hangs_is_an_error() -> None:
-    log = Log("any.log")
-    question = AnswerTask(("mine:Slow",), log, log, None, None, 1, 60.0)
-    assert broken(question, OutOfTime()) == Outcome(
-        Verdict.FAILED, "ask mine:Slow, seed 1: not done within 60 s (limits.seconds)", seconds=60.0
-    )
-    assert broken(Chore("a", limit=60), OutOfTime()).verdict is Verdict.ERROR
+def test_one_that_dies_while_it_is_idle_takes_nothing_with_it(processes: Processes) -> None:
+    for _ in range(2):
+        pid = processes.call(lambda error: 0, None, os.getpid).result(60)
+        assert pid not in (0, os.getpid())
+        os.kill(pid, signal.SIGKILL)
 
 
-def test_stopping_ends_what_hangs_within_seconds(store: Store) -> None:
-    others = set(multiprocessing.active_children())
-    workers = LocalWorkers(1, store.folder)
-    workers.submit(Chore("forever", "hang"))
-    wait_for(lambda: bool(list(store.folder.glob(".draft-*/*"))))
-    begin = time.monotonic()
-    workers.close(at_once=True)
-    assert time.monotonic() - begin < 5
-    assert set(multiprocessing.active_children()) <= others
-    store.sweep()
-    assert not list(store.folder.glob(".draft-*"))
+def test_what_is_asked_of_processes_that_were_let_go_is_told() -> None:
+    processes = Processes(1)
+    assert processes.call(kind, None, abs, -1).result(60) == 1
+    processes.close(at_once=False)
+    assert processes.call(kind, None, abs, -1).result(1) == "RuntimeError"
 
 
-def test_workers_die_with_their_master(tmp_path: Path) -> None:
+def test_memory_that_nothing_holds_is_given_back() -> None:
+    before = resident()
+    pin = tidily(litter)
+    assert resident() < before + 60e6
+    assert pin.size
+
+
+def litter() -> "np.ndarray[tuple[int], np.dtype[np.uint8]]":
+    """Take 200 MB in pieces, and leave the last one in the way of what would be given back by itself."""
+    return [np.ones(20_000, np.uint8) for _ in range(10_000)][-1]
+
+
+def resident() -> int:
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_they_die_with_their_master(tmp_path: Path) -> None:
     script = (
-        "from pathlib import Path; from scenarios.campaign.workers import LocalWorkers; "
-        "from tests.scenarios.campaign.chores import Chore; "
-        f"LocalWorkers(1, Path({str(tmp_path)!r})).submit(Chore('forever', 'hang')).result()"
+        "import os, time; from scenarios.campaign.workers import Processes; one = Processes(1); "
+        f"one.call(None, None, os.mkdir, {str(tmp_path / 'begun')!r}); one.call(None, None, time.sleep, 600).result()"
     )
     root = Path(__file__).parents[3]
     master = subprocess.Popen([sys.executable, "-c", script], cwd=root, start_new_session=True)
     try:
-        wait_for(lambda: bool(list(tmp_path.glob(".draft-*/*"))))
+        wait_for((tmp_path / "begun").exists)
         master.send_signal(signal.SIGKILL)
         master.wait()
         wait_for(lambda: not alive(master.pid), 5)
     finally:
         if alive(master.pid):
             os.killpg(master.pid, signal.SIGKILL)
+
+
+# --- workers ---
+
+
+def test_tasks_are_carried_out_in_a_process_that_ends_when_it_is_stopped(tmp_path: Path) -> None:
+    others, store, workers = set(multiprocessing.active_children()), Store(tmp_path), LocalWorkers(1, tmp_path)
+    tells, raises = (workers.submit(Chore(f"one-{does}", does)) for does in ("tell", "raise"))
+    workers.submit(Chore("forever", "hang"))
+    assert tells.result(60).good
+    pid, told = store.path("one-tell", ANSWERS).read_text().split(maxsplit=2)[1:]
+    assert int(pid) != os.getpid()
+    assert told == f"['1', '1'] {len(os.sched_getaffinity(0))} PAR1"  # one thread for sums, its share for images
+
+    outcome = raises.result(60)
+    assert (outcome.verdict, outcome.reason) == (Verdict.ERROR, "raise one-raise: ValueError: in two lines")
+    assert "carry_out" in outcome.details
+    assert not store.has("one-raise", ANSWERS)
+
+    wait_for(lambda: bool(list(tmp_path.glob(".draft-*/*"))))
+    begin = time.monotonic()
+    workers.close(at_once=True)
+    assert time.monotonic() - begin < 5
+    assert set(multiprocessing.active_children()) <= others
+    store.sweep()
+    assert not list(tmp_path.glob(".draft-*"))
+
+
+@pytest.mark.parametrize(
+    ("task", "error", "verdict", "reason"),
+    [
+        # Who takes for ever to answer has failed, whoever it is; a drive that does so has not.
+        (question("thesis/hmm"), OutOfTime(), "failed", "not done within 60 s (limits.seconds)"),
+        (Chore("a", limit=60), OutOfTime(), "error", "not done within 60 s (limits.seconds)"),
+        # What breaks the process is the user's own localiser, where nobody else is asked in it.
+        (question(CRASHING), expired(-11), "failed", "the worker's process was killed (SIGSEGV)"),
+        (question(CRASHING), expired(3), "failed", "the worker's process ended with exit code 3"),
+        (question(CRASHING), expired(-9), "error", "the worker's process was killed (SIGKILL)"),
+        (question(CRASHING), expired(-15), "error", "the worker's process was killed (SIGTERM)"),
+        (question("vlad", CRASHING), expired(-11), "error", "the worker's process was killed (SIGSEGV)"),
+        (question("vlad"), expired(-11), "error", "the worker's process was killed (SIGSEGV)"),
+        (Chore("a"), expired(-11), "error", "the worker's process was killed (SIGSEGV)"),
+        (question(CRASHING), RuntimeError("it\nwas closed"), "error", "RuntimeError: it was closed"),
+    ],
+)
+def test_whose_fault_a_broken_process_is(
+    task: AnswerTask | Chore, error: BaseException, verdict: str, reason: str
+) -> None:
+    outcome = broken(task, error)
+    assert (outcome.verdict.value, outcome.reason) == (verdict, f"{task.title}: {reason}")
+
+
+@pytest.mark.slow
+def test_a_localiser_that_breaks_its_process_has_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_logs(tmp_path)
+    monkeypatch.setenv(DATA, str(tmp_path))
+    workers = LocalWorkers(1, tmp_path)
+    task = AnswerTask((CRASHING,), Log("reference.mcap"), Log("query.mcap"), None, None, 1, 60.0)
+    outcome = workers.submit(task).result(120)
+    workers.close(at_once=True)
+    assert outcome == Outcome(Verdict.FAILED, f"{task.title}: the worker's process was killed (SIGSEGV)")
 
 
 def alive(group: int) -> bool:
