@@ -12,6 +12,7 @@ from rich.text import Text
 from scenarios.campaign.judging import Judged
 from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.pace import Pace, in_words
+from scenarios.campaign.run import Quiet
 from scenarios.campaign.tasks import Task, distinct
 from scenarios.campaign.workers import Executor
 from scenarios.console import say
@@ -26,7 +27,7 @@ FRAME = 8
 """Lines of the table that hold no case and no running task."""
 
 
-class Tally:
+class Tally(Quiet):
     """A watcher that counts: what is planned, runs, is done or was kept, and how long the rest will take."""
 
     def __init__(self, executor: Executor, clock: Callable[[], float] = time.monotonic) -> None:
@@ -54,15 +55,9 @@ class Tally:
         self.running.pop(task.key, None)
         self.outcomes[task.key] = outcome
 
-    def noted(self, line: str) -> None:
-        """Nothing."""
-
     def judged(self, result: Judged) -> None:
         """Note the verdict."""
         self.verdicts[result.case.name] = result.verdict
-
-    def tick(self) -> None:
-        """Nothing."""
 
     def close(self) -> None:
         """Nothing."""
@@ -110,7 +105,8 @@ class Lines(Tally):
         super().ended(task, outcome)
         if outcome.kept:
             return
-        state = f"{outcome.seconds:.1f} s" if outcome.good else f"{outcome.verdict.value}: {outcome.reason}"
+        reason = outcome.reason.removeprefix(f"{task.title}: ")
+        state = f"{outcome.seconds:.1f} s" if outcome.good else f"{outcome.verdict.value}: {reason}"
         rest = f"; about {in_words(self.left)} left" if self.left else ""
         say(self._console, f"[{len(self.outcomes)}/{len(self.tasks)}] {task.title}: {state}{rest}")
 

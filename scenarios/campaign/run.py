@@ -5,12 +5,11 @@ holds but cannot be read is made anew, once.
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from queue import SimpleQueue
 from threading import Thread
 from typing import Any, Protocol
 
@@ -102,14 +101,14 @@ def run_campaign(
         try:
             plans[case.name] = _Plan(case, tasks_of(case))
         except AbsentError as absent:
-            result = _unjudged(case, Verdict.SKIPPED, str(absent))
+            result = _without_answers(case, Verdict.SKIPPED, str(absent))
             conclude(result)
             watcher.judged(result)
             yield result
     yield from _Campaign(plans, executor, store, watcher, fresh, conclude).run()
 
 
-def _unjudged(case: Case, verdict: Verdict, reason: str) -> Judged:
+def _without_answers(case: Case, verdict: Verdict, reason: str) -> Judged:
     return Judged(case, verdict, (reason,), (), (), (), {}, {}, 0.0)
 
 
@@ -132,7 +131,7 @@ class _Plan:
 
 
 class _Campaign:
-    """The state of a campaign: what waits, what runs, how what is done has ended."""
+    """The state of a campaign: what waits, what runs, how what is done has ended, which cases have no verdict yet."""
 
     def __init__(
         self,
@@ -145,12 +144,13 @@ class _Campaign:
     ) -> None:
         self._executor, self._store, self._watcher = executor, store, watcher
         self._fresh, self._conclude = fresh, conclude
-        self._unjudged = dict(plans)
+        self._open = dict(plans)
         self._keys = {name: plan.keys for name, plan in plans.items()}
         self._tasks = {task.key: task for task in distinct([task for plan in plans.values() for task in plan.asked])}
         self._waiting = list(self._tasks.values())
         self._running: dict[Future[Outcome], Task] = {}
         self._judging: dict[Future[Judged], _Plan] = {}
+        self._deserted = False
         self._outcomes: dict[str, Outcome] = {}
         self._renewed: set[str] = set()
         self._repeated: set[str] = set()
@@ -158,16 +158,17 @@ class _Campaign:
 
     def run(self) -> Iterator[Judged]:
         """Have everything done; yields the cases in the order in which they are judged."""
-        aside = _Aside()
-        while self._unjudged or self._judging:
+        while self._open or self._judging:
             self._begin()
-            for plan in self._complete():
-                self._judging[aside.call(partial(self._judged, plan))] = plan
+            # One at a time: whole drives are in memory meanwhile, and what one finds damaged the next may need.
+            if not self._judging and (plan := self._complete()):
+                self._judging[_aside(partial(self._judged, plan))] = plan
             done = _some_of((*self._running, *self._judging))
             for future in done & self._running.keys():
                 self._end(self._running.pop(future), future.result())
             for future in done & self._judging.keys():
                 yield from self._concluded(self._judging.pop(future), future)
+            self._tell_of_workers()
             self._watcher.tick()
 
     # --- tasks ---
@@ -191,6 +192,13 @@ class _Campaign:
             else:
                 continue
             self._waiting.remove(task)
+
+    def _tell_of_workers(self) -> None:
+        """Say when the last worker is lost, and when there are some again."""
+        deserted = self._executor.workers == 0
+        if deserted is not self._deserted:
+            self._deserted = deserted
+            self._watcher.noted("there is no worker; the campaign waits for one" if deserted else "there are workers")
 
     def _hand_out(self, task: Task) -> None:
         if self._is_fresh(task):
@@ -238,10 +246,10 @@ class _Campaign:
 
     # --- cases ---
 
-    def _complete(self) -> Iterable[_Plan]:
-        """Take out the cases of which all has ended."""
-        names = [name for name in self._unjudged if self._keys[name] <= self._outcomes.keys()]
-        return [self._unjudged.pop(name) for name in names]
+    def _complete(self) -> _Plan | None:
+        """Take out the first case of which all has ended."""
+        name = next((name for name in self._open if self._keys[name] <= self._outcomes.keys()), None)
+        return None if name is None else self._open.pop(name)
 
     def _judged(self, plan: _Plan) -> Judged:
         """The verdict, after all that is to be done with it. Raises ``DamagedError``."""
@@ -250,9 +258,9 @@ class _Campaign:
         except DamagedError:
             raise
         except (ScenarioError, RefseqError) as error:
-            result = _unjudged(plan.case, Verdict.ERROR, f"judging: {error}")
+            result = _without_answers(plan.case, Verdict.ERROR, f"judging: {error}")
         except Exception as error:
-            result = _unjudged(plan.case, Verdict.ERROR, f"judging: {one_line(error)}")
+            result = _without_answers(plan.case, Verdict.ERROR, f"judging: {one_line(error)}")
         self._conclude(result)
         return result
 
@@ -262,9 +270,9 @@ class _Campaign:
             result = future.result()
         except DamagedError as damaged:
             if self._renew(damaged.key, damaged.reason):
-                self._unjudged[plan.case.name] = plan
+                self._open[plan.case.name] = plan
                 return
-            result = _unjudged(plan.case, Verdict.ERROR, damaged.reason)
+            result = _without_answers(plan.case, Verdict.ERROR, damaged.reason)
             self._conclude(result)
         self._watcher.judged(result)
         yield result
@@ -277,26 +285,18 @@ def _some_of(futures: "Sequence[Future[Any]]") -> "set[Future[Any]]":
     return wait(futures, timeout=TICK, return_when=FIRST_COMPLETED).done
 
 
-class _Aside:
-    """A thread that does one thing after another, and keeps nobody from leaving.
+def _aside(function: Callable[[], Judged]) -> "Future[Judged]":
+    """Call a function in a thread that, unlike those of Python's pools, keeps nobody from leaving.
 
     Judging reads whole drives again; meanwhile tasks are handed out and time goes by.
     """
+    future: Future[Judged] = Future()
 
-    def __init__(self) -> None:
-        self._queue: SimpleQueue[tuple[Callable[[], Judged], Future[Judged]]] = SimpleQueue()
-        Thread(target=self._work, daemon=True).start()
+    def work() -> None:
+        try:
+            future.set_result(function())
+        except Exception as error:
+            future.set_exception(error)
 
-    def call(self, function: Callable[[], Judged]) -> "Future[Judged]":
-        """Call a function when its turn comes."""
-        future: Future[Judged] = Future()
-        self._queue.put((function, future))
-        return future
-
-    def _work(self) -> None:
-        while True:
-            function, future = self._queue.get()
-            try:
-                future.set_result(function())
-            except Exception as error:
-                future.set_exception(error)
+    Thread(target=work, daemon=True).start()
+    return future

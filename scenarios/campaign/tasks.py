@@ -74,7 +74,8 @@ class RecordTask:
     def title(self) -> str:
         """What is done, in words."""
         drive = self.drive
-        return f"drive {drive.world.rpartition('/')[2]} {drive.light}, seed {drive.seed}"
+        change = "" if drive.change == "none" else f" {drive.change}"
+        return f"drive {drive.world.rpartition('/')[2]} {drive.light}{change} by {drive.robot}, seed {drive.seed}"
 
     def carry_out(self, store: Store) -> None:
         """Simulate."""
@@ -235,8 +236,10 @@ def perform(task: Task, folder: Store) -> Outcome:
         return Outcome(Verdict.PASSED, seconds=time.perf_counter() - begin)
     except AbsentError as absent:
         return Outcome(Verdict.SKIPPED, str(absent))
-    except (MisbehavedError, StuckError) as failure:
-        return Outcome(Verdict.FAILED, str(failure), seconds=time.perf_counter() - begin)
+    except MisbehavedError as failure:
+        return Outcome(Verdict.FAILED, str(failure), traceback.format_exc(), time.perf_counter() - begin)
+    except StuckError as failure:
+        return Outcome(Verdict.FAILED, f"{task.title}: {failure}", seconds=time.perf_counter() - begin)
     except DamagedError as damaged:
         reason = f"{task.title}: {damaged}"
         return Outcome(Verdict.ERROR, reason, seconds=time.perf_counter() - begin, damaged=damaged.key)

@@ -127,7 +127,7 @@ def test_without_a_terminal_each_task_is_a_line() -> None:
     watcher._clock = clock
     half_way(watcher, clock)
     watcher.noted("one thing")
-    watcher.ended(DRIVES[1], Outcome(Verdict.FAILED, "stuck at 3 m"))
+    watcher.ended(DRIVES[1], Outcome(Verdict.FAILED, "drive drive-1: stuck at 3 m"))
     assert cast(io.StringIO, console.file).getvalue().splitlines() == [
         "[2/4] ask ask-0: 10.0 s; about 10 s left",
         "note: one thing",

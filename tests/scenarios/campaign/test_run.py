@@ -1,6 +1,7 @@
 """A campaign's order, and what it makes of tasks that fail and files that are damaged; its workers are threads."""
 
 import threading
+import time
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
@@ -248,6 +249,32 @@ def test_what_is_not_on_this_machine_is_skipped(tmp_path: Path, monkeypatch: pyt
     assert results[0].reasons == ("a.log: is not there",)
 
 
+def test_cases_that_share_damage_are_judged_after_its_repair(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    store.path("ask", ANSWERS).write_bytes(BITS)
+    results, executor, notes = conducted(store, [case_of(name, Chore("ask"), Chore(f"own-{name}")) for name in "abc"])
+    assert verdicts(results) == dict.fromkeys("abc", "passed")
+    assert executor.order.count("ask") == 1
+    assert notes.lines == ["ask is damaged; it is made anew"]
+
+
+# --- who works ---
+
+
+def test_a_campaign_whose_workers_are_lost_says_so_and_goes_on_with_others(tmp_path: Path) -> None:
+    store, said = Store(tmp_path), list[str]()
+    executor = Threads(0, store)
+
+    class Watch(Quiet):
+        def noted(self, line: str) -> None:
+            said.append(line)
+            executor.workers = 1
+
+    results = list(run_campaign([case_of("a", Chore("ask"))], executor, store, Watch()))
+    assert verdicts(results) == {"a": "passed"}
+    assert said == ["there is no worker; the campaign waits for one", "there are workers"]
+
+
 # --- what is done with a verdict ---
 
 
@@ -284,6 +311,23 @@ def test_damage_that_concluding_meets_is_repaired(tmp_path: Path) -> None:
     assert verdicts(results) == {"a": "passed"}
     assert met == ["a", "a"]
     assert executor.order == ["ask", "ask"]
+
+
+def test_one_verdict_is_concluded_at_a_time_and_no_thread_is_left(tmp_path: Path) -> None:
+    before, store = threading.active_count(), Store(tmp_path)
+    executor = Threads(3, store)
+    alone = threading.Lock()
+
+    def conclude(result: Judged) -> None:
+        assert alone.acquire(blocking=False)
+        time.sleep(0.02)
+        alone.release()
+
+    cases = [case_of(name, Chore(name)) for name in "abcd"]
+    results = list(run_campaign(cases, executor, store, Quiet(), conclude=conclude))
+    executor.close(at_once=False)
+    assert verdicts(results) == dict.fromkeys("abcd", "passed")
+    assert threading.active_count() <= before
 
 
 def test_what_else_concluding_raises_ends_the_campaign(tmp_path: Path) -> None:
