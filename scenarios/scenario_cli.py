@@ -14,7 +14,6 @@ from scenarios.inputs import words
 from scenarios.scenario_show import list_scenarios, show, template
 
 if TYPE_CHECKING:
-    from scenarios.campaign.cases import Case
     from scenarios.campaign.judging import Judged
     from scenarios.campaign.store import Store
     from scenarios.campaign.workers import Executor
@@ -86,14 +85,14 @@ def run(
     `refseq scenario run thesis --ray 10.0.0.1:6379`
     """
     from scenarios.campaign.cases import find
-    from scenarios.campaign.chosen import asking
+    from scenarios.campaign.chosen import asking, with_seeds
     from scenarios.campaign.live import watcher_on
     from scenarios.campaign.results import INDEX, Results
     from scenarios.campaign.run import run_campaign
     from scenarios.campaign.store import Store, default_store
+    from scenarios.page import size_text
 
-    cases = asking(find(scenarios), localiser or (), words(methods, "methods"))
-    cases = [_with_seeds(case, seeds) for case in cases]
+    cases = with_seeds(asking(find(scenarios), localiser or (), words(methods, "methods")), seeds)
     store = Store(cache or default_store())
     folder = Results(output, cases, store)
     executor = _executor(workers, ray, store)
@@ -116,7 +115,7 @@ def run(
         say(err, interrupted)
         raise typer.Exit(INTERRUPTED)
     _tell(results)
-    say(err, f"{watcher.summary}; {_size(store.size)} kept in {store.folder}")
+    say(err, f"{watcher.summary}; {size_text(store.size)} kept in {store.folder}")
     say(out, f"look at {folder.folder / INDEX}")
     _leave(results)
 
@@ -149,16 +148,6 @@ def report(
         print_report(record, folder, out, figures=figures)
 
 
-def _with_seeds(case: "Case", seeds: str | None) -> "Case":
-    """The case with other seeds than its own."""
-    if seeds is None:
-        return case
-    texts = [text.strip() for text in seeds.split(",")]
-    if not all(text.isascii() and text.isdigit() for text in texts) or len(set(texts)) < len(texts):
-        raise ScenarioError(f"--seeds {seeds!r} is not valid; it should be whole numbers that differ, commas between")
-    return replace(case, scenario=case.scenario.model_copy(update={"seeds": tuple(map(int, texts))}))
-
-
 def _executor(workers: int | None, ray: str | None, store: "Store") -> "Executor":
     from scenarios.campaign.workers import LocalWorkers
 
@@ -183,15 +172,6 @@ def _tell(results: "Sequence[Judged]") -> None:
             counted = Counter(result.verdict.value for result in apart)
             totals = ", ".join(f"{count} {verdict}" for verdict, count in counted.items())
             say(out, f"{len(apart)} {'cases' if blocking else 'cases that are not blocking'}: {totals}")
-
-
-def _size(count: int) -> str:
-    """Bytes in the unit that suits."""
-    for unit in ("B", "kB", "MB"):
-        if count < 1000:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.3g} GB"
 
 
 def _leave(results: "Sequence[Judged]") -> None:

@@ -169,16 +169,9 @@ def _lines(case: "Case", store: "Store") -> list[str]:
 
 
 def _in_words(table: "SourceTable") -> str:
-    """A source with all that is not as it is by default."""
-    dumped = table.model_dump(mode="json")
-    plain = {key: field.get_default(call_default_factory=True) for key, field in type(table).model_fields.items()}
-    shown = type(table).model_validate(dumped)
-    told = [
-        f"{key} {_value(value)}"
-        for key, value in dumped.items()
-        if key in ("world", "light", "log", "images") or getattr(shown, key) != plain[key]
-    ]
-    return ", ".join(told)
+    """A source with all that is not as it is by default; the light is told always."""
+    told = {"light", *table.model_dump(exclude_defaults=True)}
+    return ", ".join(f"{key} {_value(value)}" for key, value in table.model_dump(mode="json").items() if key in told)
 
 
 def _value(value: object) -> str:

@@ -1,4 +1,4 @@
-"""Asking others than a scenario says: a localiser of one's own in the place of the judged one, or fewer methods."""
+"""Asking otherwise than a scenario says: a localiser of one's own, fewer methods, other seeds."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -44,3 +44,14 @@ def _asking(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> 
         scenario=scenario.model_copy(update={"localise": localise}),
         expectations=tuple(dict.fromkeys((*first, *again))),
     )
+
+
+def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:
+    """The same cases with other seeds, written with commas between; None: their own. Raises ``ScenarioError``."""
+    if seeds is None:
+        return list(cases)
+    texts = [text.strip() for text in seeds.split(",")]
+    if not all(text.isascii() and text.isdigit() for text in texts) or len({int(text) for text in texts}) < len(texts):
+        raise ScenarioError(f"--seeds {seeds!r} is not valid; it should be whole numbers that differ, commas between")
+    numbers = {"seeds": tuple(map(int, texts))}
+    return [replace(case, scenario=case.scenario.model_copy(update=numbers)) for case in cases]

@@ -1,7 +1,7 @@
 import pytest
 
 from scenarios.campaign.cases import Case, load
-from scenarios.campaign.chosen import asking
+from scenarios.campaign.chosen import asking, with_seeds
 from scenarios.errors import ScenarioError
 
 FILE = """
@@ -84,3 +84,17 @@ def test_a_wrong_name_is_told(cases: list[Case], localisers: list[str], methods:
     with pytest.raises(ScenarioError) as caught:
         asking(cases, localisers, methods)
     assert str(caught.value).startswith(told)
+
+
+def test_other_seeds_are_taken_in_the_order_they_are_named(cases: list[Case]) -> None:
+    (case,) = with_seeds(cases, "7, 0,012")
+    assert case.scenario.seeds == (7, 0, 12)
+    assert (case.name, case.expectations) == (cases[0].name, cases[0].expectations)
+    assert with_seeds(cases, None) == cases
+
+
+@pytest.mark.parametrize("seeds", ["", "1,", "1,01", "-1", "1.5", "٣", "²", "1;2"])
+def test_what_are_no_seeds_is_told(cases: list[Case], seeds: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        with_seeds(cases, seeds)
+    assert str(caught.value).startswith(f"--seeds {seeds!r} is not valid; it should be whole numbers that differ")
