@@ -213,7 +213,7 @@ def posterior(
                 continue
             image = _draw_posterior(axes, comparison.beliefs[method], places)
             if path is not None:
-                _draw_truth(axes, comparison.query_views, path, wide)
+                _draw_truth(axes, comparison.query_views, path, wide, [one.first for one in incidents if one.carried])
             for incident in incidents:
                 _edge(axes, incident)
             axes.set(title=method_label(method), xlim=(-1, len(comparison.query_views)), ylim=(-1, places * 1.05))
@@ -239,13 +239,16 @@ def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> objec
     return image
 
 
-def _draw_truth(axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance) -> None:
-    """Two lines, the tolerance before and after the true position; broken where the view is off the map."""
+def _draw_truth(
+    axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance, carried: Sequence[int]
+) -> None:
+    """Two lines, the tolerance before and after the true position; broken off the map, and where a kidnap ended."""
     known = np.flatnonzero(np.isfinite(path.along))
     true = np.array([_true_along(view.truth, path, wide) for view in views])
     for offset in (-wide.distance, wide.distance):
         place = np.interp(true + offset, path.along[known], known)
-        axes.plot(np.where(np.isfinite(true), place, np.nan), color="#4fd1ff", linewidth=0.7)
+        band = np.insert(np.where(np.isfinite(true), place, np.nan), carried, np.nan)
+        axes.plot(np.insert(np.arange(len(true), dtype=float), carried, np.nan), band, color="#4fd1ff", linewidth=0.7)
 
 
 def _edge(axes: Axes, incident: Incident) -> None:
@@ -453,7 +456,7 @@ class Dial:
     """A share over a key that several cases vary: the key, its values in words, and where they stand on its axis.
 
     ``at`` is None for values that are no numbers: they stand side by side. ``shares`` holds for each method a row
-    (value, low, high) a case, in [0, 1], nan where there is none.
+    (value, low, high) a case, in [0, 1], nan where there is none. Values are in the order of the axis.
     """
 
     key: str
@@ -465,7 +468,6 @@ class Dial:
 def dial(found: Dial) -> Plot:
     """Success over what is varied, with 95 % intervals, a line a method."""
     at = np.arange(len(found.values), dtype=float) if found.at is None else np.array(found.at, dtype=float)
-    order = np.argsort(at)
     spread = 0.012 * max(float(np.ptp(at)), 1e-9)
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(10, 4.2), layout="constrained")
@@ -473,9 +475,9 @@ def dial(found: Dial) -> Plot:
         looks = styles(found.shares)
         for number, (method, shares) in enumerate(found.shares.items()):
             colour, line, marker = looks[method]
-            value, low, high = 100 * shares[order].T
+            value, low, high = 100 * shares.T
             # Side by side, or the intervals of equal shares would hide one another.
-            there = at[order] + spread * (number - (len(found.shares) - 1) / 2)
+            there = at + spread * (number - (len(found.shares) - 1) / 2)
             bars = np.nan_to_num(np.clip([value - low, high - value], 0, None))
             axes.errorbar(
                 there, value, bars, color=colour, marker=marker, markersize=5, linewidth=1.3, elinewidth=0.8, capsize=2,

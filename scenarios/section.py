@@ -13,7 +13,7 @@ from scenarios.figures import Figures, figures
 from scenarios.incidents import incidents
 from scenarios.outcome import Outcome
 from scenarios.plots import FloorOutline, Plot
-from scenarios.score import NARROW, WIDE, ReferencePath, Score, Tolerance, score
+from scenarios.score import NARROW, WIDE, ReferencePath, Score, Tolerance
 from scenarios.section_frames import (
     FailureShown,
     Frames,
@@ -99,8 +99,13 @@ def section(name: str, runs: Sequence[Comparison], terms: Terms) -> Section:
     judged = terms.judged if terms.judged in methods else _last(methods)
     shown = drawn(methods, judged, pooled)
     path = ReferencePath(runs[0].reference_views) if scorable else None
-    drawing = _Drawing(replace(runs[0], beliefs={method: runs[0].beliefs[method] for method in shown}), path, terms)
-    by_run = [score(run, judged, terms.wide) for run in runs] if scorable else []
+    drawing = _Drawing(
+        replace(runs[0], beliefs={method: runs[0].beliefs[method] for method in shown}),
+        path,
+        {one.method: one.wide_runs[0] for one in found if one.method in shown},
+        terms,
+    )
+    by_run = next((one.wide_runs for one in found if one.method == judged), ())
     failures = worst_failures(runs, by_run, judged) if scorable else []
     same = matches(runs[0], path, terms.wide, judged)
     pictures = (terms.pictures or InMemory(runs))(
@@ -114,7 +119,7 @@ def section(name: str, runs: Sequence[Comparison], terms: Terms) -> Section:
         drawn=_which(runs),
         wide=terms.wide,
         narrow=terms.narrow,
-        table=tuple(method_row(one, drawn=one.method in shown, judged=one.method == judged) for one in found),
+        table=tuple(method_row(one, judged=one.method == judged) for one in found),
         further=tuple(further_row(one) for one in found),
         lost_table=tuple(lost_row(one.method, one.wide) for one in found if one.wide.off_map.any()),
         unscored=next((one.wide.count(Outcome.UNSCORED) for one in found), 0),
@@ -138,13 +143,12 @@ def section(name: str, runs: Sequence[Comparison], terms: Terms) -> Section:
 class _Drawing:
     """The plots of one comparison."""
 
-    def __init__(self, comparison: Comparison, path: ReferencePath | None, terms: Terms) -> None:
-        self._comparison, self._path, self._terms = comparison, path, terms
+    def __init__(
+        self, comparison: Comparison, path: ReferencePath | None, scores: Mapping[str, Score], terms: Terms
+    ) -> None:
+        self._comparison, self._path, self._scores, self._terms = comparison, path, scores, terms
         self._tolerances = terms.wide, terms.narrow
         self._incidents = incidents(comparison.query_views, comparison.query_metadata)
-        self._scores: dict[str, Score] = (
-            {method: score(comparison, method, terms.wide) for method in comparison.beliefs} if path else {}
-        )
 
     def plan(self, judged: Score) -> Plot:
         return plots.plan(self._comparison, judged, self._terms.outline, self._incidents)

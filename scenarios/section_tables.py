@@ -14,17 +14,16 @@ from scenarios.score import PLACES_OFF, RANKS, Score
 
 @dataclass(frozen=True)
 class MethodRow:
-    """One method's figures, in words; ``drawn`` says whether the plots show it."""
+    """One method's figures, in words; ``judged`` says whether verdicts are about it."""
 
     label: str
-    views: int
+    views: str
     success: str
     success_narrow: str
     over_seeds: str
     failures: str
     median: str
     p95: str
-    drawn: bool
     judged: bool
 
 
@@ -82,19 +81,18 @@ class FigureRow:
     values: tuple[str, ...]
 
 
-def method_row(one: Figures, *, drawn: bool, judged: bool) -> MethodRow:
+def method_row(one: Figures, *, judged: bool) -> MethodRow:
     """The row of the first table."""
     wide, narrow = one.wide, one.narrow
     return MethodRow(
         label=method_label(one.method),
-        views=wide.success.trials,
+        views=f"{wide.success.trials} / {narrow.success.trials}",
         success=share_text(wide.success),
-        success_narrow=f"{share_text(narrow.success)}, n = {narrow.success.trials}",
+        success_narrow=share_text(narrow.success),
         over_seeds=" / ".join(_over_seeds(runs) for runs in (one.wide_runs, one.narrow_runs)),
-        failures=f"{wide.failures} of {wide.success.trials}",
+        failures=str(wide.failures),
         median=metres(wide.error_quantile(0.5)),
         p95=metres(wide.error_quantile(0.95)),
-        drawn=drawn,
         judged=judged,
     )
 

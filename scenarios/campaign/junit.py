@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
+from junitparser import Attr, Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
 from refseq.files import replacing_at
 from scenarios.campaign.outcomes import Verdict
@@ -18,6 +18,12 @@ JUNIT = "junit.xml"
 RAN = "ran"
 NOT_JUDGED = "not judged: the campaign was ended before"
 _NO_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+class Test(TestCase):
+    """A test with the scenario's ``file``: what servers lead to from a failure."""
+
+    file = Attr()
 
 
 def write_junit(folder: Path, record: CampaignRecord) -> None:
@@ -32,7 +38,8 @@ def junit(record: CampaignRecord) -> JUnitXml:
     for scenario in dict.fromkeys(case.scenario for case in record.cases):
         cases = [case for case in record.cases if case.scenario == scenario]
         suite = TestSuite(scenario)
-        suite.timestamp = record.started
+        # UTC by the format's definition; its schema has no room for a zone.
+        suite.timestamp = record.started.removesuffix("+00:00")
         suite.add_property("title", _clean(cases[0].title))
         suite.add_property("blocking", str(cases[0].blocking).lower())
         for case in cases:
@@ -49,12 +56,19 @@ def _tests(case: CaseRecord) -> Iterator[TestCase]:
 
 
 def _test(case: CaseRecord, name: str, result: Failure | Error | Skipped | None, seconds: float) -> TestCase:
-    test = TestCase(_clean(name), _clean(case.name), seconds)
+    test = Test(_clean(name), _class(case.name), round(seconds, 3))
+    if case.file:
+        test.file = _clean(case.file)
     if result is not None:
         test.result = [result if case.blocking else _spared(result)]
     if case.page:
         test.system_out = f"page: {case.page}"
     return test
+
+
+def _class(name: str) -> str:
+    """A case's name as a class's: servers take all before the last dot for a package, and fold its classes together."""
+    return ".".join(part.replace(".", "_") for part in _clean(name).split("/", 1))
 
 
 def _spared(result: Failure | Error | Skipped) -> Skipped:
@@ -87,17 +101,9 @@ def _missed(judgement: JudgementRecord, case: CaseRecord) -> Failure | Skipped |
         return Skipped(_clean(f"not judged: {judgement.reason}"))
     if judgement.met:
         return None
-    failure = Failure(_clean(told(judgement)), "expectation")
-    failure.text = _clean(f"{judgement.text}\n{told(judgement)}\ncase: {case.name}")
+    failure = Failure(_clean(judgement.told), "expectation")
+    failure.text = _clean(f"{judgement.text}\n{judgement.told}\ncase: {case.name}")
     return failure
-
-
-def told(judgement: JudgementRecord) -> str:
-    """What a judgement was made by, in words."""
-    if judgement.reason:
-        return judgement.reason
-    value, bound = ("without end" if v is None else f"{v:.4g}" for v in (judgement.value, judgement.bound))
-    return f"it is {value}; the bound is {bound}"
 
 
 def _clean(text: str) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from pathlib import Path
 
 from scenarios.campaign.cases import Case
 from scenarios.campaign.judging import Judged
@@ -27,12 +28,19 @@ def open_record(case: Case) -> CaseRecord:
     return CaseRecord(
         name=case.name,
         scenario=case.file.stem,
+        file=_below_here(case.file),
         title=case.scenario.title,
         blocking=case.scenario.blocking,
         judged=case.scenario.judged,
         varied=dict(case.varied),
         resolved=case.scenario.model_dump(mode="json", exclude_none=True),
     )
+
+
+def _below_here(file: Path) -> str | None:
+    """A file as a CI server that started the campaign knows it; None of one that lies elsewhere."""
+    there, here = file.resolve(), Path.cwd()
+    return there.relative_to(here).as_posix() if there.is_relative_to(here) else None
 
 
 def case_record(result: Judged, page: str) -> CaseRecord:

@@ -14,6 +14,8 @@ from scenarios.errors import ScenarioError
 FORMAT = 1
 """Version of the file's form: another one when a reader of this one would misread it."""
 RESULT = "result.json"
+OPEN = "open"
+"""Stands for the verdict of a case that was not judged."""
 
 
 def _number(value: object) -> object:
@@ -81,6 +83,14 @@ class JudgementRecord(Record):
     bound: Number
     reason: str
 
+    @property
+    def told(self) -> str:
+        """What it was judged by, in words."""
+        if self.reason:
+            return self.reason
+        value, bound = ("without end" if v is None else f"{v:.4g}" for v in (self.value, self.bound))
+        return f"it is {value}; the bound is {bound}"
+
 
 class MishapRecord(Record):
     """A task that did not end well, with the trace where there is one."""
@@ -101,10 +111,14 @@ class SeedRecord(Record):
 
 
 class CaseRecord(Record):
-    """One case. ``verdict`` null: not judged, as the campaign was ended before. ``page`` lies beside this file."""
+    """One case. ``verdict`` null: not judged, as the campaign was ended before. ``page`` lies beside this file.
+
+    ``file`` is the scenario's, null of one that does not lie below where the campaign was started.
+    """
 
     name: str
     scenario: str
+    file: str | None = None
     title: str
     blocking: bool
     judged: str
@@ -125,9 +139,26 @@ class CaseRecord(Record):
         return next((one for one in self.methods if one.method == name), None)
 
     @property
+    def verdict_word(self) -> str:
+        """The verdict as it is written."""
+        return OPEN if self.verdict is None else self.verdict.value
+
+    @property
+    def varied_words(self) -> Mapping[str, str]:
+        """What is varied, in words."""
+        return {key: _words(value) or "none" for key, value in self.varied.items()}
+
+    @property
     def met(self) -> tuple[int, int]:
         """Expectations met, and all."""
         return sum(one.met is True for one in self.judgements), len(self.judgements)
+
+
+def _words(value: object) -> str:
+    """Lists with a plus between, as a case is asked with all of it; tables as ``key value`` pairs."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_words(one)}" for key, one in value.items())
+    return " + ".join(map(_words, value)) if isinstance(value, list | tuple) else str(value)
 
 
 class MachineRecord(Record):
@@ -150,6 +181,11 @@ class CampaignRecord(Record):
     versions: Mapping[str, str]
     machine: MachineRecord
     cases: tuple[CaseRecord, ...]
+
+    @property
+    def began(self) -> str:
+        """When it was started, as people write it."""
+        return self.started.replace("T", " ").replace("+00:00", " UTC")
 
     def count(self, verdict: Verdict, *, blocking: bool | None = None) -> int:
         """Cases with a verdict; of those that are blocking or not, None: of all."""

@@ -13,12 +13,14 @@ from pathlib import Path
 from threading import Lock
 
 from refseq.files import replace_text
+from scenarios.campaign.case_page import case_page
 from scenarios.campaign.cases import Case
+from scenarios.campaign.dial import DialShown, dial_of
+from scenarios.campaign.index_page import index_page
 from scenarios.campaign.judging import Judged
 from scenarios.campaign.junit import write_junit
 from scenarios.campaign.keys import packages
 from scenarios.campaign.machine import this_machine
-from scenarios.campaign.pages import DialShown, case_page, dial_of, index_page
 from scenarios.campaign.records import case_record, open_record
 from scenarios.campaign.result_file import CampaignRecord, write_result
 from scenarios.campaign.store import Store

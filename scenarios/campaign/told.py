@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.campaign.pages import index_row, verdict_line, verdict_word
+from scenarios.campaign.index_page import index_row, verdict_line
 from scenarios.campaign.result_file import CampaignRecord, CaseRecord, MethodRecord, Number
 from scenarios.campaign.results import INDEX
 from scenarios.compare import print_whole
@@ -30,7 +30,7 @@ FIGURES = {
 
 def print_report(record: CampaignRecord, folder: Path, console: Console, *, figures: bool) -> None:
     """Print the verdicts, those that decide first, why some did not pass, and where to look; with ``figures`` all."""
-    say(console, f"{verdict_line(record)}; {duration_text(record.seconds)}, started {record.started}")
+    say(console, f"{verdict_line(record)}; {duration_text(record.seconds)}, started {record.began}")
     if not record.complete:
         say(console, "not complete: the campaign still runs, or was ended before; the same command goes on")
     for blocking, title in ((True, "cases that decide"), (False, "not blocking")):
@@ -54,9 +54,15 @@ def _verdicts(title: str, cases: list[CaseRecord]) -> Table:
         table.add_column(heading, justify="right", no_wrap=True)
     for row in map(index_row, cases):
         verdict = Text(row.verdict, style=STYLES[row.verdict])
-        cells = (row.name, row.judged, row.success, row.success_narrow, row.failures, row.met, row.seconds)
+        shares = _within(row.success, row.within), _within(row.success_narrow, row.narrow)
+        cells = (row.name, row.judged, *shares, row.failures, row.met, row.seconds)
         table.add_row(verdict, *map(Text, cells))
     return table
+
+
+def _within(share: str, tolerance: str) -> str:
+    """A success rate and its tolerance, in one cell."""
+    return f"{share} in {tolerance}" if tolerance else share
 
 
 def _reasons(cases: list[CaseRecord]) -> Iterator[str]:
@@ -99,8 +105,8 @@ def verdicts_markdown(record: CampaignRecord) -> str:
     lines += ["| verdict | case | judged method | success | met | why not |", "|---|---|---|---|---|---|"]
     for case in sorted(record.cases, key=lambda one: not one.blocking):
         row = index_row(case)
-        verdict = verdict_word(case) + ("" if case.blocking else " (not blocking)")
-        cells = (verdict, row.name, row.judged, row.success, row.met, row.reason)
+        verdict = case.verdict_word + ("" if case.blocking else " (not blocking)")
+        cells = (verdict, row.name, row.judged, _within(row.success, row.within), row.met, row.reason)
         lines.append("| " + " | ".join(_escaped(cell) for cell in cells) + " |")
     return "\n".join(lines) + "\n"
 

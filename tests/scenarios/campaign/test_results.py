@@ -2,6 +2,7 @@ import errno
 import json
 import re
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -172,6 +173,23 @@ def test_junit_has_a_test_an_expectation_and_one_for_running(done: Judged, fille
     kinds = {True: "passed", False: "failure", None: "skipped"}
     expected = {f"made: {one.text}": kinds[one.met] for one in done.judgements}
     assert outcomes(filled / "junit.xml") == {"made: ran": "passed", **expected}
+
+
+def test_junit_is_what_servers_fold_and_link(
+    home: Path, done: Judged, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Jenkins takes a class's name to its last dot for a package; a file is given as seen from the checkout."""
+    monkeypatch.setenv(DATA, str(home))
+    case = replace(done.case, name="fig-2.11-2.13-sensors/camera-1+laser", file=tmp_path / "my" / "fig.toml")
+    for here, file in ((tmp_path, "my/fig.toml"), (tmp_path / "my", "fig.toml"), (home, None)):
+        here.mkdir(exist_ok=True)
+        monkeypatch.chdir(here)
+        Results(tmp_path / "out", [case], Store(home / "store"))
+        root = ElementTree.parse(tmp_path / "out" / "junit.xml").getroot()
+        (test,) = root.iter("testcase")
+        assert (test.get("classname"), test.get("file")) == ("fig-2_11-2_13-sensors.camera-1+laser", file)
+        (suite,) = root.iter("testsuite")
+        assert datetime.fromisoformat(suite.get("timestamp", "")).tzinfo is None
 
 
 def results_of(

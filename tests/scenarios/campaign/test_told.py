@@ -2,8 +2,9 @@ from pathlib import Path
 
 import pytest
 
+from scenarios.campaign.dial import dial_of
+from scenarios.campaign.index_page import index_page, verdict_line
 from scenarios.campaign.outcomes import Verdict
-from scenarios.campaign.pages import dial_of, verdict_line
 from scenarios.campaign.result_file import (
     CampaignRecord,
     CaseRecord,
@@ -16,6 +17,7 @@ from scenarios.campaign.result_file import (
 from scenarios.campaign.told import verdicts_markdown
 from scenarios.score import Proportion
 from tests.scenarios.conftest import Refseq
+from tests.scenarios.test_report import Page
 
 
 def method(name: str, right: int, *, drawn: bool = True) -> MethodRecord:
@@ -82,6 +84,46 @@ def test_report_tells_of_a_campaign_from_its_folder_alone(tmp_path: Path, refseq
     assert said.index("bad: and more") < said.index("calm: too slow")
 
 
+def test_a_case_without_answers_has_no_share_within_anything(tmp_path: Path, refseq: Refseq) -> None:
+    write_result(tmp_path, campaign(case("bad", Verdict.FAILED)))
+    assert "n/a in" not in refseq("scenario", "report", tmp_path).out
+    assert "n/a in" not in verdicts_markdown(campaign(case("bad", Verdict.FAILED)))
+
+
+@pytest.mark.parametrize(
+    ("judgement", "told"),
+    [
+        (MISSED, "it is 0.9; the bound is 1"),
+        (MISSED.model_copy(update={"value": None}), "it is without end; the bound is 1"),
+        (MISSED.model_copy(update={"reason": "1 of 5 seeds were run"}), "1 of 5 seeds were run"),
+    ],
+)
+def test_a_judgement_tells_what_decided(judgement: JudgementRecord, told: str) -> None:
+    assert judgement.told == told
+
+
+def test_what_is_varied_is_told_in_words() -> None:
+    fault = {"kind": "kidnap", "at": 30.0}
+    varied = {"query.light": "noon", "localise.sensors": ["laser", "camera-1"], "query.faults": [fault]}
+    assert case("x", None, varied=varied).varied_words == {
+        "query.light": "noon",
+        "localise.sensors": "laser + camera-1",
+        "query.faults": "kind kidnap, at 30.0",
+    }
+
+
+def test_index_leads_to_each_case_and_tells_why_it_did_not_pass() -> None:
+    page = Page(text := index_page(MIXED, []))
+    assert page.open == []
+    rows = [row for row in page.rows if row[0] != "verdict"]
+    order = ["good/a,b", "bad", "late", "calm"]  # those that decide first
+    assert [row[1] for row in rows if len(row) == 8 and row[1] in order] == order
+    assert ["", "missed: success >= 1 (and 1 more)"] in rows
+    assert "too slow | &lt;b&gt;" in text
+    assert "n/a in" not in text
+    assert "within n/a" not in text
+
+
 def test_report_of_no_campaign_is_one_line(tmp_path: Path, refseq: Refseq) -> None:
     answer = refseq("scenario", "report", tmp_path)
     assert answer.code == 2
@@ -99,17 +141,21 @@ def dial_cases(values: list[object], key: str = "query.light") -> list[CaseRecor
 def test_dial_shows_success_over_the_one_key_that_is_varied() -> None:
     dial = dial_of(dial_cases(["noon", "18:00", "morning"]))
     assert dial is not None
+    # In the order of the hours, not of the cases.
+    assert dial.values == ("morning", "noon", "18:00")
     assert dial.rows == (
-        ("a", ("90.0 [60, 98]", "80.0 [49, 94]", "70.0 [40, 89]")),
+        ("a", ("70.0 [40, 89]", "90.0 [60, 98]", "80.0 [49, 94]")),
         ("b", ("10.0 [2, 40]",) * 3),
     )
-    # Ticks in the order of the hours, not of the cases.
     svg = dial.plot.svg
     assert all(f">{light}<" in svg for light in ("noon", "18:00", "morning"))
     places = {
         light: float(svg[: svg.index(f">{light}<")].rpartition('x="')[2].partition('"')[0]) for light in dial.values
     }
-    assert places["morning"] < places["noon"] < places["18:00"]
+    # From 09:00 to 13:00 (of summer time) are four hours, from there to 18:00 five.
+    steps = places["noon"] - places["morning"], places["18:00"] - places["noon"]
+    assert steps[0] > 0
+    assert steps[1] == pytest.approx(5 / 4 * steps[0], rel=1e-3)
 
 
 @pytest.mark.parametrize("values", [[1.0, 2.0], [["laser"], ["camera-1", "laser"]], ["noon", "13:00"]])
@@ -117,6 +163,12 @@ def test_dial_takes_numbers_lists_and_lights_of_one_hour(values: list[object]) -
     dial = dial_of(dial_cases(values))
     assert dial is not None
     assert len(dial.values) == 2
+
+
+def test_what_has_no_axis_stays_in_the_order_of_the_cases() -> None:
+    dial = dial_of(dial_cases([["laser"], ["camera-1", "laser"], []], "localise.sensors"))
+    assert dial is not None
+    assert dial.values == ("laser", "camera-1 + laser", "none")
 
 
 def test_there_is_no_dial_without_one_key() -> None:

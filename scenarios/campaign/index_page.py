@@ -1,0 +1,85 @@
+"""The index of a campaign: its verdicts, and the way to each case."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from scenarios.campaign.dial import DialShown
+from scenarios.campaign.outcomes import Verdict
+from scenarios.campaign.result_file import CampaignRecord, CaseRecord, ShareRecord
+from scenarios.comparison import method_label
+from scenarios.figures import NONE
+from scenarios.page import duration_text, rendered
+
+
+@dataclass(frozen=True)
+class IndexRow:
+    """A case in words; ``within`` and ``narrow`` are the tolerances of the successes, empty where there are none."""
+
+    name: str
+    page: str | None
+    verdict: str
+    judged: str
+    success: str
+    within: str
+    success_narrow: str
+    narrow: str
+    failures: str
+    met: str
+    reason: str
+    seconds: str
+
+
+def index_page(record: CampaignRecord, dials: Sequence[DialShown]) -> str:
+    """The page of a campaign."""
+    blocking = [case for case in record.cases if case.blocking]
+    others = [case for case in record.cases if not case.blocking]
+    return rendered(
+        "campaign.html.j2",
+        title=f"Campaign: {verdict_line(record)}",
+        groups=[
+            (heading, [index_row(case) for case in cases])
+            for heading, cases in (("Cases that decide", blocking), ("Not blocking", others))
+            if cases
+        ],
+        campaign=record,
+        seconds=duration_text(record.seconds),
+        dials=dials,
+    )
+
+
+def verdict_line(record: CampaignRecord) -> str:
+    """The verdicts of the cases that decide, counted; then those that do not."""
+    parts = []
+    for blocking, after in ((True, ""), (False, " (not blocking)")):
+        counts = [(record.count(verdict, blocking=blocking), verdict.value) for verdict in Verdict]
+        left = sum(case.verdict is None and case.blocking is blocking for case in record.cases)
+        words = ", ".join(f"{count} {word}" for count, word in [*counts, (left, "not judged")] if count)
+        parts += [words + after] if words else []
+    return "; ".join(parts) or "no case"
+
+
+def index_row(case: CaseRecord) -> IndexRow:
+    """A case's row in the table of verdicts."""
+    judged = case.method(case.judged)
+    met, expected = case.met
+    return IndexRow(
+        name=case.name,
+        page=case.page,
+        verdict=case.verdict_word,
+        judged=method_label(case.judged),
+        success=_share(judged.success) if judged else NONE,
+        within=f"{judged.within_m:g} m" if judged else "",
+        success_narrow=_share(judged.success_narrow) if judged else NONE,
+        narrow=f"{judged.narrow_m:g} m" if judged else "",
+        failures=f"{judged.success.of - judged.success.right} of {judged.success.of}" if judged else NONE,
+        met=f"{met} of {expected}" if expected else NONE,
+        reason=case.reasons[0] + (f" (and {len(case.reasons) - 1} more)" if len(case.reasons) > 1 else "")
+        if case.reasons
+        else "",
+        seconds=duration_text(case.seconds),
+    )
+
+
+def _share(share: ShareRecord) -> str:
+    """A success rate with its interval."""
+    return f"{100 * share.share:.1f} % [{100 * share.low:.0f}, {100 * share.high:.0f}]" if share.of else NONE
