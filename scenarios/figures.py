@@ -184,10 +184,10 @@ def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
     return text.getvalue()
 
 
-def figures_record(one: Figures) -> dict[str, object]:
+def figures_record(one: Figures) -> dict[str, float | None]:
     """All figures of a method by their names, units in them; None where there is none."""
     wide, curve = one.wide, one.wide.retrieval
-    record: dict[str, object] = {}
+    record: dict[str, float | None] = {}
     for part in (one.wide, one.narrow):
         within, (low, high) = f"within_{part.tolerance.distance:g}_m", part.success.interval
         record |= {f"{within}_right_views": part.success.successes, f"{within}_on_map_views": part.success.trials}
@@ -229,7 +229,7 @@ def success_over_seeds(runs: Sequence[Score]) -> tuple[float, float] | None:
     return interval_over_runs(runs, lambda pooled: pooled.success.value)
 
 
-def _ways_record(name: str, ways: Sequence[Way]) -> dict[str, object]:
+def _ways_record(name: str, ways: Sequence[Way]) -> dict[str, float | None]:
     found = [way for way in ways if way is not None]
     return {
         f"{name}_median_m": _finite(float(np.median(found))) if found else None,

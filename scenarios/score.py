@@ -254,12 +254,13 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
     path = ReferencePath(comparison.reference_views)
     truths = [view.truth for view in comparison.query_views]
     near = np.array([path.within(truth, tolerance) for truth in truths]).reshape(len(truths), path.size)
+    on_map = [bool(places.any()) for places in near]
     ranks = np.array([_rank(belief, right) for belief, right in zip(beliefs, near, strict=True)], dtype=float)
     says_lost = np.array([belief.lost > lost_above for belief in beliefs], dtype=bool)
     nearest = [path.nearest(truth) for truth in truths]
     outcomes = tuple(
-        judge(truth, bool(on_map), bool(lost), rank == 1)
-        for truth, on_map, lost, rank in zip(truths, near.any(axis=1), says_lost, ranks, strict=True)
+        judge(truth, on, bool(lost), rank == 1)
+        for truth, on, lost, rank in zip(truths, on_map, says_lost, ranks, strict=True)
     )
     return Score(
         tolerance=tolerance,
