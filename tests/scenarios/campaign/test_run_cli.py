@@ -9,12 +9,16 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import Future
 from pathlib import Path
 
 import pytest
 
-from scenarios.campaign import results
-from scenarios.campaign.store import RECORDING
+from scenarios.campaign import results, workers
+from scenarios.campaign.live import Lines
+from scenarios.campaign.outcomes import Outcome
+from scenarios.campaign.store import RECORDING, Store
+from scenarios.campaign.tasks import Task, perform
 from tests.scenarios.campaign.chores import scenario_in
 from tests.scenarios.campaign.test_store import needs_root
 from tests.scenarios.campaign.test_workers import alive, wait_for
@@ -38,6 +42,28 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return scenario_in(tmp_path)
 
 
+class InThisProcess:
+    """In place of processes, which take seconds to begin."""
+
+    workers = 1
+
+    def __init__(self, workers: int, folder: Path) -> None:
+        self._store = Store(folder)
+
+    def submit(self, task: Task) -> "Future[Outcome]":
+        outcome: Future[Outcome] = Future()
+        outcome.set_result(perform(task, self._store))
+        return outcome
+
+    def close(self, *, at_once: bool) -> None:
+        pass
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(workers, "LocalWorkers", InThisProcess)
+
+
 def kept(said: str) -> tuple[int, ...]:
     """Tasks done, of how many, and those that were kept from before, of the last line that tells."""
     found = re.findall(r"(\d+) of (\d+) tasks done, (\d+) of them kept", said)
@@ -59,7 +85,7 @@ def test_a_second_run_does_nothing_again_and_says_the_same(refseq: Refseq, file:
     assert f"{size / 1000:.3g} kB kept in {cache}" in second.err
 
 
-def test_fresh_asks_anew_and_meets_a_damaged_recording(refseq: Refseq, file: Path, cache: Path) -> None:
+def test_fresh_asks_anew_and_meets_a_damaged_recording(refseq: Refseq, file: Path, cache: Path, quick: None) -> None:
     refseq("scenario", "run", file, "--cache", cache)
     recording = next(iter(cache.glob(f"*{RECORDING}")))
     content = recording.read_bytes()
@@ -74,7 +100,7 @@ def test_fresh_asks_anew_and_meets_a_damaged_recording(refseq: Refseq, file: Pat
 
 @pytest.mark.parametrize(("more", "code"), [("blocking = true", 1), ("blocking = false", 0)])
 def test_only_what_is_blocking_changes_the_exit_code(
-    refseq: Refseq, file: Path, cache: Path, more: str, code: int
+    refseq: Refseq, file: Path, cache: Path, quick: None, more: str, code: int
 ) -> None:
     text = file.read_text().replace('expect = ["success >= 0 %"]', f'expect = ["{MISSED}"]\n{more}')
     (file.parent / "other.toml").write_text(text)
@@ -86,16 +112,19 @@ def test_only_what_is_blocking_changes_the_exit_code(
     assert f"missed: {MISSED} (it is " in answer.err
 
 
-def test_a_robot_that_takes_too_long_has_failed(refseq: Refseq, file: Path, cache: Path) -> None:
+def test_a_robot_that_takes_too_long_has_failed(refseq: Refseq, file: Path, cache: Path, quick: None) -> None:
     file.write_text(file.read_text() + "[limits]\nsteps = 20\n")
     answer = refseq("scenario", "run", file, "--cache", cache, "--seeds", 7)
     assert answer.code == 1
     assert "failed: tiny" in answer.out
-    assert len([line for line in answer.err.splitlines() if line.startswith("  ")]) == 2  # both drives, a line each
+    reasons = [line for line in answer.err.splitlines() if line.startswith("  ")]
+    assert len(reasons) == 2
+    assert re.fullmatch(r"  drive small .* by robuter, seed \d+: the robot came 0\.\d m of .* it is stuck", reasons[0])
+    assert reasons[1] == "  not judged: success >= 0 % (0 of 1 seeds were run)"
 
 
 @needs_root
-def test_a_full_disk_is_one_line_and_an_error(refseq: Refseq, file: Path, tmp_path: Path) -> None:
+def test_a_full_disk_is_one_line_and_an_error(refseq: Refseq, file: Path, tmp_path: Path, quick: None) -> None:
     disk = tmp_path / "disk"
     disk.mkdir()
     subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16k", "tmpfs", disk], check=True)
@@ -181,6 +210,27 @@ def test_a_cluster_has_its_own_workers(refseq: Refseq, file: Path, cache: Path) 
 # --- Ctrl-C ---
 
 
+def test_who_interrupts_is_told_what_is_kept_and_how_to_go_on(
+    refseq: Refseq, file: Path, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(watcher: Lines) -> None:
+        if watcher.done == 2:
+            raise KeyboardInterrupt
+
+    cache = tmp_path / "cache"
+    with monkeypatch.context() as patched:
+        patched.setattr(Lines, "tick", interrupted)
+        first = refseq("scenario", "run", file, "--cache", cache)
+    assert first.code == 130
+    assert not first.out
+    assert first.err.splitlines()[-1] == (
+        f"interrupted: 2 done, 0 kept from before: all is kept in {cache}, and the same command goes on from there"
+    )
+    second = refseq("scenario", "run", file, "--cache", cache)
+    assert (second.code, kept(second.err)) == (0, (3, 3, 2))
+
+
+@pytest.mark.slow
 def test_ctrl_c_ends_all_and_the_same_command_goes_on(
     refseq: Refseq, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
