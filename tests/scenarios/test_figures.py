@@ -15,6 +15,7 @@ from scenarios.figures import (
     figures_record,
     figures_table,
     lost_table,
+    step_times,
     success_over_seeds,
     ways_text,
 )
@@ -88,8 +89,26 @@ def test_the_record_has_the_scorer_s_figures_whatever_there_is(seeds: list[Compa
     assert (wary["features_median_ms"], wary["chain_p95_ms"]) == (500.0, 2.0)
     assert wary["within_1.5_m_seeds_low_percent"] is None  # a single drive tells nothing of others
     low, high = success_over_seeds(chain.wide_runs) or (0, 0)
-    assert figures_record(chain)["within_1.5_m_seeds_low_percent"] == pytest.approx(100 * low, abs=1e-3)
+    record = figures_record(chain)
+    assert record["within_1.5_m_seeds_low_percent"] == pytest.approx(100 * low, abs=1e-3)
+    narrow = success_over_seeds(chain.narrow_runs) or (0, 0)
+    assert narrow != (low, high)
+    told = [record[f"within_0.5_m_seeds_{end}_percent"] for end in ("low", "high")]
+    assert told == pytest.approx([100 * end for end in narrow], abs=1e-3)
     assert sorted(100 * run.success.value for run in chain.wide_runs) == pytest.approx([100 * low, 100 * high])
+
+
+def test_a_way_back_is_no_way_out() -> None:
+    slow = [certain(5, 1), certain(5, 1, 0.9), certain(5, 2, 0.9)]
+    (found,) = figures([replace(away(), beliefs={"slow": slow})])
+    record = figures_record(found)
+    assert (record["to_lost_median_m"], record["to_lost_never_times"]) == (0.0, 0)
+    assert (record["to_recover_median_m"], record["to_recover_never_times"]) == (None, 1)
+
+
+def test_a_spread_is_the_median_and_what_one_in_twenty_exceeds() -> None:
+    times = step_times([Timings(chain=k / 1000) for k in range(101)])
+    assert (times["chain"].median, times["chain"].p95) == pytest.approx((50, 95))
 
 
 def test_a_table_is_whole_however_narrow_the_window(seeds: list[Comparison]) -> None:

@@ -1,5 +1,5 @@
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from random import Random
 
 import numpy as np
@@ -311,6 +311,16 @@ def test_pooled_runs_add_up() -> None:
     assert len(whole.first_fixes) == 5
     assert whole.recall(5).successes == sum(run.recall(5).successes for run in runs)
     assert whole.top_reliability.count.tolist() == sum(run.top_reliability.count for run in runs).tolist()
+
+
+def test_pooled_runs_keep_each_view_s_own() -> None:
+    runs = [score(corridor_comparison(seed, count=12, size=24), Stage.UNIFORM) for seed in range(2)]
+    whole = pool(runs)
+    arrays = [field.name for field in fields(Score) if isinstance(getattr(whole, field.name), np.ndarray)]
+    assert len(arrays) == 8
+    for name in arrays:
+        parts = [getattr(run, name) for run in runs]
+        np.testing.assert_array_equal(getattr(whole, name), np.concatenate(parts), err_msg=name)
 
 
 def test_pooled_runs_keep_the_episodes_of_all() -> None:

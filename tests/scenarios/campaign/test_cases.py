@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from scenarios.campaign.cases import Case, find, load
 from scenarios.campaign.drivable import check_route
-from scenarios.campaign.expect import FIGURES
+from scenarios.campaign.expected import FIGURES
 from scenarios.campaign.judging import tasks_of
 from scenarios.campaign.schema import QUERY_SEEDS, Scenario
 from scenarios.campaign.sources import AbsentError, Images, Log

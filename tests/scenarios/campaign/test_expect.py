@@ -3,11 +3,13 @@ import operator
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from refseq.belief import Timings
 from refseq.view import Pose, View
-from scenarios.campaign.expect import FIGURES, SUFFIXES, Expectation, Term, Unit, about, judge, parse, told
+from scenarios.campaign.expect import SUFFIXES, Expectation, Term, about, judge, parse, told
+from scenarios.campaign.expected import FIGURES, Unit
 from scenarios.comparison import Comparison
 from scenarios.errors import ScenarioError
 from scenarios.figures import Figures, figures
@@ -131,6 +133,7 @@ def found(**right: int) -> dict[str, Figures]:
     return {one.method: one for one in figures([Comparison("test", reference, {}, query, {}, beliefs)])}
 
 
+@settings(deadline=None)
 @given(st.integers(0, 4), st.integers(0, 4), st.sampled_from([">=", "<=", ">", "<"]), st.integers(0, 4))
 def test_a_judgement_is_the_comparison(mine: int, yours: int, relation: str, percent: int) -> None:
     compare = {">=": operator.ge, "<=": operator.le, ">": operator.gt, "<": operator.lt}[relation]
@@ -162,16 +165,54 @@ def test_a_figure_that_is_not_there_was_not_reached() -> None:
     assert one.reason == "there is no such figure: nothing to take it from"
 
 
-def test_every_figure_can_be_taken_and_has_a_meaning() -> None:
-    mine = found(mine=3)["mine"]
-    values = {name: figure.take(mine) for name, figure in FIGURES.items()}
-    assert (values["success"], values["failures"], values["recall_5"], values["error_p95"]) == (
-        0.75,
-        1,
-        1,
-        pytest.approx(8.5),
+def taken(reference: list[float], *asked: tuple[float, float, int, float]) -> dict[str, float]:
+    """All figures of a method in a map of places at these x [m]; asked are x, y [m], its answer and its P(lost)."""
+    timings = Timings(features=0.5, matching=0.001, chain=0.002)
+    beliefs = [replace(certain(len(reference), place, lost), timings=timings) for *_, place, lost in asked]
+    places, query = (
+        [View(0.0, truth=Pose(x, y, 0.0)) for x, y in where]
+        for where in ([(x, 0.0) for x in reference], [(x, y) for x, y, *_ in asked])
     )
-    assert all(isinstance(value, float) for value in values.values())
+    (found,) = figures([Comparison("test", places, {}, query, {}, {"mine": beliefs})])
+    return {name: figure.take(found) for name, figure in FIGURES.items()}
+
+
+def test_each_figure_is_what_it_is_called() -> None:
+    values = taken(
+        [0, 1, 4, 8, 12, 16],
+        (0, 0, 1, 0.0),  # right, but for the narrow tolerance; a place too far
+        (4.8, 0, 2, 0.0),  # right, and for the narrow tolerance off the map
+        (4, 0, 5, 0.0),  # wrong by three places
+        (12, 0, 4, 0.9),  # missed
+        (12, 9, 4, 0.2),  # a false fix
+        (12, 12, 4, 0.8),  # rejected
+        (12, 14, 4, 0.7),
+        (15.6, 0, 0, 0.0),  # wrong by five places
+        (16, 0, 5, 0.0),  # right
+    )
+    by_hand = {
+        "success": 3 / 6, "success_narrow": 1 / 5, "within_1_place": 3 / 6, "within_2_places": 3 / 6,
+        "within_5_places": 5 / 6, "failures": 3, "failures_narrow": 4, "wrong": 2, "missed": 1, "false_fixes": 1,
+        "recall_1": 4 / 6, "lost_auroc": 15 / 18, "lost_fpr": 1 / 6, "error_median": 1.0,
+        "error_p95": 12 + 0.8 * 3.6, "worst_false_fix": 9.0, "to_lost": 3.0, "to_recover": 0.4, "to_first_fix": 0.0,
+        "milliseconds": 3.0, "lost_ece": (0.9 + 0.8 + 0.2 + 0.3) / 9, "ece": 3 / 6, "entropy_auroc": 0.5,
+    }  # fmt: skip
+    assert {name: values[name] for name in by_hand} == pytest.approx(by_hand)
+    assert math.isnan(values["harm"])  # the method has no single view to be compared with
+
+
+def test_recall_is_taken_at_the_precision_that_it_is_called_after() -> None:
+    values = taken([0.0, 9.0], *[(0.0, 0.0, 0, 0.0)] * 100, (0.0, 0.0, 1, 0.1), (0.0, 0.0, 0, 0.2))
+    assert (values["recall_at_100"], values["recall_at_99"]) == pytest.approx((100 / 102, 101 / 102))
+
+
+def test_a_way_that_was_never_gone_is_longer_than_all_others() -> None:
+    values = taken([0.0], (0, 0, 0, 0), (0, 9, 0, 0), (0, 0, 0, 0), (0, 9, 0, 1), (0, 0, 0, 0), (0, 9, 0, 0))
+    assert math.isinf(values["to_lost"])  # once at once, twice never
+    assert math.isnan(taken([0.0], (0, 0, 0, 0))["to_lost"])
+
+
+def test_every_figure_has_a_meaning_and_no_stage_s_ending() -> None:
     assert all(figure.meaning for figure in FIGURES.values())
     assert not any(name.endswith(tuple(SUFFIXES)) for name in FIGURES)
 
