@@ -75,7 +75,7 @@ class RecordTask:
         """What is done, in words."""
         drive = self.drive
         change = "" if drive.change == "none" else f" {drive.change}"
-        return f"drive {drive.world.rpartition('/')[2]} {drive.light}{change} by {drive.robot}, seed {drive.seed}"
+        return f"drive {Path(drive.world).stem} {drive.light}{change} by {drive.robot}, seed {drive.seed}"
 
     def carry_out(self, store: Store) -> None:
         """Simulate."""
