@@ -58,8 +58,7 @@ class Threads:
 
 class Notes(Quiet):
     def __init__(self) -> None:
-        self.lines: list[str] = []
-        self.kept: list[str] = []
+        self.lines, self.kept, self.verdicts = list[str](), list[str](), dict[str, str]()
 
     def noted(self, line: str) -> None:
         self.lines.append(line)
@@ -67,6 +66,9 @@ class Notes(Quiet):
     def ended(self, task: Chore, outcome: Outcome) -> None:
         if outcome.kept:
             self.kept.append(task.key)
+
+    def judged(self, result: Judged) -> None:
+        self.verdicts[result.case.name] = result.verdict.value
 
 
 def conducted(
@@ -140,7 +142,9 @@ def test_what_is_kept_is_not_done_again_and_fresh_asks_anew(tmp_path: Path, monk
     _, executor, notes = conducted(store, cases)
     assert executor.order == []
     assert notes.kept == ["drive", "ask"]
-    assert conducted(store, cases, fresh=True)[1].order == ["ask"]
+    _, executor, notes = conducted(store, cases, fresh=True)
+    assert executor.order == ["ask"]
+    assert notes.kept == ["drive"]  # nor did the worker find the old answers
 
 
 class Answer(Chore):
@@ -161,6 +165,12 @@ def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     assert set(verdicts(results).values()) == {"passed"}
     assert not set(second.order) & done
     assert set(second.order) | done == {f"{kind}-{n}" for kind in ("drive", "ask") for n in range(3)}
+
+
+def test_what_killed_workers_left_behind_is_swept(tmp_path: Path) -> None:
+    (tmp_path / ".draft-dead").mkdir()
+    conducted(Store(tmp_path), [case_of("a", Chore("ask"))])
+    assert {path.name for path in tmp_path.iterdir()} == {".lock", f"ask{ANSWERS}"}
 
 
 def test_two_campaigns_at_once_share_a_store(tmp_path: Path) -> None:
@@ -244,9 +254,12 @@ def test_what_is_not_on_this_machine_is_skipped(tmp_path: Path, monkeypatch: pyt
         return chores_of(case)
 
     monkeypatch.setattr(run, "tasks_of", tasks_of)
-    results, _, _ = conducted(Store(tmp_path), [case_of("absent", Chore("a")), case_of("there", Chore("b"))])
-    assert verdicts(results) == {"absent": "skipped", "there": "passed"}
+    store, notes, concluded = Store(tmp_path), Notes(), list[Judged]()
+    cases = [case_of("absent", Chore("a")), case_of("there", Chore("b"))]
+    results = list(run_campaign(cases, Threads(1, store), store, notes, conclude=concluded.append))
+    assert verdicts(results) == notes.verdicts == {"absent": "skipped", "there": "passed"}
     assert results[0].reasons == ("a.log: is not there",)
+    assert concluded == results
 
 
 def test_cases_that_share_damage_are_judged_after_its_repair(tmp_path: Path) -> None:
