@@ -19,6 +19,11 @@ from scenarios.campaign.schema import QUERY_SEEDS, Scenario
 from scenarios.campaign.sources import AbsentError, Images, Log
 from scenarios.errors import ScenarioError
 from scenarios.record import Drive
+from sim.faults import CameraBlack
+from sim.laser import RangeMode
+from sim.operator import OperatorStyle
+from sim.recorder import Trigger
+from sim.render import RendererKind
 
 REFERENCE = '[reference]\nworld = "hallway"\nrenderer = "none"\nend = 20.0\n'
 GOOD = (
@@ -107,6 +112,10 @@ BAD = {
     "kidnap to nowhere": (
         GOOD + '[[query.faults]]\nkind = "kidnap"\nat = 1\nto = 90\n',
         "query: fault kidnap: to = 90 m is beyond the end of what is driven; valid is 0 to 20.0 m",
+    ),
+    "fault that outlasts the drive": (
+        GOOD + '[[query.faults]]\nkind = "camera-black"\nat = 5\nuntil = 20.5\ncamera = "camera-1"\n',
+        "query: fault camera-black: until = 20.5 m is beyond the end of what is driven; valid is 0 to 20.0 m",
     ),
     "fault back in time": (
         GOOD + '[[query.faults]]\nkind = "camera-black"\nat = 5\nuntil = 4\ncamera = "camera-1"\n',
@@ -388,6 +397,61 @@ def test_a_query_is_as_the_reference_but_for_what_it_says(tmp_path: Path) -> Non
     assert (reference.light, query.light) == ("16:00", "18:00")
     assert (reference.end, query.end) == (20.0, 20.0)
     assert (len(reference.faults), len(query.faults)) == (1, 0)
+
+
+def test_each_key_of_a_drive_is_what_is_driven(tmp_path: Path) -> None:
+    text = """title = "T"
+[reference]
+world = "annex"
+robot = "robuter"
+light = "18:00"
+change = "few"
+change_seed = 3
+start = 1
+end = 9
+world_seed = 2
+renderer = "classic"
+trigger = { distance = 0.5, turn = 90, time = 2 }
+cameras = { camera-1 = "fire-i-wide" }
+laser_range = 8
+operator = 0.5
+faults = [{ kind = "camera-black", at = 2, until = 3, camera = "camera-2" }]
+[query]
+waypoints = [[1, 0], [4, 0]]
+[limits]
+steps = 100
+"""
+    with pytest.raises(ScenarioError, match="no stretch"):  # the query's waypoints are shorter than the reference's end
+        only_case(tmp_path, text)
+    reference, query = only_case(tmp_path, text.replace("[query]", "[query]\nstart = 0\nend = 3")).sources(7)
+    assert reference == Drive(
+        world="annex",
+        robot="robuter",
+        light="18:00",
+        change="few",
+        change_seed=3,
+        seed=7,
+        world_seed=2,
+        renderer=RendererKind.CLASSIC,
+        trigger=Trigger(0.5, math.pi / 2, 2.0),
+        style=OperatorStyle(strength=0.5),
+        cameras={"camera-1": "fire-i-wide"},
+        laser=RangeMode.METRES_8,
+        start=1.0,
+        end=9.0,
+        faults=(CameraBlack(2.0, 3.0, "camera-2"),),
+        patience=4.0,
+    )
+    assert isinstance(query, Drive)
+    assert (query.waypoints, query.start, query.end, query.faults) == (((1.0, 0.0), (4.0, 0.0)), 0.0, 3.0, ())
+    assert (query.trigger, query.patience, query.change) == (reference.trigger, 4.0, "few")
+
+
+def test_noise_on_a_log_s_odometry_differs_from_seed_to_seed_where_it_is_asked_for(tmp_path: Path) -> None:
+    case = only_case(tmp_path, HEAD + '[reference]\nlog = "a.log"\nodometry_noise = true\n[query]\nviews = "3:9"\n')
+    assert case.sources(7) == (Log("a.log", None, 0.0, 7), Log("a.log", "3:9", 0.0, 7 + QUERY_SEEDS))
+    case = only_case(tmp_path, HEAD + '[reference]\nlog = "a.log"\n[query]\n')
+    assert case.sources(7) == (Log("a.log"), Log("a.log"))
 
 
 def test_a_query_of_another_kind_takes_over_nothing(tmp_path: Path) -> None:
