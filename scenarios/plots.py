@@ -213,7 +213,7 @@ def posterior(
                 continue
             image = _draw_posterior(axes, comparison.beliefs[method], places)
             if path is not None:
-                _draw_truth(axes, comparison.query_views, path, wide, [one.first for one in incidents if one.carried])
+                draw_truth(axes, comparison.query_views, path, wide, [one.first for one in incidents if one.carried])
             for incident in incidents:
                 _edge(axes, incident)
             axes.set(title=method_label(method), xlim=(-1, len(comparison.query_views)), ylim=(-1, places * 1.05))
@@ -239,9 +239,7 @@ def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> objec
     return image
 
 
-def _draw_truth(
-    axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance, carried: Sequence[int]
-) -> None:
+def draw_truth(axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance, carried: Sequence[int]) -> None:
     """Two lines, the tolerance before and after the true position; broken off the map, and where a kidnap ended."""
     known = np.flatnonzero(np.isfinite(path.along))
     true = np.array([_true_along(view.truth, path, wide) for view in views])
@@ -475,18 +473,25 @@ def dial(found: Dial) -> Plot:
         looks = styles(found.shares)
         for number, (method, shares) in enumerate(found.shares.items()):
             colour, line, marker = looks[method]
-            value, low, high = 100 * shares.T
             # Side by side, or the intervals of equal shares would hide one another.
             there = at + spread * (number - (len(found.shares) - 1) / 2)
-            bars = np.nan_to_num(np.clip([value - low, high - value], 0, None))
-            axes.errorbar(
-                there, value, bars, color=colour, marker=marker, markersize=5, linewidth=1.3, elinewidth=0.8, capsize=2,
-                linestyle="none" if found.at is None else line, label=method_label(method),
-            )  # fmt: skip
+            style = colour, "none" if found.at is None else line, marker
+            draw_shares(axes, there, shares, style, method_label(method))
         axes.set_xticks(at, found.values, rotation=0 if len(found.values) <= 8 else 30)
         _grid(axes)
         figure.legend(loc="outside upper center", ncols=4)
         return Plot(_svg(figure))
+
+
+def draw_shares(axes: Axes, at: NDArray[np.float64], shares: NDArray[np.float64], style: Style, label: str) -> None:
+    """One method's shares [%] with their intervals; ``shares`` holds rows (value, low, high)."""
+    colour, line, marker = style
+    value, low, high = 100 * shares.T
+    bars = np.nan_to_num(np.clip([value - low, high - value], 0, None))
+    axes.errorbar(
+        at, value, bars, color=colour, marker=marker, markersize=5, linewidth=1.3, elinewidth=0.8, capsize=2,
+        linestyle=line, label=label,
+    )  # fmt: skip
 
 
 def _grid(*panels: Axes) -> None:

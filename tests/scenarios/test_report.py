@@ -17,7 +17,7 @@ from scenarios.errors import ScenarioError
 from scenarios.figures import figures, success_over_seeds
 from scenarios.incidents import incidents
 from scenarios.methods import METHODS
-from scenarios.plots import INK, draw_retrieval, errors, lost, plan, styles
+from scenarios.plots import INK, draw_retrieval, draw_shares, draw_truth, errors, lost, plan, styles
 from scenarios.report import write_report
 from scenarios.score import NARROW, WIDE, ReferencePath, pool, score
 from scenarios.section_tables import further_row
@@ -134,7 +134,7 @@ def test_same_input_gives_the_same_bytes(text: str, runs: list[Comparison], tmp_
 
 
 def test_full_size_report_stays_small(tmp_path: Path) -> None:
-    text = written(tmp_path, corridor_comparison(0), corridor_comparison(1, name="16:00 → late evening"))
+    text = written(tmp_path, corridor_comparison(0), corridor_comparison(1, count=COUNT, size=48, name="late evening"))
     assert len(text.encode()) < 4_000_000
     assert text.count("<h2>") == 2
 
@@ -246,6 +246,27 @@ def test_precision_and_recall_are_drawn_as_they_are_scored(runs: list[Comparison
     assert list(zip(recall[1:], precision[1:], strict=True)) == list(zip(curve.recall, curve.precision, strict=True))
     assert (end.get_xdata()[-1], end.get_ydata()[-1]) == (curve.recall[-1], curve.precision[-1])  # type: ignore[index]
     assert f"AUC {curve.auc:.3f}" in str(steps.get_label())
+
+
+def test_shares_are_drawn_with_their_intervals() -> None:
+    shares = np.array([[0.9, 0.6, 0.98], [0.1, 0.02, 0.4], [np.nan] * 3])
+    axes = Figure().add_subplot()
+    draw_shares(axes, np.arange(3.0), shares, ("#000000", "-", "o"), "m")
+    ((_, _, (bars,)),) = axes.containers  # type: ignore[misc]
+    assert [float(y) for segment in bars.get_segments()[:2] for _, y in segment] == pytest.approx([60, 98, 2, 40])
+
+
+def test_the_band_of_right_answers_is_broken_where_the_robot_was_carried(runs: list[Comparison]) -> None:
+    axes = Figure().add_subplot()
+    path = ReferencePath(runs[0].reference_views)
+    draw_truth(axes, runs[0].query_views, path, WIDE, [10])
+    for line in axes.lines:
+        x, y = (np.asarray(values, float) for values in line.get_data())
+        assert list(np.flatnonzero(np.isnan(x))) == [10]
+        assert np.isnan(y[10])
+        assert list(x[np.isfinite(x)]) == list(range(COUNT))
+    before, after = (line.get_ydata() for line in axes.lines)
+    assert (np.asarray(before)[[5, 20]] < np.asarray(after)[[5, 20]]).all()
 
 
 def test_faults_on_the_drive_are_marked(runs: list[Comparison]) -> None:

@@ -1,5 +1,6 @@
 import errno
 import json
+import math
 import re
 from dataclasses import replace
 from datetime import datetime
@@ -11,15 +12,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from junitparser import JUnitXml
 
+from refseq.logs import read_recording
 from scenarios.campaign.cases import Case
 from scenarios.campaign.judging import Judged
 from scenarios.campaign.outcomes import Outcome, Verdict
-from scenarios.campaign.result_file import CampaignRecord, read_result
+from scenarios.campaign.result_file import CampaignRecord, JudgementRecord, read_result
 from scenarios.campaign.results import Results, slugs
 from scenarios.campaign.sources import DATA
 from scenarios.campaign.store import Store
 from scenarios.errors import ScenarioError
 from scenarios.figures import figures_record
+from scenarios.page import picture
 from scenarios.score import WIDE, score
 from scenarios.worst import worst_failures
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
@@ -82,6 +85,8 @@ def test_result_file_tells_what_was_judged(done: Judged, filled: Path) -> None:
         assert tuple(kept.digests.values()) == done.digests[one.method]
         assert [cost.bytes_kept for cost in kept.costs.values()] == [cost.bytes_kept for cost in done.costs[one.method]]
     assert set(case.seeds) == {1, 2}
+    for seed, run in zip(case.seeds.values(), done.comparisons, strict=True):
+        assert (seed.learnt_views, seed.asked_views) == (len(run.reference_views), len(run.query_views))
     assert case.seeds[1].reference != case.seeds[2].reference  # another noise is another drive
     assert case.resolved["localise"]["sensors"] == ["forward", "laser"]
     assert "numpy" in record.versions
@@ -102,6 +107,12 @@ def test_what_is_no_result_is_told_in_one_line(tmp_path: Path, text: str | None,
     with pytest.raises(ScenarioError, match=told) as caught:
         read_result(tmp_path)
     assert "\n" not in str(caught.value)
+
+
+def test_a_way_that_never_ended_is_null() -> None:
+    record = JudgementRecord(text="to_lost <= 5 m", met=False, value=math.inf, bound=5.0, reason="")
+    assert (record.value, record.told) == (None, "it is without end; the bound is 5")
+    strict(record.model_dump_json())
 
 
 def test_result_of_another_form_is_refused(tmp_path: Path, filled: Path) -> None:
@@ -141,6 +152,11 @@ def test_frames_of_the_worst_failures_are_read_from_the_store(home: Path, done: 
     worst = worst_failures(done.comparisons, scores, "thesis/chain")
     assert shown == [f"forward, query view {failure.view}" for failure in worst]
     assert worst
+    # Query view, place answered, right place: each of its own drive.
+    reference, query = (read_recording(home / f"{name}.mcap").views for name in ("reference", "query"))
+    triples = [(query[one.view], reference[one.answer], reference[one.right]) for one in worst]
+    at_failures = [source for alt, source in page.pictures if not re.search("reference place", alt)]
+    assert at_failures == [picture(view.images["forward"]) for triple in triples for view in triple]
 
 
 def test_resolved_text_from_outside_is_escaped(filled: Path) -> None:
@@ -240,6 +256,19 @@ def test_failures_errors_and_what_is_skipped_are_told_apart(
     if not blocking and verdict is not Verdict.SKIPPED:
         assert str(test.result[0].message).startswith(f"not blocking, {expected}: ")
     assert (suite.failures, suite.errors, suite.skipped) == counts(path)[1:]
+
+
+def test_a_campaign_is_complete_when_all_cases_are_judged(
+    home: Path, done: Judged, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(DATA, str(home))
+    other = replace(done.case, name="other")
+    results = Results(tmp_path, [done.case, other], Store(home / "store"))
+    told = []
+    for case in (done.case, other):
+        results.add(replace(bare(done, Verdict.FAILED), case=case))
+        told.append((read_result(tmp_path).complete, outcomes(tmp_path / "junit.xml")["other: ran"]))
+    assert told == [(False, "error"), (True, "passed")]
 
 
 def test_what_is_not_judged_yet_is_an_error(
