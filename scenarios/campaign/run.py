@@ -49,26 +49,8 @@ class Watcher(Protocol):
         """Time goes by."""
 
 
-class Quiet:
+class Quiet(Watcher):
     """A watcher that says nothing."""
-
-    def planned(self, tasks: Sequence[Task], cases: Mapping[str, Sequence[Task]]) -> None:
-        """Nothing."""
-
-    def started(self, task: Task) -> None:
-        """Nothing."""
-
-    def ended(self, task: Task, outcome: Outcome) -> None:
-        """Nothing."""
-
-    def noted(self, line: str) -> None:
-        """Nothing."""
-
-    def judged(self, result: Judged) -> None:
-        """Nothing."""
-
-    def tick(self) -> None:
-        """Nothing."""
 
 
 Conclude = Callable[[Judged], None]

@@ -13,22 +13,9 @@ from refseq.view import Pose, View, after_motion
 from scenarios.baselines.single import SingleBest
 from scenarios.baselines.topological import TopologicalFilter, TopologicalSettings
 from scenarios.baselines.topometric import Steps, TopometricFilter, TopometricSettings
-from scenarios.baselines.vlad import Likeness
+from tests.scenarios.baselines.looks import Looks
 
 PLACES = 12
-
-
-class Looks:
-    """Stands for ``VladMap``: a view's number says which row of a table it looks like; none for a negative one."""
-
-    def __init__(self, table: np.ndarray) -> None:
-        self._table = table
-
-    def __len__(self) -> int:
-        return self._table.shape[1]
-
-    def compare(self, view: View) -> Likeness:
-        return Likeness(self._table[int(view.time)] if view.time >= 0 else None, 0.0, 0.0)
 
 
 def path(count: int = PLACES, spacing: float = 1.0) -> list[View]:

@@ -10,23 +10,10 @@ from hypothesis import strategies as st
 from refseq.belief import LOST, Belief
 from refseq.view import View
 from scenarios.baselines.sequence_graph import SequenceGraph, SequenceGraphSettings, cheapest_before
-from scenarios.baselines.vlad import Likeness
+from tests.scenarios.baselines.looks import Looks
 
 NEVER = SequenceGraphSettings(fan_out=1, hidden=5.0, window=9, lost_share=1.0)
 """Settings with which no way is begun anew."""
-
-
-class Looks:
-    """Stands for ``VladMap``: a view's time says which row of a table of cosines it looks like; none if negative."""
-
-    def __init__(self, table: np.ndarray) -> None:
-        self._table = table
-
-    def __len__(self) -> int:
-        return self._table.shape[1]
-
-    def compare(self, view: View) -> Likeness:
-        return Likeness(self._table[int(view.time)] if view.time >= 0 else None, 0.0, 0.0)
 
 
 def answers(table: np.ndarray, chosen: SequenceGraphSettings, times: list[int] | None = None) -> list[Belief]:
