@@ -50,7 +50,8 @@ class Store:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ScenarioError(f"{folder}: cannot hold what is kept: {error.strerror}") from error
+            reason = f"cannot hold what is kept: {error.strerror}"
+            raise ScenarioError(f"{folder}: {reason}; valid is a folder that can be written to") from error
 
     def path(self, key: str, ending: str) -> Path:
         """Where a key's file is, or will be."""

@@ -3,6 +3,7 @@
 import os
 import signal
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +11,14 @@ import pytest
 
 from scenarios.campaign import freight
 from scenarios.campaign.cases import Case, load
-from scenarios.campaign.freight import Order, Place, carry_out, here, order_for
+from scenarios.campaign.freight import Delivery, Order, Place, carry_out, here, order_for
 from scenarios.campaign.judging import Judged, tasks_of
-from scenarios.campaign.outcomes import Verdict
+from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.run import Quiet, run_campaign
-from scenarios.campaign.store import ANSWERS, RECORDING, Store
+from scenarios.campaign.store import ANSWERS, MAP, RECORDING, Store
 from scenarios.campaign.tasks import RecordTask, distinct, perform
 from scenarios.campaign.workers import Executor, LocalWorkers
+from sim.render import RendererKind
 from tests.scenarios.campaign.chores import Dying, Hanging, scenario_in
 
 # --- what goes with a task, carried out in this process in place of another machine ---
@@ -54,6 +56,8 @@ def test_a_task_goes_with_all_that_it_reads_and_comes_back_with_all_that_it_make
         assert delivery.outcome.good, delivery.outcome.reason
         for name, content in delivery.files.items():
             (elsewhere.folder / name).write_bytes(content)
+    again = [piece.path.suffix for piece in order_for(tasks[-1], elsewhere).pieces]
+    assert sorted(again) == [RECORDING, RECORDING, MAP]  # what was learnt before goes with who asks again
     names = {path.name for path in local.folder.iterdir()} - {".lock"}
     assert {path.name for path in elsewhere.folder.iterdir()} - {".lock"} == names
     for name in names:
@@ -103,11 +107,32 @@ def test_a_machine_that_would_make_something_else_is_refused(tmp_path: Path, oth
     assert not delivery.files
 
 
-def test_a_localiser_that_the_other_machine_does_not_have_is_told(tmp_path: Path) -> None:
+def test_only_pictures_depend_on_the_device(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(freight, "_carried_out", lambda *given: Delivery(Outcome(Verdict.PASSED), {}))
+    drive = tasks_of(load(scenario_in(tmp_path))[0])[1][0].needs[0].drive
+    place = replace(here(), device="another")
+    reasons = [
+        carry_out(Order(RecordTask(replace(drive, renderer=renderer), 60.0), place, {}, ())).outcome.reason
+        for renderer in RendererKind
+    ]
+    assert [f"Vulkan's device is {here().device} there and another here" in reason for reason in reasons] == [
+        renderer is RendererKind.FILAMENT for renderer in RendererKind
+    ]
+    assert [bool(reason) for reason in reasons].count(True) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("nowhere_to_be_found:Mine", "there is no module 'nowhere_to_be_found'"),
+        ("tests.scenarios.campaign.chores:Crashing", "the code of tests.scenarios.campaign.chores:Crashing differs"),
+    ],
+)
+def test_a_localiser_that_the_other_machine_does_not_have_is_told(tmp_path: Path, name: str, said: str) -> None:
     task = tasks_of(load(scenario_in(tmp_path))[0])[1][0]
-    delivery = carry_out(Order(task, here(), {"nowhere_to_be_found:Mine": "digest"}, ()))
+    delivery = carry_out(Order(task, here(), {name: "digest"}, ()))
     assert delivery.outcome.verdict is Verdict.ERROR
-    assert "nowhere_to_be_found" in delivery.outcome.reason
+    assert said in delivery.outcome.reason
 
 
 # --- two nodes ---

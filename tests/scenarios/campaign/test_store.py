@@ -144,5 +144,5 @@ def test_a_full_disk_is_told_and_nothing_stays_on_it(tmp_path: Path) -> None:
 
 def test_a_store_that_cannot_be_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
-    with pytest.raises(ScenarioError, match=r"file/store: cannot hold what is kept: Not a directory"):
+    with pytest.raises(ScenarioError, match=r"file/store: cannot hold what is kept: Not a directory; valid is "):
         Store(tmp_path / "file" / "store")
