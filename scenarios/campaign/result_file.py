@@ -207,10 +207,9 @@ def read_result(folder: Path) -> CampaignRecord:
     try:
         record = CampaignRecord.model_validate_json(text)
     except ValidationError as error:
-        where = ".".join(str(part) for part in error.errors()[0]["loc"])
-        raise ScenarioError(
-            f"{path}: is no result of a campaign: {where}: {error.errors()[0]['msg']}; valid is what a campaign wrote"
-        ) from error
+        first = error.errors()[0]
+        told = ": ".join(part for part in (".".join(map(str, first["loc"])), first["msg"]) if part)
+        raise ScenarioError(f"{path}: is no result of a campaign: {told}; valid is what a campaign wrote") from error
     if record.format != FORMAT:
         raise ScenarioError(f"{path}: has format {record.format}; this bench reads {FORMAT}")
     return record

@@ -104,6 +104,7 @@ def test_table_has_the_scorer_s_figures(text: str, runs: list[Comparison]) -> No
         assert row[4] == " / ".join(f"[{100 * end[0]:.1f}, {100 * end[1]:.1f}]" for end in ends if end)
         assert row[5] == str(wide.failures)
         assert row[6] == f"{np.nanmedian(np.abs(wide.errors)):.2f} m"
+        assert row[7] == f"{np.nanquantile(np.abs(wide.errors), 0.95):.2f} m"
 
 
 def test_what_was_driven_is_said(text: str) -> None:

@@ -99,7 +99,11 @@ def test_result_file_is_read_back_as_it_was_written(filled: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "told"),
-    [(None, "cannot be read"), ("{}", "is no result of a campaign"), ("no JSON", "is no result of a campaign")],
+    [
+        (None, "cannot be read"),
+        ("{}", "is no result of a campaign: started: Field required"),
+        ("no JSON", "is no result of a campaign: Invalid JSON"),
+    ],
 )
 def test_what_is_no_result_is_told_in_one_line(tmp_path: Path, text: str | None, told: str) -> None:
     if text is not None:
