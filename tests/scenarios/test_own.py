@@ -8,7 +8,7 @@ import pytest
 
 from refseq.belief import Belief, Timings
 from refseq.view import LASER, View
-from scenarios import own
+from scenarios import own, own_sources
 from scenarios.errors import ScenarioError
 from scenarios.methods import Learnt, check_methods, methods_named
 from scenarios.own import MisbehavedError, OwnLocaliser, check_own, own_digest
@@ -274,13 +274,30 @@ def test_a_digest_follows_a_package_with_relative_imports_and_data(here: Path) -
 def test_a_digest_follows_the_versions_of_what_is_imported(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written(here, "import numpy, scipy.stats, os\nclass Mine: pass")
     before = own_digest("mine:Mine")
-    from scenarios import own_sources
-
     true = own_sources.version
     monkeypatch.setattr(own_sources, "version", lambda name: "9.9" if name == "scipy" else true(name))
     assert own_digest("mine:Mine") != before
     monkeypatch.setattr(own_sources, "version", lambda name: "9.9" if name == "pyarrow" else true(name))
     assert own_digest("mine:Mine") == before
+
+
+def test_a_digest_follows_what_of_the_bench_one_would_build_on(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(own_sources, "FROM_BENCH", "parts")
+    written(here, "", "parts/vlad.py")
+    written(here, "from scenarios.baselines.vlad import VladMap\nclass Mine: pass")
+    assert changed_digest(here, "mine:Mine", "parts/vlad.py", "# changed")
+    written(here, "class Mine: pass")
+    assert not changed_digest(here, "mine:Mine", "parts/vlad.py", "# changed again")
+
+
+def test_a_digest_follows_the_files_of_a_localiser_that_is_installed(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that is being written is often installed once, to be edited in its place: its version stays."""
+    monkeypatch.setattr(own_sources, "_distributions", lambda: {"mine": ["mine"]})
+    monkeypatch.setattr(own_sources, "version", lambda name: "1.0")
+    written(here, "class Mine: pass")
+    assert changed_digest(here, "mine:Mine", "mine.py", "class Mine: pass  # changed")
 
 
 def test_sensors_of_the_corridor_are_what_the_tests_above_count_on(views: list[View]) -> None:
