@@ -4,6 +4,7 @@ import io
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 import matplotlib as mpl
@@ -11,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -79,21 +81,30 @@ STRIP = 4.0
 SURROUNDINGS = 6.0
 """How much of a world is drawn around the drives [m]."""
 
-_STYLE = {
-    "svg.fonttype": "none",
-    "svg.hashsalt": "refseq",
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial", "sans-serif"],
-    "font.size": 9,
-    "axes.titlesize": 10,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "legend.frameon": False,
-    "figure.facecolor": "none",
-    "axes.facecolor": "none",
-    "savefig.facecolor": "none",
-    **dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color"), INK),
-}
+
+def _style() -> AbstractContextManager[None]:
+    """How all plots look, for as long as one is drawn."""
+    return mpl.rc_context(
+        {
+            "svg.fonttype": "none",
+            "svg.hashsalt": "refseq",
+            "font.family": "sans-serif",
+            "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial", "sans-serif"],
+            "font.size": 9,
+            "axes.titlesize": 10,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "legend.frameon": False,
+            "figure.facecolor": "none",
+            "axes.facecolor": "none",
+            "savefig.facecolor": "none",
+            "text.color": INK,
+            "axes.edgecolor": INK,
+            "axes.labelcolor": INK,
+            "xtick.color": INK,
+            "ytick.color": INK,
+        }
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +123,7 @@ def plan(
     low, high = _around(lines, outline)
     width, height = np.maximum(high - low, 1.0)
     stretched = not 1 / STRIP < width / height < STRIP
-    with mpl.rc_context(_STYLE):
+    with _style():
         figure = Figure(
             figsize=(10, 2.9 if stretched else float(np.clip(9 * height / width, 3, 9))), layout="constrained"
         )
@@ -204,7 +215,7 @@ def posterior(
     methods, places = list(comparison.beliefs), len(comparison.reference_views)
     columns = min(PANELS, len(methods))
     rows = math.ceil(len(methods) / columns)
-    with mpl.rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(10, rows * 11 / max(columns, 2) + 0.6), layout="constrained")
         panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for axes, method in itertools.zip_longest(panels.flat, methods):
@@ -230,7 +241,7 @@ def posterior(
         return Plot(_svg(figure))
 
 
-def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> object:
+def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> AxesImage:
     shares = np.stack([belief.places for belief in beliefs], axis=1)
     norm = PowerNorm(0.5, 0, 1)
     image = axes.imshow(shares, norm=norm, cmap="magma", origin="lower", aspect="auto", interpolation="none")
@@ -276,7 +287,7 @@ def lost(
     comparison: Comparison, path: ReferencePath | None, wide: Tolerance, incidents: Sequence[Incident] = ()
 ) -> Plot:
     """Probability of being lost, and entropy of the places, over the views."""
-    with mpl.rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(10, 4.2), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True)
         looks = styles(comparison.beliefs)
@@ -323,16 +334,14 @@ def errors(
 ) -> Plot:
     """Absolute error along the path of every answer given, over the true position."""
     true = np.array([_true_along(view.truth, path, tolerances[0]) for view in comparison.query_views])
-    with mpl.rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(10, 3.4), layout="constrained")
         axes = figure.add_subplot(
             xlabel="true position along the reference path [m]", ylabel="error along the path [m]"
         )
         looks = styles(scores)
         for method, score in scores.items():
-            colour, _, marker = looks[method]
-            style = {"color": colour, "markersize": 4, "markerfacecolor": "none", "label": method_label(method)}
-            axes.plot(true, np.abs(score.errors), marker, **style)
+            _draw_errors(axes, true, score, looks[method], method_label(method))
         _error_axis(axes, scores, tolerances)
         _shade_positions(axes, true, incidents)
         figure.legend(loc="outside upper center", ncols=3)
@@ -352,7 +361,7 @@ def reliability(scores: Mapping[str, Score]) -> Plot:
     looks = styles(scores)
     # P(lost) can be judged only by drives that leave the map.
     leaves = any(score.off_map.any() for score in scores.values())
-    with mpl.rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(10, 4.9), layout="constrained")
         panels = figure.subplots(2, 2, sharex=True, height_ratios=(3, 1), squeeze=False)
         for column, title in enumerate(("top place: is it the nearest one?", "P(lost): is it off the map?")):
@@ -385,19 +394,23 @@ def _draw_reliability(shares: Axes, counts: Axes, found: Reliability, style: Sty
 
 def certainty(comparison: Comparison, scores: Mapping[str, Score], tolerances: Sequence[Tolerance]) -> Plot:
     """Absolute error along the path of every answer given, over the entropy of its belief."""
-    with mpl.rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(10, 3.4), layout="constrained")
         axes = figure.add_subplot(xlabel="entropy of the places [nats]", ylabel="error along the path [m]")
         looks = styles(scores)
         for method, score in scores.items():
-            colour, _, marker = looks[method]
-            entropies = [belief.entropy for belief in comparison.beliefs[method]]
-            style = {"color": colour, "markersize": 4, "markerfacecolor": "none", "label": method_label(method)}
-            axes.plot(entropies, np.abs(score.errors), marker, **style)
+            entropies = np.array([belief.entropy for belief in comparison.beliefs[method]])
+            _draw_errors(axes, entropies, score, looks[method], method_label(method))
         _error_axis(axes, scores, tolerances)
         axes.set_xlim(left=-0.05)
         figure.legend(loc="outside upper center", ncols=3)
         return Plot(_svg(figure))
+
+
+def _draw_errors(axes: Axes, over: NDArray[np.float64], score: Score, style: Style, label: str) -> None:
+    """A mark for every answer given: its absolute error, over what is given for each view, (M,)."""
+    colour, _, marker = style
+    axes.plot(over, np.abs(score.errors), marker, color=colour, markersize=4, markerfacecolor="none", label=label)
 
 
 def _error_axis(axes: Axes, scores: Mapping[str, Score], tolerances: Sequence[Tolerance]) -> None:
@@ -428,7 +441,7 @@ def _positions(views: Sequence[View]) -> NDArray[np.float64]:
 def retrieval(scores: Mapping[str, Score]) -> Plot:
     """Precision over recall of each method's answers, from the surest on."""
     curves = {method: score.retrieval for method, score in scores.items()}
-    with mpl.rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(10, 4.4), layout="constrained")
         axes = figure.add_subplot(xlabel="recall", ylabel="precision", xlim=(-0.01, 1.01), ylim=(0, 1.03))
         looks = styles(scores)
@@ -467,7 +480,7 @@ def dial(found: Dial) -> Plot:
     """Success over what is varied, with 95 % intervals, a line a method."""
     at = np.arange(len(found.values), dtype=float) if found.at is None else np.array(found.at, dtype=float)
     spread = 0.012 * max(float(np.ptp(at)), 1e-9)
-    with mpl.rc_context(_STYLE):
+    with _style():
         figure = Figure(figsize=(10, 4.2), layout="constrained")
         axes = figure.add_subplot(xlabel=found.key, ylabel="success [%]", ylim=(-3, 103))
         looks = styles(found.shares)
