@@ -265,7 +265,7 @@ except LogError as error:
 
 def test_a_disk_that_is_full_is_told_and_leaves_what_could_be_written(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
-    # A process that may write no file of more than 100 kB stands for the disk: it is told the same, later, by the system.
+    # A process that may write no file of more than 100 kB stands for the disk: the system tells it the same.
     told = subprocess.run([sys.executable, "-c", FULL, path], capture_output=True, text=True, check=True)
     assert told.stdout.startswith(f"{path}: cannot be written (is the disk full?): ")
     assert told.stdout.count("\n") == 1

@@ -185,7 +185,7 @@ def conducted(cases: list[Case], executor: Executor, store: Store, watcher: Quie
 
 
 class Saboteur(Quiet):
-    """Kills a node once a third of all is done, when both nodes have been at work for a while."""
+    """Kills a node once a third of all is done, when both nodes have been at work for a tick."""
 
     def __init__(self, nodes: Nodes) -> None:
         self._nodes, self._running, self._ended, self._busy = nodes, 0, 0, 0
@@ -201,7 +201,7 @@ class Saboteur(Quiet):
 
     def tick(self) -> None:
         self._busy = self._busy + 1 if self._running == 2 else 0
-        if not self.killed_after and self._ended >= 6 and self._busy >= 3:
+        if not self.killed_after and self._ended >= 6 and self._busy >= 1:
             self.killed_after = self._ended
             self._nodes.kill_one()
 

@@ -10,17 +10,16 @@ from collections.abc import Iterator
 from concurrent.futures import TimeoutError as OutOfTime
 from pathlib import Path
 
-import numpy as np
 import pytest
 from pebble import ProcessExpired
 
-from scenarios.campaign.calm import tidily
 from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.sources import DATA, Log
 from scenarios.campaign.store import ANSWERS, Store
 from scenarios.campaign.tasks import AnswerTask
 from scenarios.campaign.workers import LocalWorkers, Processes, broken
 from tests.scenarios.campaign.chores import Chore
+from tests.scenarios.campaign.litter import litter, resident
 from tests.scenarios.campaign.made import write_logs
 
 LOG = Log("any.log")
@@ -76,19 +75,10 @@ def test_what_is_asked_of_processes_that_were_let_go_is_told() -> None:
 
 
 def test_memory_that_nothing_holds_is_given_back() -> None:
-    before = resident()
-    pin = tidily(litter)
-    assert resident() < before + 60e6
-    assert pin.size
-
-
-def litter() -> "np.ndarray[tuple[int], np.dtype[np.uint8]]":
-    """Take 200 MB in pieces, and leave the last one in the way of what would be given back by itself."""
-    return [np.ones(20_000, np.uint8) for _ in range(10_000)][-1]
-
-
-def resident() -> int:
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    processes = Processes(1)
+    before, _, after = (processes.call(kind, None, each) for each in (resident, litter, resident))
+    assert after.result(60) < before.result(60) + 60e6
+    processes.close(at_once=True)
 
 
 def test_they_die_with_their_master(tmp_path: Path) -> None:
