@@ -58,9 +58,10 @@ def shared_methods(comparisons: Sequence[Comparison]) -> list[str]:
 def single_view_of(method: str) -> str | None:
     """The method that answers each view for itself where this one uses their order; ``None`` for one that does not.
 
-    A stage's is the stage ``uniform``, that of ``profile/stage`` is ``profile/uniform``; baselines stand alone.
+    A stage's is the stage ``uniform``, that of ``profile/stage`` and of ``profile/hindsight`` is ``profile/uniform``;
+    baselines stand alone.
     """
     profile, stroke, stage = method.rpartition("/")
-    if stage not in set(Stage) or stage == Stage.UNIFORM:
+    if stage not in {*Stage, "hindsight"} or stage == Stage.UNIFORM:
         return None
     return f"{profile}{stroke}{Stage.UNIFORM}"

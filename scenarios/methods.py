@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from refseq.belief import Belief, Localiser, Stage
-from refseq.localiser import localise
+from refseq.localiser import localise, smoothed
 from refseq.profile import PROFILES
 from refseq.view import View
 from scenarios.baselines import BASELINES, Reference, Shelf, learnt_anew
@@ -14,6 +14,10 @@ STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
 """Our own localiser's names: a profile and a stage, with a stroke between."""
 
 METHODS = (*STAGED, *BASELINES)
+
+HINDSIGHT = tuple(f"{profile}/hindsight" for profile in PROFILES)
+"""The chain's answers in the light of the whole drive. No robot could have known them on its way: they are in no group,
+and are asked for and scored by this name only."""
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     **{profile: tuple(f"{profile}/{stage}" for stage in Stage) for profile in PROFILES},
@@ -47,8 +51,8 @@ def check_methods(names: Iterable[str]) -> None:
     for name in names:
         if is_own(name):
             check_own(name)
-        elif name not in METHODS:
-            valid = ", ".join((*METHODS, *GROUPS, *installed()))
+        elif name not in (*METHODS, *HINDSIGHT):
+            valid = ", ".join((*METHODS, *GROUPS, *HINDSIGHT, *installed()))
             raise ScenarioError(f"method {name!r} is unknown; valid are {valid}, package.module:Class")
 
 
@@ -68,8 +72,7 @@ class Learnt:
     """Several methods that have learnt the same reference views.
 
     ``sequences`` are the maps of our own localiser by profile, from the ``shelf``, ``localisers`` all other methods by
-    name. Raises
-    ``MisbehavedError`` where a user's localiser fails.
+    name. Raises ``MisbehavedError`` where a user's localiser fails.
     """
 
     def __init__(
@@ -77,12 +80,13 @@ class Learnt:
     ) -> None:
         self._methods, self._seed = methods, seed
         drive = Reference(reference, shelf)
-        profiles = dict.fromkeys(name.split("/")[0] for name in methods if name in STAGED)
+        ours = [name for name in methods if name in (*STAGED, *HINDSIGHT)]
+        profiles = dict.fromkeys(name.split("/")[0] for name in ours)
         self.sequences = {profile: drive.sequence(profile) for profile in profiles}
         self.localisers: dict[str, Localiser] = {
             name: OwnLocaliser(name, reference) if is_own(name) else BASELINES[name](drive)
             for name in methods
-            if name not in STAGED
+            if name not in ours
         }
 
     def answers(self, query: Sequence[View]) -> dict[str, list[Belief]]:
@@ -92,6 +96,8 @@ class Learnt:
             stages = [stage for stage in Stage if f"{profile}/{stage}" in self._methods]
             beliefs = localise(sequence, query, stages=stages, seed=self._seed)
             found |= {f"{profile}/{stage}": beliefs[stage] for stage in stages}
+            if (hindsight := f"{profile}/hindsight") in self._methods:
+                found[hindsight] = smoothed(sequence, query, seed=self._seed)
         return {name: found[name] for name in self._methods}
 
 

@@ -44,6 +44,20 @@ def test_answers_are_those_of_each_method_alone(drives: tuple[list[View], list[V
         assert same(found[name], [localiser.update(view) for view in query])
 
 
+def test_hindsight_is_asked_for_by_its_name_only_and_knows_what_came_after(
+    drives: tuple[list[View], list[View]],
+) -> None:
+    reference, query = drives
+    assert not any("hindsight" in name for name in methods_named(["thesis", "best", "baselines"]))
+    found = answers(("best/hindsight", "best/chain"), reference, query)
+    assert tuple(found) == ("best/hindsight", "best/chain")
+    assert same(found["best/hindsight"][-1:], found["best/chain"][-1:]), "after the last view there is nothing to know"
+    assert not same(found["best/hindsight"][:-1], found["best/chain"][:-1])
+    cut = answers(("best/hindsight", "best/chain"), reference, query[:4])
+    assert same(cut["best/chain"], found["best/chain"][:4])
+    assert not same(cut["best/hindsight"], found["best/hindsight"][:4])
+
+
 class Counting:
     """Anybody's localiser: it answers how many views it has seen."""
 
