@@ -47,6 +47,8 @@ COSTS = {
     "jinja2": "no report page",
     "matplotlib": "no plots in the report",
     "packaging": "no doctor: versions cannot be compared",
+    "pebble": "no campaigns: scenarios have no processes to run in",
+    "junitparser": "no JUnit XML for a CI server; campaigns cannot be run",
 }
 
 
