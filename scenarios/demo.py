@@ -12,12 +12,9 @@ from refseq.viewer import write_recording
 from scenarios.comparison import Comparison
 from scenarios.evaluate import compare
 from scenarios.outline import outline_of
-from scenarios.record import Drive, Progress, record
+from scenarios.record import QUERY_SEEDS, Drive, Progress, record
 from scenarios.report import write_report
 from worlds.plan import load_plan
-
-QUERY_SEEDS = 1000
-"""Added to a reference drive's seed for the query drives: never the same drive twice."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,8 @@ from worlds.light import light_named
 from worlds.plan import load_plan
 from worlds.schema import FloorPlan
 
+QUERY_SEEDS = 1000
+"""Added to a reference drive's seed for the query drives: never the same drive twice."""
 OWN_ROUTE = "own"
 """Name of the route that a drive brings itself."""
 

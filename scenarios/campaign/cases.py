@@ -16,12 +16,12 @@ from robots.errors import RobotsError
 from scenarios.campaign.drivable import check_drive, named
 from scenarios.campaign.expect import Expectation, parse
 from scenarios.campaign.mistakes import first_mistake
-from scenarios.campaign.schema import QUERY_SEEDS, DriveTable, LogTable, Scenario, SourceTable, kind_of
+from scenarios.campaign.schema import DriveTable, LogTable, Scenario, SourceTable, kind_of
 from scenarios.campaign.sources import Images, Log, Source
 from scenarios.campaign.vary import Values, put, variations
 from scenarios.errors import ScenarioError
 from scenarios.methods import check_methods
-from scenarios.record import Drive
+from scenarios.record import QUERY_SEEDS, Drive
 from sim.bench import CONTROL_PERIOD
 from sim.errors import SimError
 from sim.laser import RangeMode

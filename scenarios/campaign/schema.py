@@ -14,9 +14,6 @@ from scenarios.methods import written_out
 from sim.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
 from sim.render import RendererKind
 
-QUERY_SEEDS = 1000
-"""Added to a seed for the query drive: never the same drive twice."""
-
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Finite, Field(gt=0)]
 NotNegative = Annotated[Finite, Field(ge=0)]

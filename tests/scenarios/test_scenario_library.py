@@ -15,12 +15,12 @@ from scenarios.campaign.cases import LIBRARY, Case, find, load, names
 from scenarios.campaign.drivable import check_route
 from scenarios.campaign.outcomes import Verdict
 from scenarios.campaign.run import Quiet, run_campaign
-from scenarios.campaign.schema import QUERY_SEEDS, DriveTable
+from scenarios.campaign.schema import DriveTable
 from scenarios.campaign.sources import DATA, Log, real_path
 from scenarios.campaign.store import Store
 from scenarios.campaign.workers import LocalWorkers
 from scenarios.inputs import stretch
-from scenarios.record import Drive, driven, plan_of
+from scenarios.record import QUERY_SEEDS, Drive, driven, plan_of
 from scenarios.score import WIDE
 from scenarios.worlds import robot_boxes
 from sim.drivers import vulkan_device

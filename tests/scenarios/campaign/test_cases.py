@@ -15,10 +15,10 @@ from scenarios.campaign.cases import Case, find, load
 from scenarios.campaign.drivable import check_route
 from scenarios.campaign.expected import FIGURES
 from scenarios.campaign.judging import tasks_of
-from scenarios.campaign.schema import QUERY_SEEDS, Scenario
+from scenarios.campaign.schema import Scenario
 from scenarios.campaign.sources import AbsentError, Images, Log
 from scenarios.errors import ScenarioError
-from scenarios.record import Drive
+from scenarios.record import QUERY_SEEDS, Drive
 from sim.faults import CameraBlack
 from sim.laser import RangeMode
 from sim.operator import OperatorStyle
