@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 
 from refseq.belief import Stage
 from scenarios import plots
-from scenarios.campaign.cost import Cost
 from scenarios.comparison import Comparison, method_label, shared_methods
+from scenarios.cost import Cost
 from scenarios.drawn import drawn
 from scenarios.figures import Figures, figures
 from scenarios.incidents import incidents

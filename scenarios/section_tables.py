@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from scenarios.campaign.cost import Cost
 from scenarios.comparison import Comparison, method_label
+from scenarios.cost import Cost
 from scenarios.figures import NONE, STEPS, Figures, figures_record, step_times, success_over_seeds
 from scenarios.outcome import Outcome
 from scenarios.page import duration_text, metres, number, share_text, size_text, ways

@@ -23,8 +23,17 @@ from scenarios.record import Drive
 from sim.drivers import vulkan_device
 from sim.render import RendererKind
 
-SOURCES = ("refseq", "worlds", "robots", "sim", "scenarios.baselines", "scenarios.methods", "scenarios.record")
-CARRIERS = ("freight", "tasks", "sources", "store", "keys", "cost", "outcomes", "workers", "calm")
+SOURCES = (
+    "refseq",
+    "worlds",
+    "robots",
+    "sim",
+    "scenarios.baselines",
+    "scenarios.methods",
+    "scenarios.record",
+    "scenarios.cost",
+)
+CARRIERS = ("freight", "tasks", "sources", "store", "keys", "outcomes", "workers", "calm")
 PACKAGES = ("mujoco", "numpy", "scipy", "opencv-python-headless", "faiss-cpu", "astral", "foxglove-sdk", "pyarrow")
 KEPT, REAL, FILE = "kept", "real", "file"
 """Where a piece of freight belongs: into the store, the folder of real recordings, or anywhere as a file by itself."""

@@ -11,12 +11,12 @@ import numpy as np
 from refseq.belief import Belief
 from refseq.view import View
 from scenarios.campaign.cases import Case
-from scenarios.campaign.cost import Cost
 from scenarios.campaign.expect import Judgement, judge
 from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.store import Store
 from scenarios.campaign.tasks import AnswerTask, answers_of, asked_views, learnt_views
 from scenarios.comparison import Comparison
+from scenarios.cost import Cost
 from scenarios.figures import Figures, figures
 from scenarios.methods import family
 from scenarios.score import Tolerance

@@ -53,19 +53,19 @@ def sources_digest(modules: Sequence[str]) -> str:
     """Digest of all files of some modules and packages: code, models, tables, textures."""
     digest = hashlib.sha256()
     for module in modules:
-        for file in _files(module):
-            digest.update(f"{module}/{file.name}\n".encode())
+        for name, file in _files(module).items():
+            digest.update(f"{module}/{name}\n".encode())
             digest.update(file.read_bytes())
     return digest.hexdigest()[:LENGTH]
 
 
-def _files(module: str) -> list[Path]:
-    """The files of a module, or of a package and the packages in it, in an order that is the same everywhere."""
+def _files(module: str) -> dict[str, Path]:
+    """The files of a module, or of a package and all below it, by where they lie in it, in the order of that."""
     file = Path(str(import_module(module).__file__))
     if file.name != "__init__.py":
-        return [file]
+        return {file.name: file}
     inside = (path for path in file.parent.rglob("*") if path.is_file() and "__pycache__" not in path.parts)
-    return sorted(inside, key=lambda path: path.relative_to(file.parent).as_posix())
+    return dict(sorted((path.relative_to(file.parent).as_posix(), path) for path in inside))
 
 
 @cache

@@ -10,7 +10,6 @@ import time
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from threading import Lock
 
 from refseq.files import replace_text
 from scenarios.campaign.case_page import case_page
@@ -39,7 +38,6 @@ class Results:
 
     def __init__(self, folder: Path, cases: Sequence[Case], store: Store) -> None:
         self.folder, self._store, self._begin = folder, store, time.monotonic()
-        self._alone = Lock()
         self._slugs = slugs(case.name for case in cases)
         self._dials: dict[str, DialShown | None] = {}
         self._record = CampaignRecord(
@@ -55,11 +53,6 @@ class Results:
 
     def add(self, result: Judged) -> None:
         """Write the page of a case that was judged, and the campaign's files anew."""
-        # Cases may be judged in several threads, and matplotlib draws in one at a time.
-        with self._alone:
-            self._add(result)
-
-    def _add(self, result: Judged) -> None:
         page = Path(self._slugs[result.case.name]) / PAGE
         record = case_record(result, page.as_posix())
         path, text = self.folder / page, case_page(result, record, self._record, self._store)

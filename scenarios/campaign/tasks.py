@@ -23,14 +23,13 @@ from refseq.logs import Recording
 from refseq.mapfile import load_map, save_map
 from refseq.profile import PROFILES
 from refseq.sequence import ReferenceSequence
-from refseq.view import View
 from robots.errors import RobotsError
 from scenarios.baselines import BASELINES, Shelf
-from scenarios.campaign.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from scenarios.campaign.keys import key_of, packages, recording_key, sources_digest
 from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.sources import AbsentError, Source, only, read_views, source_key
 from scenarios.campaign.store import ANSWERS, MAP, RECORDING, DamagedError, Store
+from scenarios.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from scenarios.errors import ScenarioError
 from scenarios.inputs import stretch
 from scenarios.methods import Learnt
@@ -147,7 +146,7 @@ class AnswerTask:
         begin = time.perf_counter()
         learnt = Learnt(self.methods, reference.views, seed=self.seed, shelf=self._shelf(store))
         middle = time.perf_counter()
-        blind = [View(v.time, v.images, v.scan, v.distance, v.turn) for v in query.views]
+        blind = [replace(view, truth=None) for view in query.views]
         beliefs = learnt.answers(blind)
         cost = Cost(
             learn_s=_learning(learnt, middle - begin),

@@ -3,7 +3,7 @@ import pytest
 
 from refseq.belief import Stage
 from refseq.view import Scan
-from scenarios.campaign.cost import Cost
+from scenarios.cost import Cost
 from scenarios.page import SCAN_REACH, duration_text, scan_outline, size_text
 from scenarios.section_tables import cost_table
 from tests.support import corridor_comparison

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from scenarios.campaign.cost import CLEAR, STATUS, bytes_kept, forget_peak, peak_bytes
+from scenarios.cost import CLEAR, STATUS, bytes_kept, forget_peak, peak_bytes
 
 SMALL = 1000
 """What the objects around an array may take."""
