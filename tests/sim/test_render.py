@@ -163,6 +163,26 @@ def test_frames_repeat_bit_by_bit_in_any_order_of_sizes(many: int, monkeypatch: 
 
 
 @needs_vulkan
+def test_what_is_equally_near_looks_alike_in_every_context() -> None:
+    spec = mujoco.MjSpec()
+    for number in range(48):  # twelve piles of four boxes in the same place
+        spec.add_material(name=f"glow-{number}", rgba=[1, 1, 1, 1], emission=number + 1.0)
+        place = [0.4 * (number % 12 % 4) - 0.6, 0.4 * (number % 12 // 4) - 0.4, 0.0]
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.1] * 3, pos=place, material=f"glow-{number}")
+    spec.worldbody.add_camera(name="down", pos=[0, 0, 3], fovy=40)
+    prepare_spec(spec)
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    pictures = []
+    for _ in range(6):
+        with open_renderer("filament", model) as renderer:
+            pictures.append(renderer.radiance(data, "down", 64, 48))
+    assert len(np.unique(pictures[0])) == 13  # a box of each pile, and the dark between them
+    assert all(np.array_equal(picture, pictures[0]) for picture in pictures[1:])
+
+
+@needs_vulkan
 def test_a_moved_body_is_drawn_where_it_is_and_the_model_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sim.render.MANY_LAMPS", 1)
     model, data = shadowed_scene()
