@@ -16,6 +16,7 @@ from sim.figures import TABLE
 from sim.hardware import SIDES
 
 if TYPE_CHECKING:
+    from robots import Robot
     from sim.bench import Bench
     from sim.operator import Operator
 
@@ -124,7 +125,7 @@ class Agenda:
 
     def __init__(self, faults: Sequence[Fault], bench: "Bench", operator: "Operator") -> None:
         for fault in faults:
-            _check(fault, bench, operator.length)
+            check_fault(fault, bench.robot, operator.length)
         self._bench, self._operator = bench, operator
         self._coming = sorted(faults, key=lambda fault: fault.at)
         self._running: list[tuple[Lasting, float]] = []
@@ -162,14 +163,17 @@ def _within(fault: Fault, kidnap: Kidnap) -> bool:
     return kidnap.at <= fault.at < kidnap.to and end <= kidnap.to
 
 
-def _check(fault: Fault, bench: "Bench", length: float) -> None:
+def check_fault(fault: Fault, robot: "Robot", length: float) -> None:
+    """Raise ``SimError`` for a fault that a drive of ``length`` [m] by this robot cannot have."""
     for field in fields(fault):
         if field.name in ("at", "to", "until") and getattr(fault, field.name) > length:
-            far = getattr(fault, field.name)
-            raise SimError(f"fault {fault.kind}: {field.name} = {far} m is beyond the route's end at {length:.1f} m")
-    if isinstance(fault, CameraBlack) and fault.camera not in bench.robot.cameras:
-        valid = ", ".join(bench.robot.cameras)
-        raise SimError(f"fault {fault.kind}: camera '{fault.camera}' is not on {bench.robot.name}; valid are {valid}")
+            raise SimError(
+                f"fault {fault.kind}: {field.name} = {getattr(fault, field.name):g} m is beyond the end of what is "
+                f"driven; valid is 0 to {length:.1f} m"
+            )
+    if isinstance(fault, CameraBlack) and fault.camera not in robot.cameras:
+        valid = ", ".join(robot.cameras)
+        raise SimError(f"fault {fault.kind}: camera '{fault.camera}' is not on {robot.name}; valid are {valid}")
 
 
 def _require_ways(kind: str, **ways: float) -> None:

@@ -10,13 +10,12 @@ import numpy as np
 
 import robots
 from refseq.view import LASER
-from robots import Robot
 from robots.errors import RobotsError
 from scenarios.errors import ScenarioError
 from scenarios.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
 from sim.cameras import load_camera
 from sim.errors import SimError
-from sim.faults import CameraBlack
+from sim.faults import check_fault
 from sim.operator import Operator
 from sim.render import RendererKind
 from worlds.errors import WorldsError
@@ -47,7 +46,9 @@ def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
     for camera, model in drive.cameras.items():
         check_sensors((camera,), robot)
         load_camera(model)
-    check_faults(drive, robot, check_route(drive))
+    length = check_route(drive)
+    for fault in drive.faults:
+        check_fault(fault, robot, length)
 
 
 def check_route(drive: Drive) -> float:
@@ -91,17 +92,3 @@ def _length(asked: _Route) -> float:
         raise ScenarioError(f"unknown route {name!r} in world {plan.name!r}: valid are {', '.join(plan.routes)}")
     route = driven(np.array(plan.routes[name]), drive)
     return Operator(route, drive.style, np.random.default_rng(0)).length
-
-
-def check_faults(drive: Drive, robot: Robot, length: float) -> None:
-    """Raise ``ScenarioError`` for a fault that a drive of ``length`` [m] by this robot cannot have."""
-    for fault in drive.faults:
-        for key in ("at", "to", "until"):
-            if getattr(fault, key, 0.0) > length:
-                raise ScenarioError(
-                    f"fault {fault.kind}: {key} = {getattr(fault, key):g} m is beyond the end of what is driven; valid "
-                    f"is 0 to {length:.1f} m"
-                )
-        if isinstance(fault, CameraBlack):
-            with named(f"fault {fault.kind}"):
-                check_sensors((fault.camera,), robot)

@@ -16,6 +16,7 @@ from types import MappingProxyType
 
 from refseq.belief import Stage
 from scenarios.campaign.expected import FIGURES, Unit
+from scenarios.campaign.result_file import JudgementRecord
 from scenarios.errors import ScenarioError
 from scenarios.figures import Figures
 
@@ -54,17 +55,6 @@ class Expectation:
         """The methods that it names."""
         terms = [self.left, *([self.right] if isinstance(self.right, Term) else [])]
         return tuple(term.method for term in terms if term.method is not None)
-
-
-@dataclass(frozen=True, slots=True)
-class Judgement:
-    """An expectation, the figures that decided, and whether it was met; None: it could not be judged, for a reason."""
-
-    text: str
-    met: bool | None
-    value: float = math.nan
-    bound: float = math.nan
-    reason: str = ""
 
 
 _NAME = r"[a-z_0-9]+"
@@ -156,21 +146,25 @@ def about(expectation: Expectation, method: str) -> Expectation:
     return changed if changed == expectation else replace(changed, text=told(changed))
 
 
-def judge(expectation: Expectation, found: Mapping[str, Figures], judged: str, seeds: int) -> Judgement:
+def judge(expectation: Expectation, found: Mapping[str, Figures], judged: str, seeds: int) -> JudgementRecord:
     """Decide by the figures of each method, which are pooled over so many seeds."""
+    text = expectation.text
     if seeds < expectation.seeds:
-        return Judgement(expectation.text, None, reason=f"{seeds} of {expectation.seeds} seeds were run")
+        return JudgementRecord(text=text, met=None, reason=f"{seeds} of {expectation.seeds} seeds were run")
     whole = about(expectation, judged)
     away = [name for name in whole.methods if name not in found]
     if away:
-        return Judgement(expectation.text, None, reason=f"{away[0]} has no answers")
+        return JudgementRecord(text=text, met=None, reason=f"{away[0]} has no answers")
     value = _value(whole.left, found)
     right = whole.right
     bound = _value(right, found) if isinstance(right, Term) else right
     if math.isnan(value) or math.isnan(bound):
         # What cannot be told was not reached: no view off the map, say, and so no P(lost) to judge.
-        return Judgement(expectation.text, False, value, bound, "there is no such figure: nothing to take it from")
-    return Judgement(expectation.text, OPERATORS[expectation.relation](value, bound), value, bound)
+        nothing = "there is no such figure: nothing to take it from"
+        return JudgementRecord(text=text, met=False, value=value, bound=bound, reason=nothing)
+    met = OPERATORS[expectation.relation](value, bound)
+    unit = FIGURES[whole.left.figure].unit
+    return JudgementRecord(text=text, met=met, value=value, bound=bound, unit="" if unit is Unit.NONE else unit.value)
 
 
 def _value(term: Term, found: Mapping[str, Figures]) -> float:

@@ -11,8 +11,9 @@ import numpy as np
 from refseq.belief import Belief
 from refseq.view import View
 from scenarios.campaign.cases import Case
-from scenarios.campaign.expect import Judgement, judge
+from scenarios.campaign.expect import judge
 from scenarios.campaign.outcomes import Outcome, Verdict
+from scenarios.campaign.result_file import JudgementRecord
 from scenarios.campaign.store import Store
 from scenarios.campaign.tasks import AnswerTask, answers_of, asked_views, learnt_views
 from scenarios.comparison import Comparison
@@ -38,7 +39,7 @@ class Judged:
     case: Case
     verdict: Verdict
     reasons: tuple[str, ...]
-    judgements: tuple[Judgement, ...]
+    judgements: tuple[JudgementRecord, ...]
     figures: tuple[Figures, ...]
     comparisons: tuple[Comparison, ...]
     costs: Mapping[str, tuple[Cost, ...]]
@@ -75,7 +76,7 @@ def judged(
     found = figures(comparisons, *tolerances(case)) if comparisons else []
     by_method = {one.method: one for one in found}
     judgements = tuple(judge(one, by_method, case.scenario.judged, len(runs)) for one in case.expectations)
-    missed = [f"missed: {one.text} ({_told(one)})" for one in judgements if one.met is False]
+    missed = [f"missed: {one.text} ({one.told})" for one in judgements if one.met is False]
     open_ = [f"not judged: {one.text} ({one.reason})" for one in judgements if one.met is None]
     methods = [one.method for one in found]
     return Judged(
@@ -99,7 +100,7 @@ def _mishaps(tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, O
     return list({one.reason: one for one in found if not one.good}.values())
 
 
-def _verdict(mishaps: Sequence[Outcome], judgements: Sequence[Judgement]) -> Verdict:
+def _verdict(mishaps: Sequence[Outcome], judgements: Sequence[JudgementRecord]) -> Verdict:
     """An error weighs more than a failure, a failure more than what was not there to be run.
 
     A case of which no expectation could be judged has not passed: fewer seeds were run, or other methods.
@@ -110,10 +111,6 @@ def _verdict(mishaps: Sequence[Outcome], judgements: Sequence[Judgement]) -> Ver
     if judgements and all(one.met is None for one in judgements):
         kinds.add(Verdict.SKIPPED)
     return next((kind for kind in (Verdict.ERROR, Verdict.FAILED, Verdict.SKIPPED) if kind in kinds), Verdict.PASSED)
-
-
-def _told(one: Judgement) -> str:
-    return one.reason or f"it is {one.value:.4g}"
 
 
 def tolerances(case: Case) -> tuple[Tolerance, Tolerance]:

@@ -9,7 +9,6 @@ from scenarios.campaign.judging import Judged
 from scenarios.campaign.result_file import (
     CaseRecord,
     CostRecord,
-    JudgementRecord,
     MethodRecord,
     MishapRecord,
     SeedRecord,
@@ -54,7 +53,7 @@ def case_record(result: Judged, page: str) -> CaseRecord:
         "verdict": result.verdict,
         "page": page,
         "reasons": result.reasons,
-        "judgements": tuple(JudgementRecord(**asdict(one)) for one in result.judgements),
+        "judgements": result.judgements,
         "mishaps": tuple(MishapRecord(verdict=m.verdict, reason=m.reason, details=m.details) for m in result.mishaps),
         "views": sum(len(one.query_views) for one in result.comparisons),
         "methods": tuple(_method(one, result, drawn=one.method in shown) for one in result.figures),

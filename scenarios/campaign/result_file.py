@@ -75,21 +75,29 @@ class MethodRecord(Record):
 
 
 class JudgementRecord(Record):
-    """An expectation and what it was judged by; ``met`` null: it could not be judged, for a reason."""
+    """An expectation and what it was judged by; ``met`` null: it could not be judged, for a reason.
+
+    ``unit`` is that of ``value`` and ``bound``; a share is a number from 0 to 1 and told in %.
+    """
 
     text: str
     met: bool | None
-    value: Number
-    bound: Number
-    reason: str
+    value: Number = None
+    bound: Number = None
+    unit: str = ""
+    reason: str = ""
 
     @property
     def told(self) -> str:
         """What it was judged by, in words."""
         if self.reason:
             return self.reason
-        value, bound = ("without end" if v is None else f"{v:.4g}" for v in (self.value, self.bound))
-        return f"it is {value}; the bound is {bound}"
+        return f"it is {self._amount(self.value)}; the bound is {self._amount(self.bound)}"
+
+    def _amount(self, value: float | None) -> str:
+        if value is None:
+            return "without end"
+        return f"{value * (100 if self.unit == '%' else 1):.4g} {self.unit}".rstrip()
 
 
 class MishapRecord(Record):

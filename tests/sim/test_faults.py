@@ -435,11 +435,17 @@ def test_what_reaches_to_where_the_robot_is_set_down_is_there() -> None:
 @pytest.mark.parametrize(
     ("fault", "told"),
     [
-        (Kidnap(10.1, 3.0), "fault kidnap: at = 10.1 m is beyond the route's end at 10.0 m"),
-        (Kidnap(1.0, 11.0), "fault kidnap: to = 11.0 m is beyond the route's end at 10.0 m"),
-        (CameraBlack(1.0, 10.5, "camera-1"), "fault camera-black: until = 10.5 m is beyond the route's end at 10.0 m"),
-        (LaserDazzled(11.0, 12.0), "fault laser-dazzled: at = 11.0 m is beyond the route's end at 10.0 m"),
-        (WheelSlip(12.0, 1.0), "fault wheel-slip: at = 12.0 m is beyond the route's end at 10.0 m"),
+        (Kidnap(10.1, 3.0), "fault kidnap: at = 10.1 m is beyond the end of what is driven; valid is 0 to 10.0 m"),
+        (Kidnap(1.0, 11.0), "fault kidnap: to = 11 m is beyond the end of what is driven; valid is 0 to 10.0 m"),
+        (
+            CameraBlack(1.0, 10.5, "camera-1"),
+            "fault camera-black: until = 10.5 m is beyond the end of what is driven; valid is 0 to 10.0 m",
+        ),
+        (
+            LaserDazzled(11.0, 12.0),
+            "fault laser-dazzled: at = 11 m is beyond the end of what is driven; valid is 0 to 10.0 m",
+        ),
+        (WheelSlip(12.0, 1.0), "fault wheel-slip: at = 12 m is beyond the end of what is driven; valid is 0 to 10.0 m"),
         (
             CameraBlack(1.0, 2.0, "camera-3"),
             "fault camera-black: camera 'camera-3' is not on robuter; valid are camera-1, camera-2",

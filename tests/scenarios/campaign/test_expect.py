@@ -161,7 +161,7 @@ def test_too_few_seeds_are_not_judged() -> None:
 def test_a_figure_that_is_not_there_was_not_reached() -> None:
     one = judge(parse("lost_auroc <= 1", "thesis"), found(mine=4), "mine", 1)
     assert one.met is False
-    assert math.isnan(one.value)
+    assert one.value is None
     assert one.reason == "there is no such figure: nothing to take it from"
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from refseq.belief import Belief, Timings
-from scenarios.campaign.expect import Judgement
+from scenarios.campaign.result_file import JudgementRecord
 from scenarios.campaign.judging import Judged, digest, judged, tasks_of, tolerances
 from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.sources import DATA
@@ -100,6 +100,6 @@ def test_who_did_not_answer_every_seed_has_no_figures_and_the_others_keep_theirs
     result = spoilt(folder, f"{MET}, {OPEN}", FAILED)  # vlad, for the first of two seeds
     assert [one.method for one in result.figures] == ["thesis/chain"]
     assert [one.met for one in result.judgements] == [True, None]
-    assert result.judgements[1] == Judgement("success of vlad >= 0", None, reason="vlad has no answers")
+    assert result.judgements[1] == JudgementRecord(text="success of vlad >= 0", met=None, reason="vlad has no answers")
     assert result.reasons == ("it failed", "not judged: success of vlad >= 0 (vlad has no answers)")
     assert [len(tasks) for tasks in result.answered.values()] == [1, 2]
