@@ -126,8 +126,15 @@ def report(
         "out/campaign"
     ),
     figures: Annotated[bool, typer.Option("--figures", help="Print the figures of all methods as well.")] = False,
+    table: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FIGURE", help="Print only this figure, of all methods over all cases; may be repeated."),
+    ] = None,
+    case: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="In a table only this case or scenario; may be repeated.")
+    ] = None,
     markdown: Annotated[
-        bool, typer.Option("--markdown", help="Print a table in Markdown, for the summary of a CI job.")
+        bool, typer.Option("--markdown", help="Print in Markdown, for the summary of a CI job, or for a page.")
     ] = False,
 ) -> None:
     """Tell what came of a campaign: verdicts, reasons, and where its pages lie.
@@ -137,13 +144,25 @@ def report(
     `refseq scenario report out/nightly --figures`
 
     `refseq scenario report out/campaign --markdown >> "$GITHUB_STEP_SUMMARY"`
+
+    `refseq scenario report out/nightly --table failures --table lost_auroc --case kidnap`
     """
+    from scenarios.campaign.across import across
     from scenarios.campaign.result_file import read_result
-    from scenarios.campaign.told import print_report, verdicts_markdown
+    from scenarios.campaign.told import across_markdown, print_across, print_report, report_markdown
 
     record = read_result(folder)
-    if markdown:
-        typer.echo(verdicts_markdown(record), nl=False)
+    if case and not table:
+        raise ScenarioError("--case goes with --table; valid is to name a figure as well, as in --table success")
+    tables = [across(record, figure, case or ()) for figure in table or ()]
+    if tables:
+        for one in tables:
+            if markdown:
+                typer.echo(across_markdown(one))
+            else:
+                print_across(one, out)
+    elif markdown:
+        typer.echo(report_markdown(record, figures=figures), nl=False)
     else:
         print_report(record, folder, out, figures=figures)
 

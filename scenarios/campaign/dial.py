@@ -73,10 +73,7 @@ def _shares(case: CaseRecord, method: str) -> tuple[float, float, float]:
 
 def _cell(case: CaseRecord, method: str) -> str:
     found = case.method(method)
-    if found is None or not found.success.of:
-        return NONE
-    share = found.success
-    return f"{100 * share.share:.1f} [{100 * share.low:.0f}, {100 * share.high:.0f}]"
+    return NONE if found is None else found.success.told
 
 
 def _positions(key: str, values: Sequence[object]) -> list[float] | None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from scenarios.campaign.dial import DialShown
 from scenarios.campaign.outcomes import Verdict
-from scenarios.campaign.result_file import CampaignRecord, CaseRecord, ShareRecord
+from scenarios.campaign.result_file import CampaignRecord, CaseRecord
 from scenarios.comparison import method_label
 from scenarios.figures import NONE
 from scenarios.page import duration_text, rendered
@@ -67,9 +67,9 @@ def index_row(case: CaseRecord) -> IndexRow:
         page=case.page,
         verdict=case.verdict_word,
         judged=method_label(case.judged),
-        success=_share(judged.success) if judged else NONE,
+        success=judged.success.told if judged else NONE,
         within=f"{judged.within_m:g} m" if judged else "",
-        success_narrow=_share(judged.success_narrow) if judged else NONE,
+        success_narrow=judged.success_narrow.told if judged else NONE,
         narrow=f"{judged.narrow_m:g} m" if judged else "",
         failures=f"{judged.success.of - judged.success.right} of {judged.success.of}" if judged else NONE,
         met=f"{met} of {expected}" if expected else NONE,
@@ -78,8 +78,3 @@ def index_row(case: CaseRecord) -> IndexRow:
         else "",
         seconds=duration_text(case.seconds),
     )
-
-
-def _share(share: ShareRecord) -> str:
-    """A success rate with its interval."""
-    return f"{100 * share.share:.1f} % [{100 * share.low:.0f}, {100 * share.high:.0f}]" if share.of else NONE

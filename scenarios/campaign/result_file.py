@@ -10,6 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 from refseq.files import replace_text
 from scenarios.campaign.outcomes import Verdict
 from scenarios.errors import ScenarioError
+from scenarios.figures import NONE
 
 FORMAT = 1
 """Version of the file's form: another one when a reader of this one would misread it."""
@@ -44,6 +45,11 @@ class ShareRecord(Record):
     def share(self) -> float:
         """Right ones among all, nan without any."""
         return self.right / self.of if self.of else math.nan
+
+    @property
+    def told(self) -> str:
+        """The share with its interval, in words."""
+        return f"{100 * self.share:.1f} % [{100 * self.low:.0f}, {100 * self.high:.0f}]" if self.of else NONE
 
 
 class CostRecord(Record):

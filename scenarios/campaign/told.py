@@ -1,6 +1,6 @@
 """What came of a campaign, on the terminal and as Markdown, from its result file alone."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from rich.box import SIMPLE
@@ -8,8 +8,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from scenarios.campaign.across import Across, plain
 from scenarios.campaign.index_page import index_row, verdict_line
-from scenarios.campaign.result_file import CampaignRecord, CaseRecord, MethodRecord, Number
+from scenarios.campaign.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
 from scenarios.campaign.results import INDEX
 from scenarios.compare import print_whole
 from scenarios.console import say
@@ -20,12 +21,12 @@ STYLES = {"passed": "green", "failed": "bold red", "error": "bold magenta", "ski
 FIGURES = {
     "AUC": "auc",
     "ECE": "ece",
-    "lost\nAUROC": "lost_auroc",
-    "error [m]\nmedian": "error_median_m",
-    "error [m]\np95": "error_p95_m",
-    "ms a\nview": "total_median_ms",
+    "lost AUROC": "lost_auroc",
+    "error, median [m]": "error_median_m",
+    "error, p95 [m]": "error_p95_m",
+    "ms a view": "total_median_ms",
 }
-"""Figures of the result file that the terminal's table of methods shows beside success."""
+"""Figures of the result file that the table of methods shows beside success."""
 
 
 def print_report(record: CampaignRecord, folder: Path, console: Console, *, figures: bool) -> None:
@@ -40,22 +41,38 @@ def print_report(record: CampaignRecord, folder: Path, console: Console, *, figu
             for line in _reasons(cases):
                 say(console, line)
     if figures:
-        for case in record.cases:
-            if case.methods:
-                print_whole(console, _figures(case))
+        for case in _with_figures(record):
+            headings, *rows = _figures(case)
+            judged = [method.method == case.judged for method in case.methods]
+            print_whole(console, _table(_title(case), headings, rows, judged))
     say(console, f"look at {folder / INDEX}")
+
+
+def print_across(found: Across, console: Console) -> None:
+    """Print one figure of all methods over all cases."""
+    rows = [(method, *cells) for method, cells in found.rows]
+    print_whole(console, _table(found.figure, ("method", *found.cases), rows, [False] * len(rows)))
+
+
+def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], bold: Sequence[bool]) -> Table:
+    """Names to the left, figures to the right; some rows stand out."""
+    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
+    for column, heading in enumerate(headings):
+        table.add_column(Text(heading.replace("/", "/\n")), justify="right" if column else "left", no_wrap=True)
+    for cells, stands_out in zip(rows, bold, strict=True):
+        table.add_row(*map(Text, cells), style="bold" if stands_out else "")
+    return table
 
 
 def _verdicts(title: str, cases: list[CaseRecord]) -> Table:
     table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
     for heading in ("verdict", "case", "judged method"):
         table.add_column(heading, no_wrap=True)
-    for heading in ("success", "success, narrow", "failures", "met", "work"):
+    for heading in ("success", "failures", "met"):
         table.add_column(heading, justify="right", no_wrap=True)
     for row in map(index_row, cases):
         verdict = Text(row.verdict, style=STYLES[row.verdict])
-        shares = _within(row.success, row.within), _within(row.success_narrow, row.narrow)
-        cells = (row.name, row.judged, *shares, row.failures, row.met, row.seconds)
+        cells = (row.name, row.judged, _within(row.success, row.within), row.failures, row.met)
         table.add_row(verdict, *map(Text, cells))
     return table
 
@@ -71,46 +88,59 @@ def _reasons(cases: list[CaseRecord]) -> Iterator[str]:
             yield f"  {case.name}: {reason}"
 
 
-def _figures(case: CaseRecord) -> Table:
-    """All methods of a case."""
-    title = f"{case.name}: {len(case.seeds)} seed{'s' if len(case.seeds) != 1 else ''}, {case.views} views"
-    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
-    table.add_column("method", no_wrap=True)
+def _with_figures(record: CampaignRecord) -> list[CaseRecord]:
+    return [case for case in record.cases if case.methods]
+
+
+def _title(case: CaseRecord) -> str:
+    return f"{case.name}: {len(case.seeds)} seed{'s' if len(case.seeds) != 1 else ''}, {case.views} views"
+
+
+def _figures(case: CaseRecord) -> list[tuple[str, ...]]:
+    """All methods of a case: the headings, and a row each."""
     first = case.methods[0]
-    headings = (f"within {first.within_m:g} m, %", f"within {first.narrow_m:g} m, %", "failed", *FIGURES)
-    for heading in headings:
-        table.add_column(Text(heading), justify="right", no_wrap=True)
-    for one in case.methods:
-        style = "bold" if one.method == case.judged else ""
-        table.add_row(Text(one.method), *(Text(cell) for cell in _method_cells(one)), style=style)
-    return table
+    headings = ("method", f"within {first.within_m:g} m", f"within {first.narrow_m:g} m", "failed", *FIGURES)
+    return [headings, *((one.method, *_method_cells(one)) for one in case.methods)]
 
 
 def _method_cells(one: MethodRecord) -> list[str]:
-    shares = [
-        f"{100 * share.share:.1f} [{100 * share.low:.0f}-{100 * share.high:.0f}] of {share.of}" if share.of else NONE
-        for share in (one.success, one.success_narrow)
-    ]
     figures = [one.figures.get(name) for name in FIGURES.values()]
-    return [*shares, str(one.success.of - one.success.right), *(_plain(value) for value in figures)]
+    failed = str(one.success.of - one.success.right)
+    return [_of(one.success), _of(one.success_narrow), failed, *map(plain, figures)]
 
 
-def _plain(value: Number | int | str) -> str:
-    return NONE if value is None else f"{value:.3f}" if isinstance(value, float) else str(value)
+def _of(share: ShareRecord) -> str:
+    """A share with the number of its views."""
+    return f"{share.told} of {share.of}" if share.of else NONE
 
 
-def verdicts_markdown(record: CampaignRecord) -> str:
-    """The verdicts as a table in Markdown."""
-    lines = [f"**{verdict_line(record)}**, {duration_text(record.seconds)}", ""]
-    lines += ["| verdict | case | judged method | success | met | why not |", "|---|---|---|---|---|---|"]
+def report_markdown(record: CampaignRecord, *, figures: bool) -> str:
+    """The verdicts as a table in Markdown; with ``figures`` also a table of all methods for each case."""
+    rows = []
     for case in sorted(record.cases, key=lambda one: not one.blocking):
         row = index_row(case)
         verdict = case.verdict_word + ("" if case.blocking else " (not blocking)")
-        cells = (verdict, row.name, row.judged, _within(row.success, row.within), row.met, row.reason)
-        lines.append("| " + " | ".join(_escaped(cell) for cell in cells) + " |")
-    return "\n".join(lines) + "\n"
+        rows.append((verdict, row.name, row.judged, _within(row.success, row.within), row.met, row.reason))
+    headings = ("verdict", "case", "judged method", "success", "met", "why not")
+    parts = [f"**{verdict_line(record)}**, {duration_text(record.seconds)}\n", markdown_table(headings, rows)]
+    if figures:
+        for case in _with_figures(record):
+            headings, *rows = _figures(case)
+            parts += [f"**{escaped(_title(case))}**\n", markdown_table(headings, rows)]
+    return "\n".join(parts)
 
 
-def _escaped(text: str) -> str:
+def across_markdown(found: Across) -> str:
+    """One figure of all methods over all cases, as a table in Markdown."""
+    return markdown_table((found.figure, *found.cases), [(method, *cells) for method, cells in found.rows])
+
+
+def markdown_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table that no text in it can break."""
+    lines = [headings, ["---"] * len(headings), *rows]
+    return "".join("| " + " | ".join(map(escaped, line)) + " |\n" for line in lines)
+
+
+def escaped(text: str) -> str:
     """A text that cannot end its cell, nor be taken for HTML."""
     return text.replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from refseq.belief import Belief, Timings
-from scenarios.campaign.result_file import JudgementRecord
 from scenarios.campaign.judging import Judged, digest, judged, tasks_of, tolerances
 from scenarios.campaign.outcomes import Outcome, Verdict
+from scenarios.campaign.result_file import JudgementRecord
 from scenarios.campaign.sources import DATA
 from scenarios.campaign.store import Store
 from scenarios.campaign.tasks import AnswerTask, answers_of, perform

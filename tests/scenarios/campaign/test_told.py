@@ -14,7 +14,7 @@ from scenarios.campaign.result_file import (
     ShareRecord,
     write_result,
 )
-from scenarios.campaign.told import verdicts_markdown
+from scenarios.campaign.told import report_markdown
 from scenarios.score import Proportion
 from tests.scenarios.conftest import Refseq
 from tests.scenarios.test_report import Page
@@ -59,12 +59,46 @@ def test_verdicts_are_counted_apart() -> None:
 
 
 def test_markdown_is_one_table_that_no_text_can_break() -> None:
-    lines = verdicts_markdown(MIXED).splitlines()
+    lines = report_markdown(MIXED, figures=False).splitlines()
     rows = [line for line in lines if line.startswith("|")]
     assert all(row.replace("\\|", "").count("|") == 7 for row in rows)
     assert len(rows) == 2 + len(MIXED.cases)
     assert rows[-1].startswith("| failed (not blocking) | calm |")
     assert "&lt;b>" in rows[-1]
+
+
+def test_markdown_holds_all_methods_where_they_are_asked_for() -> None:
+    text = report_markdown(MIXED, figures=True)
+    assert text.startswith(report_markdown(MIXED, figures=False))
+    assert "| b | 30.0 % [11, 60] of 10 |" in text
+
+
+def test_one_figure_of_all_methods_over_all_cases(tmp_path: Path, refseq: Refseq) -> None:
+    write_result(tmp_path, campaign(*dial_cases(["noon", "18:00"]), case("alone", None)))
+    answer = refseq("scenario", "report", tmp_path, "--table", "failures", "--table", "auc", "--markdown")
+    failed, auc = answer.out.strip().split("\n\n")
+    assert failed.splitlines()[:1] + failed.splitlines()[2:] == [
+        "| failures | dial/0 | dial/1 |", "| a | 1 of 10 | 2 of 10 |", "| b | 9 of 10 | 9 of 10 |",
+    ]  # fmt: skip
+    assert auc.splitlines()[2:] == ["| a | 0.500 | 0.500 |", "| b | 0.500 | 0.500 |"]
+    drawn = refseq("scenario", "report", tmp_path, "--table", "success", "--case", "dial/1")
+    assert "80.0 % [49, 94]" in drawn.out
+    assert "90.0" not in drawn.out
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        (["--table", "recal"], "--table 'recal' is no figure of this campaign; valid are success, success_narrow,"),
+        (["--table", "auc", "--case", "dail"], "--case 'dail' is not in this campaign; valid are dial, dial/0, dial/1"),
+        (["--case", "dial"], "--case goes with --table; valid is to name a figure as well"),
+    ],
+)
+def test_a_table_of_what_is_not_there_is_one_line(asked: list[str], told: str, tmp_path: Path, refseq: Refseq) -> None:
+    write_result(tmp_path, campaign(*dial_cases(["noon", "18:00"])))
+    answer = refseq("scenario", "report", tmp_path, *asked)
+    assert (answer.code, answer.err.count("\n")) == (2, 1)
+    assert told in answer.err
 
 
 def test_report_tells_of_a_campaign_from_its_folder_alone(tmp_path: Path, refseq: Refseq) -> None:
@@ -78,7 +112,7 @@ def test_report_tells_of_a_campaign_from_its_folder_alone(tmp_path: Path, refseq
         "good/a,b a 90.0 % [60, 98] in 1.5 m",
         "bad: missed: success >= 1",
         "calm: too slow | <b>",
-        "b 30.0 [11-60] of 10",
+        "b 30.0 % [11, 60] of 10",
     ):
         assert words in said
     assert said.index("bad: and more") < said.index("calm: too slow")
@@ -87,13 +121,15 @@ def test_report_tells_of_a_campaign_from_its_folder_alone(tmp_path: Path, refseq
 def test_a_case_without_answers_has_no_share_within_anything(tmp_path: Path, refseq: Refseq) -> None:
     write_result(tmp_path, campaign(case("bad", Verdict.FAILED)))
     assert "n/a in" not in refseq("scenario", "report", tmp_path).out
-    assert "n/a in" not in verdicts_markdown(campaign(case("bad", Verdict.FAILED)))
+    assert "n/a in" not in report_markdown(campaign(case("bad", Verdict.FAILED)), figures=True)
 
 
 @pytest.mark.parametrize(
     ("judgement", "told"),
     [
         (MISSED, "it is 0.9; the bound is 1"),
+        (MISSED.model_copy(update={"unit": "%"}), "it is 90 %; the bound is 100 %"),
+        (MISSED.model_copy(update={"unit": "m"}), "it is 0.9 m; the bound is 1 m"),
         (MISSED.model_copy(update={"value": None}), "it is without end; the bound is 1"),
         (MISSED.model_copy(update={"reason": "1 of 5 seeds were run"}), "1 of 5 seeds were run"),
     ],
@@ -146,8 +182,8 @@ def test_dial_shows_success_over_the_one_key_that_is_varied() -> None:
     # In the order of the hours, not of the cases.
     assert dial.values == ("morning", "noon", "18:00")
     assert dial.rows == (
-        ("a", ("70.0 [40, 89]", "90.0 [60, 98]", "80.0 [49, 94]")),
-        ("b", ("10.0 [2, 40]",) * 3),
+        ("a", ("70.0 % [40, 89]", "90.0 % [60, 98]", "80.0 % [49, 94]")),
+        ("b", ("10.0 % [2, 40]",) * 3),
     )
     svg = dial.plot.svg
     assert all(f">{light}<" in svg for light in ("noon", "18:00", "morning"))
@@ -184,4 +220,4 @@ def test_a_method_without_answers_leaves_a_gap() -> None:
     first, second = dial_cases([1, 2])
     dial = dial_of([first, second.model_copy(update={"methods": (method("a", 5),)})])
     assert dial is not None
-    assert dial.rows[1] == ("b", ("10.0 [2, 40]", "n/a"))
+    assert dial.rows[1] == ("b", ("10.0 % [2, 40]", "n/a"))
