@@ -22,8 +22,8 @@ RATES = np.array([0.05, 0.2, 0.5, 0.9])
 """Detection rates that are averaged over."""
 REACH = 3
 """Places to both sides that may share a place's features."""
-PRIOR = 2.0
-"""Feature i's false alarm rate is (n_i + 2) / (K + 4): seen twice and missed twice more (Agresti & Coull 1998)."""
+PRIOR = 1.0
+"""Feature i's false alarm rate is (n_i + 1) / (K + 2): seen once and missed once more (Laplace's rule)."""
 LEAST = 0.01
 """Places that share less than this of a place's features are not worth keeping."""
 PIECE = 1_000_000

@@ -20,16 +20,21 @@ from refseq.incidence import IncidenceMatrix
 
 @dataclass(frozen=True, slots=True)
 class EvidenceSettings:
-    """``temper`` is how much of each view's evidence counts in a sequence: neighbouring views err alike.
+    """``blind`` is the chance that a view tells nothing of its place: something covers it, lamps are off, it changed.
 
     Reference views are compared with places at least ``apart`` [m] away, ``views`` of them at most, spread evenly, for
     a sample of ``scores`` at most.
     """
 
-    temper: float = 0.7
+    blind: float = 0.2
     apart: float = 4.0
     views: int = 400
     scores: int = 200_000
+
+    def __post_init__(self) -> None:
+        """Raise ``ValueError`` for what is no chance to be blind."""
+        if not 0 <= self.blind < 1:
+            raise ValueError(f"evidence.blind is {self.blind}; valid is at least 0 and less than 1")
 
 
 class Calibration:
@@ -64,7 +69,7 @@ class Evidence:
     """The evidence of a reference sequence's features, block by block."""
 
     def __init__(self, matrix: IncidenceMatrix, along: NDArray[np.float64], settings: EvidenceSettings) -> None:
-        self._K = matrix.K
+        self._K, self._blind = matrix.K, settings.blind
         chosen = np.unique(np.linspace(0, matrix.K - 1, min(matrix.K, int(settings.views))).round().astype(int))
         columns = matrix.columns_of(chosen)
         self._blocks: dict[str, tuple[Detection, Calibration]] = {}
@@ -76,13 +81,18 @@ class Evidence:
     def log_evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
         """Logarithm of the evidence for each place against elsewhere, (K,); ``observed`` has the ids seen by block.
 
-        Blocks are taken as independent. One that is not observed, its sensor being away, says nothing.
+        Blocks are taken as independent. One that is not observed, its sensor being away, says nothing. The mean of
+        their evidence and of 1, what a view brings that may be of any place, is evidence too: no place falls below
+        ``blind``.
         """
         total = np.zeros(self._K)
         for key, ids in observed.items():
             model, calibration = self._blocks[key]
             total += calibration.log_evidence(model.log_ratios(ids))
-        return total
+        if not self._blind:
+            return total
+        mixed: NDArray[np.float64] = np.logaddexp(np.log(self._blind), np.log1p(-self._blind) + total)
+        return mixed
 
 
 def _within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:

@@ -263,8 +263,7 @@ class ChainTracker:
     def observation(self, sighting: Sighting) -> Observation:
         """A sighting as the chain sees it."""
         if sighting.log_evidence is not None:
-            temper = self._sequence.profile.evidence.temper
-            return Observation(sighting.distance, temper * sighting.log_evidence, 0.0)
+            return Observation(sighting.distance, sighting.log_evidence, 0.0)
         places, lost = self._sequence.emissions.log_likelihood(self._filter.update(sighting).places)
         return Observation(sighting.distance, places, lost)
 

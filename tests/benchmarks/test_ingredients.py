@@ -127,7 +127,7 @@ PROFILES: Mapping[str, Profile] = {
     "no walls, doors, boundary": without("walls", "doors", "boundary"),
     "with Hu moments": replace(BEST, features=(*BEST.features, "hu")),
     "cameras alone": without("walls", "doors", "boundary", "sectors"),
-    "all evidence counts in full (temper 1)": replace(BEST, evidence=replace(BEST.evidence, temper=1.0)),
+    "no view is ever blind": replace(BEST, evidence=replace(BEST.evidence, blind=0.0)),
     "the thesis' motion window": replace(BEST, motion=MotionSettings()),
     "the thesis' chain": replace(BEST, chain=ChainSettings()),
     "Viterbi over five views": replace(BEST, method=MethodSettings(Matching.EVIDENCE, Decoder.VITERBI)),

@@ -108,7 +108,7 @@ def shown(*rows: np.ndarray) -> dict[str, np.ndarray]:
 
 def test_evidence_is_the_sum_over_blocks_and_nothing_from_those_not_observed() -> None:
     first, second = drive(1), drive(2)
-    both, alone = evidence_of(first, second), (evidence_of(first), evidence_of(second))
+    both, *alone = (evidence_of(*seen, blind=0.0) for seen in ((first, second), (first,), (second,)))
     a, b = shown(first[20], second[20]).values()
     np.testing.assert_array_equal(both.log_evidence({"b0": a}), alone[0].log_evidence({"b0": a}))
     np.testing.assert_array_equal(both.log_evidence({"b1": b}), alone[1].log_evidence({"b0": b}))
@@ -132,8 +132,18 @@ def test_scores_are_read_against_those_of_views_far_from_their_places(apart: flo
     ]
     query = np.flatnonzero(drive(3)[12])
     expected = Calibration(np.array(elsewhere)).log_evidence(model.log_ratios(query))
-    found = evidence_of(seen, spacing=spacing, apart=apart).log_evidence({"b0": query})
+    found = evidence_of(seen, spacing=spacing, apart=apart, blind=0.0).log_evidence({"b0": query})
     np.testing.assert_allclose(found, expected, atol=0.02)  # rounding may change ranks by one
+
+
+@pytest.mark.parametrize("blind", [0.01, 0.2, 0.9])
+def test_a_view_may_be_blind(blind: float) -> None:
+    """With that chance it is as likely anywhere: the ratio of place to elsewhere is the mean of 1 and the evidence."""
+    first, second = drive(1), drive(2)
+    seeing, mixed = evidence_of(first, second, blind=0.0), evidence_of(first, second, blind=blind)
+    for observed in (shown(first[20], second[20]), shown(first[5], second[50]), {}):
+        evidence = np.exp(mixed.log_evidence(observed))
+        np.testing.assert_allclose(evidence, blind + (1 - blind) * np.exp(seeing.log_evidence(observed)))
 
 
 def test_fewer_views_and_scores_give_much_the_same() -> None:

@@ -294,7 +294,8 @@ def test_a_loaded_map_of_evidence_gives_the_same_beliefs(
         ("method", "matching", "guess", "profile.method.matching is 'guess'; valid are mixture, evidence"),
         ("method", "decoding", [], "profile.method.decoding is []; valid are viterbi, forward"),
         ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
-        ("evidence", "temper", "0.7", "profile.evidence.temper is '0.7'; valid is a number"),
+        ("evidence", "blind", "0.2", "profile.evidence.blind is '0.2'; valid is a number"),
+        ("evidence", "blind", 1.5, "evidence.blind is 1.5; valid is at least 0 and less than 1"),
         ("dense", "codes", None, "profile.dense.codes is None; valid is a whole number"),
     ],
 )
@@ -313,7 +314,7 @@ def test_a_profile_without_the_parts_of_evidence(saved_best: Path) -> None:
     rewrite(saved_best, forget)
     assert error_of(saved_best) == (
         f"{saved_best}: map.json and arrays do not make a map: "
-        "profile.evidence is None; valid is a table of apart, scores, temper, views"
+        "profile.evidence is None; valid is a table of apart, blind, scores, views"
     )
 
 

@@ -118,7 +118,7 @@ def test_yes_or_no_is_no_number(value: object) -> None:
     [
         ("dense", "columns", 8.5, "profile.dense.columns is 8.5; valid is a whole number"),
         ("dense", "codes", True, "profile.dense.codes is True; valid is a whole number"),
-        ("evidence", "temper", float("nan"), "profile.evidence.temper is nan; valid is a number"),
+        ("evidence", "blind", float("nan"), "profile.evidence.blind is nan; valid is a number"),
         ("chain", "near", float("inf"), "profile.chain.near is inf; valid is a number"),
         ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
     ],
