@@ -1,7 +1,9 @@
 """The commands ``refseq scenario list | show | template | run | report``."""
 
+import signal
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -99,17 +101,18 @@ def run(
     watcher = watcher_on(err, executor)
     results: list[Judged] = []
     at_once = True
-    try:
-        judged = run_campaign(cases, executor, store, watcher, fresh=fresh, conclude=folder.add)
-        # Without their comparisons: those of a whole campaign would fill the memory.
-        results.extend(replace(result, comparisons=()) for result in judged)
-        at_once = False
-    except KeyboardInterrupt:
-        done = f"{watcher.done} done, {watcher.kept} kept from before"
-        interrupted = f"interrupted: {done}: all is kept in {store.folder}, and the same command goes on from there"
-    finally:
-        watcher.close()
-        executor.close(at_once=at_once)
+    with _cancelled_as_by_ctrl_c():
+        try:
+            judged = run_campaign(cases, executor, store, watcher, fresh=fresh, conclude=folder.add)
+            # Without their comparisons: those of a whole campaign would fill the memory.
+            results.extend(replace(result, comparisons=()) for result in judged)
+            at_once = False
+        except KeyboardInterrupt:
+            done = f"{watcher.done} done, {watcher.kept} kept from before"
+            interrupted = f"interrupted: {done}: all is kept in {store.folder}, and the same command goes on from there"
+        finally:
+            watcher.close()
+            executor.close(at_once=at_once)
     if at_once:
         store.sweep()
         say(err, interrupted)
@@ -165,6 +168,16 @@ def report(
         typer.echo(report_markdown(record, figures=figures), nl=False)
     else:
         print_report(record, folder, out, figures=figures)
+
+
+@contextmanager
+def _cancelled_as_by_ctrl_c() -> Iterator[None]:
+    """Take SIGTERM, with which CI servers cancel a job, for Ctrl-C."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _executor(workers: int | None, ray: str | None, store: "Store") -> "Executor":

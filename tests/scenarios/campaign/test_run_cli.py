@@ -231,8 +231,9 @@ def test_who_interrupts_is_told_what_is_kept_and_how_to_go_on(
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_all_and_the_same_command_goes_on(
-    refseq: Refseq, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_or_a_cancelled_job_ends_all_and_the_same_command_goes_on(
+    how: signal.Signals, refseq: Refseq, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file, cache = scenario_in(tmp_path, seeds=range(1, 9)), tmp_path / "cache"
     words = ["scenario", "run", str(file), "--cache", str(cache), "-o", str(tmp_path / "out")]
@@ -244,7 +245,7 @@ def test_ctrl_c_ends_all_and_the_same_command_goes_on(
         start_new_session=True,
     )
     assert first.stderr
-    said = [line for line in iter(first.stderr.readline, "") if not said_done(line, first)]
+    said = [line for line in iter(first.stderr.readline, "") if not said_done(line, first, how)]
     begin = time.monotonic()
     code = first.wait(30)
     assert time.monotonic() - begin < 10
@@ -261,8 +262,11 @@ def test_ctrl_c_ends_all_and_the_same_command_goes_on(
     assert set(cache.glob(f"*{RECORDING}")) == recordings
 
 
-def said_done(line: str, process: "subprocess.Popen[str]") -> bool:
+def said_done(line: str, process: "subprocess.Popen[str]", how: signal.Signals) -> bool:
     """Interrupt it when it has done three things: both drives of the first seed, at least."""
     if line.startswith("[3/"):
-        os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to all processes at once
+        if how is signal.SIGINT:
+            os.killpg(process.pid, how)  # as a terminal does, to all processes at once
+        else:
+            process.send_signal(how)
     return False
