@@ -245,14 +245,20 @@ def test_ctrl_c_or_a_cancelled_job_ends_all_and_the_same_command_goes_on(
         start_new_session=True,
     )
     assert first.stderr
-    said = [line for line in iter(first.stderr.readline, "") if not said_done(line, first, how)]
+    lines = iter(first.stderr.readline, "")
+    assert any(line.startswith("[3/") for line in lines)  # both drives of a seed, at least
+    if how is signal.SIGINT:
+        os.killpg(first.pid, how)  # as a terminal does, to all processes at once
+    else:
+        first.send_signal(how)
+    said = "".join(lines)
     begin = time.monotonic()
     code = first.wait(30)
     assert time.monotonic() - begin < 10
     assert code == 130
     wait_for(lambda: not alive(first.pid), 5)
     assert not list(cache.glob(".draft-*"))
-    done = int(re.search(r"interrupted: (\d+) done, 0 kept from before", "".join(said))[1])  # type: ignore[index]
+    done = int(re.search(r"interrupted: (\d+) done, 0 kept from before", said)[1])  # type: ignore[index]
     assert 1 <= done < 24
     # It goes on, here with one seed of those that were begun: what was done is not done again.
     recordings = set(cache.glob(f"*{RECORDING}"))
@@ -260,13 +266,3 @@ def test_ctrl_c_or_a_cancelled_job_ends_all_and_the_same_command_goes_on(
     second = refseq(*words, "--seeds", "1")
     assert kept(second.err)[2] >= 2
     assert set(cache.glob(f"*{RECORDING}")) == recordings
-
-
-def said_done(line: str, process: "subprocess.Popen[str]", how: signal.Signals) -> bool:
-    """Interrupt it when it has done three things: both drives of the first seed, at least."""
-    if line.startswith("[3/"):
-        if how is signal.SIGINT:
-            os.killpg(process.pid, how)  # as a terminal does, to all processes at once
-        else:
-            process.send_signal(how)
-    return False
