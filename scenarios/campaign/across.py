@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from scenarios.campaign.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
+from scenarios.campaign.result_file import CampaignRecord, CaseRecord, MethodRecord
 from scenarios.errors import ScenarioError
 from scenarios.figures import NONE
 
@@ -18,16 +18,12 @@ class Across:
     rows: tuple[tuple[str, tuple[str, ...]], ...]
 
 
-def _failed(share: ShareRecord) -> str:
-    return f"{share.of - share.right} of {share.of}" if share.of else NONE
-
-
 SHARES: Mapping[str, Callable[[MethodRecord], str]] = MappingProxyType(
     {
         "success": lambda one: one.success.told,
         "success_narrow": lambda one: one.success_narrow.told,
-        "failures": lambda one: _failed(one.success),
-        "failures_narrow": lambda one: _failed(one.success_narrow),
+        "failures": lambda one: one.success.failed,
+        "failures_narrow": lambda one: one.success_narrow.failed,
     }
 )
 """What is told of the share of right answers; all other figures go by their names in the result file."""

@@ -71,7 +71,7 @@ def index_row(case: CaseRecord) -> IndexRow:
         within=f"{judged.within_m:g} m" if judged else "",
         success_narrow=judged.success_narrow.told if judged else NONE,
         narrow=f"{judged.narrow_m:g} m" if judged else "",
-        failures=f"{judged.success.of - judged.success.right} of {judged.success.of}" if judged else NONE,
+        failures=judged.success.failed if judged else NONE,
         met=f"{met} of {expected}" if expected else NONE,
         reason=case.reasons[0] + (f" (and {len(case.reasons) - 1} more)" if len(case.reasons) > 1 else "")
         if case.reasons

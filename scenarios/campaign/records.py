@@ -1,14 +1,12 @@
 """From a case that was judged to its record in the result file."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 from scenarios.campaign.cases import Case
 from scenarios.campaign.judging import Judged
 from scenarios.campaign.result_file import (
     CaseRecord,
-    CostRecord,
     MethodRecord,
     MishapRecord,
     SeedRecord,
@@ -74,7 +72,7 @@ def _method(one: Figures, result: Judged, *, drawn: bool) -> MethodRecord:
         success=_share(one.wide.success),
         success_narrow=_share(one.narrow.success),
         figures=figures_record(one),
-        costs={seed: CostRecord(**asdict(cost)) for seed, cost in zip(seeds, costs, strict=False)},
+        costs=dict(zip(seeds, costs, strict=False)),
         digests=dict(zip(seeds, result.digests.get(one.method, ()), strict=False)),
     )
 

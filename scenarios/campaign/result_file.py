@@ -9,6 +9,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from refseq.files import replace_text
 from scenarios.campaign.outcomes import Verdict
+from scenarios.cost import Cost
 from scenarios.errors import ScenarioError
 from scenarios.figures import NONE
 
@@ -51,16 +52,10 @@ class ShareRecord(Record):
         """The share with its interval, in words."""
         return f"{100 * self.share:.1f} % [{100 * self.low:.0f}, {100 * self.high:.0f}]" if self.of else NONE
 
-
-class CostRecord(Record):
-    """What methods that were asked together cost on one seed."""
-
-    learn_s: float
-    answer_s: float
-    places: int
-    bytes_kept: int
-    features: int | None
-    peak_bytes: int
+    @property
+    def failed(self) -> str:
+        """How many were not right, in words."""
+        return f"{self.of - self.right} of {self.of}" if self.of else NONE
 
 
 class MethodRecord(Record):
@@ -76,7 +71,7 @@ class MethodRecord(Record):
     success: ShareRecord
     success_narrow: ShareRecord
     figures: Mapping[str, float | int | str | None]
-    costs: Mapping[int, CostRecord]
+    costs: Mapping[int, Cost]
     digests: Mapping[int, str]
 
 

@@ -251,8 +251,8 @@ def test_ctrl_c_or_a_cancelled_job_ends_all_and_the_same_command_goes_on(
         os.killpg(first.pid, how)  # as a terminal does, to all processes at once
     else:
         first.send_signal(how)
-    said = "".join(lines)
     begin = time.monotonic()
+    said = "".join(lines)
     code = first.wait(30)
     assert time.monotonic() - begin < 10
     assert code == 130
