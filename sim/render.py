@@ -273,7 +273,7 @@ class FilamentRenderer(Closing):
         self._shining = drawn.lights
         self._model.mat_emission[:] = self._emission if drawn.glows else 0.0  # read at the scene's next update
 
-    def _request(self, seen: mujoco.MjvGLCamera, target: "_Target", drawn: "LightSplit") -> object:
+    def _request(self, seen: mujoco.MjvGLCamera, target: "_Target", drawn: "LightSplit") -> Any:
         request = self._mjrf.RenderRequest()
         request.scene, request.target = self._scene.scene, target.target
         request.camera = self._mjrf.Camera(

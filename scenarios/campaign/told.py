@@ -125,8 +125,8 @@ def report_markdown(record: CampaignRecord, *, figures: bool) -> str:
     parts = [f"**{verdict_line(record)}**, {duration_text(record.seconds)}\n", markdown_table(headings, rows)]
     if figures:
         for case in _with_figures(record):
-            headings, *rows = _figures(case)
-            parts += [f"**{escaped(_title(case))}**\n", markdown_table(headings, rows)]
+            of_methods, *methods = _figures(case)
+            parts += [f"**{escaped(_title(case))}**\n", markdown_table(of_methods, methods)]
     return "\n".join(parts)
 
 
