@@ -56,8 +56,7 @@ class Chore:
 
     def carry_out(self, store: Store) -> None:
         for need in self.needs:
-            path = store.path(need.key, need.ending)
-            if not path.exists() or path.read_bytes() != WHOLE:
+            if not _is_whole(store.path(need.key, need.ending)):
                 raise DamagedError(need.key, f"{need.key} is damaged")
         store.make(self.key, self.ending, self._make)
 
@@ -75,6 +74,13 @@ class Chore:
                 path.write_text(f"PAR1 {os.getpid()} {sorted(found.values())} {cv2.getNumThreads()} PAR1")
                 return
         path.write_bytes(WHOLE)
+
+
+def _is_whole(path: Path) -> bool:
+    try:
+        return path.read_bytes() == WHOLE
+    except OSError:  # discarded since somebody else met the damage
+        return False
 
 
 class Hanging(RecordTask):

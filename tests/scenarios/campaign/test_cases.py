@@ -123,7 +123,7 @@ BAD = {
     ),
     "fault of a camera that is not there": (
         GOOD + '[[query.faults]]\nkind = "camera-black"\nat = 5\nuntil = 6\ncamera = "nose"\n',
-        "query: fault camera-black: sensor 'nose' is not on robot 'robuter'; valid are camera-1, camera-2, laser",
+        "query: fault camera-black: camera 'nose' is not on robuter; valid are camera-1, camera-2",
     ),
     "trigger": (
         GOOD + "[query.trigger]\nlength = 1\n",
