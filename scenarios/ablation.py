@@ -33,7 +33,7 @@ from scenarios.errors import ScenarioError
 from scenarios.evaluate import StageResult, compare, results
 from scenarios.inputs import read_drive
 from scenarios.naming import pair_name
-from scenarios.score import WIDE, Proportion, ReferencePath
+from scenarios.score import WIDE, ReferencePath
 
 FIGURE = (("camera-1",), ("camera-1", LASER), ("camera-2", LASER), ("camera-1", "camera-2"))
 """The sensors that Fig. 2.11 and 2.13 leave alone with the mixture, before all of them."""
@@ -267,7 +267,7 @@ def ablation_table(experiment: Experiment) -> Table:
     for heading in ("failed", "told\n[bits]", "proven\n[bits]"):
         table.add_column(heading, justify="right", no_wrap=True)
     for row in experiment.rows:
-        shares = [_percent(share) for share in row.result.success.values()]
+        shares = map(str, row.result.success.values())
         proven = f"{row.proven.bits:.2f}" if row.proven else "n/a"
         table.add_row(_label(row.case), *shares, str(row.result.failures), f"{row.told.bits:.2f}", proven)
     return table
@@ -277,13 +277,6 @@ def _label(case: Case) -> str:
     """The case in words; context stands below the sensors that it is added to."""
     added = {Stage.UNIFORM: case.name, Stage.PRIOR: "  + motion prior", Stage.CHAIN: "    + chain"}
     return added[case.stage]
-
-
-def _percent(share: Proportion) -> str:
-    if not share.trials:
-        return "n/a"
-    low, high = share.interval
-    return f"{100 * share.value:.1f} % [{100 * low:.0f}-{100 * high:.0f}]"
 
 
 def check_table(path: Path) -> None:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.console import err, out, print_results, progress_bar, say, share_text, step_bars
+from scenarios.console import err, out, print_results, progress_bar, say, share_of, step_bars
 from scenarios.inputs import assignments, check_output, read_comparison, read_drive, read_show, stages, words, writing
 from scenarios.robots_cli import robots
 from scenarios.scenario_cli import scenario
@@ -566,7 +566,7 @@ def _judge(found: "Sequence[StageResult]", at_least: float | None) -> None:
         return
     success = next(iter(found[-1].success.values()))
     if not success.trials or 100 * success.value < at_least:
-        say(err, f"below what was asked: {share_text(success)}, at least {at_least:g} %")
+        say(err, f"below what was asked: {share_of(success)}, at least {at_least:g} %")
         raise typer.Exit(BELOW)
 
 

@@ -47,19 +47,16 @@ def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequ
     table.add_column("failures", justify="right")
     table.add_column("lost", justify="right")
     for result in found:
-        shares = [share_text(result.success[tolerance]) for tolerance in tolerances]
+        shares = [share_of(result.success[tolerance]) for tolerance in tolerances]
         table.add_row(result.stage.value, *shares, str(result.failures), str(result.lost))
     out.print(table)
     if found and not any(result.success[tolerances[0]].trials for result in found):
         say(out, "no view has a true pose on the map: nothing to score")
 
 
-def share_text(share: "Proportion") -> str:
-    """A share in percent with its 95 % interval and the number of views."""
-    if not share.trials:
-        return "n/a"
-    low, high = share.interval
-    return f"{100 * share.value:.1f} % [{100 * low:.0f}-{100 * high:.0f}] of {share.trials}"
+def share_of(share: "Proportion") -> str:
+    """A share with the number of views."""
+    return f"{share} of {share.trials}" if share.trials else str(share)
 
 
 @contextmanager

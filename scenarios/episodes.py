@@ -61,16 +61,22 @@ def _known(views: Sequence[View], outcomes: Sequence[Outcome]) -> Iterator[_Know
         odometer += abs(view.distance)
         if view.truth is None:
             continue
-        step = _apart(last, view.truth) if last else 0.0
-        carried = tells and step > odometer + JUMP
+        step = apart(last, view.truth) if last else 0.0
+        carried = tells and is_carried(step, odometer)
         # The way on a person's arms is not the robot's.
         travelled += 0.0 if carried else step
         yield _Known(outcome, travelled, carried)
         odometer, last = 0.0, view.truth
 
 
-def _apart(one: Pose, other: Pose) -> float:
+def apart(one: Pose, other: Pose) -> float:
+    """How far two true poses are from each other [m]."""
     return math.hypot(one.x - other.x, one.y - other.y)
+
+
+def is_carried(step: float, odometer: float) -> bool:
+    """Whether a true ``step`` is so much longer than what the ``odometer`` counted [m] that somebody carried it."""
+    return step > odometer + JUMP
 
 
 def _stretches(views: Sequence[_Known]) -> Iterator[list[_Known]]:

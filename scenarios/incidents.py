@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from refseq.view import View
-from scenarios.episodes import JUMP
+from scenarios.episodes import apart, is_carried
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,8 +65,8 @@ def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> 
         if before.truth is None or view.truth is None:
             along.append(math.nan)
             continue
-        step = math.hypot(view.truth.x - before.truth.x, view.truth.y - before.truth.y)
-        if coming and step > abs(view.distance) + JUMP:
+        step = apart(before.truth, view.truth)
+        if coming and is_carried(step, abs(view.distance)):
             start, end = coming.pop(0)
             carried.append(number)
             along.append(end + max(0.0, abs(view.distance) - (start - along[-1])))

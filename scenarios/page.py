@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from refseq.view import Scan
 from scenarios.episodes import Way
 from scenarios.figures import NONE
-from scenarios.score import Proportion
 
 FRAME_WIDTH = 320
 """Width of a frame [pixels]."""
@@ -27,14 +26,6 @@ def rendered(template: str, **content: object) -> str:
     )
     environment.globals["reach"] = f"{SCAN_REACH:g}"
     return environment.get_template(template).render(**content)
-
-
-def share_text(proportion: Proportion) -> str:
-    """A success rate in per cent with its 95 % interval."""
-    if not proportion.trials:
-        return NONE
-    low, high = proportion.interval
-    return f"{100 * proportion.value:.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
 
 
 def metres(value: float) -> str:

@@ -76,6 +76,13 @@ class Proportion:
         high = 1.0 if self.successes == n else centre + half
         return low, high
 
+    def __str__(self) -> str:
+        """In per cent with the interval."""
+        if not self.trials:
+            return "n/a"
+        low, high = self.interval
+        return f"{100 * self.value:.1f} % [{100 * low:.0f}-{100 * high:.0f}]"
+
 
 @dataclass(frozen=True)
 class Retrieval:

@@ -8,7 +8,7 @@ from scenarios.comparison import Comparison, method_label
 from scenarios.cost import Cost
 from scenarios.figures import NONE, STEPS, Figures, figures_record, step_times, success_over_seeds
 from scenarios.outcome import Outcome
-from scenarios.page import duration_text, metres, number, share_text, size_text, ways
+from scenarios.page import duration_text, metres, number, size_text, ways
 from scenarios.score import PLACES_OFF, RANKS, Score
 
 
@@ -87,8 +87,8 @@ def method_row(one: Figures, *, judged: bool) -> MethodRow:
     return MethodRow(
         label=method_label(one.method),
         views=f"{wide.success.trials} / {narrow.success.trials}",
-        success=share_text(wide.success),
-        success_narrow=share_text(narrow.success),
+        success=str(wide.success),
+        success_narrow=str(narrow.success),
         over_seeds=" / ".join(_over_seeds(runs) for runs in (one.wide_runs, one.narrow_runs)),
         failures=str(wide.failures),
         median=metres(wide.error_quantile(0.5)),

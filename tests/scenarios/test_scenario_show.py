@@ -6,7 +6,6 @@ import shlex
 import sys
 import tomllib
 from collections.abc import Iterator
-from concurrent.futures import Future
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +16,11 @@ from refseq.view import Pose
 from scenarios.campaign.cases import load, names
 from scenarios.campaign.chosen import asking
 from scenarios.campaign.judging import Judged
-from scenarios.campaign.outcomes import Outcome, Verdict
+from scenarios.campaign.outcomes import Verdict
 from scenarios.campaign.run import Quiet, run_campaign
 from scenarios.campaign.store import Store
-from scenarios.campaign.tasks import Task, perform
 from scenarios.templates.my_localiser import MyLocaliser
+from tests.scenarios.campaign.chores import AtOnce
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive
 from tests.worlds.conftest import SMALL
@@ -157,23 +156,6 @@ def test_wrong_names_are_told_before_anything_runs(refseq: Refseq, here: Path) -
         assert answer.err.startswith(told)
         assert len(answer.err.splitlines()) == 1
     assert not (here / "cache").exists() or not any((here / "cache").iterdir())
-
-
-class AtOnce:
-    """Carries tasks out here and now, in this process: no worker has to be started."""
-
-    workers = 1
-
-    def submit(self, task: Task) -> "Future[Outcome]":
-        future: Future[Outcome] = Future()
-        future.set_result(perform(task, self._store))
-        return future
-
-    def close(self, *, at_once: bool) -> None:
-        pass
-
-    def __init__(self, store: Store) -> None:
-        self._store = store
 
 
 @pytest.fixture(scope="module")

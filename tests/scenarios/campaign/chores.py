@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +17,7 @@ from scenarios.campaign.cases import Case
 from scenarios.campaign.judging import Judged
 from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.store import ANSWERS, DamagedError, Store
-from scenarios.campaign.tasks import AnswerTask, RecordTask
+from scenarios.campaign.tasks import AnswerTask, RecordTask, Task, perform
 from tests.worlds.conftest import SMALL
 
 WHOLE = b"PAR1 what was made PAR1"
@@ -81,6 +82,24 @@ def _is_whole(path: Path) -> bool:
         return path.read_bytes() == WHOLE
     except OSError:  # discarded since somebody else met the damage
         return False
+
+
+class AtOnce:
+    """Carries tasks out here and now, in this process: no worker has to be started."""
+
+    workers = 1
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+
+    def submit(self, task: Task) -> "Future[Outcome]":
+        """Carry it out."""
+        future: Future[Outcome] = Future()
+        future.set_result(perform(task, self._store))
+        return future
+
+    def close(self, *, at_once: bool) -> None:
+        """Nothing to let go."""
 
 
 class Hanging(RecordTask):

@@ -9,17 +9,14 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures import Future
 from pathlib import Path
 
 import pytest
 
 from scenarios.campaign import results, workers
 from scenarios.campaign.live import Lines
-from scenarios.campaign.outcomes import Outcome
 from scenarios.campaign.store import RECORDING, Store
-from scenarios.campaign.tasks import Task, perform
-from tests.scenarios.campaign.chores import scenario_in
+from tests.scenarios.campaign.chores import AtOnce, scenario_in
 from tests.scenarios.campaign.test_store import needs_root
 from tests.scenarios.campaign.test_workers import alive, wait_for
 from tests.scenarios.conftest import Refseq
@@ -42,26 +39,9 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return scenario_in(tmp_path)
 
 
-class InThisProcess:
-    """In place of processes, which take seconds to begin."""
-
-    workers = 1
-
-    def __init__(self, workers: int, folder: Path) -> None:
-        self._store = Store(folder)
-
-    def submit(self, task: Task) -> "Future[Outcome]":
-        outcome: Future[Outcome] = Future()
-        outcome.set_result(perform(task, self._store))
-        return outcome
-
-    def close(self, *, at_once: bool) -> None:
-        pass
-
-
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(workers, "LocalWorkers", InThisProcess)
+    monkeypatch.setattr(workers, "LocalWorkers", lambda _count, folder: AtOnce(Store(folder)))
 
 
 def kept(said: str) -> tuple[int, ...]:
