@@ -3,7 +3,7 @@
 import ast
 import hashlib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import packages_distributions, version
@@ -64,8 +64,8 @@ def digest_of(module: str) -> str:
     """
     digest = hashlib.sha256()
     files, distributions = _closure(module)
-    for file in files:
-        digest.update(f"{file.name}\n".encode())
+    for file, name in files.items():
+        digest.update(f"{name}\n".encode())
         digest.update(_content(file, file.stat().st_mtime_ns, file.stat().st_size))
     digest.update(repr(sorted(distributions)).encode())
     return digest.hexdigest()
@@ -78,27 +78,27 @@ def _content(file: Path, changed_ns: int, size: int) -> bytes:
         return hashlib.file_digest(stream, "sha256").digest()
 
 
-def _closure(module: str) -> tuple[list[Path], set[tuple[str, str]]]:
+def _closure(module: str) -> tuple[dict[Path, str], set[tuple[str, str]]]:
     """Files that a module is made of, in an order that is the same everywhere, and (package, version) of others."""
     first = module.partition(".")[0]
-    files: dict[Path, None] = {}
+    files: dict[Path, str] = {}
     distributions: set[tuple[str, str]] = set()
     seen, left = set(BENCH), [first]
     while left:
         name = left.pop()
         if name == "scenarios":
-            files |= dict.fromkeys(_files(FROM_BENCH))
+            files |= _files(FROM_BENCH)
         if name in seen or name in sys.stdlib_module_names:
             continue
         seen.add(name)
         # What was installed has a version; the rest is what the user wrote.
         if name == first or name not in _distributions():
             of_module = _files(name)
-            files |= dict.fromkeys(of_module)
+            files |= of_module
             left.extend(sorted(_imports(of_module)))
         else:
             distributions.update((one, version(one)) for one in _distributions()[name])
-    return list(files), distributions
+    return files, distributions
 
 
 @cache
@@ -116,16 +116,18 @@ def _places(name: str) -> list[Path]:
     return [Path(spec.origin)] if spec.has_location and spec.origin else []
 
 
-def _files(name: str) -> list[Path]:
-    found = []
+def _files(name: str) -> dict[Path, str]:
+    """A module's files in the order of their names, each with its name from the module's folder on."""
+    found: dict[Path, str] = {}
     for place in _places(name):
         inside = place.rglob("*") if place.is_dir() else [place]
         kept = (path for path in inside if path.is_file() and "__pycache__" not in path.parts)
-        found.extend(sorted(kept, key=lambda path: path.relative_to(place.parent).as_posix()))
+        named = {path: path.relative_to(place.parent).as_posix() for path in kept}
+        found |= dict(sorted(named.items(), key=lambda one: one[1]))
     return found
 
 
-def _imports(files: Sequence[Path]) -> set[str]:
+def _imports(files: Iterable[Path]) -> set[str]:
     """Top names of all modules that some Python files import, wherever in them."""
     found: set[str] = set()
     for file in files:

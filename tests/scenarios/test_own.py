@@ -271,6 +271,14 @@ def test_a_digest_follows_a_package_with_relative_imports_and_data(here: Path) -
     assert not changed_digest(here, "ours.inner.mine:Mine", "ours/__pycache__/x.pyc", "other rubbish")
 
 
+def test_a_digest_follows_a_file_that_is_moved_within_its_package(here: Path) -> None:
+    written(here, "class Mine: pass", "ours/__init__.py")
+    written(here, "1 2 3", "ours/by_day/weights.txt")
+    before = own_digest("ours:Mine")
+    (here / "ours/by_day").rename(here / "ours/by_night")
+    assert own_digest("ours:Mine") != before
+
+
 def test_a_digest_follows_the_versions_of_what_is_imported(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written(here, "import numpy, scipy.stats, os\nclass Mine: pass")
     before = own_digest("mine:Mine")
