@@ -242,7 +242,7 @@ def _percent(share: Proportion) -> str:
     if not share.trials:
         return NONE
     low, high = share.interval
-    return f"{100 * share.value:.1f} [{100 * low:.0f}-{100 * high:.0f}]"
+    return f"{100 * share.value:.1f} [{100 * low:.0f}, {100 * high:.0f}]"
 
 
 def _number(value: float | None) -> str:

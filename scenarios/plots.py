@@ -81,6 +81,9 @@ STRIP = 4.0
 SURROUNDINGS = 6.0
 """How much of a world is drawn around the drives [m]."""
 
+CHARACTERS = 100
+"""About how many fit side by side along the axis of a plot as wide as the page."""
+
 
 def _style() -> AbstractContextManager[None]:
     """How all plots look, for as long as one is drawn."""
@@ -490,10 +493,22 @@ def dial(found: Dial) -> Plot:
             there = at + spread * (number - (len(found.shares) - 1) / 2)
             style = colour, "none" if found.at is None else line, marker
             draw_shares(axes, there, shares, style, method_label(method))
-        axes.set_xticks(at, found.values, rotation=0 if len(found.values) <= 8 else 30)
+        axes.set_xticks(at, _staggered(at, found.values), rotation=0 if len(found.values) <= 8 else 30)
         _grid(axes)
         figure.legend(loc="outside upper center", ncols=4)
         return Plot(_svg(figure))
+
+
+def _staggered(at: NDArray[np.float64], labels: Sequence[str]) -> list[str]:
+    """Labels of ticks; one that would run into the label before it is written a line lower."""
+    wide = float(np.ptp(at)) / CHARACTERS
+    told, end = [], -math.inf
+    for place, label in zip(at, labels, strict=True):
+        half = wide * (len(label) + 1) / 2
+        runs_in = place - half < end
+        told.append(f"\n{label}" if runs_in else label)
+        end = end if runs_in else place + half
+    return told
 
 
 def draw_shares(axes: Axes, at: NDArray[np.float64], shares: NDArray[np.float64], style: Style, label: str) -> None:

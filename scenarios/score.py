@@ -77,11 +77,12 @@ class Proportion:
         return low, high
 
     def __str__(self) -> str:
-        """In per cent with the interval."""
-        if not self.trials:
-            return "n/a"
-        low, high = self.interval
-        return f"{100 * self.value:.1f} % [{100 * low:.0f}-{100 * high:.0f}]"
+        return share_words(self.value, *self.interval)
+
+
+def share_words(value: float, low: float, high: float) -> str:
+    """A share in per cent with its interval; ``nan`` is one of nothing."""
+    return "n/a" if math.isnan(value) else f"{100 * value:.1f} % [{100 * low:.0f}, {100 * high:.0f}]"
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from scenarios.campaign.outcomes import Verdict
 from scenarios.cost import Cost
 from scenarios.errors import ScenarioError
 from scenarios.figures import NONE
+from scenarios.score import share_words
 
 FORMAT = 1
 """Version of the file's form: another one when a reader of this one would misread it."""
@@ -50,7 +51,7 @@ class ShareRecord(Record):
     @property
     def told(self) -> str:
         """The share with its interval, in words."""
-        return f"{100 * self.share:.1f} % [{100 * self.low:.0f}, {100 * self.high:.0f}]" if self.of else NONE
+        return share_words(self.share, self.low, self.high)
 
     @property
     def failed(self) -> str:

@@ -98,7 +98,7 @@ def test_table_has_the_scorer_s_figures(text: str, runs: list[Comparison]) -> No
         row = page.row(stage.label)
         low, high = (100 * bound for bound in wide.success.interval)
         assert row[1] == f"{3 * COUNT} / {narrow.success.trials}"
-        assert row[2] == f"{100 * wide.success.value:.1f} % [{low:.1f}, {high:.1f}]"
+        assert row[2] == f"{100 * wide.success.value:.1f} % [{low:.0f}, {high:.0f}]"
         assert row[3].startswith(f"{100 * narrow.success.value:.1f} % [")
         ends = [success_over_seeds([score(run, stage, near) for run in runs]) for near in (WIDE, NARROW)]
         assert row[4] == " / ".join(f"[{100 * end[0]:.1f}, {100 * end[1]:.1f}]" for end in ends if end)

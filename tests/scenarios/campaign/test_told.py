@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -194,6 +195,15 @@ def test_dial_shows_success_over_the_one_key_that_is_varied() -> None:
     steps = places["noon"] - places["morning"], places["18:00"] - places["noon"]
     assert steps[0] > 0
     assert steps[1] == pytest.approx(5 / 4 * steps[0], rel=1e-3)
+
+
+def test_labels_of_the_dial_that_would_run_into_each_other_stand_on_two_lines() -> None:
+    dial = dial_of(dial_cases(["09:00", "18:00", "18:30", "23:00"]))
+    assert dial is not None
+    svg = dial.plot.svg
+    heights = {label: float(svg[: svg.index(f')">{label}<')].rpartition(" ")[2]) for label in dial.values}
+    assert heights.pop("18:30") > heights["18:00"] + 8
+    assert len(set(heights.values())) == 1
 
 
 @pytest.mark.parametrize("values", [[1.0, 2.0], [["laser"], ["camera-1", "laser"]], ["noon", "13:00"]])
