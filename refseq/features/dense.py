@@ -99,6 +99,16 @@ class DenseWords:
         """The words met, (size,) int64, in the order of their ids."""
         return {"words": self._words}
 
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """The same words, whatever their numbers."""
+        return self._id_of[state["words"]].astype(np.intp)
+
+    def adopted(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """The same, after words not met before were added."""
+        words = state["words"]
+        self._add(words[self._id_of[words] < 0])
+        return self.translated(state, size)
+
 
 class Patches(NamedTuple):
     """Patches of an image that show something: which they are, (n,), row by row from the top left, and (n, 128)."""

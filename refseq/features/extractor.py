@@ -32,6 +32,15 @@ class Extractor(Protocol):
     def state(self) -> Mapping[str, NDArray[Any]]:
         """Arrays that, with the profile, make this extractor again."""
 
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """What each of the ``size`` features of another such extractor, of another drive, is here, (size,).
+
+        ``state`` is the other's; −1 stands for what is not known here.
+        """
+
+    def adopted(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """The same, after what is not known here has become a new feature."""
+
 
 class Observed:
     """Known features seen in a view, and how long extraction and matching took [s]."""

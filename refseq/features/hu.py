@@ -79,3 +79,11 @@ class HuMoments:
     def state(self) -> Mapping[str, NDArray[Any]]:
         """The words, (size, 7) float64."""
         return {"words": self.vocabulary.words}
+
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """Words that another drive's are aliases of."""
+        return self.vocabulary.find(state["words"])
+
+    def adopted(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """The same; the other's words that are unlike all become words."""
+        return self.vocabulary.learn(state["words"])

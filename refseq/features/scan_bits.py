@@ -40,3 +40,11 @@ class ScanBits(ABC):
     def state(self) -> Mapping[str, NDArray[Any]]:
         """Nothing was learnt."""
         return {}
+
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """The table is the same everywhere."""
+        return np.arange(size)
+
+    def adopted(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """The table is the same everywhere."""
+        return np.arange(size)

@@ -114,6 +114,14 @@ class SiftWords:
         """The words, (size, 128) uint8."""
         return {"words": self.vocabulary.words}
 
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """Words that another drive's are aliases of."""
+        return self.vocabulary.find(state["words"])
+
+    def adopted(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """The same; the other's words that are unlike all become words."""
+        return self.vocabulary.learn(state["words"])
+
 
 def _octave(key: cv2.KeyPoint) -> int:
     """OpenCV packs octave, layer and scale into one integer; the octave is its lowest byte, signed."""
