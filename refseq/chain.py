@@ -72,12 +72,15 @@ class Observation:
 class Chain:
     """The states over ``along`` (K,), each place's distance along the path [m], rising; and how they are moved between.
 
-    A place is any point of the path: its places may lie closer than the views, and unevenly.
+    A place is any point of the path: its places may lie closer than the views, and unevenly. Several paths make one
+    chain when they are laid so far behind each other that no move reaches from one to the next; ``ends`` are then the
+    last places of all of them, rising. Lost_0 is common to all: nothing is known there.
     """
 
     along: NDArray[np.float64]
     motion: MotionSettings
     settings: ChainSettings
+    ends: tuple[int, ...] = (-1,)
     _latest: "dict[float, Transitions]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
@@ -124,7 +127,7 @@ class Transitions:
     """The moves of the complete reference sequence (3.3 to 3.6), for one travelled distance.
 
     * P_i → P_k by the motion window, and P_i → Lost_{i+1}, in the shares 1 − ``lost`` and ``lost``. Staying (k = i) is
-      allowed, or a standing robot would be lost. No Lost_Place lies behind the last place: it leads to the last one.
+      allowed, or a standing robot would be lost. No Lost_Place lies behind a path's last place: it leads to the last.
     * Lost_i → Lost_i with probability ``stay_lost``. To other Lost_Places there is no way (3.4), but for the share
       ``restart`` of the rest, which leads to Lost_0.
     * Lost_i → P_k for k ≥ i, since Lost_i lies before P_i; nearer ones are likelier, as exp(−distance / ``near``).
@@ -136,6 +139,9 @@ class Transitions:
 
     def __init__(self, chain: Chain, distance: float) -> None:
         settings, self._K, self._nearness = chain.settings, chain.K, chain.nearness
+        self._ends = np.array(chain.ends) % chain.K
+        self._behind = np.arange(1, chain.K + 1)
+        self._behind[self._ends] = self._ends
         self._window = MotionWindow(chain.along, distance, chain.motion)
         self._reversing = distance < 0
         self._leave = settings.getting_lost(distance)
@@ -165,8 +171,7 @@ class Transitions:
         near = self._nearness.around(places) if self._reversing else self._nearness.after(places)
         moved = np.empty_like(states)
         moved[0] = self._go * self._window.pull(places)
-        moved[0, :-1] += self._leave * lost[1:]
-        moved[0, -1] += self._leave * lost[-1]
+        moved[0] += self._leave * lost[self._behind]
         moved[1] = self._stay * lost + self._find * near
         moved[1, 0] += self._anywhere * places.sum()
         moved[1, 1:] += self._forget * lost[0]
@@ -179,9 +184,7 @@ class Transitions:
         best_places, best_lost = best
         np.maximum(self._window.best(places + self._log_go), self._best_found(lost), out=best_places)
         np.add(lost, self._log_stay, out=best_lost)
-        leaving = places + self._log_leave
-        np.maximum(best_lost[1:], leaving[:-1], out=best_lost[1:])
-        best_lost[-1] = max(best_lost[-1], leaving[-1])
+        np.maximum.at(best_lost, self._behind, places + self._log_leave)
         if self._forget:
             best_lost[0] = max(best_lost[0], lost[1:].max(initial=-np.inf) + self._log_forget)
         return best
@@ -207,10 +210,7 @@ class Transitions:
             return ways
         if i == 0:
             ways[1] = self._log_forget
-        else:
-            ways[0, i - 1] = self._log_leave
-        if i == K - 1:
-            ways[0, i] = self._log_leave
+        ways[0, self._behind == i] = self._log_leave
         ways[1, i] = self._log_stay
         return ways
 
@@ -237,11 +237,8 @@ class Transitions:
         return find
 
     def _shifted(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What each Lost_Place gets from the places: P_i's goes to Lost_{i+1}, the last one's to the last."""
-        shifted = np.zeros(self._K)
-        shifted[1:] = places[:-1]
-        shifted[-1] += places[-1]
-        return shifted
+        """What each Lost_Place gets from the places: P_i's goes to Lost_{i+1}, a path's last one's to its last."""
+        return np.bincount(self._behind, places, self._K)
 
 
 def _log(probability: float) -> float:
