@@ -238,7 +238,7 @@ class Transitions:
 
     def _shifted(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
         """What each Lost_Place gets from the places: P_i's goes to Lost_{i+1}, a path's last one's to its last."""
-        return np.bincount(self._behind, places, self._K)
+        return np.asarray(np.bincount(self._behind, places, self._K), np.float64)
 
 
 def _log(probability: float) -> float:

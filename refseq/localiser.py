@@ -106,7 +106,7 @@ class Matcher:
         wanted = sequence.sensors if sensors is None else frozenset(sensors)
         check_among(wanted, sequence.sensors)
         self.sequence = sequence
-        self._extractors = tuple(e for e in sequence.extractors if e.sensor in wanted)
+        self.extractors = tuple(e for e in sequence.extractors if e.sensor in wanted)
         self._seed = seed
         self._count = 0
 
@@ -120,7 +120,7 @@ class Matcher:
 
     def observe(self, view: View) -> Mapping[str, Observed]:
         """The known features that a view shows, by extractor; one whose sensor is away is left out."""
-        return {e.key: e.observe(view) for e in self._extractors if e.sensor in view.sensors}
+        return {e.key: e.observe(view) for e in self.extractors if e.sensor in view.sensors}
 
     def compare(self, observed: Mapping[str, Observed], distance: float) -> Sighting:
         """Compare the features of a view, ``distance`` [m] after the last one, with all places."""
@@ -257,8 +257,12 @@ class ChainTracker:
     def update(self, sighting: Sighting) -> Belief:
         """Decode the views up to this sighting."""
         start = time.perf_counter()
-        decoded = self._decoder.update(self.observation(sighting))
+        decoded = self.decode(self.observation(sighting))
         return decoded_belief(decoded, replace(sighting.timings, chain=time.perf_counter() - start))
+
+    def decode(self, observation: Observation) -> Decoding | Posterior:
+        """Take the next view as the chain sees it."""
+        return self._decoder.update(observation)
 
     def observation(self, sighting: Sighting) -> Observation:
         """A sighting as the chain sees it."""
