@@ -25,7 +25,7 @@ class Alignment:
 def align(of: ReferenceSequence, to: ReferenceSequence, seed: int = 0) -> Alignment:
     """Localise the views of a sequence in another by the chain, each in the light of all."""
     tracker = ChainTracker(to)
-    observations = [tracker.observation(sighting) for sighting in sightings(of, to, seed)]
+    observations = [tracker.observation(sighting) for sighting in sightings(of, to, seed=seed)]
     posteriors = smooth(observations, tracker.chain)
     return Alignment(
         places=np.array([int(np.argmax(posterior.places)) for posterior in posteriors]),

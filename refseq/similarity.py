@@ -4,7 +4,7 @@ A map keeps no pictures. A place of it is the features that its view showed, and
 vocabulary to the word of the other that it is an alias of. So maps are compared without the drives that they come from.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,12 +50,15 @@ def translated(of: ReferenceSequence, to: ReferenceSequence) -> list[Column]:
     return [renamed(column, names) for column in columns(of)]
 
 
-def sightings(of: ReferenceSequence, to: ReferenceSequence, seed: int = 0) -> Iterator[Sighting]:
-    """Each place of a map as a view that is looked for in another, in its order."""
-    matcher = Matcher(to, seed=seed)
+def sightings(
+    of: ReferenceSequence, to: ReferenceSequence, *, sensors: Sequence[str] | None = None, seed: int = 0
+) -> Iterator[Sighting]:
+    """Each place of a map as a view that is looked for in another, in its order; by all ``sensors`` or some."""
+    matcher = Matcher(to, sensors=sensors, seed=seed)
+    keys = {extractor.key for extractor in matcher.extractors}
     distances = np.diff(of.along, prepend=of.along[0])
     for column, distance in zip(translated(of, to), distances, strict=True):
-        yield matcher.compare({key: Observed(ids, 0.0) for key, ids in column.items()}, float(distance))
+        yield matcher.compare({key: Observed(ids, 0.0) for key, ids in column.items() if key in keys}, float(distance))
 
 
 def view_similarity(of: ReferenceSequence, to: ReferenceSequence, seed: int = 0) -> NDArray[np.float64]:
@@ -64,4 +67,4 @@ def view_similarity(of: ReferenceSequence, to: ReferenceSequence, seed: int = 0)
     Rows sum to 1. It is not symmetric: each map knows its own features only. Raises ``MapError`` for maps of other
     features or settings.
     """
-    return np.array([sighting.likelihood for sighting in sightings(of, to, seed)])
+    return np.array([sighting.likelihood for sighting in sightings(of, to, seed=seed)])
