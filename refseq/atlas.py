@@ -17,12 +17,13 @@ from refseq.view import Pose
 
 @dataclass(frozen=True)
 class Path:
-    """A sequence as it was learnt: where each of its K views now lies.
+    """A sequence as it was learnt, by its ``name``: where each of its K views now lies.
 
     ``along`` (K,) is each view's odometric distance from the first [m]; ``sequences`` and ``places`` (K,) say which
     sequence holds the place, and the number that it has there. For most views that is the sequence itself.
     """
 
+    name: str
     along: NDArray[np.float64]
     sequences: NDArray[np.intp]
     places: NDArray[np.intp]
@@ -42,9 +43,10 @@ class Link:
 
 @dataclass(frozen=True)
 class Atlas:
-    """Sequences by their ``names``: the places that they hold, and the paths, one each, that were learnt.
+    """Sequences by their ``names``, with the places that each still holds, and all paths that were learnt.
 
-    A place is numbered within its sequence, or through all sequences one behind the other (``first``).
+    A path whose places are all held by others has no sequence of its own any more. A place is numbered within its
+    sequence, or through all sequences one behind the other (``first``).
     """
 
     names: tuple[str, ...]
@@ -95,7 +97,7 @@ def beside(names: Sequence[str], sequences: Sequence[ReferenceSequence]) -> Atla
             raise MapError(f"sequence {name!r} is there twice; valid are names of their own")
         check_comparable(sequences[0], sequences[number])
     paths = tuple(
-        Path(sequence.along - sequence.along[0], np.full(len(sequence), number), np.arange(len(sequence)))
-        for number, sequence in enumerate(sequences)
+        Path(name, sequence.along - sequence.along[0], np.full(len(sequence), number), np.arange(len(sequence)))
+        for number, (name, sequence) in enumerate(zip(names, sequences, strict=True))
     )
     return Atlas(tuple(names), tuple(sequences), paths)
