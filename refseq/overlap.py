@@ -23,15 +23,16 @@ class OverlapSettings:
     A view is matched where it is on the other sequence with probability above ``sure``, and the place that it is at
     leads back to within ``near`` of it. Matched views no farther apart than ``bridge`` make one stretch. It is an
     overlap where it is at least ``least`` long in both sequences, and neither length more than ``stretched`` times the
-    other; and where cameras, if there are any, tell at least ``told`` [nats] a view for it: the laser alone takes a
+    other; where at least the share ``met`` of its views are matched, in either; and where cameras, if there are any, tell at least ``told`` [nats] a view for it: the laser alone takes a
     corridor for its reverse.
     """
 
     sure: float = 0.5
-    near: float = 1.5
+    near: float = 2.5
     bridge: float = 3.0
     least: float = 5.0
     stretched: float = 1.5
+    met: float = 0.6
     told: float = 0.5
 
     def __post_init__(self) -> None:
@@ -70,7 +71,7 @@ def overlaps(
     there, back = align(one, other), align(other, one)
     pairs = matched(one, there, back, settings)
     found = stretches(pairs, one.along, other.along, settings.bridge)
-    return [_judged(pairs, one, other, settings) for pairs in found]
+    return [_judged(trimmed(pairs), one, other, settings) for pairs in found]
 
 
 def matched(one: ReferenceSequence, there: Alignment, back: Alignment, settings: OverlapSettings) -> NDArray[np.intp]:
@@ -80,6 +81,14 @@ def matched(one: ReferenceSequence, there: Alignment, back: Alignment, settings:
     agree = (there.on > settings.sure) & (back.on[there.places] > settings.sure)
     agree &= np.abs(returned - one.along) <= settings.near
     return np.stack([places[agree], there.places[agree]], axis=1)
+
+
+def trimmed(pairs: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Pairs without those at the ends that repeat a place: there the other sequence had already ended."""
+    new = np.append(True, np.diff(pairs[:, 1]) > 0)
+    first = int(np.flatnonzero(pairs[:, 1] == pairs[0, 1])[-1])
+    last = int(np.flatnonzero(new)[-1])
+    return pairs[first : last + 1] if first <= last else pairs[:1]
 
 
 def stretches(
@@ -101,6 +110,11 @@ def _judged(
         return Overlap(pairs, lengths, {}, f"only {min(lengths):.1f} m long; valid is {settings.least:g} m")
     if max(lengths) > settings.stretched * min(lengths):
         return Overlap(pairs, lengths, {}, f"{lengths[0]:.1f} m beside {lengths[1]:.1f} m: not the same way")
+    met = len(pairs) / (1 + max(np.ptp(pairs, axis=0)))
+    if met < settings.met:
+        return Overlap(
+            pairs, lengths, {}, f"only {met:.0%} of the views lead to each other; valid is {settings.met:.0%}"
+        )
     told = {sensor: _told(pairs, one, other, sensor) for sensor in sorted(one.sensors)}
     cameras = [value for sensor, value in told.items() if sensor != LASER]
     if cameras and max(cameras) < settings.told:
