@@ -23,8 +23,8 @@ class OverlapSettings:
     A view is matched where it is on the other sequence with probability above ``sure``, and the place that it is at
     leads back to within ``near`` of it. Matched views no farther apart than ``bridge`` make one stretch. It is an
     overlap where it is at least ``least`` long in both sequences, and neither length more than ``stretched`` times the
-    other; where at least the share ``met`` of its views are matched, in either; and where cameras, if there are any, tell at least ``told`` [nats] a view for it: the laser alone takes a
-    corridor for its reverse.
+    other; where at least the share ``met`` of its views is matched, in either; and where cameras, if there are any,
+    tell at least ``told`` [nats] a view for it: the laser alone takes a corridor for its reverse.
     """
 
     sure: float = 0.5
