@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas import Atlas, Path, beside
+from refseq.errors import MapError
 from refseq.overlap import Overlap, OverlapSettings, overlaps
 from refseq.reduction import reduced
 from refseq.sequence import ReferenceSequence
@@ -28,6 +29,13 @@ class Decision:
     lengths: tuple[float, float]
     joined: bool
     why: str
+
+    def about(self, other: "Decision") -> bool:
+        """Whether two decisions are about stretches of the same sequences that have views in common."""
+        pairs = (self.first, other.first), (self.second, other.second)
+        return (self.one, self.other) == (other.one, other.other) and all(
+            mine[0] <= its[1] and its[0] <= mine[1] for mine, its in pairs
+        )
 
 
 Confirm = Callable[[Decision], Decision]
@@ -52,15 +60,18 @@ def merge(
     sequences: Sequence[ReferenceSequence],
     settings: OverlapSettings | None = None,
     confirm: Confirm = leave_it,
+    wishes: Sequence[Decision] = (),
 ) -> Merged:
     """Add sequences to one another in their order; the last of them may be added later, to the same effect.
 
-    Raises ``MapError`` for none, for equal names and for maps of other features or settings.
+    ``wishes`` are decisions of a person that hold whatever is found: joins made or refused, and joins that nobody would
+    have proposed. Raises ``MapError`` for none, for equal names, for maps of other features or settings, and for wishes
+    about views that there are not.
     """
     beside(names, sequences)  # what is wrong with the last is told before the first is merged
     atlas, decisions = beside(names[:1], sequences[:1]), list[Decision]()
     for name, sequence in zip(names[1:], sequences[1:], strict=True):
-        grown = added(atlas, name, sequence, settings, confirm)
+        grown = added(atlas, name, sequence, settings, confirm, wishes)
         atlas = grown.atlas
         decisions.extend(grown.decisions)
     return Merged(atlas, tuple(decisions))
@@ -72,6 +83,7 @@ def added(
     sequence: ReferenceSequence,
     settings: OverlapSettings | None = None,
     confirm: Confirm = leave_it,
+    wishes: Sequence[Decision] = (),
 ) -> Merged:
     """An atlas with one more sequence, compared with each that is there, in their order.
 
@@ -83,10 +95,19 @@ def added(
         if not (pair := merging.pair(number)):
             continue
         found = overlaps(*pair, settings)
-        told = [confirm(merging.decision(number, overlap)) for overlap in found]
+        told = [confirm(wished(merging.decision(number, overlap), wishes)) for overlap in found]
+        for wish in merging.unasked(number, wishes, told):
+            found.append(merging.overlap(number, wish))
+            told.append(wish)
         merging.join(number, [overlap for overlap, decision in zip(found, told, strict=True) if decision.joined])
         decisions.extend(told)
     return Merged(merging.atlas(), tuple(decisions))
+
+
+def wished(decision: Decision, wishes: Sequence[Decision]) -> Decision:
+    """A decision as the first wish about the same stretch has it."""
+    wish = next((wish for wish in wishes if wish.about(decision)), None)
+    return decision if wish is None else replace(decision, joined=wish.joined, why=wish.why)
 
 
 class _Merging:
@@ -111,6 +132,26 @@ class _Merging:
         why = overlap.objection or f"{len(overlap.pairs)} views lead to each other; {told} nats a view"
         spans = (int(first[0]), int(first[1])), (int(second[0]), int(second[1]))
         return Decision(self._names[number], self._names[-1], *spans, overlap.lengths, not overlap.objection, why)
+
+    def unasked(self, number: int, wishes: Sequence[Decision], told: Sequence[Decision]) -> list[Decision]:
+        """Wishes to join a sequence and the new one where nothing was found."""
+        names = self._names[number], self._names[-1]
+        ours = [wish for wish in wishes if (wish.one, wish.other) == names and wish.joined]
+        return [wish for wish in ours if not any(wish.about(decision) for decision in told)]
+
+    def overlap(self, number: int, wish: Decision) -> Overlap:
+        """The stretches of a wish as an overlap: of equal lengths, as far as nobody can say better."""
+        sides = []
+        for sequence, (first, last) in ((number, wish.first), (len(self._held) - 1, wish.second)):
+            held, views = self._held[sequence], self._views(sequence)
+            places = np.flatnonzero((views >= first) & (views <= last))
+            if held is None or not len(places):
+                raise MapError(f"views {first} to {last} of {self._names[sequence]!r} are not there, or joined already")
+            sides.append((places, held.along[places]))
+        (ours, at), (theirs, along) = sides
+        share = (at - at[0]) / max(float(np.ptp(at)), 1e-9)
+        pairs = np.stack([ours, theirs[_nearest(along, along[0] + share * np.ptp(along))]], axis=1)
+        return Overlap(pairs, (float(np.ptp(at)), float(np.ptp(along))), {})
 
     def join(self, number: int, overlaps: Sequence[Overlap]) -> None:
         """Take the overlaps of a sequence with the new one out of the longer of the two; of equal ones, the new one."""
