@@ -1,7 +1,7 @@
 """The command line: ``refseq record | learn | merge | localise | compare | matrix | ablation | report | view | demo``.
 
-``refseq doctor`` looks at the machine. ``refseq worlds``, ``refseq robots`` and ``refseq scenario`` have commands of their own, in ``scenarios.worlds_cli``,
-``robots_cli`` and ``scenario_cli``.
+``refseq doctor`` looks at the machine. ``refseq worlds``, ``refseq robots`` and ``refseq scenario`` have commands of
+their own, in ``scenarios.worlds_cli``, ``robots_cli`` and ``scenario_cli``.
 
 Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line. Whatever a
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
