@@ -47,6 +47,13 @@ def error_of(path: Path) -> str:
     return str(caught.value)
 
 
+def loaded_or_reason(path: Path) -> tuple[Atlas | None, str]:
+    try:
+        return load_atlas(path), ""
+    except MapError as error:
+        return None, str(error)
+
+
 def rewritten(path: Path, **changes: object) -> None:
     with zipfile.ZipFile(path) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
@@ -114,10 +121,9 @@ def test_damage_is_found_or_spares_all_that_is_read(atlas: Atlas, saved: Path, s
     content[int(share * len(content))] ^= flip
     damaged = saved.with_name("damaged.refseq")
     damaged.write_bytes(content)
-    try:
-        loaded = load_atlas(damaged)
-    except MapError as error:
-        assert str(error).startswith(f"{damaged}")
-        assert "\n" not in str(error)
+    loaded, refusal = loaded_or_reason(damaged)
+    if loaded is None:
+        assert refusal.startswith(f"{damaged}")
+        assert "\n" not in refusal
         return
     assert [path.places.tolist() for path in loaded.paths] == [path.places.tolist() for path in atlas.paths]
