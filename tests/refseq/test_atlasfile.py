@@ -24,13 +24,13 @@ DAMAGED = settings(max_examples=40, suppress_health_check=[HealthCheck.function_
 
 @pytest.fixture(scope="module")
 def drive() -> list[View]:
-    return corridor_drive()
+    return corridor_drive(np.random.default_rng(1), count=30, size=96)
 
 
 @pytest.fixture(scope="module")
 def atlas(drive: list[View]) -> Atlas:
     half = len(drive) // 2
-    parts = {"first": drive[: half + 2], "second": drive[half - 2 :]}
+    parts = {"first": drive[: half + 5], "second": drive[half - 5 :]}
     return merge(list(parts), [learn(views, profile=BEST) for views in parts.values()]).atlas
 
 
