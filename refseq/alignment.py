@@ -1,6 +1,6 @@
 """Where one sequence runs along another: its views localised in the other, in hindsight (4.4.2)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +23,11 @@ class Alignment:
 
 
 def align(of: ReferenceSequence, to: ReferenceSequence, seed: int = 0) -> Alignment:
-    """Localise the views of a sequence in another by the chain, each in the light of all."""
-    tracker = ChainTracker(to)
+    """Localise the views of a sequence in another by the chain, each in the light of all.
+
+    Either sequence may end on the other: whatever the profile says, a view past an end has left it.
+    """
+    tracker = ChainTracker(to, replace(to.profile.chain, leaves_at_end=True))
     observations = [tracker.observation(sighting) for sighting in sightings(of, to, seed=seed)]
     posteriors = smooth(observations, tracker.chain)
     return Alignment(

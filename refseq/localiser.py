@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import expit, logit, logsumexp, softmax
 
 from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings
-from refseq.chain import Chain, Observation, entropy
+from refseq.chain import Chain, ChainSettings, Observation, entropy
 from refseq.errors import MapError
 from refseq.features import Observed
 from refseq.forward import ForwardFilter, Posterior, smooth
@@ -238,12 +238,12 @@ class ChainTracker:
 
     Over the mixture it observes, as in Fig. 3.11c, the posterior under the motion prior, not the bare likelihood. That
     prior must not come from the chain's own answer: a wrong answer would then confirm itself. Evidence needs no such
-    detour: it is a likelihood of the places and of being lost already.
+    detour: it is a likelihood of the places and of being lost already. ``settings`` are by default the profile's.
     """
 
-    def __init__(self, sequence: ReferenceSequence) -> None:
+    def __init__(self, sequence: ReferenceSequence, settings: ChainSettings | None = None) -> None:
         profile = sequence.profile
-        self.chain = Chain(sequence.along, profile.motion, profile.chain)
+        self.chain = Chain(sequence.along, profile.motion, settings or profile.chain)
         self._filter = MotionFilter(sequence)
         self._sequence = sequence
         forward = profile.method.decoding is Decoder.FORWARD
