@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import xlogy
 
 from refseq.motion import MotionSettings, MotionWindow
 from refseq.nearness import Nearness
@@ -28,6 +29,10 @@ class ChainSettings:
     A ``lost_per_metre`` above 0 takes the place of ``lost``: 1 − exp(−lost_per_metre · |d|) over a distance d, so that
     a path is as easily lost by many short steps as by few long ones. A robot that stands does not get lost then.
 
+    With ``leaves_at_end`` a robot that the odometer puts more than the usual distance of two places past a path's last
+    place, or reversing before its first, has left the path: that share of the motion window goes to the Lost_Place.
+    Otherwise all that comes to the end of a path stays there.
+
     ``restart`` is the share of a Lost_Place's way out that leads to Lost_0 instead of to near places ahead: the robot
     forgets where it got lost, and may turn up anywhere, as after being carried off or turned round.
 
@@ -36,12 +41,13 @@ class ChainSettings:
     and any view of the sequence alike (3.8).
 
     The thesis gives only ``lost`` and ``window``, T, the number of observations; the others are choices, and the
-    defaults of ``lost_per_metre`` and ``restart`` leave them out.
+    defaults of ``lost_per_metre``, ``leaves_at_end`` and ``restart`` leave them out.
     """
 
     window: int = 5
     lost: float = 0.5
     lost_per_metre: float = 0.0
+    leaves_at_end: bool = False
     stay_lost: float = 0.5
     lost_at_start: float = 0.5
     restart: float = 0.0
@@ -72,12 +78,15 @@ class Observation:
 class Chain:
     """The states over ``along`` (K,), each place's distance along the path [m], rising; and how they are moved between.
 
-    A place is any point of the path: its places may lie closer than the views, and unevenly.
+    A place is any point of the path: its places may lie closer than the views, and unevenly. Several paths make one
+    chain when they are laid so far behind each other that no move reaches from one to the next; ``ends`` are then the
+    last places of all of them, rising. Lost_0 is common to all: nothing is known there.
     """
 
     along: NDArray[np.float64]
     motion: MotionSettings
     settings: ChainSettings
+    ends: tuple[int, ...] = (-1,)
     _latest: "dict[float, Transitions]" = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
@@ -124,7 +133,7 @@ class Transitions:
     """The moves of the complete reference sequence (3.3 to 3.6), for one travelled distance.
 
     * P_i → P_k by the motion window, and P_i → Lost_{i+1}, in the shares 1 − ``lost`` and ``lost``. Staying (k = i) is
-      allowed, or a standing robot would be lost. No Lost_Place lies behind the last place: it leads to the last one.
+      allowed, or a standing robot would be lost. No Lost_Place lies behind a path's last place: it leads to the last.
     * Lost_i → Lost_i with probability ``stay_lost``. To other Lost_Places there is no way (3.4), but for the share
       ``restart`` of the rest, which leads to Lost_0.
     * Lost_i → P_k for k ≥ i, since Lost_i lies before P_i; nearer ones are likelier, as exp(−distance / ``near``).
@@ -136,14 +145,20 @@ class Transitions:
 
     def __init__(self, chain: Chain, distance: float) -> None:
         settings, self._K, self._nearness = chain.settings, chain.K, chain.nearness
+        self._ends = np.array(chain.ends) % chain.K
+        self._behind = np.arange(1, chain.K + 1)
+        self._behind[self._ends] = self._ends
         self._window = MotionWindow(chain.along, distance, chain.motion)
         self._reversing = distance < 0
-        self._leave = settings.getting_lost(distance)
-        self._go = 1 - self._leave
+        beyond = beyond_ends(chain, distance) if settings.leaves_at_end else np.zeros(chain.K)
+        self._go = (1 - settings.getting_lost(distance)) * (1 - beyond)
+        self._leave = 1 - self._go
         self._stay = settings.stay_lost
         self._forget = (1 - self._stay) * settings.restart
         self._anywhere = (1 - self._stay) / self._K
-        self._log_go, self._log_leave, self._log_stay = _log(self._go), _log(self._leave), _log(self._stay)
+        with np.errstate(divide="ignore"):
+            self._log_go, self._log_leave = np.log(self._go), np.log(self._leave)
+        self._log_stay = _log(self._stay)
         self._log_forget, self._log_anywhere = _log(self._forget), _log(self._anywhere)
         # Lost_i → P_k is exp(log_find_i − distance / near).
         self._log_find = chain.log_find_around if self._reversing else chain.log_find_ahead
@@ -153,9 +168,9 @@ class Transitions:
         places, lost = states
         found = lost * self._find
         moved = np.empty_like(states)
-        moved[0] = self._go * self._window.shift(places) + self._anywhere * lost[0]
+        moved[0] = self._window.shift(self._go * places) + self._anywhere * lost[0]
         moved[0] += self._nearness.around(found) if self._reversing else self._nearness.before(found)
-        moved[1] = self._stay * lost + self._leave * self._shifted(places)
+        moved[1] = self._stay * lost + self._shifted(self._leave * places)
         moved[1, 0] += self._forget * lost[1:].sum()
         return moved
 
@@ -165,8 +180,7 @@ class Transitions:
         near = self._nearness.around(places) if self._reversing else self._nearness.after(places)
         moved = np.empty_like(states)
         moved[0] = self._go * self._window.pull(places)
-        moved[0, :-1] += self._leave * lost[1:]
-        moved[0, -1] += self._leave * lost[-1]
+        moved[0] += self._leave * lost[self._behind]
         moved[1] = self._stay * lost + self._find * near
         moved[1, 0] += self._anywhere * places.sum()
         moved[1, 1:] += self._forget * lost[0]
@@ -179,9 +193,7 @@ class Transitions:
         best_places, best_lost = best
         np.maximum(self._window.best(places + self._log_go), self._best_found(lost), out=best_places)
         np.add(lost, self._log_stay, out=best_lost)
-        leaving = places + self._log_leave
-        np.maximum(best_lost[1:], leaving[:-1], out=best_lost[1:])
-        best_lost[-1] = max(best_lost[-1], leaving[-1])
+        np.maximum.at(best_lost, self._behind, places + self._log_leave)
         if self._forget:
             best_lost[0] = max(best_lost[0], lost[1:].max(initial=-np.inf) + self._log_forget)
         return best
@@ -200,17 +212,15 @@ class Transitions:
         ways = np.full((2, K), -np.inf)
         if state < K:
             reach, log_window = self._window.into(state)
-            ways[0, reach] = log_window + self._log_go
+            ways[0, reach] = log_window + self._log_go[reach]
             near = slice(0, K if self._reversing else state + 1)
             ways[1, near] = self._log_find[near] - np.abs(self._nearness.decay[state] - self._nearness.decay[near])
             ways[1, 0] = self._log_anywhere
             return ways
         if i == 0:
             ways[1] = self._log_forget
-        else:
-            ways[0, i - 1] = self._log_leave
-        if i == K - 1:
-            ways[0, i] = self._log_leave
+        before = self._behind == i
+        ways[0, before] = self._log_leave[before]
         ways[1, i] = self._log_stay
         return ways
 
@@ -218,9 +228,9 @@ class Transitions:
         """Σ_i p_i a_ij (−log a_ij) for every state j: linear in p, as ``forward`` is."""
         places, lost = states
         surprise = np.empty_like(states)
-        surprise[0] = self._go * self._window.surprise(places) + _surprise(self._go) * self._window.shift(places)
+        surprise[0] = self._window.surprise(self._go * places) + self._window.shift(_surprises(self._go) * places)
         surprise[0] += self._surprise_found(lost) + _surprise(self._anywhere) * lost[0]
-        surprise[1] = _surprise(self._stay) * lost + _surprise(self._leave) * self._shifted(places)
+        surprise[1] = _surprise(self._stay) * lost + self._shifted(_surprises(self._leave) * places)
         surprise[1, 0] += _surprise(self._forget) * lost[1:].sum()
         return np.maximum(surprise, 0.0, out=surprise)  # rounding must not make it negative
 
@@ -237,11 +247,26 @@ class Transitions:
         return find
 
     def _shifted(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What each Lost_Place gets from the places: P_i's goes to Lost_{i+1}, the last one's to the last."""
-        shifted = np.zeros(self._K)
-        shifted[1:] = places[:-1]
-        shifted[-1] += places[-1]
-        return shifted
+        """What each Lost_Place gets from the places: P_i's goes to Lost_{i+1}, a path's last one's to its last."""
+        return np.asarray(np.bincount(self._behind, places, self._K), np.float64)
+
+
+def beyond_ends(chain: Chain, distance: float) -> NDArray[np.float64]:
+    """The share of each place's window (its wide bar) that lies past its path's end by more than a usual step, (K,)."""
+    if distance == 0:
+        return np.zeros(chain.K)
+    ends = np.array(chain.ends) % chain.K
+    starts = np.concatenate([[0], ends[:-1] + 1])
+    path = np.searchsorted(ends, np.arange(chain.K))
+    steps = np.delete(np.diff(chain.along), ends[:-1])
+    margin = float(np.median(steps)) if len(steps) else 0.0
+    wide = chain.motion.slack + chain.motion.drift * abs(distance)
+    if distance > 0:
+        past = chain.along + distance + wide - (chain.along[ends[path]] + margin)
+    else:
+        past = chain.along[starts[path]] - margin - (chain.along + distance - wide)
+    share: NDArray[np.float64] = np.clip(past / max(2 * wide, 1e-9), 0.0, 1.0)
+    return share
 
 
 def _log(probability: float) -> float:
@@ -251,6 +276,11 @@ def _log(probability: float) -> float:
 def _surprise(probability: float) -> float:
     """−a log a."""
     return -probability * math.log(probability) if probability > 0 else 0.0
+
+
+def _surprises(probabilities: NDArray[np.float64]) -> NDArray[np.float64]:
+    """−a log a."""
+    return np.asarray(-xlogy(probabilities, probabilities))
 
 
 def entropy(distribution: NDArray[np.float64]) -> float:

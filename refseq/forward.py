@@ -5,14 +5,39 @@ Everything is kept as logarithms, since views can tell places apart by a factor 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.chain import Chain, Observation
+from refseq.chain import Observation
 
 BAND = 400.0
 """States are moved together while they differ by less than e^400: far from the limits of a float, e^±708."""
+
+
+class Moves(Protocol):
+    """Linear moves of states (2, K) over a distance."""
+
+    def forward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Probabilities after the move."""
+
+    def backward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The transpose of ``forward``."""
+
+
+class StateSpace(Protocol):
+    """What is filtered on: a chain, or a network of paths."""
+
+    @property
+    def K(self) -> int:
+        """Number of places; there are 2 K states."""
+
+    def start(self) -> NDArray[np.float64]:
+        """Log-probability of each state at the first view, (2, K)."""
+
+    def transitions(self, distance: float) -> Moves:
+        """The moves over a travelled distance [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +55,7 @@ class Posterior:
 class ForwardFilter:
     """P(state | views up to now), from Lost_0 (3.9): the sum-product beside Viterbi's max-product, without a window."""
 
-    def __init__(self, chain: Chain) -> None:
+    def __init__(self, chain: StateSpace) -> None:
         self._chain = chain
         self.reset()
 
@@ -44,7 +69,7 @@ class ForwardFilter:
         return _posterior(self._log_states, log_evidence)
 
 
-def smooth(observations: Sequence[Observation], chain: Chain) -> list[Posterior]:
+def smooth(observations: Sequence[Observation], chain: StateSpace) -> list[Posterior]:
     """P(state | all views of the drive) at each view, by the forward-backward recursion.
 
     It holds all views' states at once, 16 K bytes a view.
@@ -65,7 +90,7 @@ def smooth(observations: Sequence[Observation], chain: Chain) -> list[Posterior]
 
 
 def filtered(
-    log_states: NDArray[np.float64] | None, observation: Observation, chain: Chain
+    log_states: NDArray[np.float64] | None, observation: Observation, chain: StateSpace
 ) -> tuple[NDArray[np.float64], float]:
     """A step of the forward recursion: log P(state | views), (2, K), and log P(view | views before).
 

@@ -77,6 +77,15 @@ class IncidenceMatrix:
         places = np.insert(self.places, np.repeat(pointers[1:], np.diff(new.pointers)), new.places + self.K)
         return type(self)(pointers + new.pointers, places, self.K + new.K, new.blocks)
 
+    def kept(self, rows: NDArray[np.intp], places: NDArray[np.intp], sizes: Mapping[str, int]) -> Self:
+        """Some features and places only, both rising; ``sizes`` is how many features of each extractor are left."""
+        chosen = self.visible(rows)
+        number = np.full(self.K, -1, np.int32)
+        number[places] = np.arange(len(places))
+        there = number[chosen.places] >= 0
+        pointers = np.concatenate([[0], np.cumsum(there)])[chosen.pointers]
+        return type(self)(pointers.astype(np.int64), number[chosen.places[there]], len(places), _blocks(sizes))
+
     def _check_grown(self, sizes: Mapping[str, int]) -> None:
         if [key for key in sizes if key in self.blocks] != list(self.blocks):
             raise ValueError(f"extractors are {', '.join(sizes)}; valid are {', '.join(self.blocks)}, and new ones")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import expit, logit, logsumexp, softmax
 
 from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings
-from refseq.chain import Chain, Observation, entropy
+from refseq.chain import Chain, ChainSettings, Observation, entropy
 from refseq.errors import MapError
 from refseq.features import Observed
 from refseq.forward import ForwardFilter, Posterior, smooth
@@ -106,7 +106,7 @@ class Matcher:
         wanted = sequence.sensors if sensors is None else frozenset(sensors)
         check_among(wanted, sequence.sensors)
         self.sequence = sequence
-        self._extractors = tuple(e for e in sequence.extractors if e.sensor in wanted)
+        self.extractors = tuple(e for e in sequence.extractors if e.sensor in wanted)
         self._seed = seed
         self._count = 0
 
@@ -120,7 +120,7 @@ class Matcher:
 
     def observe(self, view: View) -> Mapping[str, Observed]:
         """The known features that a view shows, by extractor; one whose sensor is away is left out."""
-        return {e.key: e.observe(view) for e in self._extractors if e.sensor in view.sensors}
+        return {e.key: e.observe(view) for e in self.extractors if e.sensor in view.sensors}
 
     def compare(self, observed: Mapping[str, Observed], distance: float) -> Sighting:
         """Compare the features of a view, ``distance`` [m] after the last one, with all places."""
@@ -238,12 +238,12 @@ class ChainTracker:
 
     Over the mixture it observes, as in Fig. 3.11c, the posterior under the motion prior, not the bare likelihood. That
     prior must not come from the chain's own answer: a wrong answer would then confirm itself. Evidence needs no such
-    detour: it is a likelihood of the places and of being lost already.
+    detour: it is a likelihood of the places and of being lost already. ``settings`` are by default the profile's.
     """
 
-    def __init__(self, sequence: ReferenceSequence) -> None:
+    def __init__(self, sequence: ReferenceSequence, settings: ChainSettings | None = None) -> None:
         profile = sequence.profile
-        self.chain = Chain(sequence.along, profile.motion, profile.chain)
+        self.chain = Chain(sequence.along, profile.motion, settings or profile.chain)
         self._filter = MotionFilter(sequence)
         self._sequence = sequence
         forward = profile.method.decoding is Decoder.FORWARD
@@ -257,8 +257,12 @@ class ChainTracker:
     def update(self, sighting: Sighting) -> Belief:
         """Decode the views up to this sighting."""
         start = time.perf_counter()
-        decoded = self._decoder.update(self.observation(sighting))
+        decoded = self.decode(self.observation(sighting))
         return decoded_belief(decoded, replace(sighting.timings, chain=time.perf_counter() - start))
+
+    def decode(self, observation: Observation) -> Decoding | Posterior:
+        """Take the next view as the chain sees it."""
+        return self._decoder.update(observation)
 
     def observation(self, sighting: Sighting) -> Observation:
         """A sighting as the chain sees it."""

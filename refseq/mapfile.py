@@ -30,6 +30,8 @@ from refseq.view import Pose
 FORMAT = "refseq-map"
 VERSION = 2
 HEADER = "map.json"
+ATLAS = "atlas.json"
+"""What takes the header's place in an atlas."""
 EPOCH = (1980, 1, 1, 0, 0, 0)  # zip's earliest date: the same map gives the same bytes
 DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError, EOFError, ValueError, OverflowError)
 """What ``zipfile`` raises for bytes that make no archive; RuntimeError includes methods that it does not know."""
@@ -37,8 +39,21 @@ DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError, EOFError, 
 
 def save_map(sequence: ReferenceSequence, path: Path) -> None:
     """Write a map, replacing ``path`` in one step. Raises ``MapError`` when it cannot be written."""
+    write_archive(path, map_bytes(sequence))
+
+
+def write_archive(path: Path, content: bytes) -> None:
+    """Replace a file in one step. Raises ``MapError`` when it cannot be written."""
+    try:
+        replace_bytes(path, content)
+    except OSError as error:
+        raise MapError(f"{path}: cannot be written: {error.strerror}") from error
+
+
+def map_bytes(sequence: ReferenceSequence) -> bytes:
+    """A map as the content of its file: the same map gives the same bytes."""
     arrays = _arrays(sequence)
-    encoded = {name: _encode(array) for name, array in arrays.items()}
+    encoded = {name: encode(array) for name, array in arrays.items()}
     header = {
         "format": FORMAT,
         "version": VERSION,
@@ -52,10 +67,7 @@ def save_map(sequence: ReferenceSequence, path: Path) -> None:
         archive.writestr(zipfile.ZipInfo(HEADER, EPOCH), json.dumps(header, indent=1))
         for name, content in encoded.items():
             archive.writestr(zipfile.ZipInfo(f"{name}.npy", EPOCH), content, zipfile.ZIP_DEFLATED)
-    try:
-        replace_bytes(path, buffer.getvalue())
-    except OSError as error:
-        raise MapError(f"{path}: cannot be written: {error.strerror}") from error
+    return buffer.getvalue()
 
 
 def _arrays(sequence: ReferenceSequence) -> dict[str, NDArray[Any]]:
@@ -71,7 +83,8 @@ def _arrays(sequence: ReferenceSequence) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def _encode(array: NDArray[Any]) -> bytes:
+def encode(array: NDArray[Any]) -> bytes:
+    """An array as the content of a ``.npy`` file."""
     buffer = io.BytesIO()
     np.lib.format.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
     return buffer.getvalue()
@@ -79,10 +92,15 @@ def _encode(array: NDArray[Any]) -> bytes:
 
 def load_map(path: Path) -> ReferenceSequence:
     """Read a map. Raises ``MapError`` for a file that is none, is damaged, or is of another format version."""
+    return read_map(path, path)
+
+
+def read_map(file: Path | io.BytesIO, path: Path) -> ReferenceSequence:
+    """Read a map from a file, or from the content of one; ``path`` is where errors say that it is."""
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(file) as archive:
             header = _header(archive, path)
-            arrays = {name: _array(archive, name, digest, path) for name, digest in header["sha256"].items()}
+            arrays = {name: read_array(archive, name, digest, path) for name, digest in header["sha256"].items()}
     except OSError as error:
         raise MapError(f"{path}: cannot be read: {error.strerror}") from error
     except DAMAGE as error:
@@ -96,6 +114,8 @@ def load_map(path: Path) -> ReferenceSequence:
 
 
 def _header(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
+    if ATLAS in archive.namelist():
+        raise MapError(f"{path}: is an atlas of several sequences; valid is a map of one")
     try:
         header = json.loads(archive.read(HEADER))
     except (KeyError, ValueError) as error:
@@ -113,7 +133,8 @@ def _header(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
     return header
 
 
-def _array(archive: zipfile.ZipFile, name: str, digest: str, path: Path) -> NDArray[Any]:
+def read_array(archive: zipfile.ZipFile, name: str, digest: str, path: Path) -> NDArray[Any]:
+    """An array of an archive. Raises ``MapError`` where it is missing, damaged, or not of numbers."""
     try:
         content = archive.read(f"{name}.npy")
     except KeyError as error:

@@ -201,9 +201,21 @@ class Remembering:
             self._seen[id(view)] = view, self._extractor.observe(view)
         return self._seen[id(view)][1]
 
+    def describe(self, view: View) -> object:
+        """What is to be seen of a view."""
+        return self._extractor.describe(view)
+
+    def recognise(self, described: object) -> NDArray[np.intp]:
+        """Ids of the known features in it."""
+        return self._extractor.recognise(described)
+
     def state(self) -> Mapping[str, NDArray[Any]]:
         """Arrays that, with the profile, make the extractor again."""
         return self._extractor.state()
+
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """What another's features are here."""
+        return self._extractor.translated(state, size)
 
 
 def _shared_sensors(sequence: ReferenceSequence, query: Recording, first: Path, later: Path) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
-"""The command line: ``refseq record | learn | localise | compare | matrix | ablation | report | view | demo | doctor``.
+"""The command line: ``refseq record | learn | merge | localise | compare | matrix | ablation | report | view | demo``.
 
-``refseq worlds``, ``refseq robots`` and ``refseq scenario`` have commands of their own, in ``scenarios.worlds_cli``,
-``robots_cli`` and ``scenario_cli``.
+``refseq doctor`` looks at the machine. ``refseq worlds``, ``refseq robots`` and ``refseq scenario`` have commands of
+their own, in ``scenarios.worlds_cli``, ``robots_cli`` and ``scenario_cli``.
 
 Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line. Whatever a
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
@@ -19,6 +19,7 @@ import typer
 
 from scenarios.console import err, out, print_results, progress_bar, say, share_of, step_bars
 from scenarios.inputs import assignments, check_output, read_comparison, read_drive, read_show, stages, words, writing
+from scenarios.merge_cli import EXAMPLES, merge
 from scenarios.robots_cli import robots
 from scenarios.scenario_cli import scenario
 from scenarios.worlds_cli import worlds
@@ -38,6 +39,7 @@ app = typer.Typer(
 app.add_typer(worlds, name="worlds")
 app.add_typer(robots, name="robots")
 app.add_typer(scenario, name="scenario")
+app.command(epilog=EXAMPLES)(merge)
 
 
 class LaserRange(StrEnum):

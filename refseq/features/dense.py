@@ -7,7 +7,6 @@ some entries, drawn once, is the largest. Only the order of the entries counts, 
 keeps the word.
 """
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observed
+from refseq.features.extractor import Observer
 from refseq.features.sift import DESCRIPTOR_SIZE
 from refseq.view import View
 
@@ -43,7 +42,7 @@ class DenseSettings:
     seed: int = 2011
 
 
-class DenseWords:
+class DenseWords(Observer):
     """Words of one camera's image, ``columns`` · ``rows`` · ``codes`` of them in every view."""
 
     def __init__(self, camera: str, settings: DenseSettings, words: NDArray[np.int64] | None = None) -> None:
@@ -66,15 +65,18 @@ class DenseWords:
 
     def learn(self, view: View) -> NDArray[np.intp]:
         """Words of a reference view; those not met before are added."""
-        words = self.words_of(view.images[self.sensor])
+        words = self.describe(view)
         self._add(words[self._id_of[words] < 0])
         return np.sort(self._id_of[words])
 
-    def observe(self, view: View) -> Observed:
-        """Known words of a view."""
-        start = time.perf_counter()
-        ids = self._id_of[self.words_of(view.images[self.sensor])]
-        return Observed(np.sort(ids[ids >= 0]), time.perf_counter() - start)
+    def describe(self, view: View) -> NDArray[np.int64]:
+        """Words of a view."""
+        return self.words_of(view.images[self.sensor])
+
+    def recognise(self, described: NDArray[np.int64]) -> NDArray[np.intp]:
+        """Those that are known."""
+        ids = self._id_of[described].astype(np.intp)
+        return np.sort(ids[ids >= 0])
 
     def words_of(self, image: NDArray[np.uint8]) -> NDArray[np.int64]:
         """Distinct words of an image, by patch and code, known or not; a blank patch has none."""
@@ -98,6 +100,11 @@ class DenseWords:
     def state(self) -> Mapping[str, NDArray[Any]]:
         """The words met, (size,) int64, in the order of their ids."""
         return {"words": self._words}
+
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """The same words, whatever their numbers."""
+        ids: NDArray[np.intp] = self._id_of[state["words"]].astype(np.intp)
+        return ids
 
 
 class Patches(NamedTuple):

@@ -1,5 +1,7 @@
 """The one interface of all features."""
 
+import time
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, Protocol
 
@@ -26,11 +28,23 @@ class Extractor(Protocol):
     def learn(self, view: View) -> NDArray[np.intp]:
         """Ids of the features in a view of the reference drive; what was never seen becomes a new feature."""
 
+    def describe(self, view: View) -> Any:
+        """What is to be seen of a view, known or not; the same for all extractors of this kind and these settings."""
+
+    def recognise(self, described: Any) -> NDArray[np.intp]:
+        """Ids of the known features in what was described, rising."""
+
     def observe(self, view: View) -> "Observed":
-        """Ids of the known features in a view."""
+        """Describe a view and recognise what is known of it."""
 
     def state(self) -> Mapping[str, NDArray[Any]]:
         """Arrays that, with the profile, make this extractor again."""
+
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """What each of the ``size`` features of another such extractor, of another drive, is here, (size,).
+
+        ``state`` is the other's; −1 stands for what is not known here.
+        """
 
 
 class Observed:
@@ -42,3 +56,23 @@ class Observed:
         self.ids = ids
         self.extraction = extraction
         self.matching = matching
+
+
+class Observer(ABC):
+    """What all extractors have in common: to observe is to describe and to recognise."""
+
+    @abstractmethod
+    def describe(self, view: View) -> Any:
+        """What is to be seen of a view."""
+
+    @abstractmethod
+    def recognise(self, described: Any) -> NDArray[np.intp]:
+        """Ids of the known features in it."""
+
+    def observe(self, view: View) -> Observed:
+        """Ids of the known features in a view, and what finding them took."""
+        start = time.perf_counter()
+        described = self.describe(view)
+        middle = time.perf_counter()
+        ids = self.recognise(described)
+        return Observed(ids, middle - start, time.perf_counter() - middle)

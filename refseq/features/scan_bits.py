@@ -1,18 +1,17 @@
 """What the laser's fixed tables of bits have in common."""
 
-import time
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observed
+from refseq.features.extractor import Observer
 from refseq.view import LASER, Scan, View
 
 
-class ScanBits(ABC):
+class ScanBits(Observer):
     """An extractor whose features are bits that a scan sets, of a table that is fixed: nothing is learnt."""
 
     key: str
@@ -29,14 +28,21 @@ class ScanBits(ABC):
 
     def learn(self, view: View) -> NDArray[np.intp]:
         """Bits of a reference view."""
-        return self.observe(view).ids
+        return self.describe(view)
 
-    def observe(self, view: View) -> Observed:
+    def describe(self, view: View) -> NDArray[np.intp]:
         """Bits of a view that has a scan."""
-        start = time.perf_counter()
         assert view.scan is not None, "the localiser asks only where the sensor is there"
-        return Observed(self.bits(view.scan), time.perf_counter() - start)
+        return self.bits(view.scan)
+
+    def recognise(self, described: NDArray[np.intp]) -> NDArray[np.intp]:
+        """All bits are known."""
+        return described
 
     def state(self) -> Mapping[str, NDArray[Any]]:
         """Nothing was learnt."""
         return {}
+
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """The table is the same everywhere."""
+        return np.arange(size)

@@ -1,6 +1,5 @@
 """SIFT words of one camera (A.2 to A.4)."""
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -9,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observed
+from refseq.features.extractor import Observer
 from refseq.features.vocabulary import Vocabulary
 from refseq.view import View
 
@@ -57,7 +56,7 @@ class SiftSettings:
     exact_up_to: int = 20_000
 
 
-class SiftWords:
+class SiftWords(Observer):
     """Words of a camera's image. By default keys on the full and the half-resolution image only, the thesis' choice."""
 
     def __init__(self, camera: str, settings: SiftSettings, words: NDArray[np.uint8] | None = None) -> None:
@@ -74,15 +73,15 @@ class SiftWords:
 
     def learn(self, view: View) -> NDArray[np.intp]:
         """Words of a reference view; unknown descriptors become words."""
-        return np.unique(self.vocabulary.learn(self.descriptors(view.images[self.sensor])))
+        return np.unique(self.vocabulary.learn(self.describe(view)))
 
-    def observe(self, view: View) -> Observed:
-        """Words seen in a view."""
-        start = time.perf_counter()
-        descriptors = self.descriptors(view.images[self.sensor])
-        middle = time.perf_counter()
-        ids = self.vocabulary.match(descriptors)
-        return Observed(ids, middle - start, time.perf_counter() - middle)
+    def describe(self, view: View) -> NDArray[np.uint8]:
+        """Descriptors of a view, (n, 128)."""
+        return self.descriptors(view.images[self.sensor])
+
+    def recognise(self, described: NDArray[np.uint8]) -> NDArray[np.intp]:
+        """Words among descriptors."""
+        return self.vocabulary.match(described)
 
     def keys(self, image: NDArray[np.uint8]) -> Keys:
         """The strongest keys of an image, at most ``cap``; a blank image has none."""
@@ -113,6 +112,10 @@ class SiftWords:
     def state(self) -> Mapping[str, NDArray[Any]]:
         """The words, (size, 128) uint8."""
         return {"words": self.vocabulary.words}
+
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        """Words that another drive's are aliases of."""
+        return self.vocabulary.find(state["words"])
 
 
 def _octave(key: cv2.KeyPoint) -> int:

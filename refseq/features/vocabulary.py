@@ -56,9 +56,14 @@ class Vocabulary:
 
     def match(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
         """Sorted ids of the words that at least one of the descriptors (n, D) is an alias of."""
+        ids = np.unique(self.find(descriptors))
+        return ids[ids >= 0]
+
+    def find(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
+        """The word that each descriptor is an alias of, (n,); −1 for one that is unlike all."""
         exact = self._count <= self.exact_up_to or self._rows.dtype != np.uint8
         found = nearest(descriptors, self.words) if exact else self._indexed().nearest(descriptors)
-        return np.unique(found.ids[found.squared <= self.alias_distance**2])
+        return np.where(found.squared <= self.alias_distance**2, found.ids, -1)
 
     def _learn(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
         """As ``learn``, for so few descriptors that all may be compared with all."""

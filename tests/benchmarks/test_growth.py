@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import Stage
 from refseq.emissions import Emissions
-from refseq.features import Observed
+from refseq.features.extractor import Observer
 from refseq.incidence import IncidenceMatrix
 from refseq.localiser import Matcher, SequenceLocaliser, tracker_for
 from refseq.profile import BEST, THESIS, Matching, Profile
@@ -144,7 +144,7 @@ CASES = [
 
 
 @dataclass(frozen=True)
-class Drawn:
+class Drawn(Observer):
     """An extractor whose views' features were drawn beforehand; a view's time is its number."""
 
     key: str
@@ -156,13 +156,19 @@ class Drawn:
         return self.key.partition("/")[2]
 
     def learn(self, view: View) -> NDArray[np.intp]:
-        return self.observe(view).ids
+        return self.describe(view)
 
-    def observe(self, view: View) -> Observed:
-        return Observed(self.drawn[int(view.time)], 0.0)
+    def describe(self, view: View) -> NDArray[np.intp]:
+        return self.drawn[int(view.time)]
+
+    def recognise(self, described: NDArray[np.intp]) -> NDArray[np.intp]:
+        return described
 
     def state(self) -> Mapping[str, NDArray[Any]]:
         return {}
+
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        return np.arange(size)
 
 
 def drawn_map(K: int, kinds: Mapping[str, Block], profile: Profile) -> ReferenceSequence:

@@ -18,6 +18,7 @@ SETTINGS = (
     ChainSettings(lost_per_metre=0.3, stay_lost=0.8, lost_at_start=0.1),
     ChainSettings(lost=0.2, restart=0.3, near=2.0),
     ChainSettings(lost=0.0, stay_lost=0.0, restart=1.0),
+    ChainSettings(lost_per_metre=0.1, leaves_at_end=True, restart=0.2, near=2.0),
 )
 
 # Eighths of a metre are exact, so that edges of windows are hit exactly.
@@ -45,6 +46,24 @@ def dense_window(along: np.ndarray, distance: float, s: MotionSettings) -> np.nd
     return window / window.sum(axis=1, keepdims=True)
 
 
+def dense_beyond(chain: Chain, distance: float) -> np.ndarray:
+    """Share of the wide bar that lies farther past the end of a place's path than the path's places usually do."""
+    K, s = chain.K, chain.motion
+    ends = sorted(end % K for end in chain.ends)
+    paths = [list(range(first, end + 1)) for first, end in zip([0, *(end + 1 for end in ends)], ends, strict=False)]
+    steps = [chain.along[k + 1] - chain.along[k] for path in paths for k in path[:-1]]
+    margin = np.median(steps) if steps else 0.0
+    wide, shares = max(s.slack + s.drift * abs(distance), 1e-9), np.zeros(K)
+    for path in paths:
+        for k in path:
+            if distance > 0:
+                past = chain.along[k] + distance + wide - chain.along[path[-1]] - margin
+            else:
+                past = chain.along[path[0]] - margin - chain.along[k] - distance + wide
+            shares[k] = min(max(past / (2 * wide), 0), 1) if distance else 0
+    return shares
+
+
 def dense_start(chain: Chain) -> np.ndarray:
     """Probability of each of the 2 K states at the first view: in Lost_0, or at any place alike."""
     K, lost = chain.K, chain.settings.lost_at_start
@@ -56,9 +75,11 @@ def dense_transitions(chain: Chain, distance: float) -> np.ndarray:
     K, s, along = chain.K, chain.settings, chain.along
     lost = 1 - np.exp(-s.lost_per_metre * abs(distance)) if s.lost_per_metre else s.lost
     A = np.zeros((2 * K, 2 * K))
-    A[:K, :K] = (1 - lost) * dense_window(along, distance, chain.motion)
+    beyond = dense_beyond(chain, distance) if s.leaves_at_end else np.zeros(K)
+    A[:K, :K] = (1 - lost) * (1 - beyond[:, None]) * dense_window(along, distance, chain.motion)
+    ends = {end % K for end in chain.ends}
     for i in range(K):
-        A[i, K + min(i + 1, K - 1)] = lost
+        A[i, K + (i if i in ends else i + 1)] = 1 - (1 - lost) * (1 - beyond[i])
         A[K + i, K + i] = s.stay_lost
         if i == 0:
             A[K, :K] = (1 - s.stay_lost) / K

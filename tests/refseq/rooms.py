@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features import Observed
+from refseq.features.extractor import Observer
 from refseq.incidence import IncidenceMatrix
 from refseq.profile import Profile
 from refseq.sequence import ReferenceSequence
@@ -45,7 +45,7 @@ def cast(
     return Scan(ranges.astype(np.float32), -np.pi / 2, step)
 
 
-class Bits:
+class Bits(Observer):
     """A sensor whose image is the row of its features itself: not zero where one is seen."""
 
     def __init__(self, sensor: str, size: int) -> None:
@@ -54,13 +54,19 @@ class Bits:
         self.size = size
 
     def learn(self, view: View) -> NDArray[np.intp]:
-        return self.observe(view).ids
+        return self.describe(view)
 
-    def observe(self, view: View) -> Observed:
-        return Observed(np.flatnonzero(view.images[self.sensor]), 0.0)
+    def describe(self, view: View) -> NDArray[np.intp]:
+        return np.flatnonzero(view.images[self.sensor])
+
+    def recognise(self, described: NDArray[np.intp]) -> NDArray[np.intp]:
+        return described
 
     def state(self) -> Mapping[str, NDArray[Any]]:
         return {}
+
+    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
+        return np.arange(size)
 
 
 def bits_drive(

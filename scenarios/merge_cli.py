@@ -1,0 +1,77 @@
+"""``refseq merge``: several maps to one atlas."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scenarios.console import out, say
+from scenarios.errors import ScenarioError
+from scenarios.inputs import check_output
+
+if TYPE_CHECKING:
+    from refseq.merge import Decision
+
+EXAMPLES = """Examples:
+
+* `refseq merge east.refseq west.refseq -o atlas.refseq`
+* `refseq merge atlas.refseq north.refseq -o larger.refseq --log joins.toml`
+* `refseq merge east.refseq west.refseq -o atlas.refseq --decisions joins.toml`"""
+
+
+def merge(
+    maps: Annotated[
+        list[Path], typer.Argument(metavar="MAP...", help="Maps (.refseq); the first may be an atlas to add to.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Atlas to write (.refseq).")],
+    log: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Decisions to write, and why each was made (.toml).")
+    ] = None,
+    decisions: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Such a file with a person's decisions, which hold.")
+    ] = None,
+    confirm: Annotated[bool, typer.Option("--confirm", help="Ask about every join on the terminal.")] = False,
+    least: Annotated[float, typer.Option(metavar="M", help="Shortest stretch that is joined [m].")] = 5.0,
+) -> None:
+    """Merge maps into an atlas: what two of them share is kept in one of them, and linked."""
+    from refseq.atlasfile import load_atlas, save_atlas
+    from refseq.mapfile import load_map
+    from refseq.merge import added, leave_it
+    from refseq.overlap import OverlapSettings
+    from scenarios.joins import ask, decision_table, read_decisions, write_decisions
+
+    for path in (output, *([log] if log else [])):
+        check_output(path)
+    wishes = read_decisions(decisions) if decisions else []
+    settings = OverlapSettings(least=least)
+    atlas = load_atlas(maps[0])
+    sequences = [(path.stem, load_map(path)) for path in maps[1:]]
+    before = len(atlas) + sum(len(sequence) for _, sequence in sequences)
+    _check_names([path.name for path in atlas.paths], [name for name, _ in sequences], wishes)
+    told: list[Decision] = []
+    for name, sequence in sequences:
+        merged = added(atlas, name, sequence, settings, ask if confirm else leave_it, wishes)
+        atlas = merged.atlas
+        told.extend(merged.decisions)
+    if log is not None:
+        write_decisions(log, told)
+    save_atlas(atlas, output)
+    if told:
+        out.print(decision_table(told))
+    say(
+        out,
+        f"{output}: {len(atlas.paths)} paths, {len(atlas)} places of {before}, {len(atlas.links)} links, "
+        f"{sum(decision.joined for decision in told)} joins",
+    )
+
+
+def _check_names(there: Sequence[str], new: Sequence[str], wishes: "Sequence[Decision]") -> None:
+    for number, name in enumerate(new):
+        if name in (*there, *new[:number]):
+            raise ScenarioError(f"map {name!r} is there twice; valid are files of different names")
+    known = [*there, *new]
+    for wish in wishes:
+        for name in (wish.one, wish.other):
+            if name not in known:
+                raise ScenarioError(f"decisions: sequence {name!r} is unknown; valid are {', '.join(known)}")

@@ -1,0 +1,130 @@
+"""``refseq merge``: maps to an atlas, a person's decisions, and what is wrong told in one line."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from refseq.atlasfile import load_atlas
+from refseq.mapfile import load_map, save_map
+from refseq.merge import Decision
+from refseq.profile import BEST, THESIS
+from refseq.sequence import learn
+from scenarios.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
+from tests.scenarios.conftest import Refseq
+from tests.support import corridor_drive
+
+
+@pytest.fixture(scope="module")
+def maps(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Maps of the two halves of a drive, which share 12 views, and one of another profile."""
+    folder = tmp_path_factory.mktemp("maps")
+    drive = corridor_drive(np.random.default_rng(1), count=44, size=96)
+    save_map(learn(drive[:28], profile=BEST), folder / "west.refseq")
+    save_map(learn(drive[16:], profile=BEST), folder / "east.refseq")
+    save_map(learn(drive[:5], profile=THESIS), folder / "thesis.refseq")
+    return folder
+
+
+@pytest.fixture
+def here(maps: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(maps)
+    return maps
+
+
+DECISIONS: Sequence[Decision] = (
+    Decision("a", 'b "quoted"', (0, 5), (3, 8), (4.25, 4.5), True, "6 views lead to each other"),
+    Decision("a", "c", (1, 1), (0, 0), (0.0, 0.0), False, "only 0.0 m long"),
+)
+
+
+def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
+    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "atlas.refseq", "--log", "joins.toml")
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.splitlines()[-1].startswith("atlas.refseq: 2 paths, 4")
+    assert answer.out.splitlines()[-1].endswith(" places of 56, 2 links, 1 joins") or "1 links" in answer.out
+    atlas = load_atlas(here / "atlas.refseq")
+    assert [path.name for path in atlas.paths] == ["west", "east"]
+    (decision,) = read_decisions(here / "joins.toml")
+    assert decision.joined
+    assert np.abs(np.subtract(decision.first, (16, 27))).max() <= 2
+
+
+def test_a_person_refuses_and_adds_joins_by_the_file(refseq: Refseq, here: Path) -> None:
+    refuse = Decision("west", "east", (14, 27), (0, 11), (0, 0), False, "")
+    write_decisions(here / "no.toml", [refuse])
+    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "no.toml")
+    assert answer.code == 0
+    assert "refused" in answer.out
+    assert len(load_atlas(here / "two.refseq")) == 56
+    write_decisions(here / "yes.toml", [refuse, Decision("west", "east", (0, 5), (20, 25), (0, 0), True, "")])
+    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "yes.toml")
+    assert answer.code == 0
+    assert len(load_atlas(here / "two.refseq")) == 50
+
+
+def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
+    refseq("merge", "west.refseq", "-o", "atlas.refseq")
+    answer = refseq("merge", "atlas.refseq", "east.refseq", "-o", "larger.refseq")
+    assert answer.code == 0
+    refseq("merge", "west.refseq", "east.refseq", "-o", "at-once.refseq")
+    assert (here / "larger.refseq").read_bytes() == (here / "at-once.refseq").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("west.refseq none.refseq -o x.refseq", "none.refseq: cannot be read: No such file or directory"),
+        ("west.refseq west.refseq -o x.refseq", "map 'west' is there twice; valid are files of different names"),
+        ("west.refseq thesis.refseq -o x.refseq", "features are sift/forward"),
+        ("west.refseq east.refseq -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
+        ("west.refseq east.refseq -o x.refseq --least -1", "overlap.least is -1.0 m; valid is 0 or more"),
+        ("west.refseq east.refseq -o x.refseq --decisions bad.toml", "bad.toml: is no TOML"),
+        ("west.refseq east.refseq -o x.refseq --decisions odd.toml", "bad.toml"),
+    ],
+)
+def test_what_is_wrong_is_told_in_one_line(refseq: Refseq, here: Path, words: str, told: str) -> None:
+    (here / "bad.toml").write_text("[[join")
+    write_decisions(here / "odd.toml", [Decision("west", "moon", (0, 1), (0, 1), (0, 0), True, "")])
+    answer = refseq("merge", *words.split())
+    assert (answer.code, answer.out) == (2, "")
+    assert len(answer.err.splitlines()) == 1
+    if "odd" in words:
+        told = "decisions: sequence 'moon' is unknown; valid are west, east"
+    assert answer.err.startswith(f"error: {told}")
+    assert not (here / "x.refseq").exists()
+
+
+def test_decisions_are_read_as_they_were_written(tmp_path: Path) -> None:
+    write_decisions(tmp_path / "joins.toml", DECISIONS)
+    read = read_decisions(tmp_path / "joins.toml")
+    assert [d.why for d in read] == [BY_A_PERSON] * 2
+    for one, other in zip(read, DECISIONS, strict=True):
+        assert (one.one, one.other, one.first, one.second) == (other.one, other.other, other.first, other.second)
+        assert one.joined is other.joined
+    assert decision_table(DECISIONS).row_count == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("[[join]]\none = 3\n", "join.0.one = 3: input should be a valid string"),
+        ("[[join]]\none = 'a'\n", "join.0.other = "),
+        ("joins = 1\n", "joins = 1: extra inputs are not permitted"),
+        (
+            "[[join]]\none='a'\nother='b'\nfirst=[3,1]\nsecond=[0,1]\njoined=true\n",
+            "join.0.first = [3, 1]; valid is first view, last view",
+        ),
+    ],
+)
+def test_decisions_that_are_none(refseq: Refseq, here: Path, text: str, told: str) -> None:
+    (here / "wrong.toml").write_text(text)
+    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "x.refseq", "--decisions", "wrong.toml")
+    assert answer.code == 2
+    assert answer.err.startswith(f"error: wrong.toml: {told}")
+    assert len(answer.err.splitlines()) == 1
+
+
+def test_a_map_is_still_a_map(here: Path) -> None:
+    assert len(load_map(here / "west.refseq")) == 28
