@@ -1,7 +1,8 @@
-"""The command line: ``refseq record | learn | merge | localise | compare | matrix | ablation | report | view | demo``.
+"""The command line: ``refseq record | learn | localise | compare | matrix | ablation | report | view | demo``.
 
-``refseq doctor`` looks at the machine. ``refseq worlds``, ``refseq robots`` and ``refseq scenario`` have commands of
-their own, in ``scenarios.worlds_cli``, ``robots_cli`` and ``scenario_cli``.
+``refseq similarity | merge`` are for several maps, ``refseq doctor`` looks at the machine. ``refseq worlds``,
+``refseq robots`` and ``refseq scenario`` have commands of their own, in ``scenarios.worlds_cli``, ``robots_cli`` and
+``scenario_cli``.
 
 Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line. Whatever a
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
@@ -19,7 +20,7 @@ import typer
 
 from scenarios.console import err, out, print_results, progress_bar, say, share_of, step_bars
 from scenarios.inputs import assignments, check_output, read_comparison, read_drive, read_show, stages, words, writing
-from scenarios.merge_cli import EXAMPLES, merge
+from scenarios.merge_cli import MERGE_EXAMPLES, SIMILARITY_EXAMPLES, merge, similarity
 from scenarios.robots_cli import robots
 from scenarios.scenario_cli import scenario
 from scenarios.worlds_cli import worlds
@@ -39,7 +40,8 @@ app = typer.Typer(
 app.add_typer(worlds, name="worlds")
 app.add_typer(robots, name="robots")
 app.add_typer(scenario, name="scenario")
-app.command(epilog=EXAMPLES)(merge)
+app.command(epilog=SIMILARITY_EXAMPLES)(similarity)
+app.command(epilog=MERGE_EXAMPLES)(merge)
 
 
 class LaserRange(StrEnum):

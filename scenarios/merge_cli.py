@@ -1,4 +1,4 @@
-"""``refseq merge``: several maps to one atlas."""
+"""``refseq similarity``: two maps beside each other; ``refseq merge``: several maps to one atlas."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,16 +8,65 @@ import typer
 
 from scenarios.console import out, say
 from scenarios.errors import ScenarioError
-from scenarios.inputs import check_output
+from scenarios.inputs import check_output, writing
 
 if TYPE_CHECKING:
     from refseq.merge import Decision
 
-EXAMPLES = """Examples:
+Least = Annotated[float, typer.Option(metavar="M", help="Shortest stretch that is joined [m].")]
+SIMILARITY_EXAMPLES = """Examples:
+
+* `refseq similarity east.refseq west.refseq`
+* `refseq similarity east.refseq west.refseq -o alike.png --arrays alike.npz`"""
+MERGE_EXAMPLES = """Examples:
 
 * `refseq merge east.refseq west.refseq -o atlas.refseq`
 * `refseq merge atlas.refseq north.refseq -o larger.refseq --log joins.toml`
 * `refseq merge east.refseq west.refseq -o atlas.refseq --decisions joins.toml`"""
+
+
+def similarity(
+    one: Annotated[Path, typer.Argument(help="A map (.refseq).")],
+    other: Annotated[Path, typer.Argument(help="Another map.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Picture to draw (.png, .svg or .pdf).")
+    ] = None,
+    arrays: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Both matrices to write, there and back (.npz).")
+    ] = None,
+    least: Least = 5.0,
+) -> None:
+    """Compare the views of two maps, and tell which stretches they share; nothing is merged."""
+    from refseq.mapfile import load_map
+    from refseq.merge import merge as merged
+    from refseq.overlap import OverlapSettings
+    from scenarios.joins import decision_table
+    from scenarios.matrix import check_picture
+    from scenarios.similarity import draw, similarity_of, write_arrays
+
+    for path in (output, arrays):
+        if path is not None:
+            check_output(path)
+    if output is not None:
+        check_picture(output)
+    if arrays is not None and arrays.suffix != ".npz":
+        raise ScenarioError(f"{arrays}: is no name for arrays; valid is one that ends in .npz")
+    first, second = load_map(one), load_map(other)
+    _check_names([one.stem], [other.stem], [])
+    decisions = merged([one.stem, other.stem], [first, second], OverlapSettings(least=least)).decisions
+    found = similarity_of(one.stem, first, other.stem, second)
+    if decisions:
+        out.print(decision_table(decisions))
+    else:
+        say(out, "no view of one leads to the other and back")
+    if arrays is not None:
+        with writing(arrays):
+            write_arrays(arrays, found)
+        say(out, f"{arrays}")
+    if output is not None:
+        with writing(output):
+            draw(output, found, decisions)
+        say(out, f"{output}")
 
 
 def merge(
@@ -32,7 +81,7 @@ def merge(
         Path | None, typer.Option(metavar="FILE", help="Such a file with a person's decisions, which hold.")
     ] = None,
     confirm: Annotated[bool, typer.Option("--confirm", help="Ask about every join on the terminal.")] = False,
-    least: Annotated[float, typer.Option(metavar="M", help="Shortest stretch that is joined [m].")] = 5.0,
+    least: Least = 5.0,
 ) -> None:
     """Merge maps into an atlas: what two of them share is kept in one of them, and linked."""
     from refseq.atlasfile import load_atlas, save_atlas

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -123,6 +124,41 @@ def test_decisions_that_are_none(refseq: Refseq, here: Path, text: str, told: st
     answer = refseq("merge", "west.refseq", "east.refseq", "-o", "x.refseq", "--decisions", "wrong.toml")
     assert answer.code == 2
     assert answer.err.startswith(f"error: wrong.toml: {told}")
+    assert len(answer.err.splitlines()) == 1
+
+
+def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, here: Path) -> None:
+    answer = refseq("similarity", "west.refseq", "east.refseq", "-o", "alike.png", "--arrays", "alike.npz")
+    assert (answer.code, answer.err) == (0, "")
+    assert "joined" in answer.out
+    assert answer.out.splitlines()[-2:] == ["alike.npz", "alike.png"]
+    with np.load(here / "alike.npz") as arrays:
+        there, back = arrays["there"], arrays["back"]
+    assert (there.shape, back.shape) == ((28, 28), (28, 28))
+    assert there.sum(axis=1) == pytest.approx(np.ones(28))
+    # View 16 + k of the one is view k of the other.
+    assert np.abs(there[18:26].argmax(axis=1) - np.arange(2, 10)).max() <= 1
+    image = cv2.imread(str(here / "alike.png"))
+    assert image is not None
+    assert image.std() > 10
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("west.refseq thesis.refseq", "features are sift/forward"),
+        ("west.refseq east.refseq -o alike.txt", "alike.txt: is no picture's name"),
+        (
+            "west.refseq east.refseq --arrays alike.mat",
+            "alike.mat: is no name for arrays; valid is one that ends in .npz",
+        ),
+        ("west.refseq west.refseq", "map 'west' is there twice"),
+    ],
+)
+def test_what_cannot_be_compared_is_told(refseq: Refseq, here: Path, words: str, told: str) -> None:
+    answer = refseq("similarity", *words.split())
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith(f"error: {told}")
     assert len(answer.err.splitlines()) == 1
 
 
