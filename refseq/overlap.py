@@ -4,16 +4,22 @@ Localising the views of one sequence in the other says where it runs along it, b
 comes off. So each is localised in the other, and only what both say alike counts.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.alignment import Alignment, align
 from refseq.errors import MapError
+from refseq.profile import Matching
 from refseq.sequence import ReferenceSequence
 from refseq.similarity import sightings
 from refseq.view import LASER
+
+TOLD: Mapping[Matching, float] = MappingProxyType({Matching.EVIDENCE: 0.9, Matching.MIXTURE: 0.3})
+"""What every camera has to tell for an overlap [nats a view]; chosen in the world ``annex``, see docs/atlas.md."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +29,9 @@ class OverlapSettings:
     A view is matched where it is on the other sequence with probability above ``sure``, and the place that it is at
     leads back to within ``near`` of it. Matched views no farther apart than ``bridge`` make one stretch. It is an
     overlap where it is at least ``least`` long in both sequences, and neither length more than ``stretched`` times the
-    other; where at least the share ``met`` of its views is matched, in either; and where cameras, if there are any,
-    tell at least ``told`` [nats] a view for it: the laser alone takes a corridor for its reverse.
+    other; where at least the share ``met`` of its views is matched, in either; and where each camera, if there are any,
+    tells at least ``told`` [nats] a view for it: look-alikes deceive one camera, and the laser takes a corridor for its
+    reverse. None is the profile's own measure, ``TOLD``.
     """
 
     sure: float = 0.5
@@ -33,7 +40,7 @@ class OverlapSettings:
     least: float = 5.0
     stretched: float = 1.5
     met: float = 0.6
-    told: float = 0.5
+    told: float | None = None
 
     def __post_init__(self) -> None:
         """Raise ``MapError`` for what is no probability or length."""
@@ -117,15 +124,17 @@ def _judged(
         )
     told = {sensor: _told(pairs, one, other, sensor) for sensor in sorted(one.sensors)}
     cameras = [value for sensor, value in told.items() if sensor != LASER]
-    if cameras and max(cameras) < settings.told:
-        return Overlap(pairs, lengths, told, f"the laser alone says so: cameras tell {max(cameras):.2f} nats a view")
+    least = TOLD[one.profile.method.matching] if settings.told is None else settings.told
+    if cameras and min(cameras) < least:
+        seen = ", ".join(f"{sensor} {nats:.2f}" for sensor, nats in told.items())
+        return Overlap(pairs, lengths, told, f"cameras tell too little: {seen} nats a view; valid is {least:g} each")
     return Overlap(pairs, lengths, told)
 
 
 def _told(pairs: NDArray[np.intp], one: ReferenceSequence, other: ReferenceSequence, sensor: str) -> float:
-    """What a sensor says for the pairs [nats a view], asked both ways; the lesser of them."""
+    """What a sensor says for the pairs [nats a view], asked both ways; the greater, for a short map tells little."""
     ways = (one, other, pairs), (other, one, pairs[:, ::-1])
-    return min(_told_by_views(of, to, places, sensor) for of, to, places in ways)
+    return max(_told_by_views(of, to, places, sensor) for of, to, places in ways)
 
 
 def _told_by_views(of: ReferenceSequence, to: ReferenceSequence, places: NDArray[np.intp], sensor: str) -> float:

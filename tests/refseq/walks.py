@@ -26,7 +26,7 @@ class Town:
 
     corridors: str = "ABCDEF"
     length: float = 40.0
-    density: float = 6.0
+    density: float = 12.0
     seed: int = 1
 
     @cached_property
