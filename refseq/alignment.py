@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from refseq.forward import smooth
 from refseq.localiser import ChainTracker
-from refseq.sequence import ReferenceSequence
-from refseq.similarity import sightings
+from refseq.similarity import Translation
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,13 +21,14 @@ class Alignment:
     on: NDArray[np.float64]
 
 
-def align(of: ReferenceSequence, to: ReferenceSequence, seed: int = 0) -> Alignment:
-    """Localise the views of a sequence in another by the chain, each in the light of all.
+def align(translation: Translation, seed: int = 0) -> Alignment:
+    """Localise the views of a sequence, translated, in the other by the chain, each in the light of all.
 
     Either sequence may end on the other: whatever the profile says, a view past an end has left it.
     """
+    to = translation.to
     tracker = ChainTracker(to, replace(to.profile.chain, leaves_at_end=True))
-    observations = [tracker.observation(sighting) for sighting in sightings(of, to, seed=seed)]
+    observations = [tracker.observation(sighting) for sighting in translation.sightings(seed=seed)]
     posteriors = smooth(observations, tracker.chain)
     return Alignment(
         places=np.array([int(np.argmax(posterior.places)) for posterior in posteriors]),

@@ -109,6 +109,14 @@ class Chain:
         return self._latest[distance]
 
     @cached_property
+    def behind(self) -> NDArray[np.intp]:
+        """The Lost_Place behind each place, (K,): the next one, or a path's last one behind its last place."""
+        ends = np.array(self.ends) % self.K
+        behind = np.arange(1, self.K + 1)
+        behind[ends] = ends
+        return behind
+
+    @cached_property
     def nearness(self) -> Nearness:
         """exp(−distance / near) between places."""
         return Nearness(self.along, self.settings.near)
@@ -145,9 +153,7 @@ class Transitions:
 
     def __init__(self, chain: Chain, distance: float) -> None:
         settings, self._K, self._nearness = chain.settings, chain.K, chain.nearness
-        self._ends = np.array(chain.ends) % chain.K
-        self._behind = np.arange(1, chain.K + 1)
-        self._behind[self._ends] = self._ends
+        self._behind = chain.behind
         self._window = MotionWindow(chain.along, distance, chain.motion)
         self._reversing = distance < 0
         beyond = beyond_ends(chain, distance) if settings.leaves_at_end else np.zeros(chain.K)

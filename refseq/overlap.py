@@ -15,7 +15,7 @@ from refseq.alignment import Alignment, align
 from refseq.errors import MapError
 from refseq.profile import Matching
 from refseq.sequence import ReferenceSequence
-from refseq.similarity import sightings
+from refseq.similarity import Translation, translated
 from refseq.view import LASER
 
 TOLD: Mapping[Matching, float] = MappingProxyType({Matching.EVIDENCE: 0.9, Matching.MIXTURE: 0.3})
@@ -75,10 +75,11 @@ def overlaps(
     Raises ``MapError`` for maps of other features or settings.
     """
     settings = settings or OverlapSettings()
-    there, back = align(one, other), align(other, one)
+    ways = translated(one, other), translated(other, one)
+    there, back = map(align, ways)
     pairs = matched(one, there, back, settings)
     found = stretches(pairs, one.along, other.along, settings.bridge)
-    return [_judged(trimmed(pairs), one, other, settings) for pairs in found]
+    return [_judged(trimmed(pairs), one, other, ways, settings) for pairs in found]
 
 
 def matched(one: ReferenceSequence, there: Alignment, back: Alignment, settings: OverlapSettings) -> NDArray[np.intp]:
@@ -110,7 +111,11 @@ def stretches(
 
 
 def _judged(
-    pairs: NDArray[np.intp], one: ReferenceSequence, other: ReferenceSequence, settings: OverlapSettings
+    pairs: NDArray[np.intp],
+    one: ReferenceSequence,
+    other: ReferenceSequence,
+    ways: tuple[Translation, Translation],
+    settings: OverlapSettings,
 ) -> Overlap:
     lengths = float(np.ptp(one.along[pairs[:, 0]])), float(np.ptp(other.along[pairs[:, 1]]))
     if min(lengths) < settings.least:
@@ -122,7 +127,7 @@ def _judged(
         return Overlap(
             pairs, lengths, {}, f"only {met:.0%} of the views lead to each other; valid is {settings.met:.0%}"
         )
-    told = {sensor: _told(pairs, one, other, sensor) for sensor in sorted(one.sensors)}
+    told = {sensor: _told(pairs, ways, sensor) for sensor in sorted(one.sensors)}
     cameras = [value for sensor, value in told.items() if sensor != LASER]
     least = TOLD[one.profile.method.matching] if settings.told is None else settings.told
     if cameras and min(cameras) < least:
@@ -131,13 +136,13 @@ def _judged(
     return Overlap(pairs, lengths, told)
 
 
-def _told(pairs: NDArray[np.intp], one: ReferenceSequence, other: ReferenceSequence, sensor: str) -> float:
+def _told(pairs: NDArray[np.intp], ways: tuple[Translation, Translation], sensor: str) -> float:
     """What a sensor says for the pairs [nats a view], asked both ways; the greater, for a short map tells little."""
-    ways = (one, other, pairs), (other, one, pairs[:, ::-1])
-    return max(_told_by_views(of, to, places, sensor) for of, to, places in ways)
+    there, back = ways
+    return max(_told_by_views(there, pairs, sensor), _told_by_views(back, pairs[:, ::-1], sensor))
 
 
-def _told_by_views(of: ReferenceSequence, to: ReferenceSequence, places: NDArray[np.intp], sensor: str) -> float:
-    seen = list(sightings(of, to, sensors=[sensor]))
+def _told_by_views(way: Translation, places: NDArray[np.intp], sensor: str) -> float:
+    seen = list(way.sightings(sensors=[sensor]))
     likelihoods = np.array([seen[i].likelihood[j] for i, j in places])
-    return float(np.log(likelihoods * len(to)).mean())
+    return float(np.log(likelihoods * len(way.to)).mean())

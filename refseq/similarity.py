@@ -5,6 +5,7 @@ vocabulary to the word of the other that it is an alias of. So maps are compared
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,23 +43,33 @@ def renamed(column: Column, names: Column) -> Column:
     return {key: ids[ids >= 0] for key, ids in found.items()}
 
 
-def translated(of: ReferenceSequence, to: ReferenceSequence) -> list[Column]:
-    """Each place of a map in the features of another, those left out that the other does not know."""
+@dataclass(frozen=True)
+class Translation:
+    """The places of one map in the features of another, ``to``, to be looked for there as often as is asked.
+
+    ``columns`` are the places, without features that ``to`` does not know, ``distances`` those from place to place [m].
+    """
+
+    columns: Sequence[Column]
+    distances: NDArray[np.float64]
+    to: ReferenceSequence
+
+    def sightings(self, *, sensors: Sequence[str] | None = None, seed: int = 0) -> Iterator[Sighting]:
+        """Each place as a view that is looked for in the other map, in its order; by all ``sensors`` or some."""
+        matcher = Matcher(self.to, sensors=sensors, seed=seed)
+        keys = {extractor.key for extractor in matcher.extractors}
+        for column, distance in zip(self.columns, self.distances, strict=True):
+            observed = {key: Observed(ids, 0.0) for key, ids in column.items() if key in keys}
+            yield matcher.compare(observed, float(distance))
+
+
+def translated(of: ReferenceSequence, to: ReferenceSequence) -> Translation:
+    """A map in the features of another. Raises ``MapError`` for maps of other features or settings."""
     check_comparable(to, of)
     pairs = zip(to.extractors, of.extractors, strict=True)
     names = {mine.key: mine.translated(other.state(), other.size) for mine, other in pairs}
-    return [renamed(column, names) for column in columns(of)]
-
-
-def sightings(
-    of: ReferenceSequence, to: ReferenceSequence, *, sensors: Sequence[str] | None = None, seed: int = 0
-) -> Iterator[Sighting]:
-    """Each place of a map as a view that is looked for in another, in its order; by all ``sensors`` or some."""
-    matcher = Matcher(to, sensors=sensors, seed=seed)
-    keys = {extractor.key for extractor in matcher.extractors}
     distances = np.diff(of.along, prepend=of.along[0])
-    for column, distance in zip(translated(of, to), distances, strict=True):
-        yield matcher.compare({key: Observed(ids, 0.0) for key, ids in column.items() if key in keys}, float(distance))
+    return Translation([renamed(column, names) for column in columns(of)], distances, to)
 
 
 def view_similarity(of: ReferenceSequence, to: ReferenceSequence, seed: int = 0) -> NDArray[np.float64]:
@@ -67,4 +78,4 @@ def view_similarity(of: ReferenceSequence, to: ReferenceSequence, seed: int = 0)
     Rows sum to 1. It is not symmetric: each map knows its own features only. Raises ``MapError`` for maps of other
     features or settings.
     """
-    return np.array([sighting.likelihood for sighting in sightings(of, to, seed=seed)])
+    return np.array([sighting.likelihood for sighting in translated(of, to).sightings(seed=seed)])

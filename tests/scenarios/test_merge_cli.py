@@ -43,9 +43,12 @@ DECISIONS: Sequence[Decision] = (
 def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     answer = refseq("merge", "west.refseq", "east.refseq", "-o", "atlas.refseq", "--log", "joins.toml")
     assert (answer.code, answer.err) == (0, "")
-    assert answer.out.splitlines()[-1].startswith("atlas.refseq: 2 paths, 4")
-    assert answer.out.splitlines()[-1].endswith(" places of 56, 2 links, 1 joins") or "1 links" in answer.out
     atlas = load_atlas(here / "atlas.refseq")
+    # Of the last 12 views of the one and the first 12 of the other one dozen is left, but for a view at either end.
+    assert 42 <= len(atlas) <= 46
+    links = len(atlas.links)
+    assert answer.out.splitlines()[-1] == f"atlas.refseq: 2 paths, {len(atlas)} places of 56, {links} links, 1 joins"
+    assert links in (1, 2)
     assert [path.name for path in atlas.paths] == ["west", "east"]
     (decision,) = read_decisions(here / "joins.toml")
     assert decision.joined
