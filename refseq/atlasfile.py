@@ -98,6 +98,8 @@ def _header(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
 
 def _sequence(archive: zipfile.ZipFile, number: int, digests: Mapping[str, str], path: Path) -> ReferenceSequence:
     name = f"sequences/{number}.refseq"
+    if name not in archive.namelist():
+        raise ValueError(f"{name} is missing")
     content = archive.read(name)
     if hashlib.sha256(content).hexdigest() != digests[name]:
         raise MapError(f"{path}: {name} does not match its checksum: the file is damaged")
@@ -109,7 +111,13 @@ def _way(archive: zipfile.ZipFile, number: int, name: str, digests: Mapping[str,
     along, sequences, places = (
         read_array(archive, f"{stem}/{array}", digests[f"{stem}/{array}.npy"], path) for array in ARRAYS
     )
-    return Way(name, np.asarray(along, np.float64), _whole(sequences, stem), _whole(places, stem))
+    return Way(name, _distances(along, stem), _whole(sequences, stem), _whole(places, stem))
+
+
+def _distances(array: NDArray[Any], stem: str) -> NDArray[np.float64]:
+    if array.ndim != 1 or array.dtype.kind not in "fiu":
+        raise ValueError(f"{stem} is no list of distances")
+    return array.astype(np.float64)
 
 
 def _whole(array: NDArray[Any], stem: str) -> NDArray[np.intp]:
@@ -119,11 +127,17 @@ def _whole(array: NDArray[Any], stem: str) -> NDArray[np.intp]:
 
 
 def _check(atlas: Atlas) -> None:
-    """Raise ``ValueError`` or ``MapError`` for members that are each right but not together."""
+    """Raise ``ValueError`` for members that are each right but not together."""
     if not atlas.sequences or not atlas.paths:
         raise ValueError("there is no sequence or no path")
-    for sequence in atlas.sequences[1:]:
-        check_comparable(atlas.sequences[0], sequence)
+    for name, sequence in zip(atlas.names, atlas.sequences, strict=True):
+        try:
+            check_comparable(atlas.sequences[0], sequence)
+        except MapError as error:
+            raise ValueError(f"sequence {name!r}: {error}") from error
+    for what, names in (("sequence", atlas.names), ("path", tuple(way.name for way in atlas.paths))):
+        if twice := [name for number, name in enumerate(names) if name in names[:number]]:
+            raise ValueError(f"{what} {twice[0]!r} is there twice")
     for way in atlas.paths:
         if not len(way.along) == len(way.sequences) == len(way.places) > 0:
             raise ValueError(f"path {way.name!r} has lists of unequal length")
@@ -134,3 +148,14 @@ def _check(atlas: Atlas) -> None:
         sizes = np.array([len(sequence) for sequence in atlas.sequences])[way.sequences]
         if (outside := way.places[(way.places < 0) | (way.places >= sizes)]).size:
             raise ValueError(f"path {way.name!r} runs through place {int(outside[0])}, which is not there")
+    for number, (name, sequence) in enumerate(zip(atlas.names, atlas.sequences, strict=True)):
+        _check_learnt(atlas, number, name, len(sequence))
+
+
+def _check_learnt(atlas: Atlas, number: int, name: str, count: int) -> None:
+    """Raise ``ValueError`` where a sequence's own path does not run through every place that the sequence holds."""
+    own = [way.places[way.sequences == number] for way in atlas.paths if way.name == name]
+    if not own:
+        raise ValueError(f"sequence {name!r} has no path")
+    if (missed := np.setdiff1d(np.arange(count), own[0])).size:
+        raise ValueError(f"path {name!r} does not run through place {int(missed[0])} of its sequence")

@@ -1,6 +1,6 @@
 """``refseq similarity``: two maps beside each other; ``refseq merge``: several maps to one atlas."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +12,7 @@ from scenarios.inputs import check_output, writing
 
 if TYPE_CHECKING:
     from refseq.merge import Decision
+    from refseq.sequence import ReferenceSequence
 
 Least = Annotated[float, typer.Option(metavar="M", help="Shortest stretch that is joined [m].")]
 SIMILARITY_EXAMPLES = """Examples:
@@ -53,6 +54,7 @@ def similarity(
         raise ScenarioError(f"{arrays}: is no name for arrays; valid is one that ends in .npz")
     first, second = load_map(one), load_map(other)
     _check_names([one.stem], [other.stem], [])
+    _check_maps(first, [(other, second)])
     decisions = merged([one.stem, other.stem], [first, second], OverlapSettings(least=least)).decisions
     found = similarity_of(one.stem, first, other.stem, second)
     if decisions:
@@ -92,12 +94,16 @@ def merge(
 
     for path in (output, *([log] if log else [])):
         check_output(path)
+    if log is not None and log.resolve() == output.resolve():
+        raise ScenarioError(f"{log}: is the atlas and the log at once; valid are two files")
     wishes = read_decisions(decisions) if decisions else []
     settings = OverlapSettings(least=least)
     atlas = load_atlas(maps[0])
     sequences = [(path.stem, load_map(path)) for path in maps[1:]]
     before = len(atlas) + sum(len(sequence) for _, sequence in sequences)
     _check_names([path.name for path in atlas.paths], [name for name, _ in sequences], wishes)
+    _check_maps(atlas.sequences[0], list(zip(maps[1:], (sequence for _, sequence in sequences), strict=True)))
+    _check_wishes({path.name: len(path) for path in atlas.paths} | {n: len(s) for n, s in sequences}, wishes)
     told: list[Decision] = []
     for name, sequence in sequences:
         merged = added(atlas, name, sequence, settings, ask if confirm else leave_it, wishes)
@@ -124,3 +130,33 @@ def _check_names(there: Sequence[str], new: Sequence[str], wishes: "Sequence[Dec
         for name in (wish.one, wish.other):
             if name not in known:
                 raise ScenarioError(f"decisions: sequence {name!r} is unknown; valid are {', '.join(known)}")
+
+
+def _check_maps(first: "ReferenceSequence", others: "Sequence[tuple[Path, ReferenceSequence]]") -> None:
+    """Tell which file does not go with the first before any is merged."""
+    from refseq.errors import MapError
+    from refseq.similarity import check_comparable
+
+    for path, sequence in others:
+        try:
+            check_comparable(first, sequence)
+        except MapError as error:
+            raise MapError(f"{path}: {error}") from error
+
+
+def _check_wishes(views: Mapping[str, int], wishes: "Sequence[Decision]") -> None:
+    """Tell of decisions that nothing would ever be decided by; ``views`` are those of each path, in their order."""
+    order = list(views)
+    for wish in wishes:
+        if wish.one == wish.other:
+            raise ScenarioError(f"decisions: {wish.one!r} is one and other; valid are two sequences")
+        if order.index(wish.one) > order.index(wish.other):
+            raise ScenarioError(
+                f"decisions: {wish.one!r} comes first in {wish.one!r} and {wish.other!r}; "
+                f"valid is {wish.other!r}, which is merged before it"
+            )
+        for name, (first, last) in ((wish.one, wish.first), (wish.other, wish.second)):
+            if last >= views[name]:
+                raise ScenarioError(
+                    f"decisions: {name!r} has no views {first} to {last}; valid are 0 to {views[name] - 1}"
+                )

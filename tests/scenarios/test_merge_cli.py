@@ -1,6 +1,7 @@
 """``refseq merge``: maps to an atlas, a person's decisions, and what is wrong told in one line."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -12,6 +13,7 @@ from refseq.mapfile import load_map, save_map
 from refseq.merge import Decision
 from refseq.profile import BEST, THESIS
 from refseq.sequence import learn
+from refseq.view import LASER
 from scenarios.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive
@@ -19,12 +21,15 @@ from tests.support import corridor_drive
 
 @pytest.fixture(scope="module")
 def maps(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Maps of the two halves of a drive, which share 12 views, and one of another profile."""
+    """Maps of the two halves of a drive, which share 12 views, and some that do not go with them."""
     folder = tmp_path_factory.mktemp("maps")
     drive = corridor_drive(np.random.default_rng(1), count=44, size=96)
     save_map(learn(drive[:28], profile=BEST), folder / "west.refseq")
     save_map(learn(drive[16:], profile=BEST), folder / "east.refseq")
     save_map(learn(drive[:5], profile=THESIS), folder / "thesis.refseq")
+    save_map(learn(drive[:5], profile=BEST, sensors=["forward", LASER]), folder / "one-eye.refseq")
+    save_map(learn(drive[:5], profile=replace(BEST, sift=replace(BEST.sift, cap=7))), folder / "seven.refseq")
+    (folder / "cut.refseq").write_bytes((folder / "east.refseq").read_bytes()[:5000])
     return folder
 
 
@@ -81,7 +86,15 @@ def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
     [
         ("west.refseq none.refseq -o x.refseq", "none.refseq: cannot be read: No such file or directory"),
         ("west.refseq west.refseq -o x.refseq", "map 'west' is there twice; valid are files of different names"),
-        ("west.refseq thesis.refseq -o x.refseq", "features are sift/forward"),
+        ("west.refseq thesis.refseq -o x.refseq", "thesis.refseq: features are sift/forward"),
+        ("west.refseq one-eye.refseq -o x.refseq", "one-eye.refseq: features are sift/forward, dense/forward, walls"),
+        ("west.refseq east.refseq seven.refseq -o x.refseq", "seven.refseq: profile.sift"),
+        ("west.refseq east.refseq cut.refseq -o x.refseq", "cut.refseq: is not a .refseq map, or is damaged"),
+        ("cut.refseq west.refseq -o x.refseq", "cut.refseq: is not a .refseq file, or is damaged"),
+        (
+            "west.refseq east.refseq -o x.refseq --log x.refseq",
+            "x.refseq: is the atlas and the log at once; valid are two files",
+        ),
         ("west.refseq east.refseq -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
         ("west.refseq east.refseq -o x.refseq --least -1", "overlap.least is -1.0 m; valid is 0 or more"),
         ("west.refseq east.refseq -o x.refseq --decisions bad.toml", "bad.toml: is no TOML"),
@@ -98,6 +111,68 @@ def test_what_is_wrong_is_told_in_one_line(refseq: Refseq, here: Path, words: st
         told = "decisions: sequence 'moon' is unknown; valid are west, east"
     assert answer.err.startswith(f"error: {told}")
     assert not (here / "x.refseq").exists()
+
+
+@pytest.mark.parametrize("spoilt", [0, 3, 7])
+def test_one_corrupt_map_among_eight_is_named_and_nothing_is_written(
+    refseq: Refseq, maps: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spoilt: int
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    whole = (maps / "west.refseq").read_bytes()
+    for number in range(8):
+        at = len(whole) // 2
+        (tmp_path / f"{number}.refseq").write_bytes(
+            whole[:at] + bytes([whole[at] ^ 255]) + whole[at + 1 :] if number == spoilt else whole
+        )
+    (tmp_path / "old.toml").write_text("an older log")
+    answer = refseq("merge", *sorted(tmp_path.glob("*.refseq")), "-o", "atlas.refseq", "--log", "old.toml")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith(f"error: {tmp_path / f'{spoilt}.refseq'}: ")
+    assert len(answer.err.splitlines()) == 1
+    assert not (tmp_path / "atlas.refseq").exists()
+    assert (tmp_path / "old.toml").read_text() == "an older log"
+
+
+@pytest.mark.parametrize("joined", [True, False])
+@pytest.mark.parametrize(
+    ("one", "other", "first", "second", "told"),
+    [
+        ("west", "east", (100, 120), (0, 5), "'west' has no views 100 to 120; valid are 0 to 27"),
+        ("west", "east", (20, 28), (0, 5), "'west' has no views 20 to 28; valid are 0 to 27"),
+        ("west", "east", (0, 5), (7, 10**30), "'east' has no views 7 to 1" + 30 * "0" + "; valid are 0 to 27"),
+        ("east", "west", (0, 5), (0, 5), "'east' comes first in 'east' and 'west'; valid is 'west', which is merged"),
+        ("west", "west", (0, 5), (9, 15), "'west' is one and other; valid are two sequences"),
+    ],
+)
+def test_decisions_about_what_is_not_there(
+    refseq: Refseq,
+    here: Path,
+    one: str,
+    other: str,
+    first: tuple[int, int],
+    second: tuple[int, int],
+    told: str,
+    joined: bool,
+) -> None:
+    """None of them would ever have held, or not for the views that it names."""
+    write_decisions(here / "odd.toml", [Decision(one, other, first, second, (0, 0), joined, "")])
+    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "x.refseq", "--decisions", "odd.toml")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith(f"error: decisions: {told}")
+    assert len(answer.err.splitlines()) == 1
+    assert not (here / "x.refseq").exists()
+
+
+def test_a_map_that_does_not_go_with_the_others_is_refused_before_any_is_merged(
+    refseq: Refseq, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def merged(*_: object) -> None:
+        pytest.fail("a merge was begun")
+
+    monkeypatch.setattr("refseq.merge.added", merged)
+    answer = refseq("merge", "west.refseq", "east.refseq", "one-eye.refseq", "-o", "x.refseq")
+    assert answer.code == 2
+    assert answer.err.startswith("error: one-eye.refseq: features are ")
 
 
 def test_decisions_are_read_as_they_were_written(tmp_path: Path) -> None:
@@ -149,7 +224,7 @@ def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, he
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ("west.refseq thesis.refseq", "features are sift/forward"),
+        ("west.refseq thesis.refseq", "thesis.refseq: features are sift/forward"),
         ("west.refseq east.refseq -o alike.txt", "alike.txt: is no picture's name"),
         (
             "west.refseq east.refseq --arrays alike.mat",
