@@ -49,6 +49,7 @@ COSTS = {
     "packaging": "no doctor: versions cannot be compared",
     "pebble": "no campaigns: scenarios have no processes to run in",
     "junitparser": "no JUnit XML for a CI server; campaigns cannot be run",
+    "networkx": "no routes over an atlas",
 }
 
 
