@@ -1,8 +1,8 @@
 """The command line: ``refseq record | learn | localise | compare | matrix | ablation | report | view | demo``.
 
-``refseq similarity | merge`` are for several maps, ``refseq doctor`` looks at the machine. ``refseq worlds``,
-``refseq robots`` and ``refseq scenario`` have commands of their own, in ``scenarios.worlds_cli``, ``robots_cli`` and
-``scenario_cli``.
+``refseq similarity | merge`` are for several maps, ``refseq route`` for what they were merged to, ``refseq doctor``
+looks at the machine. ``refseq worlds``, ``refseq robots`` and ``refseq scenario`` have commands of their own, in
+``scenarios.worlds_cli``, ``robots_cli`` and ``scenario_cli``.
 
 Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line. Whatever a
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
@@ -22,6 +22,8 @@ from scenarios.console import err, out, print_results, progress_bar, say, share_
 from scenarios.inputs import assignments, check_output, read_comparison, read_drive, read_show, stages, words, writing
 from scenarios.merge_cli import MERGE_EXAMPLES, SIMILARITY_EXAMPLES, merge, similarity
 from scenarios.robots_cli import robots
+from scenarios.route_cli import EXAMPLES as ROUTE_EXAMPLES
+from scenarios.route_cli import route
 from scenarios.scenario_cli import scenario
 from scenarios.worlds_cli import worlds
 
@@ -42,6 +44,7 @@ app.add_typer(robots, name="robots")
 app.add_typer(scenario, name="scenario")
 app.command(epilog=SIMILARITY_EXAMPLES)(similarity)
 app.command(epilog=MERGE_EXAMPLES)(merge)
+app.command(epilog=ROUTE_EXAMPLES)(route)
 
 
 class LaserRange(StrEnum):
