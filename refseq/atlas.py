@@ -65,6 +65,27 @@ class Atlas:
         """The places of a path, counted through all sequences, (K,)."""
         return self.first[path.sequences] + path.places
 
+    @cached_property
+    def learnt(self) -> NDArray[np.intp]:
+        """The view that each place was learnt from, (K,), counted through all paths one behind the other."""
+        views = np.empty(len(self), np.intp)
+        start = 0
+        for path in self.paths:
+            own = self._own(path)
+            views[self.numbered(path)[own]] = start + np.flatnonzero(own)
+            start += len(path)
+        return views
+
+    def _own(self, path: Path) -> NDArray[np.bool_]:
+        """Which views of a path hold their place themselves, (K,)."""
+        own = np.array([name == path.name for name in self.names])
+        return np.asarray(own[path.sequences])
+
+    @property
+    def held_by(self) -> NDArray[np.intp]:
+        """For each view of all paths, one behind the other, the view whose place it is at now: mostly itself."""
+        return np.concatenate([self.learnt[self.numbered(path)] for path in self.paths])
+
     @property
     def poses(self) -> tuple[Pose | None, ...]:
         """True poses of all places, where they are known: for scoring and drawing only."""

@@ -8,7 +8,7 @@ Bayes' rule, and the links carry the belief from one sequence to the next.
 import math
 import time
 from collections import deque
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Protocol
 
@@ -84,6 +84,20 @@ class AtlasLocaliser:
     def update(self, view: View) -> Belief:
         """Take the next view and answer from the views up to it."""
         return self._tracker.update(self._matcher.match(view))
+
+
+def localise_in(
+    atlas: Atlas, views: Iterable[View], *, stages: Sequence[Stage] = tuple(Stage), seed: int = 0
+) -> Mapping[Stage, list[Belief]]:
+    """Localise a whole drive in an atlas at several stages; each view is matched once for all of them."""
+    matcher = AtlasMatcher(atlas, seed=seed)
+    trackers = {stage: atlas_tracker(stage, atlas) for stage in stages}
+    beliefs: dict[Stage, list[Belief]] = {stage: [] for stage in stages}
+    for view in views:
+        sightings = matcher.match(view)
+        for stage, tracker in trackers.items():
+            beliefs[stage].append(tracker.update(sightings))
+    return beliefs
 
 
 def of_sequences(atlas: Atlas, belief: Belief) -> NDArray[np.float64]:

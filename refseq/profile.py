@@ -84,7 +84,9 @@ BEST = Profile(
     method=MethodSettings(Matching.EVIDENCE, Decoder.FORWARD),
     sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, halved=True, root=True),
     motion=MotionSettings(slack=0.1, drift=0.1, thin=0.02),
-    chain=ChainSettings(lost_per_metre=0.01, stay_lost=0.92, lost_at_start=0.1, restart=0.3, near=5.0),
+    chain=ChainSettings(
+        lost_per_metre=0.01, leaves_at_end=True, stay_lost=0.92, lost_at_start=0.1, restart=0.3, near=5.0
+    ),
 )
 """Ours: every value was chosen on the world ``annex`` and on a real recording, see docs/best.md."""
 

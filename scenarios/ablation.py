@@ -33,7 +33,7 @@ from scenarios.errors import ScenarioError
 from scenarios.evaluate import StageResult, compare, results
 from scenarios.inputs import read_drive
 from scenarios.naming import pair_name
-from scenarios.score import WIDE, ReferencePath
+from scenarios.score import WIDE, path_of
 
 FIGURE = (("camera-1",), ("camera-1", LASER), ("camera-2", LASER), ("camera-1", "camera-2"))
 """The sensors that Fig. 2.11 and 2.13 leave alone with the mixture, before all of them."""
@@ -249,7 +249,7 @@ def _row(case: Case, comparisons: Sequence[Comparison]) -> Row:
 
 def _on_map(comparison: Comparison, case: Case) -> list[tuple[NDArray[np.float64], int]]:
     """Posterior and true place of each query view on the map: the place nearest to its true pose."""
-    path = ReferencePath(comparison.reference_views)
+    path = path_of(comparison)
     found = []
     for view, belief in zip(comparison.query_views, comparison.beliefs[case.stage], strict=True):
         place = path.nearest(view.truth)

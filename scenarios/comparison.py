@@ -1,11 +1,30 @@
 """What is scored and reported: one drive localised in the map of another."""
 
+import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 from refseq.belief import Belief, Stage
 from refseq.view import View
 from scenarios.errors import ScenarioError
+from scenarios.merging import Merging
+
+
+@dataclass(frozen=True, slots=True)
+class Drives:
+    """Several reference drives, one behind the other: their names, and how many views each has."""
+
+    names: tuple[str, ...]
+    lengths: tuple[int, ...]
+
+    @property
+    def stretches(self) -> tuple[slice, ...]:
+        """The views of each."""
+        ends = list(itertools.accumulate(self.lengths))
+        return tuple(slice(end - length, end) for end, length in zip(ends, self.lengths, strict=True))
 
 
 @dataclass(frozen=True)
@@ -15,6 +34,9 @@ class Comparison:
     ``name`` says what changed between the two ("16:00 → 18:00"); comparisons of one name differ in the seed only and
     are pooled in tables. ``beliefs`` holds M answers for each method by its name: a ``Stage``, which is a word, or any
     other localiser's; the metadata say what was driven, and where.
+
+    Where several drives were learnt, their views stand one behind the other, as ``drives`` tells (None: it is one), and
+    places are views of any of them; ``mergings`` say, by method, which places were made one.
     """
 
     name: str
@@ -23,6 +45,18 @@ class Comparison:
     query_views: Sequence[View]
     query_metadata: Mapping[str, object]
     beliefs: Mapping[str, Sequence[Belief]]
+    drives: Drives | None = None
+    mergings: Mapping[str, Merging] = field(default_factory=dict)
+
+    @property
+    def stretches(self) -> tuple[slice, ...]:
+        """The reference views of each drive."""
+        return self.drives.stretches if self.drives else (slice(0, len(self.reference_views)),)
+
+    def held_by(self, method: str) -> NDArray[np.intp]:
+        """For each reference view the one whose place it is at, (K,): itself, where nothing was merged."""
+        found = self.mergings.get(method)
+        return np.arange(len(self.reference_views)) if found is None else found.held_by
 
     def __post_init__(self) -> None:
         """Raise ``ScenarioError`` when the answers do not fit the views."""

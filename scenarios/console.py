@@ -21,7 +21,7 @@ out, err = Console(), Console(stderr=True)
 
 def say(console: Console, line: str) -> None:
     """Print one line as it is: a file's name may be long, and may hold what rich takes for markup."""
-    console.print(line.replace("\n", " "), highlight=False, markup=False, soft_wrap=True)
+    console.print(line.replace("\n", " "), highlight=False, markup=False, emoji=False, soft_wrap=True)
 
 
 def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:

@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from refseq.belief import Timings
+from scenarios.atlas_score import AtlasScore, JoinScore, atlas_score, pool_atlas
 from scenarios.bootstrap import interval_over_runs
 from scenarios.comparison import Comparison, shared_methods, single_view_of
 from scenarios.episodes import Way
@@ -41,7 +42,7 @@ class Figures:
 
     ``wide_runs`` and ``narrow_runs`` are the same, a score a comparison. ``times`` [ms a view] are by step. ``harm``
     are the views that were answered wrong where the same method without their order answers right, of those; ``None``
-    where there is no such method, or it did not answer.
+    where there is no such method, or it did not answer. ``atlas`` is None where one drive was learnt.
     """
 
     method: str
@@ -52,6 +53,7 @@ class Figures:
     narrow_runs: tuple[Score, ...]
     times: Mapping[str, Spread]
     harm: Proportion | None
+    atlas: AtlasScore | None = None
 
 
 def figures(comparisons: Sequence[Comparison], wide: Tolerance = WIDE, narrow: Tolerance = NARROW) -> list[Figures]:
@@ -77,7 +79,14 @@ def _figures(comparisons: Sequence[Comparison], method: str, wide: Tolerance, na
         narrow_runs=narrow_runs,
         times=step_times(timings),
         harm=_harm(comparisons, method, pooled),
+        atlas=_atlas(comparisons, method, wide),
     )
+
+
+def _atlas(comparisons: Sequence[Comparison], method: str, wide: Tolerance) -> AtlasScore | None:
+    if any(one.drives is None or len(one.drives.names) == 1 for one in comparisons):
+        return None
+    return pool_atlas([atlas_score(one, method, wide) for one in comparisons])
 
 
 def _spread(values: Sequence[float]) -> Spread:
@@ -170,6 +179,42 @@ def ways_text(ways: Sequence[Way]) -> str:
     return (_metres(float(np.median(found))) if found else NONE) + (f" ({never} of {len(ways)})" if never else "")
 
 
+def atlas_table(title: str, found: Sequence[Figures]) -> Table | None:
+    """What was joined, and what came of it; ``None`` where one drive was learnt."""
+    scored = [(one.method, one.atlas) for one in found if one.atlas is not None]
+    if not scored:
+        return None
+    table = _table(title)
+    for heading in (
+        "way to P(right) > 0.9\nafter a fork [m]",
+        "jumps",
+        "joins\n(false)",
+        "joined rightly\nof taken out, %",
+        "joined\nof shared, %",
+        "places\nleft",
+        "twice\nthere",
+        "map\n[kB]",
+    ):
+        table.add_column(Text(heading), justify="right", no_wrap=True)
+    for method, atlas in scored:
+        table.add_row(method, ways_text(atlas.forks), str(atlas.jumps), *join_cells(atlas.joined))
+    return table
+
+
+def join_cells(joined: JoinScore | None) -> list[str]:
+    """What was merged, in words: joins, precision, recall, places, duplicates, bytes."""
+    if joined is None:
+        return [NONE] * 6
+    return [
+        f"{joined.joins} ({joined.false_joins})",
+        _percent(joined.precision),
+        _percent(joined.recall),
+        f"{joined.places} of {joined.views}",
+        str(joined.duplicates),
+        f"{joined.bytes_after / 1000:.0f} of {joined.bytes_before / 1000:.0f}",
+    ]
+
+
 def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
     """All figures as a table of comma-separated values, units in the columns' names; empty where there is none."""
     text = io.StringIO()
@@ -221,6 +266,28 @@ def figures_record(one: Figures) -> dict[str, float | None]:
         **_ways_record("to_recover", wide.episodes.to_recover),
         **{f"{step}_median_ms": _finite(one.times[step].median) for step in STEPS},
         **{f"{step}_p95_ms": _finite(one.times[step].p95) for step in STEPS},
+        **({} if one.atlas is None else _atlas_record(one.atlas)),
+    }
+
+
+def _atlas_record(atlas: AtlasScore) -> dict[str, float | None]:
+    record = {**_ways_record("fork", atlas.forks), "jumps_views": atlas.jumps}
+    if (joined := atlas.joined) is None:
+        return record
+    return record | {
+        "joins_precision_right_views": joined.precision.successes,
+        "joins_precision_of_views": joined.precision.trials,
+        "joins_recall_joined_views": joined.recall.successes,
+        "joins_recall_of_views": joined.recall.trials,
+        "duplicate_places": joined.duplicates,
+        "joins": joined.joins,
+        "false_joins": joined.false_joins,
+        "overlooked_joins": joined.overlooked,
+        "atlas_places": joined.places,
+        "learnt_views": joined.views,
+        "maps_bytes": joined.bytes_before,
+        "atlas_bytes": joined.bytes_after,
+        "merging_s": _finite(joined.seconds),
     }
 
 

@@ -99,7 +99,7 @@ def decision_table(decisions: Sequence[Decision]) -> Table:
     """Decisions, a row each."""
     table = Table(box=SIMPLE, pad_edge=False)
     for name in ("", "one", "views", "other", "views", "length [m]", "why"):
-        table.add_column(name, no_wrap=name != "why")
+        table.add_column(Text(name), no_wrap=name != "why")
     for d in decisions:
         table.add_row(
             Text("joined" if d.joined else "refused", "green" if d.joined else "yellow"),

@@ -2,12 +2,14 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from refseq.atlas_localiser import localise_in
 from refseq.belief import Belief, Localiser, Stage
 from refseq.localiser import localise, smoothed
 from refseq.profile import PROFILES
 from refseq.view import View
-from scenarios.baselines import BASELINES, Reference, Shelf, learnt_anew
+from scenarios.baselines import BASELINES, Reference
 from scenarios.errors import ScenarioError
+from scenarios.merging import Merging, by_views, merged_drives
 from scenarios.own import OwnLocaliser, check_own, installed, is_own
 
 STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
@@ -65,40 +67,84 @@ def answers(
     methods: Sequence[str], reference: Sequence[View], query: Sequence[View], *, seed: int = 0
 ) -> dict[str, list[Belief]]:
     """What each method, having learnt the reference views, answers to the query views."""
-    return Learnt(methods, reference, seed=seed).answers(query)
+    return Learnt(methods, Reference(reference), seed=seed).answers(query)
 
 
 class Learnt:
-    """Several methods that have learnt the same reference views.
+    """Several methods that have learnt the same reference drive.
 
-    ``sequences`` are the maps of our own localiser by profile, from the ``shelf``, ``localisers`` all other methods by
-    name. Raises ``MisbehavedError`` where a user's localiser fails.
+    ``sequences`` are what our own localiser keeps, ``maps`` what it has learnt, ``localisers`` all other methods by
+    name; ``mergings`` tell how several drives were merged, by method. Raises ``MisbehavedError`` where a user's
+    localiser fails.
     """
 
-    def __init__(
-        self, methods: Sequence[str], reference: Sequence[View], *, seed: int = 0, shelf: Shelf = learnt_anew
-    ) -> None:
+    def __init__(self, methods: Sequence[str], drive: Reference, *, seed: int = 0) -> None:
         self._methods, self._seed = methods, seed
-        drive = Reference(reference, shelf)
-        ours = [name for name in methods if name in (*STAGED, *HINDSIGHT)]
-        profiles = dict.fromkeys(name.split("/")[0] for name in ours)
-        self.sequences = {profile: drive.sequence(profile) for profile in profiles}
-        self.localisers: dict[str, Localiser] = {
-            name: OwnLocaliser(name, reference) if is_own(name) else BASELINES[name](drive)
-            for name in methods
-            if name not in ours
-        }
+        self.sequences = {profile: drive.sequence(profile) for profile in self._profiles()}
+        self.maps = list(self.sequences.values())
+        self.mergings: Mapping[str, Merging] = {}
+        self.localisers = self._others(drive)
 
     def answers(self, query: Sequence[View]) -> dict[str, list[Belief]]:
         """What each method answers to the query views."""
-        found = run(self.localisers, query)
+        found = run(self.localisers, query) | self._ours(query)
+        return {name: found[name] for name in self._methods}
+
+    def _profiles(self) -> list[str]:
+        return list(dict.fromkeys(name.split("/")[0] for name in self._methods if name in (*STAGED, *HINDSIGHT)))
+
+    def _stages(self, profile: str) -> list[Stage]:
+        return [stage for stage in Stage if f"{profile}/{stage}" in self._methods]
+
+    def _others(self, drive: Reference) -> dict[str, Localiser]:
+        return {
+            name: OwnLocaliser(name, drive.views) if is_own(name) else BASELINES[name](drive)
+            for name in self._methods
+            if name not in (*STAGED, *HINDSIGHT)
+        }
+
+    def _ours(self, query: Sequence[View]) -> dict[str, list[Belief]]:
+        found: dict[str, list[Belief]] = {}
         for profile, sequence in self.sequences.items():
-            stages = [stage for stage in Stage if f"{profile}/{stage}" in self._methods]
-            beliefs = localise(sequence, query, stages=stages, seed=self._seed)
-            found |= {f"{profile}/{stage}": beliefs[stage] for stage in stages}
+            beliefs = localise(sequence, query, stages=self._stages(profile), seed=self._seed)
+            found |= {f"{profile}/{stage}": answers for stage, answers in beliefs.items()}
             if (hindsight := f"{profile}/hindsight") in self._methods:
                 found[hindsight] = smoothed(sequence, query, seed=self._seed)
-        return {name: found[name] for name in self._methods}
+        return found
+
+
+class LearntTogether(Learnt):
+    """Several methods that have learnt the same ``drives``, each by its name.
+
+    Our own localiser has an atlas of them, with ``merging`` after what they share was taken out. All others have them
+    one behind the other, as one drive on which the robot was carried from each end to the next start. Answers are about
+    the views of all drives, one behind the other.
+    """
+
+    def __init__(
+        self, methods: Sequence[str], drives: Mapping[str, Reference], *, seed: int = 0, merging: bool = True
+    ) -> None:
+        self._methods, self._seed = methods, seed
+        learnt = {profile: [drive.sequence(profile) for drive in drives.values()] for profile in self._profiles()}
+        merged = {profile: merged_drives(list(drives), maps, merging) for profile, maps in learnt.items()}
+        self._atlases = {profile: atlas for profile, (atlas, _) in merged.items()}
+        self.sequences = {
+            f"{profile}/{name}": sequence
+            for profile, atlas in self._atlases.items()
+            for name, sequence in zip(atlas.names, atlas.sequences, strict=True)
+        }
+        self.maps = [one for maps in learnt.values() for one in maps]
+        self.mergings = {
+            f"{profile}/{stage}": found for profile, (_, found) in merged.items() for stage in self._stages(profile)
+        }
+        self.localisers = self._others(Reference([view for drive in drives.values() for view in drive.views]))
+
+    def _ours(self, query: Sequence[View]) -> dict[str, list[Belief]]:
+        found: dict[str, list[Belief]] = {}
+        for profile, atlas in self._atlases.items():
+            beliefs = localise_in(atlas, query, stages=self._stages(profile), seed=self._seed)
+            found |= {f"{profile}/{s}": [by_views(atlas, one) for one in answers] for s, answers in beliefs.items()}
+        return found
 
 
 def run(localisers: Mapping[str, Localiser], views: Iterable[View]) -> dict[str, list[Belief]]:

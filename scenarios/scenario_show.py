@@ -155,7 +155,7 @@ def _lines(case: "Case", store: "Store") -> list[str]:
         f"{case.name}: {scenario.title}" + ("" if scenario.blocking else " (not blocking)"),
         *(f"  {key}: {value}" for key, value in (("source", scenario.source), ("note", scenario.note)) if value),
         *([f"  varied: {varied}"] if varied else []),
-        f"  reference: {_in_words(scenario.reference)}",
+        *(f"  reference: {_in_words(reference)}" for reference in scenario.references),
         f"  query: {_in_words(scenario.query)}",
         f"  seeds: {', '.join(map(str, scenario.seeds))}",
         f"  methods: {', '.join(scenario.methods)}; judged: {scenario.judged}",

@@ -120,6 +120,9 @@ class Score:
     that one, ``nan`` as in ``errors``; ``entropies`` [nats] are those of the beliefs. ``first_fixes`` [m] holds for
     each run the distance travelled to its first right answer, ``None`` where there was none; ``episodes`` those of all
     runs.
+
+    Where several drives were learnt, these distances and numbers of places are along the one that the answer is on. If
+    that does not come by, the error is the straight distance, and the number of places infinite.
     """
 
     tolerance: Tolerance
@@ -259,13 +262,14 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
         there = ", ".join(comparison.beliefs) or "none"
         raise ScenarioError(f"comparison {comparison.name!r} has no answers of {str(method)!r}; valid are {there}")
     beliefs = comparison.beliefs[method]
-    path = ReferencePath(comparison.reference_views)
+    path = path_of(comparison)
     truths = [view.truth for view in comparison.query_views]
     near = np.array([path.within(truth, tolerance) for truth in truths]).reshape(len(truths), path.size)
     on_map = [bool(places.any()) for places in near]
     ranks = np.array([_rank(belief, right) for belief, right in zip(beliefs, near, strict=True)], dtype=float)
     says_lost = np.array([belief.lost > lost_above for belief in beliefs], dtype=bool)
-    nearest = [path.nearest(truth) for truth in truths]
+    nearest = [path.nearest_beside(b.best, truth, on) for b, truth, on in zip(beliefs, truths, near, strict=True)]
+    held_by = comparison.held_by(method)
     outcomes = tuple(
         judge(truth, on, bool(lost), rank == 1)
         for truth, on, lost, rank in zip(truths, on_map, says_lost, ranks, strict=True)
@@ -273,13 +277,16 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
     return Score(
         tolerance=tolerance,
         outcomes=outcomes,
-        errors=_errors(path, truths, beliefs, outcomes),
+        errors=_errors(path, truths, beliefs, outcomes, nearest),
         false_fixes=_false_fixes(path, truths, beliefs, outcomes),
         lost=np.array([belief.lost for belief in beliefs], dtype=float),
         top=np.array([belief.places[belief.best] for belief in beliefs], dtype=float),
         ranks=ranks,
-        top_nearest=np.array([k == belief.best for k, belief in zip(nearest, beliefs, strict=True)], dtype=bool),
-        places_off=_places_off(nearest, beliefs, outcomes),
+        top_nearest=np.array(
+            [k is not None and held_by[k] == belief.best for k, belief in zip(nearest, beliefs, strict=True)],
+            dtype=bool,
+        ),
+        places_off=_places_off(truths, nearest, beliefs, outcomes),
         entropies=np.array([belief.entropy for belief in beliefs], dtype=float),
         first_fixes=(first_fix(comparison.query_views, outcomes),),
         episodes=episodes(comparison.query_views, outcomes),
@@ -310,28 +317,35 @@ def judge(truth: Pose | None, on_map: bool, says_lost: bool, right: bool) -> Out
 
 
 def _errors(
-    path: "ReferencePath", truths: Sequence[Pose | None], beliefs: Sequence[Belief], outcomes: Sequence[Outcome]
+    path: "ReferencePath",
+    truths: Sequence[Pose | None],
+    beliefs: Sequence[Belief],
+    outcomes: Sequence[Outcome],
+    nearest: Sequence[int | None],
 ) -> NDArray[np.float64]:
     """Signed along-path error of each answer given on the map, (M,) [m]; ``nan`` elsewhere."""
     answered = (Outcome.RIGHT, Outcome.WRONG)
     return np.array(
         [
-            path.along[belief.best] - path.project(truth) if truth is not None and outcome in answered else math.nan
-            for truth, belief, outcome in zip(truths, beliefs, outcomes, strict=True)
+            path.error(belief.best, truth, astray=k is None) if truth is not None and outcome in answered else math.nan
+            for truth, belief, outcome, k in zip(truths, beliefs, outcomes, nearest, strict=True)
         ],
         dtype=float,
     )
 
 
 def _places_off(
-    nearest: Sequence[int | None], beliefs: Sequence[Belief], outcomes: Sequence[Outcome]
+    truths: Sequence[Pose | None],
+    nearest: Sequence[int | None],
+    beliefs: Sequence[Belief],
+    outcomes: Sequence[Outcome],
 ) -> NDArray[np.float64]:
     """By how many places each answer given on the map is ahead of the one nearest to the truth, (M,)."""
     answered = (Outcome.RIGHT, Outcome.WRONG)
     return np.array(
         [
-            belief.best - k if k is not None and outcome in answered else math.nan
-            for k, belief, outcome in zip(nearest, beliefs, outcomes, strict=True)
+            (math.inf if k is None else belief.best - k) if truth is not None and outcome in answered else math.nan
+            for truth, k, belief, outcome in zip(truths, nearest, beliefs, outcomes, strict=True)
         ],
         dtype=float,
     )
@@ -386,10 +400,11 @@ class ReferencePath:
     """The true poses of a reference drive as a path: ``size`` K places, ``along`` (K,) [m] from the first known pose.
 
     The path runs straight from each known pose to the next. A place without a pose has ``along`` nan and is near to
-    nothing.
+    nothing. Several drives are ``stretches`` of the views, each a path of its own; ``along`` goes on from one to the
+    next without a gap.
     """
 
-    def __init__(self, views: Sequence[View]) -> None:
+    def __init__(self, views: Sequence[View], stretches: Sequence[slice] | None = None) -> None:
         poses = [view.truth for view in views]
         if not any(poses):
             raise ScenarioError("the reference drive has no true pose; valid is a drive with one, to be scored against")
@@ -398,7 +413,12 @@ class ReferencePath:
         self.points: NDArray[np.float64] = np.array(table)[:, :2]
         self.headings: NDArray[np.float64] = np.array(table)[:, 2]
         self._known = np.flatnonzero(np.isfinite(self.headings))
-        steps = np.linalg.norm(np.diff(self.points[self._known], axis=0), axis=1)
+        self.stretches = tuple(stretches or (slice(0, self.size),))
+        self._drive: NDArray[np.intp] = np.repeat(
+            range(len(self.stretches)), [s.stop - s.start for s in self.stretches]
+        )
+        self._joined = np.diff(self._drive[self._known]) == 0
+        steps = np.where(self._joined, np.linalg.norm(np.diff(self.points[self._known], axis=0), axis=1), 0.0)
         self.along: NDArray[np.float64] = np.full(self.size, math.nan)
         self.along[self._known] = np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -409,20 +429,58 @@ class ReferencePath:
         near = np.hypot(*(self.points - (pose.x, pose.y)).T) <= tolerance.distance
         return near & (angle_between(self.headings, pose.heading) <= tolerance.heading)
 
-    def nearest(self, pose: Pose | None) -> int | None:
-        """Find the place nearest to a pose, among those that look the same way (within 90°), else among all."""
+    def nearest(self, pose: Pose | None, among: slice | None = None) -> int | None:
+        """Find the place nearest to a pose, among those that look the same way (within 90°), else among all.
+
+        Only those of a stretch are looked at, if one is given.
+        """
         if pose is None:
             return None
-        distances = np.hypot(*(self.points - (pose.x, pose.y)).T)
-        same_way = angle_between(self.headings, pose.heading) < math.pi / 2
+        distances = np.full(self.size, np.nan)
+        distances[among or slice(None)] = np.hypot(*(self.points - (pose.x, pose.y)).T)[among or slice(None)]
+        same_way = np.isfinite(distances) & (angle_between(self.headings, pose.heading) < math.pi / 2)
         candidates = np.where(same_way if same_way.any() else True, distances, np.nan)
-        return int(np.nanargmin(candidates))
+        return None if np.isnan(candidates).all() else int(np.nanargmin(candidates))
 
-    def project(self, pose: Pose) -> float:
-        """Distance along the path [m] of its point nearest to a pose, on stretches driven the same way if any."""
-        starts, ends = self._known[:-1], self._known[1:]
+    def pose(self, place: int) -> Pose | None:
+        """The true pose of a place, None where it is not known."""
+        x, y = self.points[place]
+        return None if math.isnan(x) else Pose(float(x), float(y), float(self.headings[place]))
+
+    def drive(self, place: int) -> int:
+        """The number of the drive that a place is on."""
+        return int(self._drive[place])
+
+    def beside(self, place: int) -> slice:
+        """The places of the drive that a place is on."""
+        return self.stretches[self.drive(place)]
+
+    def nearest_beside(self, place: int, pose: Pose | None, near: NDArray[np.bool_]) -> int | None:
+        """Of the drive that a place is on the place nearest to a pose; None where none of it is among the ``near``.
+
+        Where there is but one drive, it is simply the nearest.
+        """
+        own = self.beside(place)
+        astray = len(self.stretches) > 1 and not near[own].any()
+        return None if astray else self.nearest(pose, own)
+
+    def error(self, place: int, pose: Pose, *, astray: bool) -> float:
+        """From a pose to a place [m]: along the drive that the place is on, or straight, if that is ``astray``."""
+        if astray:
+            return math.hypot(*(self.points[place] - (pose.x, pose.y)))
+        return float(self.along[place] - self.project(pose, self.beside(place)))
+
+    def project(self, pose: Pose, among: slice | None = None) -> float:
+        """Distance along the path [m] of its point nearest to a pose, on stretches driven the same way if any.
+
+        Only the places of a stretch are looked at, if one is given.
+        """
+        inside = self._joined.copy()
+        if among is not None:
+            inside &= (self._known[:-1] >= among.start) & (self._known[1:] < among.stop)
+        starts, ends = self._known[:-1][inside], self._known[1:][inside]
         if not len(starts):
-            return float(self.along[self._known[0]])
+            return float(self.along[self.nearest(pose, among) or self._known[0]])
         leg = self.points[ends] - self.points[starts]
         length = np.linalg.norm(leg, axis=1)
         offset = np.array([pose.x, pose.y]) - self.points[starts]
@@ -431,6 +489,11 @@ class ReferencePath:
         same_way = angle_between(self.headings[starts], pose.heading) < math.pi / 2
         leg_number = int(np.argmin(np.where(same_way, miss, np.inf) if same_way.any() else miss))
         return float(self.along[starts[leg_number]] + share[leg_number] * length[leg_number])
+
+
+def path_of(comparison: Comparison) -> ReferencePath:
+    """The path, or the paths, of what was learnt. Raises ``ScenarioError`` where no pose is known."""
+    return ReferencePath(comparison.reference_views, comparison.stretches)
 
 
 def angle_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.float64]:

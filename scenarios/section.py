@@ -13,7 +13,7 @@ from scenarios.figures import Figures, figures
 from scenarios.incidents import incidents
 from scenarios.outcome import Outcome
 from scenarios.plots import FloorOutline, Plot
-from scenarios.score import NARROW, WIDE, ReferencePath, Score, Tolerance
+from scenarios.score import NARROW, WIDE, ReferencePath, Score, Tolerance, path_of
 from scenarios.section_frames import (
     FailureShown,
     Frames,
@@ -98,7 +98,7 @@ def section(name: str, runs: Sequence[Comparison], terms: Terms) -> Section:
     pooled = {one.method: one.wide for one in found}
     judged = terms.judged if terms.judged in methods else _last(methods)
     shown = drawn(methods, judged, pooled)
-    path = ReferencePath(runs[0].reference_views) if scorable else None
+    path = path_of(runs[0]) if scorable else None
     drawing = _Drawing(
         replace(runs[0], beliefs={method: runs[0].beliefs[method] for method in shown}),
         path,

@@ -7,7 +7,7 @@ from itertools import groupby
 
 from scenarios.comparison import Comparison
 from scenarios.outcome import Outcome
-from scenarios.score import ReferencePath, Score
+from scenarios.score import ReferencePath, Score, path_of
 
 KINDS = (Outcome.WRONG, Outcome.FALSE_FIX, Outcome.MISSED)
 EACH = 2
@@ -59,7 +59,7 @@ def _badness(failure: Failure) -> float:
 
 def _of_run(run: int, comparison: Comparison, score: Score, method: str) -> Iterator[Failure]:
     """The worst failure of each stretch of views in a row that failed alike."""
-    path = ReferencePath(comparison.reference_views)
+    path = path_of(comparison)
     for outcome, stretch in groupby(range(len(score.outcomes)), key=lambda t: score.outcomes[t]):
         if outcome in KINDS:
             views = list(stretch)

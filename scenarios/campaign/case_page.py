@@ -8,7 +8,7 @@ from scenarios.campaign.judging import Judged, tolerances
 from scenarios.campaign.outcomes import Verdict
 from scenarios.campaign.result_file import CampaignRecord, CaseRecord, JudgementRecord
 from scenarios.campaign.store import Store
-from scenarios.campaign.tasks import AnswerTask, asked_views, learnt_views
+from scenarios.campaign.tasks import AnswerTask, asked_views, learnt_drives
 from scenarios.outline import outline_of
 from scenarios.page import duration_text, rendered
 from scenarios.plots import FloorOutline
@@ -68,7 +68,7 @@ def _section(result: Judged, store: Store) -> Section | None:
 
 def _outline(result: Judged) -> FloorOutline | None:
     """The walls, where the query was driven in a floor plan; doors and things as on its day."""
-    _, query = result.case.sources(next(iter(result.answered)))
+    query = result.case.sources(next(iter(result.answered)))[-1]
     if not isinstance(query, Drive):
         return None
     try:
@@ -87,7 +87,8 @@ class FromStore:
         """The frames of some views, by camera."""
         found: dict[Wanted, dict[str, str]] = {}
         for run, side in dict.fromkeys((one.run, one.side) for one in wanted):
-            read = learnt_views if side is Side.REFERENCE else asked_views
-            views = read(self._tasks[run], self._store).views
+            task = self._tasks[run]
+            drives = learnt_drives(task, self._store) if side is Side.REFERENCE else [asked_views(task, self._store)]
+            views = [view for drive in drives for view in drive.views]
             found |= encoded(views, [one for one in wanted if (one.run, one.side) == (run, side)])
         return found

@@ -2,7 +2,7 @@
 
 import math
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -20,7 +20,7 @@ from scenarios.campaign.schema import DriveTable, LogTable, Scenario, SourceTabl
 from scenarios.campaign.sources import Images, Log, Source
 from scenarios.campaign.vary import Values, put, variations
 from scenarios.errors import ScenarioError
-from scenarios.methods import check_methods
+from scenarios.methods import HINDSIGHT, check_methods
 from scenarios.record import QUERY_SEEDS, Drive
 from sim.bench import CONTROL_PERIOD
 from sim.errors import SimError
@@ -33,8 +33,10 @@ LIBRARY = Path(__file__).resolve().parent.parent / "library"
 """Folder of the scenarios that come with the bench."""
 SOURCE_KEYS = {"world", "log", "images"}
 """Keys of which each says what kind of source a table is; a query of another kind takes over nothing."""
-QUERY_ALONE = ("faults",)
-"""Keys of a drive that the query does not take over from the reference."""
+OWN = ("faults",)
+"""Keys of a drive that the query and further references do not take over from the reference."""
+FURTHER_SEEDS = 2 * QUERY_SEEDS
+"""Added to the seed for each further reference drive: neither the same drive as another, nor as a query."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +52,22 @@ class Case:
     scenario: Scenario
     expectations: tuple[Expectation, ...]
 
-    def sources(self, seed: int) -> tuple[Source, Source]:
-        """Reference and query of a seed."""
-        limits = self.scenario.limits
-        reference, query = self.scenario.reference, self.scenario.query
-        return (
-            _source(reference, seed, limits.steps, self.file),
-            _source(query, seed + QUERY_SEEDS, limits.steps, self.file),
-        )
+    def sources(self, seed: int) -> tuple[Source, ...]:
+        """The references of a seed, and last the query."""
+        return tuple(self.source(side, seed) for side in self.sides)
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """The keys of the references, and last of the query."""
+        return ("reference", *(f"further.{number}" for number in range(len(self.scenario.further))), "query")
+
+    def source(self, side: str, seed: int) -> Source:
+        """The reference or query of a seed that is declared under a key."""
+        number = self.sides.index(side)
+        query = side == "query"
+        table = self.scenario.query if query else self.scenario.references[number]
+        own = seed + (QUERY_SEEDS if query else number * FURTHER_SEEDS)
+        return _source(table, own, self.scenario.limits.steps, self.file)
 
 
 def names() -> tuple[str, ...]:
@@ -136,9 +146,12 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
     for side in ("reference", "query"):
         if not isinstance(table.get(side, {}), dict):
             raise ScenarioError(f"{side}: is no table; valid is [{side}]")
-    reference, query = table.get("reference", {}), table.get("query", {})
-    if not SOURCE_KEYS & set(query) or kind_of(query) == kind_of(reference):
-        table["query"] = {**{key: value for key, value in reference.items() if key not in QUERY_ALONE}, **query}
+    further = table.get("further", [])
+    if not isinstance(further, list) or not all(isinstance(one, dict) for one in further):
+        raise ScenarioError("further: is no list of tables; valid is [[further]], once for each further reference")
+    reference = table.get("reference", {})
+    table["query"] = _completed(table.get("query", {}), reference)
+    table["further"] = [_completed(one, reference) for one in further]
     try:
         scenario = Scenario.model_validate(table)
     except ValidationError as error:
@@ -148,6 +161,13 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
     case = Case(full, path, values, scenario, expectations)
     _check(case)
     return case
+
+
+def _completed(source: dict[str, Any], reference: Mapping[str, Any]) -> dict[str, Any]:
+    """A source with all that it does not say as in the reference, if it is of the same kind."""
+    if SOURCE_KEYS & set(source) and kind_of(source) != kind_of(reference):
+        return source
+    return {**{key: value for key, value in reference.items() if key not in OWN}, **source}
 
 
 # --- what is declared, as what is simulated or read ---
@@ -212,8 +232,19 @@ def _check(case: Case) -> None:
         raise ScenarioError(f"localise.judged: {scenario.judged!r} does not run here; valid are {valid}")
     if len(set(scenario.seeds)) < len(scenario.seeds):
         raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
-    for side, table in (("reference", scenario.reference), ("query", scenario.query)):
+    _check_atlas(scenario)
+    for side in case.sides:
         with named(side):
-            source = _source(table, scenario.seeds[0], scenario.limits.steps, case.file)
+            source = case.source(side, scenario.seeds[0])
             if isinstance(source, Drive):
                 check_drive(source, scenario.localise.sensors)
+
+
+def _check_atlas(scenario: Scenario) -> None:
+    """Raise ``ScenarioError`` for what is not done with several references."""
+    if not scenario.further:
+        return
+    if scenario.localise.places is not None:
+        raise ScenarioError(f"localise.places = {scenario.localise.places!r}; valid with [[further]] is to learn all")
+    for method in set(scenario.methods) & set(HINDSIGHT):
+        raise ScenarioError(f"localise: {method!r} knows one reference only; valid are methods without hindsight")

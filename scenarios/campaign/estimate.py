@@ -82,7 +82,7 @@ def _of_kind(tasks: Iterable[Task], kind: type[Task]) -> list[Task]:
 def _seconds(task: Task) -> float:
     if isinstance(task, RecordTask):
         return check_route(task.drive) * METRE[task.drive.renderer]
-    views = sum(_views(source) for source in (task.reference, task.query))
+    views = sum(_views(source) for source in (*task.references, task.query))
     return views * sum(ASKING.get(one, OTHERWISE) for one in _families(task))
 
 

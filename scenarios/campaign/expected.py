@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from scenarios.atlas_score import JoinScore
 from scenarios.episodes import Way
 from scenarios.figures import Figures
 from scenarios.outcome import Outcome
@@ -51,6 +52,10 @@ def _retrieved(found: Figures, take: Callable[[Retrieval], float]) -> float:
 
 def _harm(found: Figures) -> float:
     return math.nan if found.harm is None else float(found.harm.successes)
+
+
+def _joined(found: Figures, take: Callable[[JoinScore], float]) -> float:
+    return take(found.atlas.joined) if found.atlas and found.atlas.joined else math.nan
 
 
 def _share(take: Callable[[Figures], float], meaning: str) -> Figure:
@@ -99,6 +104,24 @@ FIGURES: Mapping[str, Figure] = MappingProxyType(
         "to_lost": _metres(lambda f: _median(f.wide.episodes.to_lost), "way to say lost, median"),
         "to_recover": _metres(lambda f: _median(f.wide.episodes.to_recover), "way to be right again, median"),
         "to_first_fix": _metres(lambda f: _median(f.wide.first_fixes), "way to the first right answer, median"),
+        "to_settle": _metres(
+            lambda f: _median(f.atlas.forks) if f.atlas else math.nan, "way after a fork to P(right) > 0.9, median"
+        ),
+        "jumps": Figure(
+            lambda f: float(f.atlas.jumps) if f.atlas else math.nan, Unit.VIEWS, "answers that no drive led to"
+        ),
+        "join_precision": _share(
+            lambda f: _joined(f, lambda j: j.precision.value), "rightly joined, of views taken out"
+        ),
+        "join_recall": _share(lambda f: _joined(f, lambda j: j.recall.value), "joined, of views that drives share"),
+        "false_joins": Figure(lambda f: _joined(f, lambda j: j.false_joins), Unit.NONE, "joins of different places"),
+        "duplicates": Figure(lambda f: _joined(f, lambda j: j.duplicates), Unit.NONE, "places that are there twice"),
+        "places_left": _share(
+            lambda f: _joined(f, lambda j: j.places / j.views), "places of the atlas, of views learnt"
+        ),
+        "bytes_left": _share(
+            lambda f: _joined(f, lambda j: j.bytes_after / j.bytes_before), "size of the atlas, of all its maps"
+        ),
         "milliseconds": Figure(lambda f: f.cost, Unit.MILLISECONDS, "time a view without features, median"),
     }
 )

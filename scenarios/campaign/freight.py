@@ -109,7 +109,7 @@ def _files_of(drive: Drive) -> list[str]:
 
 def _views_of(task: AnswerTask, store: Store) -> list[Piece]:
     pieces: dict[str, Piece] = {}
-    for source, key in zip((task.reference, task.query), task.sources, strict=True):
+    for source, key in zip((*task.references, task.query), task.sources, strict=True):
         if isinstance(source, Drive):
             path = store.path(key, RECORDING)
             found = [Piece(KEPT, path.name, path)]

@@ -14,11 +14,13 @@ from scenarios.campaign.cases import Case
 from scenarios.campaign.expect import judge
 from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.result_file import JudgementRecord
+from scenarios.campaign.sources import names_of
 from scenarios.campaign.store import Store
-from scenarios.campaign.tasks import AnswerTask, answers_of, asked_views, learnt_views
-from scenarios.comparison import Comparison
+from scenarios.campaign.tasks import AnswerTask, answers_of, asked_views, learnt_drives, mergings_of
+from scenarios.comparison import Comparison, Drives
 from scenarios.cost import Cost
 from scenarios.figures import Figures, figures
+from scenarios.merging import Merging
 from scenarios.methods import family
 from scenarios.score import Tolerance
 
@@ -59,9 +61,11 @@ def tasks_of(case: Case) -> dict[int, list[AnswerTask]]:
 
 
 def _task(case: Case, seed: int, methods: tuple[str, ...]) -> AnswerTask:
-    reference, query = case.sources(seed)
-    asked = case.scenario.localise
-    return AnswerTask(methods, reference, query, asked.places, asked.sensors, seed, case.scenario.limits.seconds)
+    reference, *further, query = case.sources(seed)
+    asked, limits = case.scenario.localise, case.scenario.limits
+    return AnswerTask(
+        methods, reference, query, asked.places, asked.sensors, seed, limits.seconds, tuple(further), asked.merge
+    )
 
 
 def judged(
@@ -130,21 +134,25 @@ class _Run:
 
 
 def _run(case: Case, tasks: Sequence[AnswerTask], store: Store) -> _Run:
-    reference, query = learnt_views(tasks[0], store), asked_views(tasks[0], store)
+    drives, query = learnt_drives(tasks[0], store), asked_views(tasks[0], store)
+    mergings: dict[str, Merging] = {}
     beliefs: dict[str, list[Belief]] = {}
     costs: dict[str, Cost] = {}
     for task in tasks:
         answers, cost = answers_of(task, store)
         beliefs |= answers
         costs |= dict.fromkeys(answers, cost)
+        mergings |= mergings_of(task, store)
     order = [method for method in case.scenario.methods if method in beliefs]
     comparison = Comparison(
         case.name,
-        [_without_images(view) for view in reference.views],
-        reference.metadata,
+        [_without_images(view) for drive in drives for view in drive.views],
+        drives[0].metadata,
         [_without_images(view) for view in query.views],
         query.metadata,
         {method: beliefs[method] for method in order},
+        Drives(names_of(tasks[0].references), tuple(len(drive.views) for drive in drives)),
+        mergings,
     )
     return _Run(comparison, costs, {method: digest(beliefs[method]) for method in order})
 

@@ -10,7 +10,7 @@ from sim.faults import FAULTS
 
 Location = Sequence[int | str]
 
-SIDES = ("reference", "query")
+SIDES = ("reference", "query", "further")
 SOURCES: Mapping[str, type[BaseModel]] = {"drive": DriveTable, "log": LogTable, "images": ImagesTable}
 UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
 LONGEST = 60
@@ -42,8 +42,11 @@ def _written(loc: Location) -> str:
 
 
 def _is_kind(loc: Location, at: int) -> bool:
-    of_source = at == 1 and loc[0] in SIDES
-    return of_source or (at == 4 and loc[0] in SIDES and loc[2] == "faults")
+    if not loc or loc[0] not in SIDES:
+        return False
+    at -= loc[0] == "further"  # a list of sources: behind its name stands which
+    inside = list(loc)[1 + (loc[0] == "further") :]
+    return at == 1 or (at == 4 and inside[1] == "faults")
 
 
 def _valid(loc: Location) -> tuple[str, ...]:
@@ -51,14 +54,21 @@ def _valid(loc: Location) -> tuple[str, ...]:
     match list(loc[:-1]):
         case []:
             return (*Scenario.model_fields, "vary")
-        case ["reference" | "query", str(kind)]:
-            return tuple(SOURCES[kind].model_fields)
-        case ["reference" | "query", _, "trigger"]:
-            return tuple(TriggerTable.model_fields)
-        case ["reference" | "query", _, "faults", _, str(kind)]:
-            return next(tuple(keys) for keys in map(_fault_keys, FAULTS) if keys["kind"] == kind)
+        case ["further", int(), *inside] | ["reference" | "query", *inside]:
+            return _valid_of_source(inside)
         case [str(table)]:
             return tuple(Scenario.model_fields[table].annotation.model_fields)  # type: ignore[union-attr]
+    return ()
+
+
+def _valid_of_source(inside: Location) -> tuple[str, ...]:
+    match list(inside):
+        case [str(kind)]:
+            return tuple(SOURCES[kind].model_fields)
+        case [_, "trigger"]:
+            return tuple(TriggerTable.model_fields)
+        case [_, "faults", _, str(kind)]:
+            return next(tuple(keys) for keys in map(_fault_keys, FAULTS) if keys["kind"] == kind)
     return ()
 
 

@@ -12,7 +12,6 @@ from scenarios.campaign.result_file import (
     SeedRecord,
     ShareRecord,
 )
-from scenarios.campaign.sources import source_key
 from scenarios.campaign.tasks import AnswerTask
 from scenarios.comparison import Comparison
 from scenarios.drawn import drawn
@@ -85,8 +84,9 @@ def _share(share: Proportion) -> ShareRecord:
 def _seeds(answered: Mapping[int, Sequence[AnswerTask]], comparisons: Sequence[Comparison]) -> Mapping[int, SeedRecord]:
     return {
         seed: SeedRecord(
-            reference=source_key(tasks[0].reference),
-            query=source_key(tasks[0].query),
+            reference=tasks[0].sources[0],
+            further=tasks[0].sources[1:-1],
+            query=tasks[0].sources[-1],
             answers={method: task.key for task in tasks for method in task.methods},
             learnt_views=len(run.reference_views),
             asked_views=len(run.query_views),

@@ -115,6 +115,7 @@ class SeedRecord(Record):
 
     reference: str
     query: str
+    further: tuple[str, ...] = ()
     answers: Mapping[str, str]
     learnt_views: int
     asked_views: int

@@ -1,8 +1,9 @@
 """What a scenario file may say. Lengths are in metres, angles in degrees, times in seconds.
 
 A file is a table of TOML. ``[reference]`` and ``[query]`` are drives to simulate, logs, or folders of images; what the
-query does not say is as in the reference, but for its faults. ``[vary]`` makes several cases of one file
-(``scenarios.campaign.vary``); ``expect`` says what decides (``scenarios.campaign.expect``).
+query does not say is as in the reference, but for its faults. Each ``[[further]]`` is one more reference, likewise.
+``[vary]`` makes several cases of one file (``scenarios.campaign.vary``); ``expect`` says what decides
+(``scenarios.campaign.expect``).
 """
 
 from dataclasses import fields
@@ -131,7 +132,8 @@ class LocaliseTable(Table):
     ``profile`` is the one whose stages ``success_uniform``, ``_prior`` and ``_hmm`` in expectations mean. ``judged``
     is the method that expectations mean which name none, by default the profile's chain. ``methods`` are those that
     run: names and groups of ``scenarios.methods``, by default the profile's stages. Only ``sensors`` are looked at,
-    only ``places`` FROM:TO of the reference are learnt.
+    only ``places`` FROM:TO of the reference are learnt. Where there are further references, our localiser has an atlas
+    of all, with ``merge`` after what they share was taken out, else with each as it was learnt.
     """
 
     profile: str = "thesis"
@@ -139,6 +141,7 @@ class LocaliseTable(Table):
     methods: tuple[str, ...] = ()
     sensors: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     places: Stretch | None = None
+    merge: Flag = True
 
 
 class ScoreTable(Table):
@@ -159,8 +162,9 @@ class LimitsTable(Table):
 class Scenario(Table):
     """A declared experiment.
 
-    A scenario that is not ``blocking`` is run and shown, apart, and never makes a campaign fail. ``tags`` are names by
-    which several are asked for. Each of ``seeds`` is a reference drive and a query drive.
+    There are ``further`` references where several paths are learnt. A scenario that is not ``blocking`` is run and
+    shown, apart, and never makes a campaign fail. ``tags`` are names by which several are asked for. Each of ``seeds``
+    is a drive of every reference and a query drive.
     """
 
     title: Line
@@ -170,11 +174,17 @@ class Scenario(Table):
     blocking: Flag = True
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (1, 2, 3, 4, 5)
     reference: SourceTable
+    further: tuple[SourceTable, ...] = ()
     query: SourceTable
     localise: LocaliseTable = LocaliseTable()
     score: ScoreTable = ScoreTable()
     limits: LimitsTable = LimitsTable()
     expect: tuple[str, ...] = ()
+
+    @property
+    def references(self) -> tuple[SourceTable, ...]:
+        """All that is learnt."""
+        return (self.reference, *self.further)
 
     @property
     def methods(self) -> tuple[str, ...]:

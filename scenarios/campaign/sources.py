@@ -2,6 +2,7 @@
 
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from scenarios.campaign.keys import key_of, recording_key
 from scenarios.campaign.store import RECORDING, DamagedError, Store
 from scenarios.errors import ScenarioError
 from scenarios.inputs import stretch
-from scenarios.record import Drive
+from scenarios.record import Drive, name_of_route
 
 DATA = "REFSEQ_RECORDINGS"
 """Environment variable that names the folder of real recordings."""
@@ -55,6 +56,23 @@ class Images:
 
 
 Source = Drive | Log | Images
+
+
+def names_of(sources: Sequence[Source]) -> tuple[str, ...]:
+    """A name for each of some sources, by what was driven; one that comes again has its number behind."""
+    found: list[str] = []
+    for number, name in enumerate(map(_name, sources)):
+        found.append(f"{name} ({number + 1})" if name in found else name)
+    return tuple(found)
+
+
+def _name(source: Source) -> str:
+    match source:
+        case Log(file, views):
+            return Path(file).stem + (f" {views}" if views else "")
+        case Images(folder):
+            return Path(folder).name
+    return name_of_route(source)
 
 
 def source_key(source: Source) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -24,15 +25,16 @@ from refseq.mapfile import load_map, save_map
 from refseq.profile import PROFILES
 from refseq.sequence import ReferenceSequence
 from robots.errors import RobotsError
-from scenarios.baselines import BASELINES, Shelf
+from scenarios.baselines import BASELINES, Reference, Shelf
 from scenarios.campaign.keys import key_of, packages, recording_key, sources_digest
 from scenarios.campaign.outcomes import Outcome, Verdict, one_line
-from scenarios.campaign.sources import AbsentError, Source, only, read_views, source_key
+from scenarios.campaign.sources import AbsentError, Source, names_of, only, read_views, source_key
 from scenarios.campaign.store import ANSWERS, MAP, RECORDING, DamagedError, Store
 from scenarios.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from scenarios.errors import ScenarioError
 from scenarios.inputs import stretch
-from scenarios.methods import Learnt
+from scenarios.merging import Merging
+from scenarios.methods import Learnt, LearntTogether
 from scenarios.own import MisbehavedError, is_own, own_digest
 from scenarios.record import Drive, record
 from sim.errors import SimError, StuckError
@@ -41,7 +43,7 @@ from worlds.errors import WorldsError
 LEARNING = "learning_s"
 """In a kept map's metadata: how long learning it took [s]."""
 MAP_SOURCES = ("refseq",)
-ANSWER_SOURCES = ("refseq", "scenarios.methods", "scenarios.campaign.sources")
+ANSWER_SOURCES = ("refseq", "scenarios.methods", "scenarios.merging", "scenarios.campaign.sources")
 BASELINE_SOURCES = ("scenarios.baselines",)
 ANSWER_PACKAGES = ("numpy", "scipy", "opencv-python-headless", "faiss-cpu")
 
@@ -86,7 +88,8 @@ class AnswerTask:
     """Ask ``methods``, which share what is dear, about a query drive; they learn the reference drive.
 
     Only ``places`` FROM:TO of the reference are learnt, only ``sensors`` are looked at (None: all). ``seed`` is that of
-    the methods' own draws.
+    the methods' own draws. Where there are ``further`` references, all are learnt, as an atlas by our own localiser,
+    with ``merge`` after what they share was taken out.
     """
 
     methods: tuple[str, ...]
@@ -96,16 +99,23 @@ class AnswerTask:
     sensors: tuple[str, ...] | None
     seed: int
     limit: float
+    further: tuple[Source, ...] = ()
+    merge: bool = True
     ending: str = ANSWERS
 
+    @property
+    def references(self) -> tuple[Source, ...]:
+        """All that is learnt."""
+        return (self.reference, *self.further)
+
     @cached_property
-    def sources(self) -> tuple[str, str]:
-        """Keys of the views of reference and query.
+    def sources(self) -> tuple[str, ...]:
+        """Keys of the views of the references, and last of the query.
 
         They are reckoned where the campaign is run and go with the task: on another machine, where it answers from
         copies, the renderer's device or a log's date may be others.
         """
-        return source_key(self.reference), source_key(self.query)
+        return tuple(source_key(source) for source in (*self.references, self.query))
 
     @cached_property
     def key(self) -> str:
@@ -119,6 +129,7 @@ class AnswerTask:
             self.places,
             self.sensors,
             self.seed,
+            self.merge if self.further else None,
             sources_digest(ANSWER_SOURCES),
             sources_digest(BASELINE_SOURCES) if set(self.methods) & set(BASELINES) else None,
             packages(ANSWER_PACKAGES),
@@ -127,7 +138,7 @@ class AnswerTask:
     @cached_property
     def needs(self) -> tuple[RecordTask, ...]:
         """The recordings of drives that are simulated."""
-        return tuple(RecordTask(s, self.limit) for s in (self.reference, self.query) if isinstance(s, Drive))
+        return tuple(RecordTask(s, self.limit) for s in (*self.references, self.query) if isinstance(s, Drive))
 
     @property
     def kind(self) -> str:
@@ -141,25 +152,33 @@ class AnswerTask:
 
     def carry_out(self, store: Store) -> None:
         """Learn and ask."""
-        reference, query = learnt_views(self, store), asked_views(self, store)
+        drives, query = learnt_drives(self, store), asked_views(self, store)
         forget_peak()
         begin = time.perf_counter()
-        learnt = Learnt(self.methods, reference.views, seed=self.seed, shelf=self._shelf(store))
+        learnt = self._learnt(drives, store)
         middle = time.perf_counter()
         blind = [replace(view, truth=None) for view in query.views]
         beliefs = learnt.answers(blind)
         cost = Cost(
             learn_s=_learning(learnt, middle - begin),
             answer_s=time.perf_counter() - middle,
-            places=len(reference.views),
+            places=sum(len(drive.views) for drive in drives),
             bytes_kept=bytes_kept(*learnt.sequences.values(), *learnt.localisers.values()),
             features=sum(sequence.matrix.N for sequence in learnt.sequences.values()) or None,
             peak_bytes=peak_bytes(),
         )
-        metadata = {**query.metadata, "cost": json.dumps(asdict(cost))}
+        merged = {method: merging.to_dict() for method, merging in learnt.mergings.items()}
+        metadata = {**query.metadata, "cost": json.dumps(asdict(cost)), "merged": json.dumps(merged)}
         store.make(self.key, self.ending, lambda path: write_beliefs(path, query.views, beliefs, metadata))
 
-    def _shelf(self, store: Store) -> Shelf:
+    def _learnt(self, drives: Sequence[Recording], store: Store) -> Learnt:
+        references = [Reference(drive.views, self._shelf(store, number)) for number, drive in enumerate(drives)]
+        if len(references) == 1:
+            return Learnt(self.methods, references[0], seed=self.seed)
+        named = dict(zip(names_of(self.references), references, strict=True))
+        return LearntTogether(self.methods, named, seed=self.seed, merging=self.merge)
+
+    def _shelf(self, store: Store, number: int) -> Shelf:
         """Maps from the store: a reference drive that many queries are compared with is learnt once a profile."""
 
         def shelf(profile: str, learnt: Callable[[], ReferenceSequence]) -> ReferenceSequence:
@@ -169,7 +188,7 @@ class AnswerTask:
                 took = {LEARNING: f"{time.perf_counter() - begin:.3f}"}
                 save_map(replace(sequence, metadata={**sequence.metadata, **took}), path)
 
-            key = self._map_key(profile)
+            key = self._map_key(profile, number)
             try:
                 return load_map(store.make(key, MAP, make))
             except RefseqError:
@@ -181,28 +200,32 @@ class AnswerTask:
     @property
     def maps(self) -> tuple[str, ...]:
         """Keys of the maps that it may learn, or find in the store."""
-        return tuple(self._map_key(profile) for profile in PROFILES)
+        return tuple(self._map_key(profile, n) for profile in PROFILES for n in range(len(self.references)))
 
-    def _map_key(self, profile: str) -> str:
-        made_of = (self.sources[0], self.places, self.sensors, sources_digest(MAP_SOURCES))
+    def _map_key(self, profile: str, number: int) -> str:
+        made_of = (self.sources[number], self.places, self.sensors, sources_digest(MAP_SOURCES))
         return key_of("map", profile, *made_of, packages(ANSWER_PACKAGES))
 
 
 def _learning(learnt: Learnt, took: float) -> float:
     """How long learning took [s]: now, or when the maps were made that were at hand."""
-    if not learnt.sequences:
+    if not learnt.maps:
         return took
-    return math.fsum(float(sequence.metadata[LEARNING]) for sequence in learnt.sequences.values())
+    merging = {id(one): one.seconds for one in learnt.mergings.values()}
+    return math.fsum(float(sequence.metadata[LEARNING]) for sequence in learnt.maps) + math.fsum(merging.values())
 
 
 Task = RecordTask | AnswerTask
 
 
-def learnt_views(task: AnswerTask, store: Store) -> Recording:
-    """The views of the reference that are learnt."""
-    recording = read_views(task.reference, task.sources[0], store)
-    views = recording.views[_stretch(task, len(recording.views))]
-    return Recording(tuple(only(view, task.sensors) for view in views), recording.metadata)
+def learnt_drives(task: AnswerTask, store: Store) -> list[Recording]:
+    """The views of each reference that are learnt."""
+    found = []
+    for source, key in zip(task.references, task.sources, strict=False):
+        recording = read_views(source, key, store)
+        views = recording.views[_stretch(task, len(recording.views))]
+        found.append(Recording(tuple(only(view, task.sensors) for view in views), recording.metadata))
+    return found
 
 
 def _stretch(task: AnswerTask, count: int) -> slice:
@@ -219,10 +242,22 @@ def answers_of(task: AnswerTask, store: Store) -> tuple[dict[str, list[Belief]],
     """What a task that is done left in the store: beliefs by method, and what they cost. Raises ``DamagedError``."""
     path = store.path(task.key, task.ending)
     try:
-        metadata = json.loads(pq.read_schema(path).metadata[b"refseq"])
-        return read_beliefs(path), Cost(**json.loads(metadata["cost"]))
+        return read_beliefs(path), Cost(**_told(path, "cost"))
     except (LogError, OSError, pa.ArrowException, ValueError, KeyError, TypeError) as error:
         raise DamagedError(task.key, f"{path}: are no answers: {one_line(error)}") from error
+
+
+def mergings_of(task: AnswerTask, store: Store) -> dict[str, Merging]:
+    """How the references were merged, by method; of those only that have an atlas. ``answers_of`` tells of damage."""
+    merged = _told(store.path(task.key, task.ending), "merged")
+    return {method: Merging.from_dict(content) for method, content in merged.items()}
+
+
+def _told(path: Path, name: str) -> dict[str, Any]:
+    """What stands beside the beliefs."""
+    metadata = json.loads(pq.read_schema(path).metadata[b"refseq"])
+    found = json.loads(metadata[name])
+    return dict(found)
 
 
 def perform(task: Task, folder: Store) -> Outcome:

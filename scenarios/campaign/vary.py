@@ -138,10 +138,19 @@ def put(table: Mapping[str, Any], values: Values) -> dict[str, Any]:
     changed: dict[str, Any] = deepcopy(dict(table))
     for key, value in values.items():
         *path, last = key.split(".")
-        inner = changed
+        inner: Any = changed
         for part in path:
-            inner = inner.setdefault(part, {})
-            if not isinstance(inner, dict):
+            inner = _inside(inner, part)
+            if not isinstance(inner, dict | list):
                 raise ScenarioError(f"vary: key {key!r} leads through {part!r}; valid is a path through tables")
+        if not isinstance(inner, dict):
+            raise ScenarioError(f"vary: key {key!r} ends at {last!r}; valid is a key of a table")
         inner[last] = value
     return changed
+
+
+def _inside(table: Any, part: str) -> Any:
+    """What a table holds under a key, or a list under a number from 0; None where there is no such number."""
+    if isinstance(table, dict):
+        return table.setdefault(part, {})
+    return table[int(part)] if part.isdecimal() and int(part) < len(table) else None

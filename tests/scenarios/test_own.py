@@ -9,6 +9,7 @@ import pytest
 from refseq.belief import Belief, Timings
 from refseq.view import LASER, View
 from scenarios import own, own_sources
+from scenarios.baselines import Reference
 from scenarios.errors import ScenarioError
 from scenarios.methods import Learnt, check_methods, methods_named
 from scenarios.own import MisbehavedError, OwnLocaliser, check_own, own_digest
@@ -229,7 +230,7 @@ def test_entry_points_are_names_of_methods_but_never_hide_a_baseline(
     own._entry_points.cache_clear()
     try:
         assert methods_named(["ours", "vlad"]) == ("ours", "vlad")
-        learnt = Learnt(["ours", "vlad"], views)
+        learnt = Learnt(["ours", "vlad"], Reference(views))
         assert isinstance(learnt.localisers["ours"], OwnLocaliser)
         assert not isinstance(learnt.localisers["vlad"], OwnLocaliser)
         assert len(learnt.answers(views)["ours"]) == 5

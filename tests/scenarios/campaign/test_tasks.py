@@ -9,6 +9,7 @@ from refseq.belief import Belief
 from refseq.errors import LogError
 from refseq.view import LASER, View
 from robots.errors import RobotsError
+from scenarios.baselines import Reference
 from scenarios.campaign import tasks
 from scenarios.campaign.outcomes import Verdict
 from scenarios.campaign.sources import DATA, AbsentError, Log
@@ -104,11 +105,12 @@ def test_methods_learn_the_places_asked_for_and_never_see_where_they_are(
     asks: AnswerTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Learnt:
-        sequences, localisers = dict[str, object](), dict[str, object]()
+        sequences, localisers, mergings = dict[str, object](), dict[str, object](), dict[str, object]()
+        maps = ()
 
-        def __init__(self, methods: Sequence[str], reference: Sequence[View], *, seed: int, shelf: object) -> None:
+        def __init__(self, methods: Sequence[str], drive: Reference, *, seed: int) -> None:
             assert (methods, seed) == (asks.methods, 1)
-            self._places = len(reference)
+            self._places = len(drive.views)
 
         def answers(self, views: Sequence[View]) -> dict[str, list[Belief]]:
             assert all(view.truth is None and view.scan is None and view.images for view in views)
