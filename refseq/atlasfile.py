@@ -153,9 +153,14 @@ def _check(atlas: Atlas) -> None:
 
 
 def _check_learnt(atlas: Atlas, number: int, name: str, count: int) -> None:
-    """Raise ``ValueError`` where a sequence's own path does not run through every place that the sequence holds."""
+    """Raise ``ValueError`` where a sequence's own path does not run through its places, each once and in their order.
+
+    Merging keeps to that: places go to ever shorter sequences, so that none comes back to one that gave it away.
+    """
     own = [way.places[way.sequences == number] for way in atlas.paths if way.name == name]
     if not own:
         raise ValueError(f"sequence {name!r} has no path")
     if (missed := np.setdiff1d(np.arange(count), own[0])).size:
         raise ValueError(f"path {name!r} does not run through place {int(missed[0])} of its sequence")
+    if len(own[0]) > count or (np.diff(own[0]) <= 0).any():
+        raise ValueError(f"path {name!r} runs through places of its sequence more than once, or not in their order")

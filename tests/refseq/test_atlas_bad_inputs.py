@@ -129,6 +129,13 @@ def test_names_that_disagree(saved: Path, header: dict[str, object], told: str) 
     assert error_of(saved) == f"{SPOILT}{told}"
 
 
+def test_a_path_through_its_places_in_another_order(atlas: Atlas, saved: Path) -> None:
+    assert (atlas.paths[0].places == np.arange(20)).all()  # it is the second that gave places away
+    rewritten(saved, {"paths/0/places.npy": encode(np.arange(20)[::-1].copy())})
+    told = "path 'first' runs through places of its sequence more than once, or not in their order"
+    assert error_of(saved) == f"{SPOILT}{told}"
+
+
 def test_the_atlas_itself_is_read(atlas: Atlas, saved: Path) -> None:
     """So it is the changes above that are refused."""
     rewritten(saved)
