@@ -85,7 +85,7 @@ CHARACTERS = 100
 """About how many fit side by side along the axis of a plot as wide as the page."""
 
 
-def _style() -> AbstractContextManager[None]:
+def page_look() -> AbstractContextManager[None]:
     """How all plots look, for as long as one is drawn."""
     return mpl.rc_context(
         {
@@ -122,16 +122,16 @@ def plan(
     comparison: Comparison, score: Score, outline: FloorOutline | None, incidents: Sequence[Incident] = ()
 ) -> Plot:
     """Both true paths in the plan, with faults, and with what became of the views that are not simply right."""
-    lines = [_positions(comparison.reference_views), _positions(comparison.query_views)]
-    low, high = _around(lines, outline)
+    lines = [_broken(comparison), positions_of(comparison.query_views)]
+    low, high = around(lines, outline)
     width, height = np.maximum(high - low, 1.0)
     stretched = not 1 / STRIP < width / height < STRIP
-    with _style():
+    with page_look():
         figure = Figure(
             figsize=(10, 2.9 if stretched else float(np.clip(9 * height / width, 3, 9))), layout="constrained"
         )
         axes = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", aspect="auto" if stretched else "equal")
-        _draw_walls(axes, outline)
+        draw_walls(axes, outline)
         _draw_drives(axes, lines[0], lines[1])
         _draw_incidents(axes, lines[1], incidents)
         _draw_outcomes(axes, comparison, score)
@@ -139,12 +139,19 @@ def plan(
         limits = np.stack([low - margin, high + margin], axis=1)
         axes.set(xlim=tuple(limits[0]), ylim=tuple(limits[1]))
         figure.legend(loc="outside upper center", ncols=6)
-        svg = _svg(figure)
+        svg = as_svg(figure)
         factor = _stretch(axes)
     return Plot(svg, f"The y axis is drawn {factor:.1f} times as large as the x axis." if stretched else "")
 
 
-def _around(
+def _broken(comparison: Comparison) -> NDArray[np.float64]:
+    """The true positions of the reference views [m], with a gap between one drive and the next."""
+    gap = np.full((1, 2), math.nan)
+    found = [positions_of(comparison.reference_views[stretch]) for stretch in comparison.stretches]
+    return np.concatenate([part for one in found for part in (one, gap)][:-1])
+
+
+def around(
     drives: Sequence[NDArray[np.float64]], outline: FloorOutline | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Corners of what is drawn [m]: of all walls, but not farther than ``SURROUNDINGS`` from where was driven."""
@@ -159,7 +166,8 @@ def _around(
     return np.minimum(low, inside.min(axis=0)), np.maximum(high, inside.max(axis=0))
 
 
-def _draw_walls(axes: Axes, outline: FloorOutline | None) -> None:
+def draw_walls(axes: Axes, outline: FloorOutline | None) -> None:
+    """The walls as grey lines."""
     for number, wall in enumerate(outline or ()):
         axes.plot(wall[:, 0], wall[:, 1], color=WALL, linewidth=1.2, label=None if number else "walls")
 
@@ -181,7 +189,7 @@ def _draw_incidents(axes: Axes, query: NDArray[np.float64], incidents: Sequence[
 
 
 def _draw_outcomes(axes: Axes, comparison: Comparison, score: Score) -> None:
-    positions = _positions(comparison.query_views)
+    positions = positions_of(comparison.query_views)
     for outcome, (marker, colour) in OUTCOME_STYLES.items():
         chosen = [i for i, found in enumerate(score.outcomes) if found is outcome]
         if chosen:
@@ -218,7 +226,7 @@ def posterior(
     methods, places = list(comparison.beliefs), len(comparison.reference_views)
     columns = min(PANELS, len(methods))
     rows = math.ceil(len(methods) / columns)
-    with _style():
+    with page_look():
         figure = Figure(figsize=(10, rows * 11 / max(columns, 2) + 0.6), layout="constrained")
         panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for axes, method in itertools.zip_longest(panels.flat, methods):
@@ -241,7 +249,7 @@ def posterior(
             axes.set_ylabel("reference place")
         bar = figure.colorbar(image, ax=panels, label="P(place | on the path)", shrink=0.8 / rows**0.5, pad=0.01)
         bar.outline.set_visible(False)
-        return Plot(_svg(figure))
+        return Plot(as_svg(figure))
 
 
 def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> AxesImage:
@@ -254,13 +262,18 @@ def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> AxesI
 
 
 def draw_truth(axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance, carried: Sequence[int]) -> None:
-    """Two lines, the tolerance before and after the true position; broken off the map, and where a kidnap ended."""
-    known = np.flatnonzero(np.isfinite(path.along))
-    true = np.array([_true_along(view.truth, path, wide) for view in views])
-    for offset in (-wide.distance, wide.distance):
-        place = np.interp(true + offset, path.along[known], known)
-        band = np.insert(np.where(np.isfinite(true), place, np.nan), carried, np.nan)
-        axes.plot(np.insert(np.arange(len(true), dtype=float), carried, np.nan), band, color="#4fd1ff", linewidth=0.7)
+    """Two lines, the tolerance before and after the true position; broken off the map, and where a kidnap ended.
+
+    Of several drives each that passes there has its own.
+    """
+    for drive in path.stretches:
+        known = drive.start + np.flatnonzero(np.isfinite(path.along[drive]))
+        true = np.array([_true_along(view.truth, path, wide, drive) for view in views])
+        for offset in (-wide.distance, wide.distance):
+            place = np.interp(true + offset, path.along[known], known)
+            band = np.insert(np.where(np.isfinite(true), place, np.nan), carried, np.nan)
+            over = np.insert(np.arange(len(true), dtype=float), carried, np.nan)
+            axes.plot(over, band, color="#4fd1ff", linewidth=0.7)
 
 
 def _edge(axes: Axes, incident: Incident) -> None:
@@ -290,7 +303,7 @@ def lost(
     comparison: Comparison, path: ReferencePath | None, wide: Tolerance, incidents: Sequence[Incident] = ()
 ) -> Plot:
     """Probability of being lost, and entropy of the places, over the views."""
-    with _style():
+    with page_look():
         figure = Figure(figsize=(10, 4.2), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True)
         looks = styles(comparison.beliefs)
@@ -308,9 +321,9 @@ def lost(
         top.set(ylabel="P(lost)", ylim=(-0.03, 1.03))
         bottom.set(ylabel="entropy [nats]", xlabel="query view", xlim=(-1, len(comparison.query_views)))
         bottom.set_ylim(0, 1.15 * max(1.0, math.log(len(comparison.reference_views))))
-        _grid(top, bottom)
+        draw_grid(top, bottom)
         figure.legend(loc="outside upper center", ncols=4)
-        return Plot(_svg(figure))
+        return Plot(as_svg(figure))
 
 
 def _threshold(axes: Axes, height: float, text: str) -> None:
@@ -337,7 +350,7 @@ def errors(
 ) -> Plot:
     """Absolute error along the path of every answer given, over the true position."""
     true = np.array([_true_along(view.truth, path, tolerances[0]) for view in comparison.query_views])
-    with _style():
+    with page_look():
         figure = Figure(figsize=(10, 3.4), layout="constrained")
         axes = figure.add_subplot(
             xlabel="true position along the reference path [m]", ylabel="error along the path [m]"
@@ -348,7 +361,7 @@ def errors(
         _error_axis(axes, scores, tolerances)
         _shade_positions(axes, true, incidents)
         figure.legend(loc="outside upper center", ncols=3)
-        return Plot(_svg(figure))
+        return Plot(as_svg(figure))
 
 
 def _shade_positions(axes: Axes, true: NDArray[np.float64], incidents: Sequence[Incident]) -> None:
@@ -364,7 +377,7 @@ def reliability(scores: Mapping[str, Score]) -> Plot:
     looks = styles(scores)
     # P(lost) can be judged only by drives that leave the map.
     leaves = any(score.off_map.any() for score in scores.values())
-    with _style():
+    with page_look():
         figure = Figure(figsize=(10, 4.9), layout="constrained")
         panels = figure.subplots(2, 2, sharex=True, height_ratios=(3, 1), squeeze=False)
         for column, title in enumerate(("top place: is it the nearest one?", "P(lost): is it off the map?")):
@@ -379,9 +392,9 @@ def reliability(scores: Mapping[str, Score]) -> Plot:
                 _draw_reliability(shares, counts, found, looks[method], None if column else method_label(method))
             shares.set(title=title, ylabel="share that came true", xlim=(-0.02, 1.02), ylim=(-0.03, 1.03))
             counts.set(xlabel="probability", ylabel="views", ylim=(0, None))
-            _grid(shares, counts)
+            draw_grid(shares, counts)
         figure.legend(loc="outside upper center", ncols=3)
-        return Plot(_svg(figure))
+        return Plot(as_svg(figure))
 
 
 def _draw_reliability(shares: Axes, counts: Axes, found: Reliability, style: Style, label: str | None) -> None:
@@ -397,7 +410,7 @@ def _draw_reliability(shares: Axes, counts: Axes, found: Reliability, style: Sty
 
 def certainty(comparison: Comparison, scores: Mapping[str, Score], tolerances: Sequence[Tolerance]) -> Plot:
     """Absolute error along the path of every answer given, over the entropy of its belief."""
-    with _style():
+    with page_look():
         figure = Figure(figsize=(10, 3.4), layout="constrained")
         axes = figure.add_subplot(xlabel="entropy of the places [nats]", ylabel="error along the path [m]")
         looks = styles(scores)
@@ -407,7 +420,7 @@ def certainty(comparison: Comparison, scores: Mapping[str, Score], tolerances: S
         _error_axis(axes, scores, tolerances)
         axes.set_xlim(left=-0.05)
         figure.legend(loc="outside upper center", ncols=3)
-        return Plot(_svg(figure))
+        return Plot(as_svg(figure))
 
 
 def _draw_errors(axes: Axes, over: NDArray[np.float64], score: Score, style: Style, label: str) -> None:
@@ -425,17 +438,20 @@ def _error_axis(axes: Axes, scores: Mapping[str, Score], tolerances: Sequence[To
     axes.minorticks_off()
     for tolerance in tolerances:
         axes.axhspan(0, tolerance.distance, color="#2a9d6f", alpha=0.12, linewidth=0)
-    _grid(axes)
+    draw_grid(axes)
 
 
-def _true_along(pose: Pose | None, path: ReferencePath, wide: Tolerance) -> float:
-    """Find the true position along the reference path [m], nan for a view that is off the map or has no truth."""
-    if pose is None or not path.within(pose, wide).any():
+def _true_along(pose: Pose | None, path: ReferencePath, wide: Tolerance, drive: slice | None = None) -> float:
+    """Find the true position along the reference path [m], nan for a view that is off the map or has no truth.
+
+    Of several drives it is along the one that is given, or along the nearest.
+    """
+    if pose is None or not path.within(pose, wide)[drive or slice(None)].any():
         return math.nan
-    return path.project(pose)
+    return path.project(pose, drive)
 
 
-def _positions(views: Sequence[View]) -> NDArray[np.float64]:
+def positions_of(views: Sequence[View]) -> NDArray[np.float64]:
     """Collect the true positions (n, 2) [m], nan where unknown."""
     truths = [view.truth for view in views]
     return np.array([(pose.x, pose.y) if pose else (math.nan, math.nan) for pose in truths]).reshape(-1, 2)
@@ -444,16 +460,16 @@ def _positions(views: Sequence[View]) -> NDArray[np.float64]:
 def retrieval(scores: Mapping[str, Score]) -> Plot:
     """Precision over recall of each method's answers, from the surest on."""
     curves = {method: score.retrieval for method, score in scores.items()}
-    with _style():
+    with page_look():
         figure = Figure(figsize=(10, 4.4), layout="constrained")
         axes = figure.add_subplot(xlabel="recall", ylabel="precision", xlim=(-0.01, 1.01), ylim=(0, 1.03))
         looks = styles(scores)
         for method, curve in curves.items():
             if curve is not None:
                 draw_retrieval(axes, curve, looks[method], method_label(method))
-        _grid(axes)
+        draw_grid(axes)
         figure.legend(loc="outside upper center", ncols=3)
-        return Plot(_svg(figure))
+        return Plot(as_svg(figure))
 
 
 def draw_retrieval(axes: Axes, curve: Retrieval, style: Style, label: str) -> None:
@@ -483,7 +499,7 @@ def dial(found: Dial) -> Plot:
     """Success over what is varied, with 95 % intervals, a line a method."""
     at = np.arange(len(found.values), dtype=float) if found.at is None else np.array(found.at, dtype=float)
     spread = 0.012 * max(float(np.ptp(at)), 1e-9)
-    with _style():
+    with page_look():
         figure = Figure(figsize=(10, 4.2), layout="constrained")
         axes = figure.add_subplot(xlabel=found.key, ylabel="success [%]", ylim=(-3, 103))
         looks = styles(found.shares)
@@ -494,9 +510,9 @@ def dial(found: Dial) -> Plot:
             style = colour, "none" if found.at is None else line, marker
             draw_shares(axes, there, shares, style, method_label(method))
         axes.set_xticks(at, _staggered(at, found.values), rotation=0 if len(found.values) <= 8 else 30)
-        _grid(axes)
+        draw_grid(axes)
         figure.legend(loc="outside upper center", ncols=4)
-        return Plot(_svg(figure))
+        return Plot(as_svg(figure))
 
 
 def _staggered(at: NDArray[np.float64], labels: Sequence[str]) -> list[str]:
@@ -522,12 +538,13 @@ def draw_shares(axes: Axes, at: NDArray[np.float64], shares: NDArray[np.float64]
     )  # fmt: skip
 
 
-def _grid(*panels: Axes) -> None:
+def draw_grid(*panels: Axes) -> None:
+    """A faint grid behind what is drawn."""
     for axes in panels:
         axes.grid(color=INK, alpha=0.12, linewidth=0.6)
 
 
-def _svg(figure: Figure) -> str:
+def as_svg(figure: Figure) -> str:
     """Write the figure as an ``<svg>`` element in the page's own ink."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})

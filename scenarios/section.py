@@ -14,6 +14,7 @@ from scenarios.incidents import incidents
 from scenarios.outcome import Outcome
 from scenarios.plots import FloorOutline, Plot
 from scenarios.score import NARROW, WIDE, ReferencePath, Score, Tolerance, path_of
+from scenarios.section_atlas import AtlasShown, atlas_shown
 from scenarios.section_frames import (
     FailureShown,
     Frames,
@@ -83,6 +84,7 @@ class Section:
     frames: tuple[Frames, ...]
     cost: CostTable
     figures: tuple[FigureRow, ...]
+    atlas: AtlasShown | None
 
     @property
     def heading(self) -> str:
@@ -137,6 +139,7 @@ def section(name: str, runs: Sequence[Comparison], terms: Terms) -> Section:
         frames=tuple(one for one in same_frames if one.pairs),
         cost=cost_table(runs, methods, terms.costs),
         figures=tuple(figure_rows(found)),
+        atlas=atlas_shown(runs[0], found, shown, judged, terms.wide, terms.outline) if scorable else None,
     )
 
 

@@ -234,7 +234,7 @@ def _stretch(task: AnswerTask, count: int) -> slice:
 
 def asked_views(task: AnswerTask, store: Store) -> Recording:
     """The views of the query that are asked about."""
-    recording = read_views(task.query, task.sources[1], store)
+    recording = read_views(task.query, task.sources[-1], store)
     return Recording(tuple(only(view, task.sensors) for view in recording.views), recording.metadata)
 
 
