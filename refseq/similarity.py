@@ -24,10 +24,19 @@ def check_comparable(one: ReferenceSequence, other: ReferenceSequence) -> None:
     theirs, ours = (", ".join(extractor.key for extractor in map_.extractors) for map_ in (other, one))
     if theirs != ours:
         raise MapError(f"features are {theirs}; valid are those of the first map, {ours}")
-    mine, its = one.profile.to_dict(), other.profile.to_dict()
-    for part, settings in mine.items():
-        if settings != its[part]:
-            raise MapError(f"profile.{part} is {its[part]!r:.80}; valid is that of the first map, {settings!r:.80}")
+    its = dict(_leaves("profile", other.profile.to_dict()))
+    for name, value in _leaves("profile", one.profile.to_dict()):
+        if value != its[name]:
+            raise MapError(f"{name} is {its[name]}; valid is that of the first map, {value}")
+
+
+def _leaves(name: str, content: object) -> Iterator[tuple[str, object]]:
+    """The settings of a profile by their whole names."""
+    if not isinstance(content, Mapping):
+        yield name, content
+        return
+    for key, value in content.items():
+        yield from _leaves(f"{name}.{key}", value)
 
 
 def columns(sequence: ReferenceSequence) -> Iterator[Column]:

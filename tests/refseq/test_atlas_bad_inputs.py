@@ -179,7 +179,7 @@ def test_a_sequence_of_another_map_version(atlas: Atlas, saved: Path, tmp_path: 
         (BEST, ["forward", LASER], "features are sift/forward, dense/forward, walls/laser"),
         (BEST, [LASER], "features are walls/laser"),
         (THESIS, None, "features are sift/forward, walls/laser"),
-        (OTHER_SIFT, None, "profile.sift is {'cap': 7, "),
+        (OTHER_SIFT, None, "profile.sift.cap is 7; valid is"),
     ],
 )
 def test_maps_of_other_sensors_or_vocabularies(
