@@ -87,10 +87,18 @@ class AtlasLocaliser:
 
 
 def localise_in(
-    atlas: Atlas, views: Iterable[View], *, stages: Sequence[Stage] = tuple(Stage), seed: int = 0
+    atlas: Atlas,
+    views: Iterable[View],
+    *,
+    stages: Sequence[Stage] = tuple(Stage),
+    sensors: Sequence[str] | None = None,
+    seed: int = 0,
 ) -> Mapping[Stage, list[Belief]]:
-    """Localise a whole drive in an atlas at several stages; each view is matched once for all of them."""
-    matcher = AtlasMatcher(atlas, seed=seed)
+    """Localise a whole drive in an atlas at several stages; each view is matched once for all of them.
+
+    ``sensors`` is a subset of the maps' (default: all). Raises ``MapError`` for a sensor that they do not have.
+    """
+    matcher = AtlasMatcher(atlas, sensors=sensors, seed=seed)
     trackers = {stage: atlas_tracker(stage, atlas) for stage in stages}
     beliefs: dict[Stage, list[Belief]] = {stage: [] for stage in stages}
     for view in views:

@@ -19,7 +19,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenarios.console import err, out, print_results, progress_bar, say, share_of, step_bars
-from scenarios.inputs import assignments, check_output, read_comparison, read_drive, read_show, stages, words, writing
+from scenarios.inputs import (
+    assignments,
+    check_output,
+    read_atlas,
+    read_comparison,
+    read_drive,
+    read_show,
+    stages,
+    words,
+    writing,
+)
 from scenarios.merge_cli import MERGE_EXAMPLES, SIMILARITY_EXAMPLES, merge, similarity
 from scenarios.robots_cli import robots
 from scenarios.route_cli import EXAMPLES as ROUTE_EXAMPLES
@@ -124,6 +134,9 @@ ProfileName = Annotated[
     str, typer.Option("--profile", metavar="PROFILE", help="thesis: the method of 2008, with its values. best: ours.")
 ]
 Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="First drive, for its pictures.")]
+MapOrAtlas = Annotated[
+    Path, typer.Argument(metavar="MAP", help="Map of the first drive, or atlas of several (.refseq).")
+]
 
 
 @app.command(
@@ -243,10 +256,11 @@ def learn(
     epilog="""Examples:
 
 * `refseq localise map.refseq query.mcap -o beliefs.parquet`
-* `refseq localise map.refseq query.mcap --stage chain --sensors camera-2 --at-least 80`"""
+* `refseq localise map.refseq query.mcap --stage chain --sensors camera-2 --at-least 80`
+* `refseq localise atlas.refseq query.mcap -o beliefs.parquet`"""
 )
 def localise(
-    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map of the first drive (.refseq).")],
+    map_file: MapOrAtlas,
     query: Annotated[Path, typer.Argument(help="Later drive: an MCAP recording or a CARMEN log.")],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Table of beliefs to write (.parquet).")
@@ -262,24 +276,30 @@ def localise(
     seed: Chance = 1,
     at_least: AtLeast = None,
 ) -> None:
-    """Localise a later drive in a map, view by view."""
+    """Localise a later drive in a map, or in an atlas of several, view by view.
+
+    Places of an atlas are those of all its sequences, one behind the other in the order of the last table: of sequences
+    that hold 76 and 51 places, 0 to 75 are the first one's and 76 to 126 the second's.
+    """
     from refseq.beliefs import write_beliefs
-    from refseq.mapfile import load_map
-    from scenarios.evaluate import compare, results
+    from scenarios.evaluate import compare_in_atlas, is_one_map, results
+    from scenarios.recognised import recognised_table
 
     if output is not None:
         check_output(output)
     wanted = stages(stage)
-    sequence = load_map(map_file)
+    atlas = read_atlas(map_file)
     drive = read_drive(query, views, thin, seed + 1 if odometry_noise else None)
-    comparison = compare(
-        f"{map_file.name} ← {query.name}", sequence, drive, stages=wanted, sensors=words(sensors, "sensors"), seed=seed
+    comparison = compare_in_atlas(
+        f"{map_file.name} ← {query.name}", atlas, drive, stages=wanted, sensors=words(sensors, "sensors"), seed=seed
     )
     if output is not None:
         write_beliefs(output, drive.views, comparison.beliefs, drive.metadata)
         say(out, f"{output}: beliefs of {len(drive.views)} views")
     found = results([comparison])
     print_results(comparison.name, found, [comparison])
+    if not is_one_map(atlas):
+        out.print(recognised_table(atlas, comparison.beliefs))
     _judge(found, at_least)
 
 
@@ -415,7 +435,7 @@ def compare(
     epilog="Example: `refseq report map.refseq query.mcap beliefs.parquet --reference reference.mcap -o report.html`"
 )
 def report(
-    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="Map of the first drive (.refseq).")],
+    map_file: MapOrAtlas,
     query: Annotated[Path, typer.Argument(help="Later drive.")],
     beliefs: Annotated[Path, typer.Argument(help="Table of beliefs that `refseq localise` wrote (.parquet).")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Page to write (.html).")],
@@ -429,7 +449,7 @@ def report(
     from worlds.plan import load_plan, names
 
     check_output(output)
-    comparison = read_comparison(map_file, query, beliefs, reference, views, thin)
+    comparison = read_comparison(map_file, query, beliefs, reference, views, thin, several=True)
     world = str(comparison.reference_metadata.get("world", ""))
     outline = outline_of(load_plan(world)) if world in names() else None
     with writing(output):

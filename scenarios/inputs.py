@@ -8,11 +8,13 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+from zipfile import is_zipfile
 
 from scenarios.console import err, say
 from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
+    from refseq.atlas import Atlas
     from refseq.belief import Belief, Stage
     from refseq.logs import Recording
     from refseq.view import View
@@ -95,24 +97,43 @@ def stretch(text: str | None, count: int, path: Path) -> slice:
     return wanted
 
 
-def read_comparison(
-    map_file: Path, query: Path, beliefs: Path, reference: Path | None, views: str | None, thin: float | None
-) -> "Comparison":
-    """A localised drive put together again from its files."""
-    from refseq.beliefs import read_beliefs
+def read_atlas(path: Path, *, several: bool = True) -> "Atlas":
+    """Read an atlas, or a map as an atlas of that one; without ``several`` nothing but a map will do."""
+    from refseq.atlas import beside
+    from refseq.atlasfile import load_atlas
     from refseq.mapfile import load_map
-    from scenarios.comparison import Comparison
-    from scenarios.evaluate import places_as_views
+
+    # What is no archive at all is told of in the words of the commands that take maps only.
+    return load_atlas(path) if several and is_zipfile(path) else beside([path.stem], [load_map(path)])
+
+
+def read_comparison(
+    map_file: Path,
+    query: Path,
+    beliefs: Path,
+    reference: Path | None,
+    views: str | None,
+    thin: float | None,
+    *,
+    several: bool = False,
+) -> "Comparison":
+    """A localised drive put together again from its files; ``several``: the map may be an atlas."""
+    from refseq.beliefs import read_beliefs
+    from scenarios.evaluate import answers_in_atlas, is_one_map
 
     if not beliefs.is_file():
         raise ScenarioError(f"{beliefs}: is no file; valid is a table of beliefs (.parquet)")
-    sequence, drive, answers = load_map(map_file), read_drive(query, views, thin), read_beliefs(beliefs)
+    atlas = read_atlas(map_file, several=several)
+    if reference is not None and not is_one_map(atlas):
+        raise ScenarioError(
+            f"{reference}: has the pictures of one drive, {map_file} is an atlas of several; valid is no reference"
+        )
+    drive, answers = read_drive(query, views, thin), read_beliefs(beliefs)
     if not answers:
         raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of {query}")
-    places = read_drive(reference, None, None).views if reference else places_as_views(sequence)
-    name = f"{map_file.name} ← {query.name}"
+    places = read_drive(reference, None, None).views if reference else None
     try:
-        return Comparison(name, places, sequence.metadata, drive.views, drive.metadata, answers)
+        return answers_in_atlas(f"{map_file.name} ← {query.name}", atlas, drive, answers, places)
     except ScenarioError as error:
         raise ScenarioError(f"{beliefs}: {error}") from error
 
