@@ -1,7 +1,7 @@
 """Plots of several drives in one atlas: what was joined, and which of them the robot was taken to be on."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -109,13 +109,16 @@ def _draw_passing(axes: Axes, by: NDArray[np.bool_], names: Sequence[str]) -> No
 def _draw_shares(axes: Axes, found: NDArray[np.float64], names: Sequence[str]) -> None:
     over = np.arange(found.shape[1])
     stacked = np.vstack([found, 1 - found.sum(axis=0)])
-    looks: Mapping[str, tuple[str, str]] = {
-        **{name: (COLOURS[n % len(COLOURS)], HATCHES[n // len(COLOURS)]) for n, name in enumerate(names)},
-        "lost": (INK, ""),
-    }
+    # A drive may be called anything, "lost" among it.
+    looks = [
+        *(
+            (name, COLOURS[n % len(COLOURS)], HATCHES[n // len(COLOURS) % len(HATCHES)], 0.85)
+            for n, name in enumerate(names)
+        ),
+        ("lost", INK, "", 0.25),
+    ]
     low = np.zeros(found.shape[1])
-    for (name, (colour, hatch)), share in zip(looks.items(), stacked, strict=True):
-        opacity = 0.25 if name == "lost" else 0.85
+    for (name, colour, hatch, opacity), share in zip(looks, stacked, strict=True):
         axes.fill_between(
             over, low, low + share, step="mid", color=colour, alpha=opacity, hatch=hatch, linewidth=0, label=name
         )
