@@ -153,4 +153,5 @@ def _inside(table: Any, part: str) -> Any:
     """What a table holds under a key, or a list under a number from 0; None where there is no such number."""
     if isinstance(table, dict):
         return table.setdefault(part, {})
-    return table[int(part)] if part.isdecimal() and int(part) < len(table) else None
+    is_number = part.isdecimal() and len(part) < 10  # a key may be any text, and a number without end is none
+    return table[int(part)] if is_number and int(part) < len(table) else None
