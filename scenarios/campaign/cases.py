@@ -232,7 +232,7 @@ def _check(case: Case) -> None:
         raise ScenarioError(f"localise.judged: {scenario.judged!r} does not run here; valid are {valid}")
     if len(set(scenario.seeds)) < len(scenario.seeds):
         raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
-    _check_atlas(scenario)
+    check_atlas(scenario)
     for side in case.sides:
         with named(side):
             source = case.source(side, scenario.seeds[0])
@@ -240,7 +240,7 @@ def _check(case: Case) -> None:
                 check_drive(source, scenario.localise.sensors)
 
 
-def _check_atlas(scenario: Scenario) -> None:
+def check_atlas(scenario: Scenario) -> None:
     """Raise ``ScenarioError`` for what is not done with several references."""
     if not scenario.further:
         return

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from scenarios.campaign.cases import Case
+from scenarios.campaign.cases import Case, check_atlas
+from scenarios.campaign.drivable import named
 from scenarios.campaign.expect import about
 from scenarios.errors import ScenarioError
 from scenarios.methods import check_methods, written_out
@@ -18,7 +19,8 @@ def asking(cases: Sequence[Case], localisers: Sequence[str], methods: Sequence[s
     What an expectation says without naming a method is then meant of the first localiser, and once more of each other
     one. Those that name a method which does not run are left to be told as not judged.
 
-    Raises ``ScenarioError`` for a name that is no method's, before anything is run.
+    Raises ``ScenarioError`` for a name that is no method's, and for a method that a case cannot ask, before anything is
+    run.
     """
     judged = tuple(dict.fromkeys(localisers))
     check_methods(judged)
@@ -39,9 +41,12 @@ def _asking(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> 
     localise = scenario.localise.model_copy(
         update={"methods": running, "judged": next(iter(judged), None)},
     )
+    asked = scenario.model_copy(update={"localise": localise})
+    with named(case.name):
+        check_atlas(asked)
     return replace(
         case,
-        scenario=scenario.model_copy(update={"localise": localise}),
+        scenario=asked,
         expectations=tuple(dict.fromkeys((*first, *again))),
     )
 
