@@ -168,7 +168,8 @@ class SureView:
     def update(self, sighting: Sighting) -> tuple[Belief, float]:
         """Belief and sureness."""
         belief = self._tracker.update(sighting)
-        return belief, 1 - normalised_entropy(belief.places)
+        # Where all places are alike rounding may leave a hair more entropy than there can be.
+        return belief, max(0.0, 1 - normalised_entropy(belief.places))
 
 
 class SurePath:
