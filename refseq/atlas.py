@@ -109,14 +109,20 @@ def _links(number: int, path: Path) -> list[Link]:
     return [Link(number, start, end) for start, end in steps if start[0] != end[0]]
 
 
+def check_names(names: Sequence[str]) -> None:
+    """Raise ``MapError`` for a name that is there twice."""
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            raise MapError(f"sequence {name!r} is there twice; valid are names of their own")
+
+
 def beside(names: Sequence[str], sequences: Sequence[ReferenceSequence]) -> Atlas:
     """An atlas of sequences as they are, none merged. Raises ``MapError`` for none, equal names or unlike maps."""
     if not sequences:
         raise MapError("an atlas holds no sequence; valid is at least one")
-    for number, name in enumerate(names):
-        if name in names[:number]:
-            raise MapError(f"sequence {name!r} is there twice; valid are names of their own")
-        check_comparable(sequences[0], sequences[number])
+    check_names(names)
+    for sequence in sequences:
+        check_comparable(sequences[0], sequence)
     paths = tuple(
         Path(name, sequence.along - sequence.along[0], np.full(len(sequence), number), np.arange(len(sequence)))
         for number, (name, sequence) in enumerate(zip(names, sequences, strict=True))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas import Atlas, Path, beside
+from refseq.atlas import Atlas, Path, beside, check_names
 from refseq.errors import MapError
 from refseq.overlap import Overlap, OverlapSettings, overlaps
 from refseq.reduction import reduced
@@ -87,8 +87,10 @@ def added(
 ) -> Merged:
     """An atlas with one more sequence, compared with each that is there, in their order.
 
-    What it shares with one of them is taken out of the longer of the two, counted in places as they were learnt.
+    What it shares with one of them is taken out of the longer of the two, counted in places as they were learnt. Raises
+    ``MapError`` as ``merge`` does.
     """
+    check_names([*(path.name for path in atlas.paths), name])
     check_comparable(atlas.sequences[0], sequence)
     merging, decisions = _Merging(atlas, beside([name], [sequence])), list[Decision]()
     for number in range(len(atlas.sequences)):

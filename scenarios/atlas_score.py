@@ -121,7 +121,7 @@ def _jumps(
         math.dist(path.points[beliefs[t].best], path.points[beliefs[last].best]) - (travelled[t] - travelled[last])
         for last, t in pairwise(given)
     ]
-    return sum(step > 2 * tolerance.distance for step in steps)
+    return sum(bool(step > 2 * tolerance.distance) for step in steps)
 
 
 def join_score(path: ReferencePath, merging: Merging, tolerance: Tolerance) -> JoinScore:

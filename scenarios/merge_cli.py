@@ -122,10 +122,10 @@ def merge(
 
 
 def _check_names(there: Sequence[str], new: Sequence[str], wishes: "Sequence[Decision]") -> None:
-    for number, name in enumerate(new):
-        if name in (*there, *new[:number]):
-            raise ScenarioError(f"map {name!r} is there twice; valid are files of different names")
+    from refseq.atlas import check_names
+
     known = [*there, *new]
+    check_names(known)
     for wish in wishes:
         for name in (wish.one, wish.other):
             if name not in known:

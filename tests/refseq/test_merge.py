@@ -105,6 +105,12 @@ def test_what_the_laser_alone_says_is_refused() -> None:
     assert found.told["laser"] > 0.5 > found.told["camera"]
 
 
+def test_a_name_that_is_in_the_atlas_already_is_told() -> None:
+    atlas = beside(["there"], [TOWN.learnt([("A", 0, 20)], 1, BEST)])
+    with pytest.raises(MapError, match="sequence 'there' is there twice; valid"):
+        added(atlas, "there", TOWN.learnt([("C", 0, 20)], 2, BEST))
+
+
 @pytest.mark.parametrize("profile", PROFILES)
 def test_paths_that_do_not_meet_stay_as_they_are(profile: Profile) -> None:
     walks = [TOWN.learnt([(name, 0, 30)], n, profile) for n, name in enumerate("ACE")]

@@ -85,7 +85,7 @@ def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
     ("words", "told"),
     [
         ("west.refseq none.refseq -o x.refseq", "none.refseq: cannot be read: No such file or directory"),
-        ("west.refseq west.refseq -o x.refseq", "map 'west' is there twice; valid are files of different names"),
+        ("west.refseq west.refseq -o x.refseq", "sequence 'west' is there twice; valid are names of their own"),
         ("west.refseq thesis.refseq -o x.refseq", "thesis.refseq: features are sift/forward"),
         ("west.refseq one-eye.refseq -o x.refseq", "one-eye.refseq: features are sift/forward, dense/forward, walls"),
         ("west.refseq east.refseq seven.refseq -o x.refseq", "seven.refseq: profile.sift"),
@@ -230,7 +230,7 @@ def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, he
             "west.refseq east.refseq --arrays alike.mat",
             "alike.mat: is no name for arrays; valid is one that ends in .npz",
         ),
-        ("west.refseq west.refseq", "map 'west' is there twice"),
+        ("west.refseq west.refseq", "sequence 'west' is there twice"),
     ],
 )
 def test_what_cannot_be_compared_is_told(refseq: Refseq, here: Path, words: str, told: str) -> None:
