@@ -184,6 +184,8 @@ def test_the_way_after_a_fork_ends_where_the_right_places_are_probable() -> None
     assert forks(PARTING, [*before, *[0.95] * 8]) == (0.0,)
     assert forks(PARTING, [*before, 0.1, 0.5, 0.85, 0.95, *[0.1] * 4]) == (3.0,)
     assert forks(PARTING, [*before, *[0.89] * 8]) == (None,)
+    nine_tenths = [certain(COUNT, place, 0.1) for place in TRUE_PLACES]
+    assert atlas_score(compared(PARTING, {"m": nine_tenths}), "m", WIDE).forks == (None,)
     assert forks(PARTING, [*[0.0] * 11, 0.91, *[0.0] * 7]) == (0.0,)
 
 

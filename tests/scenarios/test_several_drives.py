@@ -178,6 +178,15 @@ def test_one_drive_is_scored_as_if_there_had_never_been_several(tolerance: objec
         assert wrong, "nothing would tell an answer astray"
 
 
+def test_on_one_drive_the_nearest_place_is_known_off_the_map_too() -> None:
+    off = views((3.0, 9.0, 0.0))
+    one = Comparison("one", AHEAD, {}, off, {}, {"m": [certain(21, 3)]})
+    for comparison in (one, replace(one, drives=Drives(("only",), (21,)))):
+        found = score(comparison, "m")
+        assert found.outcomes == (Outcome.FALSE_FIX,)
+        assert found.top_nearest.tolist() == [True]
+
+
 def test_on_one_drive_nobody_is_astray_however_far_off() -> None:
     """The way back of one drive is along it, and not as the crow flies."""
     there_and_back = [*AHEAD, *views(*((float(x), 2.0, math.pi) for x in range(20, -1, -1)))]

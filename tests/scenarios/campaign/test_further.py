@@ -18,7 +18,7 @@ from scenarios.campaign.outcomes import Verdict
 from scenarios.campaign.result_file import read_result
 from scenarios.campaign.results import Results
 from scenarios.campaign.sources import DATA, Images, Log, names_of
-from scenarios.campaign.store import MAP, Store
+from scenarios.campaign.store import MAP, RECORDING, Store
 from scenarios.campaign.tasks import (
     AnswerTask,
     RecordTask,
@@ -318,6 +318,22 @@ def test_the_query_is_the_last_of_the_sources(both: AnswerTask, tmp_path: Path) 
     assert [drive.metadata["light"] for drive in learnt_drives(both, store)] == ["first", "second"]
 
 
+def test_drives_are_read_from_where_they_were_recorded(folder: Path, tmp_path: Path) -> None:
+    """Recordings of drives are found by their keys alone: the query's is behind those of all references."""
+    drive = Drive(world="hallway", seed=1)
+    further, query = replace(drive, light="18:00", seed=2001), replace(drive, light="noon", seed=1001)
+    task = AnswerTask(("thesis/uniform",), drive, query, None, ("forward", "laser"), 1, 60.0, (further,))
+    store = Store(tmp_path)
+    for name, one in zip(("first", "second", "query"), (drive, further, query), strict=True):
+        store.path(RecordTask(one, 1.0).key, RECORDING).write_bytes((folder / f"{name}.mcap").read_bytes())
+    assert [one.metadata["light"] for one in learnt_drives(task, store)] == ["first", "second"]
+    assert asked_views(task, store).metadata["light"] == "query"
+    outcome = perform(task, store)
+    assert outcome.verdict is Verdict.PASSED, outcome.reason
+    (beliefs,) = answers_of(task, store)[0].values()
+    assert (len(beliefs), len(beliefs[0].places)) == (16, 41)
+
+
 def test_all_drives_are_needed_and_each_once(tmp_path: Path) -> None:
     case = only_case(tmp_path, HEAD + DRIVEN)
     (task,) = tasks_of(case)[1]
@@ -350,7 +366,13 @@ def test_each_map_is_learnt_once_whoever_learns_it_first(
     assert {path: path.read_bytes() for path in kept} == kept
     assert len(list(tmp_path.glob(f"*{MAP}"))) == 2
     monkeypatch.setattr("scenarios.baselines.learn", None)
-    assert perform(replace(both, merge=False), store).verdict is Verdict.PASSED
+    apart = replace(both, merge=False)
+    assert perform(apart, store).verdict is Verdict.PASSED
+    whole, unmerged = (mergings_of(task, store)["thesis/uniform"] for task in (both, apart))
+    assert [one.joined for one in whole.decisions] == [True]
+    assert len(set(whole.held_by.tolist())) == 41 - 12
+    assert unmerged.decisions == ()
+    assert unmerged.held_by.tolist() == list(range(41))
 
 
 def test_what_was_learnt_asked_and_merged_is_left_in_the_store(
