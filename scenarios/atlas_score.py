@@ -28,10 +28,11 @@ class JoinScore:
     """What was merged, against the truth.
 
     ``precision``: of the views taken out those that are rightly joined. ``recall``: of all views shared with another
-    drive, counted once for each, those whose place that drive's path runs through. ``duplicates`` are places that a
-    place of another sequence lies within half the tolerance of. ``joins`` are all joins made, ``false_joins`` those of
-    which most pairs of views are farther apart than the tolerance, ``overlooked`` refused ones of which most are not.
-    ``places`` are left of ``views``, ``bytes_after`` of ``bytes_before``; ``seconds`` is what merging took.
+    drive, counted once for each, those whose place is held by the sequence that holds that drive's there.
+    ``duplicates`` are places that a place of another sequence lies within half the tolerance of. ``joins`` are all
+    joins made, ``false_joins`` those of which most pairs of views are farther apart than the tolerance, ``overlooked``
+    refused ones of which most are not. ``places`` are left of ``views``, ``bytes_after`` of ``bytes_before``;
+    ``seconds`` is what merging took.
     """
 
     precision: Proportion
@@ -54,7 +55,7 @@ class AtlasScore:
     ``forks`` hold, each time the robot comes off one of several drives and stays on another, the way [m] until
     P(right), the probability of all places within the tolerance, is above ``SETTLED``; None where that never came, as
     long as it stayed on the map. ``jumps`` are answers farther from the last one than the robot can have come, by more
-    than twice the tolerance, both of them given on the map. ``joined`` is None where nothing is merged.
+    than twice the tolerance, both of them given on the map. ``joined`` is None of a method without an atlas.
     """
 
     forks: tuple[Way, ...]

@@ -179,28 +179,6 @@ def ways_text(ways: Sequence[Way]) -> str:
     return (_metres(float(np.median(found))) if found else NONE) + (f" ({never} of {len(ways)})" if never else "")
 
 
-def atlas_table(title: str, found: Sequence[Figures]) -> Table | None:
-    """What was joined, and what came of it; ``None`` where one drive was learnt."""
-    scored = [(one.method, one.atlas) for one in found if one.atlas is not None]
-    if not scored:
-        return None
-    table = _table(title)
-    for heading in (
-        "way to P(right) > 0.9\nafter a fork [m]",
-        "jumps",
-        "joins\n(false)",
-        "joined rightly\nof taken out, %",
-        "joined\nof shared, %",
-        "places\nleft",
-        "twice\nthere",
-        "map\n[kB]",
-    ):
-        table.add_column(Text(heading), justify="right", no_wrap=True)
-    for method, atlas in scored:
-        table.add_row(method, ways_text(atlas.forks), str(atlas.jumps), *join_cells(atlas.joined))
-    return table
-
-
 def join_cells(joined: JoinScore | None) -> list[str]:
     """What was merged, in words: joins, precision, recall, places, duplicates, bytes."""
     if joined is None:

@@ -18,7 +18,7 @@ from scenarios.score import ReferencePath, Tolerance, path_of
 COLOURS = ("#2a8fd4", "#d55e00", "#2a9d6f", "#d6409f", "#b8860b", "#5b5bd6", "#4fb3bf", "#8c564b")
 """Of drives, one after the other; when they are used up they come again, hatched."""
 HATCHES = ("", "///", "...", "xxx")
-ASIDE = 0.45
+ASIDE = 0.25
 """How far to the right of its way each further drive is drawn [m], or they would hide each other."""
 FAR_OFF = "#9b1d20"
 

@@ -62,7 +62,9 @@ def names_of(sources: Sequence[Source]) -> tuple[str, ...]:
     """A name for each of some sources, by what was driven; one that comes again has its number behind."""
     found: list[str] = []
     for number, name in enumerate(map(_name, sources)):
-        found.append(f"{name} ({number + 1})" if name in found else name)
+        while name in found:
+            name = f"{name} ({number + 1})"
+        found.append(name)
     return tuple(found)
 
 

@@ -52,7 +52,10 @@ def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     # Of the last 12 views of the one and the first 12 of the other one dozen is left, but for a view at either end.
     assert 42 <= len(atlas) <= 46
     links = len(atlas.links)
-    assert answer.out.splitlines()[-1] == f"atlas.refseq: 2 paths, {len(atlas)} places of 56, {links} links, 1 of 1 stretches joined"
+    assert (
+        answer.out.splitlines()[-1]
+        == f"atlas.refseq: 2 paths, {len(atlas)} places of 56, {links} links, 1 of 1 stretches joined"
+    )
     assert links in (1, 2)
     assert [path.name for path in atlas.paths] == ["west", "east"]
     (decision,) = read_decisions(here / "joins.toml")
