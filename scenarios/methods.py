@@ -67,84 +67,84 @@ def answers(
     methods: Sequence[str], reference: Sequence[View], query: Sequence[View], *, seed: int = 0
 ) -> dict[str, list[Belief]]:
     """What each method, having learnt the reference views, answers to the query views."""
-    return Learnt(methods, Reference(reference), seed=seed).answers(query)
+    return Learnt(methods, {"reference": Reference(reference)}, seed=seed).answers(query)
+
+
+class InMap:
+    """Our own localiser with a profile, in the map of one drive."""
+
+    merging: Merging | None = None
+
+    def __init__(self, profile: str, drive: Reference) -> None:
+        self.maps = self.sequences = (drive.sequence(profile),)
+
+    def answers(self, query: Sequence[View], stages: Sequence[Stage], seed: int) -> Mapping[Stage, list[Belief]]:
+        """What each stage answers to the query views."""
+        return localise(self.sequences[0], query, stages=stages, seed=seed)
+
+    def in_hindsight(self, query: Sequence[View], seed: int) -> list[Belief]:
+        """What the chain answers in the light of the whole drive."""
+        return smoothed(self.sequences[0], query, seed=seed)
+
+
+class InAtlas:
+    """Our own localiser with a profile, in an atlas of several drives; ``maps`` are theirs as they were learnt."""
+
+    def __init__(self, profile: str, drives: Mapping[str, Reference], *, merging: bool) -> None:
+        self.maps = tuple(drive.sequence(profile) for drive in drives.values())
+        self._atlas, self.merging = merged_drives(list(drives), self.maps, merging)
+        self.sequences = self._atlas.sequences
+
+    def answers(self, query: Sequence[View], stages: Sequence[Stage], seed: int) -> Mapping[Stage, list[Belief]]:
+        """What each stage answers to the query views, by the views that were learnt."""
+        found = localise_in(self._atlas, query, stages=stages, seed=seed)
+        return {stage: [by_views(self._atlas, belief) for belief in beliefs] for stage, beliefs in found.items()}
 
 
 class Learnt:
-    """Several methods that have learnt the same reference drive.
-
-    ``sequences`` are what our own localiser keeps, ``maps`` what it has learnt, ``localisers`` all other methods by
-    name; ``mergings`` tell how several drives were merged, by method. Raises ``MisbehavedError`` where a user's
-    localiser fails.
-    """
-
-    def __init__(self, methods: Sequence[str], drive: Reference, *, seed: int = 0) -> None:
-        self._methods, self._seed = methods, seed
-        self.sequences = {profile: drive.sequence(profile) for profile in self._profiles()}
-        self.maps = list(self.sequences.values())
-        self.mergings: Mapping[str, Merging] = {}
-        self.localisers = self._others(drive)
-
-    def answers(self, query: Sequence[View]) -> dict[str, list[Belief]]:
-        """What each method answers to the query views."""
-        found = run(self.localisers, query) | self._ours(query)
-        return {name: found[name] for name in self._methods}
-
-    def _profiles(self) -> list[str]:
-        return list(dict.fromkeys(name.split("/")[0] for name in self._methods if name in (*STAGED, *HINDSIGHT)))
-
-    def _stages(self, profile: str) -> list[Stage]:
-        return [stage for stage in Stage if f"{profile}/{stage}" in self._methods]
-
-    def _others(self, drive: Reference) -> dict[str, Localiser]:
-        return {
-            name: OwnLocaliser(name, drive.views) if is_own(name) else BASELINES[name](drive)
-            for name in self._methods
-            if name not in (*STAGED, *HINDSIGHT)
-        }
-
-    def _ours(self, query: Sequence[View]) -> dict[str, list[Belief]]:
-        found: dict[str, list[Belief]] = {}
-        for profile, sequence in self.sequences.items():
-            beliefs = localise(sequence, query, stages=self._stages(profile), seed=self._seed)
-            found |= {f"{profile}/{stage}": answers for stage, answers in beliefs.items()}
-            if (hindsight := f"{profile}/hindsight") in self._methods:
-                found[hindsight] = smoothed(sequence, query, seed=self._seed)
-        return found
-
-
-class LearntTogether(Learnt):
     """Several methods that have learnt the same ``drives``, each by its name.
 
-    Our own localiser has an atlas of them, with ``merging`` after what they share was taken out. All others have them
-    one behind the other, as one drive on which the robot was carried from each end to the next start. Answers are about
-    the views of all drives, one behind the other.
+    Of one drive our own localiser has the map, of several an atlas, with ``merging`` after what they share was taken
+    out. All others have several drives one behind the other, as one on which the robot was carried from each end to the
+    next start. Answers are about the views of all drives, one behind the other. ``ours`` are by profile, ``localisers``
+    all others by name. Raises ``MisbehavedError`` where a user's localiser fails.
     """
 
     def __init__(
         self, methods: Sequence[str], drives: Mapping[str, Reference], *, seed: int = 0, merging: bool = True
     ) -> None:
         self._methods, self._seed = methods, seed
-        learnt = {profile: [drive.sequence(profile) for drive in drives.values()] for profile in self._profiles()}
-        merged = {profile: merged_drives(list(drives), maps, merging) for profile, maps in learnt.items()}
-        self._atlases = {profile: atlas for profile, (atlas, _) in merged.items()}
-        self.sequences = {
-            f"{profile}/{name}": sequence
-            for profile, atlas in self._atlases.items()
-            for name, sequence in zip(atlas.names, atlas.sequences, strict=True)
+        first, *further = drives.values()
+        drive = first if not further else Reference([view for one in drives.values() for view in one.views])
+        profiles = dict.fromkeys(name.split("/")[0] for name in methods if name in (*STAGED, *HINDSIGHT))
+        self.ours: dict[str, InMap | InAtlas] = {
+            profile: InAtlas(profile, drives, merging=merging) if further else InMap(profile, first)
+            for profile in profiles
         }
-        self.maps = [one for maps in learnt.values() for one in maps]
-        self.mergings = {
-            f"{profile}/{stage}": found for profile, (_, found) in merged.items() for stage in self._stages(profile)
+        self.localisers: dict[str, Localiser] = {
+            name: OwnLocaliser(name, drive.views) if is_own(name) else BASELINES[name](drive)
+            for name in methods
+            if name not in (*STAGED, *HINDSIGHT)
         }
-        self.localisers = self._others(Reference([view for drive in drives.values() for view in drive.views]))
 
-    def _ours(self, query: Sequence[View]) -> dict[str, list[Belief]]:
-        found: dict[str, list[Belief]] = {}
-        for profile, atlas in self._atlases.items():
-            beliefs = localise_in(atlas, query, stages=self._stages(profile), seed=self._seed)
-            found |= {f"{profile}/{s}": [by_views(atlas, one) for one in answers] for s, answers in beliefs.items()}
-        return found
+    @property
+    def mergings(self) -> dict[str, Merging]:
+        """How the drives were merged, by the methods that have an atlas of them."""
+        merged = {profile: one.merging for profile, one in self.ours.items() if one.merging is not None}
+        return {f"{profile}/{stage}": one for profile, one in merged.items() for stage in self._stages(profile)}
+
+    def answers(self, query: Sequence[View]) -> dict[str, list[Belief]]:
+        """What each method answers to the query views."""
+        found = run(self.localisers, query)
+        for profile, one in self.ours.items():
+            beliefs = one.answers(query, self._stages(profile), self._seed)
+            found |= {f"{profile}/{stage}": answers for stage, answers in beliefs.items()}
+            if (hindsight := f"{profile}/hindsight") in self._methods and isinstance(one, InMap):
+                found[hindsight] = one.in_hindsight(query, self._seed)
+        return {name: found[name] for name in self._methods}
+
+    def _stages(self, profile: str) -> list[Stage]:
+        return [stage for stage in Stage if f"{profile}/{stage}" in self._methods]
 
 
 def run(localisers: Mapping[str, Localiser], views: Iterable[View]) -> dict[str, list[Belief]]:

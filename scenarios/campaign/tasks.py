@@ -34,7 +34,7 @@ from scenarios.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from scenarios.errors import ScenarioError
 from scenarios.inputs import stretch
 from scenarios.merging import Merging
-from scenarios.methods import Learnt, LearntTogether
+from scenarios.methods import Learnt
 from scenarios.own import MisbehavedError, is_own, own_digest
 from scenarios.record import Drive, record
 from sim.errors import SimError, StuckError
@@ -159,12 +159,13 @@ class AnswerTask:
         middle = time.perf_counter()
         blind = [replace(view, truth=None) for view in query.views]
         beliefs = learnt.answers(blind)
+        sequences = [sequence for one in learnt.ours.values() for sequence in one.sequences]
         cost = Cost(
             learn_s=_learning(learnt, middle - begin),
             answer_s=time.perf_counter() - middle,
             places=sum(len(drive.views) for drive in drives),
-            bytes_kept=bytes_kept(*learnt.sequences.values(), *learnt.localisers.values()),
-            features=sum(sequence.matrix.N for sequence in learnt.sequences.values()) or None,
+            bytes_kept=bytes_kept(*sequences, *learnt.localisers.values()),
+            features=sum(sequence.matrix.N for sequence in sequences) or None,
             peak_bytes=peak_bytes(),
         )
         merged = {method: merging.to_dict() for method, merging in learnt.mergings.items()}
@@ -173,10 +174,8 @@ class AnswerTask:
 
     def _learnt(self, drives: Sequence[Recording], store: Store) -> Learnt:
         references = [Reference(drive.views, self._shelf(store, number)) for number, drive in enumerate(drives)]
-        if len(references) == 1:
-            return Learnt(self.methods, references[0], seed=self.seed)
         named = dict(zip(names_of(self.references), references, strict=True))
-        return LearntTogether(self.methods, named, seed=self.seed, merging=self.merge)
+        return Learnt(self.methods, named, seed=self.seed, merging=self.merge)
 
     def _shelf(self, store: Store, number: int) -> Shelf:
         """Maps from the store: a reference drive that many queries are compared with is learnt once a profile."""
@@ -209,10 +208,10 @@ class AnswerTask:
 
 def _learning(learnt: Learnt, took: float) -> float:
     """How long learning took [s]: now, or when the maps were made that were at hand."""
-    if not learnt.maps:
+    if not learnt.ours:
         return took
-    merging = {id(one): one.seconds for one in learnt.mergings.values()}
-    return math.fsum(float(sequence.metadata[LEARNING]) for sequence in learnt.maps) + math.fsum(merging.values())
+    maps = [float(sequence.metadata[LEARNING]) for one in learnt.ours.values() for sequence in one.maps]
+    return math.fsum(maps) + math.fsum(one.merging.seconds for one in learnt.ours.values() if one.merging)
 
 
 Task = RecordTask | AnswerTask

@@ -230,7 +230,7 @@ def test_entry_points_are_names_of_methods_but_never_hide_a_baseline(
     own._entry_points.cache_clear()
     try:
         assert methods_named(["ours", "vlad"]) == ("ours", "vlad")
-        learnt = Learnt(["ours", "vlad"], Reference(views))
+        learnt = Learnt(["ours", "vlad"], {"drive": Reference(views)})
         assert isinstance(learnt.localisers["ours"], OwnLocaliser)
         assert not isinstance(learnt.localisers["vlad"], OwnLocaliser)
         assert len(learnt.answers(views)["ours"]) == 5

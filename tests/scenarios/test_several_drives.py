@@ -18,7 +18,7 @@ from refseq.view import Pose, View
 from scenarios.baselines import BASELINES, Reference
 from scenarios.comparison import Comparison, Drives
 from scenarios.errors import ScenarioError
-from scenarios.methods import Learnt, LearntTogether
+from scenarios.methods import InAtlas, InMap, Learnt
 from scenarios.outcome import Outcome
 from scenarios.score import WIDE, ReferencePath, Score, score
 from tests.refseq.walks import Leg, Town, apart
@@ -230,8 +230,8 @@ def asked() -> list[View]:
 
 
 @pytest.fixture(scope="module")
-def together(walks: dict[str, Reference]) -> LearntTogether:
-    return LearntTogether(OURS, walks)
+def together(walks: dict[str, Reference]) -> Learnt:
+    return Learnt(OURS, walks)
 
 
 def everything(walks: Mapping[str, Reference]) -> list[View]:
@@ -239,7 +239,7 @@ def everything(walks: Mapping[str, Reference]) -> list[View]:
 
 
 def test_an_atlas_answers_by_the_views_that_were_learnt(
-    together: LearntTogether, walks: dict[str, Reference], asked: list[View]
+    together: Learnt, walks: dict[str, Reference], asked: list[View]
 ) -> None:
     found = together.answers([replace(view, truth=None) for view in asked])
     assert tuple(found) == OURS
@@ -258,35 +258,35 @@ def test_an_atlas_answers_by_the_views_that_were_learnt(
     assert np.mean([apart(view.truth, learnt[belief.best].truth) <= 1.5 for view, belief in truths]) > 0.95
 
 
-def test_the_stages_of_a_profile_share_an_atlas_and_profiles_do_not(together: LearntTogether) -> None:
+def test_the_stages_of_a_profile_share_an_atlas_and_profiles_do_not(together: Learnt) -> None:
     assert together.mergings["best/chain"] is together.mergings["best/uniform"]
     assert together.mergings["best/chain"] is not together.mergings["thesis/chain"]
     assert set(together.mergings) == set(OURS)
-    assert set(together.sequences) == {f"{p}/{name}" for p in ("best", "thesis") for name in WALKS}
-    assert len(together.maps) == 4
+    assert {name: len(one.maps) for name, one in together.ours.items()} == {"best": 2, "thesis": 2}
     for profile in ("best", "thesis"):
         held = together.mergings[f"{profile}/chain"].held_by
-        places = sum(len(one) for name, one in together.sequences.items() if name.startswith(profile))
+        places = sum(map(len, together.ours[profile].sequences))
         assert places == len(set(held.tolist())) < sum(together.mergings[f"{profile}/chain"].lengths)
 
 
 def test_without_merging_each_drive_keeps_all_its_places(walks: dict[str, Reference], asked: list[View]) -> None:
-    learnt = LearntTogether(("best/chain",), walks, merging=False)
+    learnt = Learnt(("best/chain",), walks, merging=False)
     found = learnt.mergings["best/chain"]
     assert found.decisions == ()
     assert found.held_by.tolist() == list(range(110))
-    assert [len(one) for one in learnt.sequences.values()] == list(found.lengths) == [45, 65]
+    assert [len(one) for one in learnt.ours["best"].sequences] == list(found.lengths) == [45, 65]
     assert found.size[0] == found.size[1]
     (beliefs,) = learnt.answers(asked).values()
     assert {len(belief.places) for belief in beliefs} == {110}
 
 
 def test_one_drive_learnt_as_an_atlas_answers_as_it_does_alone(walks: dict[str, Reference], asked: list[View]) -> None:
-    alone = Learnt(OURS, walks["other"]).answers(asked)
-    atlas = LearntTogether(OURS, {"other": walks["other"]}).answers(asked)
-    for method, beliefs in alone.items():
-        assert [belief.best for belief in atlas[method]] == [belief.best for belief in beliefs]
-        for one, other in zip(atlas[method], beliefs, strict=True):
+    stages = tuple(Stage)
+    for profile in ("best", "thesis"):
+        alone = InMap(profile, walks["other"]).answers(asked, stages, 0)
+        atlas = InAtlas(profile, {"other": walks["other"]}, merging=True).answers(asked, stages, 0)
+        for one, other in ((a, b) for stage in stages for a, b in zip(atlas[stage], alone[stage], strict=True)):
+            assert one.best == other.best
             assert one.places == pytest.approx(other.places, abs=1e-9)
             assert one.lost == pytest.approx(other.lost, abs=1e-9)
 
@@ -300,8 +300,8 @@ def test_baselines_learn_all_drives_one_behind_the_other() -> None:
     drive = corridor_drive(rng, 12, size=48)
     drives = {"first": Reference(drive[:5]), "second": Reference(drive[5:])}
     query = corridor_drive(rng, 6, brightness=0.7, size=48)
-    learnt = LearntTogether(("fabmap", "hamming", "seqslam"), drives)
-    assert (learnt.mergings, learnt.sequences, learnt.maps) == ({}, {}, [])
+    learnt = Learnt(("fabmap", "hamming", "seqslam"), drives)
+    assert (learnt.mergings, learnt.ours) == ({}, {})
     found = learnt.answers(query)
     for name in ("fabmap", "hamming", "seqslam"):
         localiser = BASELINES[name](Reference(drive))
@@ -320,13 +320,13 @@ def test_a_sequence_in_which_a_view_shows_nothing_has_no_share_less_than_none(co
     """Rounding makes the entropy of some numbers of equal places more than it can be; there was no belief then."""
     legs: Mapping[str, list[Leg]] = {"short": [("A", 0, count)], "long": [("B", 0, 17)]}
     drives = {name: reference(way, seed) for seed, (name, way) in enumerate(legs.items())}
-    learnt = LearntTogether(("thesis/uniform",), drives, merging=False)
+    learnt = Learnt(("thesis/uniform",), drives, merging=False)
     blank, seen = TOWN.views([("B", 3, 5)], 9)
     blank = replace(blank, images={name: np.zeros_like(image) for name, image in blank.images.items()})
     for belief in learnt.answers([blank, seen])["thesis/uniform"]:
         assert (belief.places >= 0).all()
         assert belief.places.sum() == pytest.approx(1.0)
-    short = learnt.sequences["thesis/short"]
+    short = learnt.ours["thesis"].sequences[0]
     matched = Matcher(short).match(blank)
     belief, sure = SureView(Stage.UNIFORM, short).update(matched)
     assert np.ptp(belief.places) == 0.0

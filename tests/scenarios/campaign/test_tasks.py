@@ -1,5 +1,5 @@
 import errno
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -105,12 +105,13 @@ def test_methods_learn_the_places_asked_for_and_never_see_where_they_are(
     asks: AnswerTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Learnt:
-        sequences, localisers, mergings = dict[str, object](), dict[str, object](), dict[str, object]()
-        maps = ()
+        ours, localisers, mergings = dict[str, object](), dict[str, object](), dict[str, object]()
 
-        def __init__(self, methods: Sequence[str], drive: Reference, *, seed: int) -> None:
-            assert (methods, seed) == (asks.methods, 1)
-            self._places = len(drive.views)
+        def __init__(
+            self, methods: Sequence[str], drives: Mapping[str, Reference], *, seed: int, merging: bool
+        ) -> None:
+            assert (methods, seed, merging) == (asks.methods, 1, True)
+            self._places = sum(len(drive.views) for drive in drives.values())
 
         def answers(self, views: Sequence[View]) -> dict[str, list[Belief]]:
             assert all(view.truth is None and view.scan is None and view.images for view in views)
