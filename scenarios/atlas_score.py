@@ -66,7 +66,7 @@ class AtlasScore:
 def atlas_score(comparison: Comparison, method: str, tolerance: Tolerance) -> AtlasScore:
     """Judge one method's answers to a drive, where several were learnt."""
     path = path_of(comparison)
-    near = np.array([path.within(view.truth, tolerance) for view in comparison.query_views])
+    near = path.near(comparison.query_views, tolerance)
     beliefs = comparison.beliefs[method]
     merging = comparison.mergings.get(method)
     return AtlasScore(

@@ -53,7 +53,6 @@ def similarity(
     if arrays is not None and arrays.suffix != ".npz":
         raise ScenarioError(f"{arrays}: is no name for arrays; valid is one that ends in .npz")
     first, second = load_map(one), load_map(other)
-    _check_names([one.stem], [other.stem], [])
     _check_maps(first, [(other, second)])
     decisions = merged([one.stem, other.stem], [first, second], OverlapSettings(least=least)).decisions
     found = similarity_of(one.stem, first, other.stem, second)

@@ -76,8 +76,7 @@ def _draw_false(
 def which_drive(comparison: Comparison, methods: Sequence[str], within: Tolerance) -> Plot:
     """P(sequence) over the views, a panel a method, and above it which drives truly pass there."""
     path = path_of(comparison)
-    near = np.array([path.within(view.truth, within) for view in comparison.query_views])
-    by = passing(path, near)
+    by = passing(path, path.near(comparison.query_views, within))
     names = comparison.drives.names if comparison.drives else ("",)
     strip = 0.25 + 0.16 * len(names)
     with page_look():

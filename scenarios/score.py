@@ -264,7 +264,7 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
     beliefs = comparison.beliefs[method]
     path = path_of(comparison)
     truths = [view.truth for view in comparison.query_views]
-    near = np.array([path.within(truth, tolerance) for truth in truths]).reshape(len(truths), path.size)
+    near = path.near(comparison.query_views, tolerance)
     on_map = [bool(places.any()) for places in near]
     ranks = np.array([_rank(belief, right) for belief, right in zip(beliefs, near, strict=True)], dtype=float)
     says_lost = np.array([belief.lost > lost_above for belief in beliefs], dtype=bool)
@@ -357,9 +357,7 @@ def _false_fixes(
     """How far each answer given off the map lies from the truth, (M,) [m]; ``nan`` elsewhere."""
     return np.array(
         [
-            math.hypot(*(path.points[belief.best] - (truth.x, truth.y)))
-            if truth is not None and outcome is Outcome.FALSE_FIX
-            else math.nan
+            path.apart(belief.best, truth) if truth is not None and outcome is Outcome.FALSE_FIX else math.nan
             for truth, belief, outcome in zip(truths, beliefs, outcomes, strict=True)
         ],
         dtype=float,
@@ -429,6 +427,14 @@ class ReferencePath:
         near = np.hypot(*(self.points - (pose.x, pose.y)).T) <= tolerance.distance
         return near & (angle_between(self.headings, pose.heading) <= tolerance.heading)
 
+    def near(self, views: Sequence[View], tolerance: Tolerance) -> NDArray[np.bool_]:
+        """Which places lie within the tolerance of each view's true pose, (M, K)."""
+        return np.array([self.within(view.truth, tolerance) for view in views]).reshape(len(views), self.size)
+
+    def apart(self, place: int, pose: Pose) -> float:
+        """How far a place is from a pose, straight [m]; nan where it is not known."""
+        return math.hypot(*(self.points[place] - (pose.x, pose.y)))
+
     def nearest(self, pose: Pose | None, among: slice | None = None) -> int | None:
         """Find the place nearest to a pose, among those that look the same way (within 90°), else among all.
 
@@ -467,7 +473,7 @@ class ReferencePath:
     def error(self, place: int, pose: Pose, *, astray: bool) -> float:
         """From a pose to a place [m]: along the drive that the place is on, or straight, if that is ``astray``."""
         if astray:
-            return math.hypot(*(self.points[place] - (pose.x, pose.y)))
+            return self.apart(place, pose)
         return float(self.along[place] - self.project(pose, self.beside(place)))
 
     def project(self, pose: Pose, among: slice | None = None) -> float:

@@ -1,6 +1,5 @@
 """The frames of a report: the same places in both drives, and what was seen at the worst failures."""
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -124,8 +123,7 @@ def _matches(comparison: Comparison, path: ReferencePath | None, wide: Tolerance
         if path is not None and view.truth is not None:
             k = path.nearest(view.truth)
             if k is not None and path.within(view.truth, wide)[k]:
-                away = math.hypot(*(path.points[k] - (view.truth.x, view.truth.y)))
-                yield Match(t, k, f"query view {t}, reference place {k}, {away:.2f} m apart")
+                yield Match(t, k, f"query view {t}, reference place {k}, {path.apart(k, view.truth):.2f} m apart")
         elif path is None and marked in comparison.beliefs:
             k = comparison.beliefs[marked][t].best
             yield Match(t, k, f"query view {t}, reference place {k} (the answer: no truth is known)")

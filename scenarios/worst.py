@@ -1,6 +1,5 @@
 """The worst failures of a method over several drives: what somebody who wants to know why looks at first."""
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -74,6 +73,4 @@ def _failure(
     right = path.nearest(truth)
     assert truth is not None  # a view without a true pose has no outcome that is a failure
     assert right is not None
-    x, y = path.points[belief.best]
-    apart = math.hypot(x - truth.x, y - truth.y)
-    return Failure(run, t, outcome, belief.best, right, apart, belief.lost, views)
+    return Failure(run, t, outcome, belief.best, right, path.apart(belief.best, truth), belief.lost, views)
