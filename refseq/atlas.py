@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import MapError
+from refseq.guide import Guide
 from refseq.network import Network
 from refseq.sequence import ReferenceSequence
 from refseq.similarity import check_comparable
@@ -20,13 +21,15 @@ class Path:
     """A sequence as it was learnt, by its ``name``: where each of its K views now lies.
 
     ``along`` (K,) is each view's odometric distance from the first [m]; ``sequences`` and ``places`` (K,) say which
-    sequence holds the place, and the number that it has there. For most views that is the sequence itself.
+    sequence holds the place, and the number that it has there. For most views that is the sequence itself. ``guide``
+    is what missions need of the path beside.
     """
 
     name: str
     along: NDArray[np.float64]
     sequences: NDArray[np.intp]
     places: NDArray[np.intp]
+    guide: Guide = Guide()
 
     def __len__(self) -> int:
         return len(self.along)
@@ -124,7 +127,13 @@ def beside(names: Sequence[str], sequences: Sequence[ReferenceSequence]) -> Atla
     for sequence in sequences:
         check_comparable(sequences[0], sequence)
     paths = tuple(
-        Path(name, sequence.along - sequence.along[0], np.full(len(sequence), number), np.arange(len(sequence)))
+        Path(
+            name,
+            sequence.along - sequence.along[0],
+            np.full(len(sequence), number),
+            np.arange(len(sequence)),
+            sequence.guide,
+        )
         for number, (name, sequence) in enumerate(zip(names, sequences, strict=True))
     )
     return Atlas(tuple(names), tuple(sequences), paths)

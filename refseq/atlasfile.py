@@ -18,7 +18,18 @@ from numpy.typing import NDArray
 from refseq.atlas import Atlas, beside
 from refseq.atlas import Path as Way
 from refseq.errors import MapError
-from refseq.mapfile import ATLAS, DAMAGE, EPOCH, encode, load_map, map_bytes, read_array, read_map, write_archive
+from refseq.mapfile import (
+    ATLAS,
+    DAMAGE,
+    EPOCH,
+    encode,
+    guide_in,
+    load_map,
+    map_bytes,
+    read_array,
+    read_map,
+    write_archive,
+)
 from refseq.sequence import ReferenceSequence
 from refseq.similarity import check_comparable
 
@@ -37,6 +48,7 @@ def save_atlas(atlas: Atlas, path: Path) -> None:
         "version": VERSION,
         "sequences": list(atlas.names),
         "paths": [way.name for way in atlas.paths],
+        "guides": [way.guide.to_dict() for way in atlas.paths],
         "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in members.items()},
     }
     buffer = io.BytesIO()
@@ -68,7 +80,7 @@ def _read(archive: zipfile.ZipFile, path: Path) -> Atlas:
     digests = header["sha256"]
     try:
         sequences = [_sequence(archive, n, digests, path) for n in range(len(header["sequences"]))]
-        ways = tuple(_way(archive, n, name, digests, path) for n, name in enumerate(header["paths"]))
+        ways = tuple(_way(archive, n, header, path) for n in range(len(header["paths"])))
         atlas = Atlas(tuple(header["sequences"]), tuple(sequences), ways)
         _check(atlas)
     except KeyError as error:
@@ -106,12 +118,16 @@ def _sequence(archive: zipfile.ZipFile, number: int, digests: Mapping[str, str],
     return read_map(io.BytesIO(content), path / name)
 
 
-def _way(archive: zipfile.ZipFile, number: int, name: str, digests: Mapping[str, str], path: Path) -> Way:
+def _way(archive: zipfile.ZipFile, number: int, header: Mapping[str, Any], path: Path) -> Way:
     stem = f"paths/{number}"
     along, sequences, places = (
-        read_array(archive, f"{stem}/{array}", digests[f"{stem}/{array}.npy"], path) for array in ARRAYS
+        read_array(archive, f"{stem}/{array}", header["sha256"][f"{stem}/{array}.npy"], path) for array in ARRAYS
     )
-    return Way(name, _distances(along, stem), _whole(sequences, stem), _whole(places, stem))
+    guides = header.get("guides", {})
+    if guides and not (isinstance(guides, list) and number < len(guides)):
+        raise ValueError("guides are no list of one a path")
+    guide = guide_in({"guide": guides[number]} if guides else {}, len(along))
+    return Way(header["paths"][number], _distances(along, stem), _whole(sequences, stem), _whole(places, stem), guide)
 
 
 def _distances(array: NDArray[Any], stem: str) -> NDArray[np.float64]:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from refseq.errors import MapError
 from refseq.features import make_extractor
 from refseq.files import replace_bytes
+from refseq.guide import Guide
 from refseq.incidence import IncidenceMatrix
 from refseq.profile import Profile
 from refseq.sequence import ReferenceSequence
@@ -60,6 +61,7 @@ def map_bytes(sequence: ReferenceSequence) -> bytes:
         "profile": sequence.profile.to_dict(),
         "blocks": {key: len(block) for key, block in sequence.matrix.blocks.items()},
         "metadata": dict(sequence.metadata),
+        "guide": sequence.guide.to_dict(),
         "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in encoded.items()},
     }
     buffer = io.BytesIO()
@@ -167,4 +169,13 @@ def _sequence(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> 
     if len(poses) != len(along):
         raise ValueError(f"{len(poses)} poses for {len(along)} places")
     metadata = {str(key): str(value) for key, value in header["metadata"].items()}
-    return ReferenceSequence(matrix, tuple(extractors), along, poses, profile, MappingProxyType(metadata))
+    guide = guide_in(header, len(along))
+    return ReferenceSequence(matrix, tuple(extractors), along, poses, profile, MappingProxyType(metadata), guide)
+
+
+def guide_in(table: Mapping[str, Any], places: int) -> Guide:
+    """The guide of a path of so many places; maps from before there were guides have none. Raises ``ValueError``."""
+    guide = Guide.from_dict(table["guide"]) if "guide" in table else Guide()
+    if guide.behaviours and len(guide.behaviours) != places:
+        raise ValueError(f"guide: {len(guide.behaviours)} behaviours for {places} places")
+    return guide

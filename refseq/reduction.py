@@ -29,6 +29,7 @@ def reduced(sequence: ReferenceSequence, places: NDArray[np.intp]) -> ReferenceS
         extractors=tuple(extractors),
         along=sequence.along[places],
         poses=tuple(sequence.poses[place] for place in places),
+        guide=sequence.guide.kept(places),
     )
 
 

@@ -12,6 +12,7 @@ from refseq.emissions import Emissions
 from refseq.errors import MapError
 from refseq.evidence import Evidence
 from refseq.features import Extractor, make_extractors
+from refseq.guide import Guide, guide_of
 from refseq.incidence import IncidenceMatrix
 from refseq.mixture import Match, match_view
 from refseq.profile import Profile
@@ -24,7 +25,8 @@ class ReferenceSequence:
 
     ``matrix`` is the feature incidence matrix (N, K), ``extractors`` give its features in the order of its rows,
     ``along`` (K,) is each place's odometric distance from the first [m], rising; ``poses`` the true poses of the places
-    where they are known (for scoring and drawing only); ``metadata`` says which drive it was.
+    where they are known (for scoring and drawing only); ``metadata`` says which drive it was. ``guide`` is what missions
+    need of the path beside.
     """
 
     matrix: IncidenceMatrix
@@ -33,6 +35,7 @@ class ReferenceSequence:
     poses: tuple[Pose | None, ...]
     profile: Profile = field(default_factory=Profile)
     metadata: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    guide: Guide = Guide()
 
     def __len__(self) -> int:
         return self.matrix.K
@@ -86,7 +89,8 @@ def learn(
     matrix = IncidenceMatrix.from_columns(columns, {extractor.key: extractor.size for extractor in extractors})
     along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
     poses = tuple(view.truth for view in views)
-    return ReferenceSequence(matrix, extractors, along, poses, profile, MappingProxyType(dict(metadata or {})))
+    told = MappingProxyType(dict(metadata or {}))
+    return ReferenceSequence(matrix, extractors, along, poses, profile, told, guide_of(views))
 
 
 def check_sensors(views: Sequence[View], wanted: Sequence[str] | None, what: str) -> tuple[str, ...]:

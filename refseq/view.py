@@ -76,7 +76,8 @@ class View:
 
     ``time`` [s]; ``images`` maps a camera's name to (height, width) uint8; ``distance`` [m] (negative when the robot
     reversed) and ``turn`` [rad] are odometry since the last view; ``truth`` is the true pose where one is known: it is
-    for scoring and drawing, a localiser must not look at it.
+    for scoring and drawing, a localiser must not look at it. ``behaviour`` is what the robot was told to do from here
+    on, in its own words; empty: to go on as before, or nobody told.
     """
 
     time: float
@@ -85,6 +86,7 @@ class View:
     distance: float = 0.0
     turn: float = 0.0
     truth: Pose | None = None
+    behaviour: str = ""
 
     @property
     def sensors(self) -> frozenset[str]:

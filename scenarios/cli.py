@@ -146,7 +146,8 @@ MapOrAtlas = Annotated[
 * `refseq record hallway --light late-evening --seed 2 -o query.mcap`
 * `refseq record hallway --light 17:45,cloud=0.6 --change busy --seed 3 -o another-day.mcap`
 * `refseq record corridor:7 --camera camera-2=fire-i-wide -o wide.mcap`
-* `refseq record hallway --renderer none -o laser-only.mcap`"""
+* `refseq record hallway --renderer none -o laser-only.mcap`
+* `refseq record hallway --behaviours "MN:12 MT:180 MN:10" -o there-and-back.mcap`"""
 )
 def record(
     world: World,
@@ -181,8 +182,12 @@ def record(
     time: Annotated[
         float | None, typer.Option(metavar="SECONDS", help="A view at least every so many seconds.")
     ] = None,
+    behaviours: Annotated[
+        str | None,
+        typer.Option(metavar="WORDS", help="Run these from the route's start, blanks between; nobody leads then."),
+    ] = None,
 ) -> None:
-    """Lead a robot through a world and record what it senses."""
+    """Lead a robot through a world, or let it run behaviours, and record what it senses."""
     from scenarios.record import Drive
     from scenarios.record import record as record_drive
     from sim.laser import RangeMode
@@ -203,6 +208,7 @@ def record(
         sensors=words(sensors, "sensors"),
         cameras=assignments(camera, "camera"),
         laser=RangeMode[f"METRES_{laser_range.value}"],
+        behaviours=tuple((behaviours or "").split()),
     )
     with _interruptible(), progress_bar(f"{world} at {light}") as progress:
         recording = record_drive(drive, output, progress)

@@ -22,6 +22,7 @@ from sim.laser import LaserModel, RangeMode
 from sim.operator import OperatorStyle
 from sim.recorder import PATIENCE, Trigger, describe, drive_and_sense, operator_for
 from sim.render import RendererKind
+from sim.tour import tour_and_sense
 from worlds.build import build
 from worlds.change import change_named, changed
 from worlds.light import light_named
@@ -48,6 +49,9 @@ class Drive:
     ``waypoints`` [m] are a route of the drive's own, called ``OWN_ROUTE``, in place of one of the world's. Only the
     stretch from ``start`` to ``end`` [m along the route] is driven; None: to its end. ``faults`` happen on the way, by
     metres from where the drive starts. ``patience`` [s, simulated] is how long it may take.
+
+    With ``behaviours``, as ``robots.behaviours.written`` reads them, nobody leads the robot: from the start of the route
+    it runs them one after another.
     """
 
     world: str = "hallway"
@@ -69,8 +73,13 @@ class Drive:
     end: float | None = None
     faults: tuple[Fault, ...] = ()
     patience: float = PATIENCE
+    behaviours: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        if self.behaviours and self.faults:
+            raise ScenarioError(
+                "faults and behaviours exclude each other: faults happen where somebody leads the robot"
+            )
         if not 0 < self.patience < math.inf:
             raise ScenarioError(f"patience {self.patience} s is not valid; it should be positive")
 
@@ -162,7 +171,11 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
         metadata = {**metadata, "change": change_named(drive.change).as_text(), "change_seed": str(drive.day)}
         if drive.faults:
             metadata |= {"faults": json.dumps([asdict(fault) for fault in drive.faults], sort_keys=True)}
-        drive_on = drive_and_sense(bench, operator, drive.trigger, faults=drive.faults, timeout=drive.patience)
+        if drive.behaviours:
+            metadata |= {"behaviours": json.dumps(drive.behaviours)}
+            drive_on = tour_and_sense(bench, drive.behaviours, drive.trigger, timeout=drive.patience)
+        else:
+            drive_on = drive_and_sense(bench, operator, drive.trigger, faults=drive.faults, timeout=drive.patience)
         first = next(drive_on)
         _make_folder(path)
         views: list[View] = []
@@ -173,7 +186,8 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
                     writer.write(view, taken.odometry)
                     views.append(view)
                     if progress is not None:
-                        progress(taken.progress, operator.length, len(views))
+                        # How far behaviours will lead, nobody knows.
+                        progress(taken.progress, taken.progress if drive.behaviours else operator.length, len(views))
         except KeyboardInterrupt:
             kept = len(read_recording(path).views)  # the stop may have come between writing a view and noting it
             raise Interrupted(f"{path} is readable and holds all views up to now, {kept}") from None

@@ -15,18 +15,16 @@ from rich.table import Table
 from rich.text import Text
 
 import robots
-from refseq.features.doors import Door
-from refseq.view import Pose, Scan
+from refseq.view import Pose
 from robots import RobotState, Stop
 from robots.behaviours import Frame, Outcome
 from robots.behaviours.written import Choice, make, parse
 from robots.robot import Shape
-from robots.signals import LaserScan
 from scenarios.errors import ScenarioError
 from scenarios.outline import outline_of
 from sim.behaving import Moment, frame_of, run
 from sim.bench import Bench, BenchSettings
-from sim.doors import doors_to_cross
+from sim.doors import doors_seen
 from sim.render import RendererKind
 from worlds.areas import inside, rectangles
 from worlds.build import build
@@ -103,7 +101,7 @@ def trip(asked: Trip) -> Iterator[Done]:
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
     frame = frame_of(robot)  # of the spec before it is attached
     for choice in choices:
-        make(choice, frame, _doors)
+        make(choice, frame, doors_seen)
     if not (math.isfinite(asked.timeout) and asked.timeout > 0):
         raise ScenarioError(f"timeout {asked.timeout:g} is not valid; it should be a time above 0 s")
     route = asked.route if asked.at is None else next(iter(plan.routes))
@@ -138,15 +136,8 @@ def _run(bench: Bench, choice: Choice, frame: Frame, timeout: float) -> Done:
     def hear(_: Moment) -> None:
         stops.hear(bench.state)
 
-    ended = run(bench, make(choice, frame, _doors), timeout=timeout, each=hear)
+    ended = run(bench, make(choice, frame, doors_seen), timeout=timeout, each=hear)
     return Done(choice.text, ended.outcome, ended.why, ended.time, ended.path, tuple(stops.heard.values()))
-
-
-def _doors(scan: LaserScan) -> Sequence[Door]:
-    """Doorways in what the bench's laser sees; it gives whole scans, of which behaviours ask for less."""
-    if not isinstance(scan, Scan):
-        raise TypeError(f"scan is {type(scan).__name__}; valid is the {Scan.__name__} of a bench")
-    return doors_to_cross(scan)
 
 
 def trip_table(found: Sequence[Done]) -> Table:

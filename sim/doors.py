@@ -1,9 +1,11 @@
 """Doors as behaviours look for them: the features' finder, set for a robot that wants to go through one."""
 
 import math
+from collections.abc import Sequence
 
 from refseq.features.doors import Door, DoorSettings, find_doors
 from refseq.view import Scan
+from robots.signals import LaserScan
 
 TO_CROSS = DoorSettings(edge=0.04, recess=0.0, probability=0.5, tilt=math.radians(20))
 """How doors are found that are to be crossed; all are choices.
@@ -16,3 +18,10 @@ where 0.4 m of wall beside it are seen, and a leaf that has swung to this side p
 def doors_to_cross(scan: Scan) -> list[Door]:
     """Openings and closed doors of a scan, most probable first, in the scanner's frame."""
     return find_doors(scan, TO_CROSS)
+
+
+def doors_seen(scan: LaserScan) -> Sequence[Door]:
+    """The same for what the bench's laser sees; it gives whole scans, of which behaviours ask for less."""
+    if not isinstance(scan, Scan):
+        raise TypeError(f"scan is {type(scan).__name__}; valid is the {Scan.__name__} of a bench")
+    return doors_to_cross(scan)

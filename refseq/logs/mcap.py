@@ -1,7 +1,8 @@
 """Drives as MCAP files with Foxglove schemas: written view by view, readable up to the last one when cut off.
 
-Topics: ``/<camera>`` CompressedImage (PNG), ``/laser`` LaserScan, ``/odometry`` Odometry, ``/truth`` PoseInFrame. All
-messages of one view carry the same log time. One metadata record, written first, says how the drive was made.
+Topics: ``/<camera>`` CompressedImage (PNG), ``/laser`` LaserScan, ``/odometry`` Odometry, ``/truth`` PoseInFrame,
+``/behaviour`` Log. All messages of one view carry the same log time. One metadata record, written first, says how the
+drive was made.
 """
 
 import io
@@ -17,7 +18,13 @@ import cv2
 import foxglove
 import numpy as np
 from foxglove import messages
-from foxglove.channels import CompressedImageChannel, LaserScanChannel, OdometryChannel, PoseInFrameChannel
+from foxglove.channels import (
+    CompressedImageChannel,
+    LaserScanChannel,
+    LogChannel,
+    OdometryChannel,
+    PoseInFrameChannel,
+)
 from foxglove.mcap import MCAPWriteOptions
 from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from mcap.exceptions import EndOfFile, McapError
@@ -34,6 +41,7 @@ MCAP_MAGIC = b"\x89MCAP0\r\n"
 METADATA_NAME = "refseq"
 ODOMETRY_TOPIC = "/odometry"
 TRUTH_TOPIC = "/truth"
+BEHAVIOUR_TOPIC = "/behaviour"
 NANOSECONDS = 1_000_000_000
 FAST_PNG = (
     *(int(cv2.IMWRITE_PNG_COMPRESSION), 1),
@@ -70,6 +78,7 @@ class RecordingWriter:
         self._laser = LaserScanChannel(f"/{LASER}", context=self._context)
         self._odometry = OdometryChannel(ODOMETRY_TOPIC, context=self._context)
         self._truth = PoseInFrameChannel(TRUTH_TOPIC, context=self._context)
+        self._behaviour: LogChannel | None = None  # most drives tell of none
 
     def write(self, view: View, odometry: Pose) -> None:
         """Add a view; ``odometry`` is the pose that the robot's odometer shows, from which motion is read back.
@@ -98,6 +107,10 @@ class RecordingWriter:
                 messages.PoseInFrame(timestamp=stamp, frame_id="world", pose=_pose_message(view.truth)),
                 log_time=nanoseconds,
             )
+        if view.behaviour:
+            self._behaviour = self._behaviour or LogChannel(BEHAVIOUR_TOPIC, context=self._context)
+            told = messages.Log(timestamp=stamp, level=messages.LogLevel.Info, message=view.behaviour, name="behaviour")
+            self._behaviour.log(told, log_time=nanoseconds)
         self._odometry.log(
             messages.Odometry(
                 timestamp=stamp, frame_id="odometry", body_frame_id="robot", pose=_pose_message(odometry)
@@ -160,6 +173,7 @@ class _Moment:
     scan: Scan | None = None
     odometry: Pose | None = None
     truth: Pose | None = None
+    behaviour: str = ""
 
 
 def read_mcap(path: Path) -> Recording:
@@ -263,6 +277,8 @@ def _take(moment: _Moment, name: str, schema: str, message: Any, path: Path) -> 
             moment.odometry = _decode_pose(message.pose)
         case "foxglove.PoseInFrame":
             moment.truth = _decode_pose(message.pose)
+        case "foxglove.Log" if name == BEHAVIOUR_TOPIC.removeprefix("/"):
+            moment.behaviour = message.message
         case _:
             return False
     return True
@@ -296,4 +312,4 @@ def _views(moments: Mapping[int, _Moment]) -> Iterator[View]:
         distance, turn = motion_between(before, now) if before and now else (0.0, 0.0)
         before = now or before
         images = MappingProxyType(moment.images)
-        yield View(time / NANOSECONDS, images, moment.scan, distance, turn, moment.truth)
+        yield View(time / NANOSECONDS, images, moment.scan, distance, turn, moment.truth, moment.behaviour)

@@ -1,0 +1,165 @@
+"""What a mission needs of a path beside its places: how each was left, and the doors along it (appendix C; X2, X3)."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.features.doors import Door, DoorSettings, find_doors
+from refseq.view import Pose, View, after_motion
+
+LANDMARK = DoorSettings(edge=0.04, recess=0.0)
+"""How doors are found that are landmarks: a closed one counts as well, whose leaf lies behind the wall's face."""
+NEAR = 4.0
+"""A door is looked for no farther off than this [m]: a choice, a few views before it is reached."""
+SAME = 0.8
+"""Two sightings nearer to each other than this [m] are of the same door: a choice, below what lies between two."""
+SIGHTINGS = 2
+"""So many views must have seen a door: a choice; what only one takes for a door is mostly a gap between things."""
+
+
+class Side(StrEnum):
+    """Where a door is, for a robot on its path."""
+
+    LEFT = "left"
+    AHEAD = "ahead"
+    RIGHT = "right"
+
+
+@dataclass(frozen=True, slots=True)
+class PathDoor:
+    """A door beside a path, or across it: the laser is abreast of its middle ``along`` [m] from the path's start.
+
+    ``width`` [m] is that of its opening; ``passable`` whether nothing stood in it when it was last seen.
+    """
+
+    along: float
+    side: Side
+    width: float
+    passable: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Guide:
+    """``behaviours`` say what the robot did from each place on, empty: it went on as before; ``doors`` by ``along``.
+
+    Where nothing is known of how a path was driven there are no behaviours at all.
+    """
+
+    behaviours: tuple[str, ...] = ()
+    doors: tuple[PathDoor, ...] = ()
+
+    def kept(self, places: NDArray[np.intp]) -> "Guide":
+        """The guide of a path that keeps only some places, rising: what began at one that goes begins at the next."""
+        if not self.behaviours:
+            return self
+        behaviours, first = [], 0
+        for place in places.tolist():
+            told = [one for one in self.behaviours[first : place + 1] if one]
+            behaviours.append(told[-1] if told else "")
+            first = place + 1
+        return replace(self, behaviours=tuple(behaviours))
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        return {"behaviours": list(self.behaviours), "doors": [asdict(door) for door in self.doors]}
+
+    @classmethod
+    def from_dict(cls, content: Any) -> "Guide":
+        """The inverse of ``to_dict``. Raises ``ValueError`` for what is none."""
+        if not isinstance(content, dict) or set(content) != {"behaviours", "doors"}:
+            raise ValueError("guide is no table of behaviours and doors")
+        behaviours, doors = content["behaviours"], content["doors"]
+        if not isinstance(behaviours, list) or not all(isinstance(one, str) for one in behaviours):
+            raise ValueError("guide: behaviours are no list of texts")
+        if not isinstance(doors, list):
+            raise ValueError("guide: doors are no list")
+        return cls(tuple(behaviours), tuple(map(_door, doors)))
+
+
+def _door(content: Any) -> PathDoor:
+    if not isinstance(content, Mapping) or set(content) != {field.name for field in fields(PathDoor)}:
+        raise ValueError("guide: a door is no table of along, side, width and passable")
+    numbers = content["along"], content["width"]
+    if not all(isinstance(one, int | float) and math.isfinite(one) for one in numbers):
+        raise ValueError("guide: a door's along and width are no numbers")
+    return PathDoor(float(numbers[0]), Side(content["side"]), float(numbers[1]), bool(content["passable"]))
+
+
+def guide_of(views: Sequence[View]) -> Guide:
+    """What the views of a drive tell, one place a view."""
+    told = tuple(view.behaviour for view in views)
+    return Guide(told if any(told) else (), tuple(doors_along(views)))
+
+
+def doors_along(views: Sequence[View]) -> list[PathDoor]:
+    """Doors that the scans of a drive show, in the order in which the robot passes them."""
+    tracks: list[_Track] = []
+    for sighting in _sightings(views):
+        track = next((track for track in tracks if track.shows(sighting)), None)
+        if track is None:
+            tracks.append(_Track([sighting]))
+        else:
+            track.sightings.append(sighting)
+    doors = [track.door for track in tracks if len(track.sightings) >= SIGHTINGS]
+    return sorted(doors, key=lambda door: door.along)
+
+
+@dataclass(frozen=True, slots=True)
+class _Sighting:
+    """A door in a view: where its middle is in the odometer's frame (2,) [m], and how far ahead of the laser [m]."""
+
+    centre: tuple[float, float]
+    side: Side
+    ahead: float
+    along: float
+    door: Door
+
+
+@dataclass
+class _Track:
+    """Sightings that are of one door, in the order of the views."""
+
+    sightings: list[_Sighting]
+
+    def shows(self, other: _Sighting) -> bool:
+        """Whether another sighting is of this door: by the last one, as the odometer drifts."""
+        last = self.sightings[-1]
+        return last.side is other.side and math.dist(last.centre, other.centre) < SAME
+
+    @property
+    def door(self) -> PathDoor:
+        """The door, as the nearest views tell."""
+        nearest = min(self.sightings, key=lambda one: abs(one.ahead))
+        width = float(np.median([one.door.width for one in self.sightings]))
+        return PathDoor(nearest.along, nearest.side, width, nearest.door.passable)
+
+
+def _sightings(views: Sequence[View]) -> Iterator[_Sighting]:
+    pose, along = Pose(0.0, 0.0, 0.0), 0.0
+    for number, view in enumerate(views):
+        if number:
+            pose, along = after_motion(pose, view.distance, view.turn), along + abs(view.distance)
+        for door in find_doors(view.scan, LANDMARK) if view.scan is not None else ():
+            side = _side(door.heading)
+            if side is not None and door.distance < NEAR:
+                yield _Sighting(_placed(door.centre, pose), side, door.centre[0], along + door.centre[0], door)
+
+
+def _side(heading: float) -> Side | None:
+    """On which side one goes through a door that leads to a heading; None for one behind."""
+    if abs(heading) < math.pi / 4:
+        return Side.AHEAD
+    if abs(heading) > 3 * math.pi / 4:
+        return None
+    return Side.LEFT if heading > 0 else Side.RIGHT
+
+
+def _placed(point: tuple[float, float], pose: Pose) -> tuple[float, float]:
+    """A point (x, y) [m] in the frame of a pose, in the frame that the pose is in."""
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    return pose.x + cos * point[0] - sin * point[1], pose.y + sin * point[0] + cos * point[1]
