@@ -1,0 +1,111 @@
+"""Go beside what the sonars of one side hear, by sonar and odometry only (LAMP's ``MOVP``)."""
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robots.behaviours.behaviour import Frame, Senses, Step, finished
+from robots.behaviours.follow_wall import Side
+from robots.behaviours.frames import out_of
+from robots.behaviours.guarded import PATIENCE, Guarded
+from robots.behaviours.hearing import abeam
+from robots.behaviours.line import Line
+from robots.behaviours.room import SIDE_MARGIN, swing
+from robots.behaviours.steering import turn_rate_onto
+from robots.behaviours.until import Until
+from robots.motion import Pose, Twist
+
+REACH = 1.5
+"""What a sonar of the side hears farther away than this is not beside the robot [m]: a choice."""
+REMEMBERED = 1.0
+"""What was heard on so much of the way counts [m]: a choice, enough that the line through it is true to a degree."""
+FEW, SHORT = 40, 0.2
+"""Fewer echoes than this, or the halves of them nearer together [m], make no line: choices."""
+STEEPEST = 0.2
+"""An error to the side counts as no more than this [m], which makes it head for its line at 11° at most: a choice."""
+CURVATURE = 0.5
+"""It steers no tighter arc than this [1/m], since its tail swings out the other way: a choice."""
+
+
+def keeps(frame: Frame) -> float:
+    """How far the middle of the axle keeps from what it goes beside [m]: there it could turn on the spot.
+
+    A line of the program after it may say so, and a robot with a tail would meet the wall.
+    """
+    return swing(frame.shape) + 2 * SIDE_MARGIN
+
+
+class Beside(Guarded):
+    """Go at ``speed`` [m/s] beside what is on a ``side``, ``until`` something ends it.
+
+    Where that side hears nothing near it goes straight on, as it does without a side.
+    """
+
+    def __init__(
+        self, frame: Frame, speed: float, side: Side | None, until: Until, *, patience: float = PATIENCE
+    ) -> None:
+        super().__init__(frame, patience)
+        self._speed, self._side, self._until = speed, side, until
+        self._echoes = _SideEchoes(frame, side) if side else None
+        self._way: Line | None = None
+
+    def _move(self, senses: Senses) -> Step:
+        if why := self._until.reached(senses):
+            return finished(why)
+        if self._way is None:
+            self._way = Line.through(senses.pose)
+        if self._side is not None and self._echoes is not None:
+            found = self._echoes.line(senses, self._way)
+            if found is not None:
+                self._way = found.at(0.0, -self._side.value * keeps(self.frame))
+        error = self._way.pose(senses.pose)
+        slight = Pose(error.x, min(max(error.y, -STEEPEST), STEEPEST), error.heading)
+        most = CURVATURE * self._speed
+        return Step(Twist(self._speed, min(max(turn_rate_onto(slight), -most), most)))
+
+
+class _SideEchoes:
+    """Where in the odometer's frame the sonars of a side have heard something on the last stretch of the way."""
+
+    def __init__(self, frame: Frame, side: Side) -> None:
+        self._count, self._numbers = len(frame.sonars), abeam(frame, side.value)
+        self._rangers = np.array([frame.sonars[number] for number in self._numbers], np.float64).reshape(-1, 3)
+        self._heard: deque[tuple[float, NDArray[np.float64]]] = deque()
+        self._newest = -math.inf
+
+    def line(self, senses: Senses, along: Line) -> Line | None:
+        """The line through what was heard, of which ``along`` tells the direction; None where that is too little."""
+        state = senses.state
+        if state.time > self._newest and state.sonar is not None and len(state.sonar) == self._count:
+            self._newest = state.time
+            self._heard.append((state.distance, self._points(state.sonar, state.pose)))
+        while self._heard and state.distance - self._heard[0][0] > REMEMBERED:
+            self._heard.popleft()
+        points = np.concatenate([np.empty((0, 2)), *(points for _, points in self._heard)])
+        return _resistant(along, points) if len(points) >= FEW else None
+
+    def _points(self, sonar: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
+        """Echoes (m, 2) in the middle of their cones."""
+        ranges = sonar[self._numbers]
+        near = (ranges >= 0) & (ranges < REACH)
+        x, y, bearing = self._rangers[near].T
+        ends = np.stack([x + ranges[near] * np.cos(bearing), y + ranges[near] * np.sin(bearing)], axis=1)
+        return out_of(pose, ends)
+
+
+def _resistant(along: Line, points: NDArray[np.float64]) -> Line | None:
+    """Tukey's resistant line, with two groups: through the medians of the rear and of the front half of the points.
+
+    Stray echoes move it little. It is level where one half is above the other as often as below.
+    """
+    x, y = along.seen(points).T
+    rear = x <= np.median(x)
+    if rear.all():
+        return None
+    (x0, y0), (x1, y1) = ((np.median(x[half]), np.median(y[half])) for half in (rear, ~rear))
+    if x1 - x0 < SHORT:
+        return None
+    slope = (y1 - y0) / (x1 - x0)
+    return along.at((x0 + x1) / 2, (y0 + y1) / 2, math.atan(slope))
