@@ -1,7 +1,7 @@
 """Several reference sequences as one map: the places that each still holds, and the paths that run through them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
@@ -29,7 +29,7 @@ class Path:
     along: NDArray[np.float64]
     sequences: NDArray[np.intp]
     places: NDArray[np.intp]
-    guide: Guide = Guide()
+    guide: Guide = field(default_factory=Guide)
 
     def __len__(self) -> int:
         return len(self.along)

@@ -14,7 +14,7 @@ from refseq.view import Pose, View, after_motion
 
 LANDMARK = DoorSettings(edge=0.04, recess=0.0)
 """How doors are found that are landmarks: a closed one counts as well, whose leaf lies behind the wall's face."""
-NEAR = 4.0
+NEAR = 5.0
 """A door is looked for no farther off than this [m]: a choice, a few views before it is reached."""
 SAME = 0.8
 """Two sightings nearer to each other than this [m] are of the same door: a choice, below what lies between two."""
@@ -145,18 +145,18 @@ def _sightings(views: Sequence[View]) -> Iterator[_Sighting]:
         if number:
             pose, along = after_motion(pose, view.distance, view.turn), along + abs(view.distance)
         for door in find_doors(view.scan, LANDMARK) if view.scan is not None else ():
-            side = _side(door.heading)
+            side = _side(door)
             if side is not None and door.distance < NEAR:
                 yield _Sighting(_placed(door.centre, pose), side, door.centre[0], along + door.centre[0], door)
 
 
-def _side(heading: float) -> Side | None:
-    """On which side one goes through a door that leads to a heading; None for one behind."""
-    if abs(heading) < math.pi / 4:
-        return Side.AHEAD
-    if abs(heading) > 3 * math.pi / 4:
+def _side(door: Door) -> Side | None:
+    """Where a door is; None for one behind, and for one that lies ahead, but not on the way."""
+    if abs(door.heading) > 3 * math.pi / 4:
         return None
-    return Side.LEFT if heading > 0 else Side.RIGHT
+    if abs(door.heading) >= math.pi / 4:
+        return Side.LEFT if door.heading > 0 else Side.RIGHT
+    return Side.AHEAD if abs(door.centre[1]) < door.width / 2 else None
 
 
 def _placed(point: tuple[float, float], pose: Pose) -> tuple[float, float]:

@@ -25,8 +25,8 @@ class ReferenceSequence:
 
     ``matrix`` is the feature incidence matrix (N, K), ``extractors`` give its features in the order of its rows,
     ``along`` (K,) is each place's odometric distance from the first [m], rising; ``poses`` the true poses of the places
-    where they are known (for scoring and drawing only); ``metadata`` says which drive it was. ``guide`` is what missions
-    need of the path beside.
+    where they are known (for scoring and drawing only); ``metadata`` says which drive it was. ``guide`` is what
+    missions need of the path beside.
     """
 
     matrix: IncidenceMatrix
@@ -35,7 +35,7 @@ class ReferenceSequence:
     poses: tuple[Pose | None, ...]
     profile: Profile = field(default_factory=Profile)
     metadata: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
-    guide: Guide = Guide()
+    guide: Guide = field(default_factory=Guide)
 
     def __len__(self) -> int:
         return self.matrix.K

@@ -12,8 +12,10 @@ import robots
 from refseq.view import Pose
 from robots import Robot
 from robots.behaviours import Behaviour, Frame, Outcome, Ranger, Senses, Step, failed
+from robots.behaviours.written import make, parse
 from robots.mounting import Mounting
 from sim.bench import Bench
+from sim.doors import doors_seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,11 @@ def frame_of(robot: Robot) -> Frame:
     sonars = (data.site(name) for name in robot.sonars)
     rangers = tuple(_ranger(sonar.xpos - base, sonar.xmat.reshape(3, 3)[:, 0]) for sonar in sonars)
     return Frame(robot.shape, robot.limits, laser, rangers)
+
+
+def behaviour_in(words: str, frame: Frame) -> Behaviour:
+    """A behaviour as it is written, for a robot on a bench. Raises ``RobotsError`` for what this robot cannot do."""
+    return make(parse(words), frame, doors_seen)
 
 
 def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:

@@ -7,22 +7,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from robots.behaviours import Outcome
-from robots.behaviours.written import Choice, make, parse
-from sim.behaving import frame_of, running
+from sim.behaving import behaviour_in, frame_of, running
 from sim.bench import CONTROL_PERIOD, Bench
-from sim.doors import doors_seen
 from sim.errors import StuckError
 from sim.recorder import PATIENCE, Moved, Taken, Trigger
-
-
-def parsed(behaviours: Sequence[str], robot: str) -> tuple[Choice, ...]:
-    """Behaviours as they are written. Raises ``RobotsError`` for one that the robot of that name cannot do."""
-    import robots
-
-    choices, frame = tuple(map(parse, behaviours)), frame_of(robots.load(robot))
-    for choice in choices:
-        make(choice, frame, doors_seen)
-    return choices
 
 
 def tour_and_sense(
@@ -33,14 +21,15 @@ def tour_and_sense(
     Raises ``StuckError`` for a behaviour that fails, or when all have not ended within ``timeout`` [s] of simulated
     time; ``RobotsError`` for one that cannot be read.
     """
-    choices, frame = parsed(behaviours, bench.robot.name), frame_of(bench.robot)
-    gone = 0.0
-    for number, choice in enumerate(choices, 1):
-        yield Taken(replace(bench.sense(), behaviour=choice.text), bench.odometry, gone)
+    frame, gone = frame_of(bench.robot), 0.0
+    for words in behaviours:
+        behaviour_in(words, frame)  # all can be read before the robot moves
+    for number, words in enumerate(behaviours, 1):
+        yield Taken(replace(bench.sense(), behaviour=words), bench.odometry, gone)
         moved, before = Moved(), bench.odometry
-        for moment in running(bench, make(choice, frame, doors_seen), timeout=timeout - bench.time):
+        for moment in running(bench, behaviour_in(words, frame), timeout=timeout - bench.time):
             if moment.step.outcome is Outcome.FAILED:
-                raise StuckError(f"behaviour {number}, {choice.text}, failed after {gone:.1f} m: {moment.step.why}")
+                raise StuckError(f"behaviour {number}, {words}, failed after {gone:.1f} m: {moment.step.why}")
             now = bench.odometry
             moved.add(before, now, CONTROL_PERIOD)
             before = now

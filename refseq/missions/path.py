@@ -1,0 +1,74 @@
+"""The way of a mission: places that were learnt, one behind the other, and what is known of the way between them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.atlas import Atlas, Path
+from refseq.guide import Guide, PathDoor
+from refseq.routes import Route
+from refseq.sequence import ReferenceSequence
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way through a map.
+
+    ``places`` (n,) are numbered as beliefs number them, ``along`` (n,) is how far each is from the way's start [m].
+    ``behaviours`` (n,) say what was done from each place on when it was learnt, empty: it was gone on with; the first
+    may be empty, too, where nobody knows. ``doors`` are those along it, in their order.
+    """
+
+    places: NDArray[np.intp]
+    along: NDArray[np.float64]
+    behaviours: tuple[str, ...]
+    doors: tuple[PathDoor, ...]
+
+    @property
+    def length(self) -> float:
+        """From the first place to the last [m]."""
+        return float(self.along[-1])
+
+
+def way_along(sequence: ReferenceSequence) -> Way:
+    """A whole reference sequence."""
+    return _way(np.arange(len(sequence)), sequence.along, sequence.guide)
+
+
+def way_of(atlas: Atlas, route: Route) -> Way:
+    """A route through an atlas; where it changes paths, it goes on as that path was driven there."""
+    paths = {path.name: path for path in atlas.paths}
+    legs = [_leg(atlas, paths[leg.path], leg.first, leg.last) for leg in route.legs]
+    return joined(legs) if legs else Way(route.places, np.zeros(len(route.places)), ("",), ())
+
+
+def joined(legs: Sequence[Way]) -> Way:
+    """Ways one behind the other: each begins at the place where the last one ended."""
+    whole = legs[0]
+    for leg in legs[1:]:
+        far = whole.length
+        doors = (replace(door, along=door.along + far) for door in leg.doors)
+        whole = Way(
+            np.concatenate([whole.places, leg.places[1:]]),
+            np.concatenate([whole.along, leg.along[1:] + far]),
+            # Where it goes over, what is done is what was done on the path that it goes over to.
+            (*whole.behaviours[:-1], *leg.behaviours),
+            (*whole.doors, *doors),
+        )
+    return whole
+
+
+def _leg(atlas: Atlas, path: Path, first: int, last: int) -> Way:
+    whole = _way(atlas.numbered(path), path.along, path.guide)
+    views = slice(first, last + 1)
+    start, end = whole.along[[first, last]]
+    behaviours = list(whole.behaviours[views])
+    behaviours[0] = next((one for one in reversed(whole.behaviours[: first + 1]) if one), "")
+    doors = tuple(replace(door, along=door.along - start) for door in whole.doors if start <= door.along <= end)
+    return Way(whole.places[views], whole.along[views] - start, tuple(behaviours), doors)
+
+
+def _way(places: NDArray[np.intp], along: NDArray[np.float64], guide: Guide) -> Way:
+    return Way(places, along - along[0], guide.behaviours or ("",) * len(places), guide.doors)

@@ -1,0 +1,251 @@
+"""A mission compiled for a way: what to do from where on, with every landmark found on the way once, in their order.
+
+Behaviours are robots' own words, such as ``MN:8``; a plan says where each begins, not how long it lasts.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+from refseq.guide import PathDoor, Side
+from refseq.missions.language import Action, Behaviour, Label, Landmark, Mission, MissionError, Step
+from refseq.missions.path import Way
+from refseq.missions.tasks import Task
+from refseq.missions.words import GOING_ON, code_of, travels
+
+BEFORE_DOOR = 1.2
+"""Crossing a door begins so far before the robot is abreast of it [m]: a choice, where the laser sees all of it."""
+AT_ONCE = 2.0
+"""What was learnt to be done within this of a landmark [m] the landmark's own behaviour stands for: a choice."""
+WALL = "MW:right,1"
+"""What ``MW`` means in a string, which has no room for side and distance: a choice."""
+END, START = "end", "start"
+LEARNT = "as learnt"
+
+Where = float | str
+"""A place on the way: metres from its start, ``start`` or ``end``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """From ``at`` [m along the way] on the robot does ``behaviour``; ``why`` says who wants it.
+
+    ``tasks`` are done there first, while it stands. ``timeout`` [s] is how long it may last, None: as long as its way
+    may take.
+    """
+
+    at: float
+    behaviour: str
+    why: str
+    tasks: tuple[Task, ...] = ()
+    timeout: float | None = None
+
+    @property
+    def travels(self) -> bool:
+        """Whether it lasts until a place is reached."""
+        return travels(self.behaviour)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Orders along a way, the first at its start; the mission is over at ``goal`` [m along it].
+
+    An order that ends by itself and is the last one ends the mission, wherever that leaves the robot.
+    """
+
+    way: Way
+    orders: tuple[Order, ...]
+    goal: float
+    tasks: tuple[Task, ...] = ()
+    """Those that are done at the goal."""
+
+    def end_of(self, number: int) -> float:
+        """Where what follows an order begins [m along the way]."""
+        return self.orders[number + 1].at if number + 1 < len(self.orders) else max(self.goal, self.orders[number].at)
+
+    def order_at(self, along: float) -> int:
+        """Number of the order that is in force at a place; of several that begin there, the last one."""
+        return max(number for number, order in enumerate(self.orders) if number == 0 or order.at <= along)
+
+    def __str__(self) -> str:
+        """A line an order."""
+        lines = [f"{order.at:6.1f} m  {order.behaviour:<12} {order.why}" for order in self.orders]
+        last = self.orders[-1]
+        if last.travels or self.goal > last.at:
+            lines.append(f"{self.goal:6.1f} m  {'stop':<12} the mission ends here")
+        return "\n".join(lines)
+
+
+@dataclass(frozen=True, slots=True)
+class Errand:
+    """What belongs to a step of a mission but not into its string: another behaviour in the robot's words, tasks."""
+
+    behaviour: str | None = None
+    tasks: tuple[Task, ...] = ()
+    timeout: float | None = None
+
+
+NO_ERRAND = Errand()
+
+
+@dataclass(frozen=True)
+class Landmarks:
+    """Where people say that landmarks are: ``places`` by name, such as ``LA3`` at ``end``, or at 12.5 [m]."""
+
+    places: Mapping[str, Where] = field(default_factory=dict)
+
+
+def as_learnt(way: Way) -> Plan:
+    """The way itself as a mission (X3): all that was done is done again where it was done."""
+    return Plan(way, _learnt(way), way.length)
+
+
+def compiled(
+    mission: Mission, way: Way, landmarks: Landmarks | None = None, errands: Sequence[Errand] | None = None
+) -> Plan:
+    """A mission for a way: what its steps do in place of what was learnt, up to its last landmark.
+
+    Doors are the way's, each once and in their order: the first step at a door means the first one, and between two
+    such steps none is left out. Images are places of the way by their number, objects and other places lie where
+    ``landmarks`` say. ``errands`` are one a step. Raises ``MissionError`` for a landmark that is not on the way, or not
+    behind the one before, and for steps behind one that leaves the way.
+    """
+    matched = _matched(mission, way, landmarks or Landmarks())
+    errands = errands or (NO_ERRAND,) * len(mission.steps)
+    orders = list(_learnt(way))
+    for number, (at, errand) in enumerate(zip(matched, errands, strict=True), 1):
+        learnt = _done_there(orders, at)
+        order = _order(orders, learnt, at, errand)
+        if number < len(matched) and _leaves(order, learnt):
+            raise MissionError(
+                f"mission {mission}, step {number}: {at.step} leaves the way, and behind that no landmark is known; "
+                "valid is as the last step"
+            )
+        orders = sorted([order, *(one for one in orders if one not in learnt)], key=lambda one: one.at)
+    return _up_to(way, orders, order, stops=_wanted(at, errand) is None)
+
+
+def _up_to(way: Way, orders: Sequence[Order], last: Order, *, stops: bool) -> Plan:
+    """A mission ends with its last step: there, where nobody said what to do, when that is done, or with the way."""
+    before = tuple(order for order in orders if order.at < last.at)
+    if stops:
+        return Plan(way, before or (replace(last, tasks=()),), last.at, last.tasks)
+    if not last.travels:
+        return Plan(way, (*before, last), last.at)
+    return Plan(way, tuple(orders), way.length)
+
+
+@dataclass(frozen=True, slots=True)
+class _Matched:
+    """A step and where its landmark is [m along the way]; ``door`` where it is one."""
+
+    step: Step
+    at: float
+    told: str
+    door: PathDoor | None = None
+
+
+def _matched(mission: Mission, way: Way, landmarks: Landmarks) -> list[_Matched]:
+    found: list[_Matched] = []
+    for number, step in enumerate(mission.steps, 1):
+        last = found[-1].at if found else -1e-9
+        try:
+            found.append(_match(step, way, landmarks, last))
+        except MissionError as error:
+            raise MissionError(f"mission {mission}, step {number}: {error}") from None
+    return found
+
+
+def _match(step: Step, way: Way, landmarks: Landmarks, last: float) -> _Matched:
+    landmark = step.landmark
+    if landmark.label is Label.DOOR and str(landmark) not in landmarks.places:
+        door = next((door for door in way.doors if door.along > last), None)
+        if door is None:
+            raise MissionError(f"no door behind {max(last, 0):.1f} m; the way has {len(way.doors)} doors")
+        return _Matched(step, door.along, f"{step}: door {_beside(door)}, {door.along:.1f} m", door)
+    at = _place(landmark, way, landmarks)
+    if at <= last:
+        raise MissionError(f"{landmark} is at {at:.1f} m; valid is behind the landmark before it, at {last:.1f} m")
+    return _Matched(step, at, f"{step}: at {at:.1f} m")
+
+
+def _beside(door: PathDoor) -> str:
+    return "ahead" if door.side is Side.AHEAD else f"on the {door.side}"
+
+
+def _place(landmark: Landmark, way: Way, landmarks: Landmarks) -> float:
+    name = str(landmark)
+    where = landmarks.places.get(name)
+    if where is None and landmark.label is Label.IMAGE and landmark.number is not None:
+        if landmark.number >= len(way.along):
+            raise MissionError(f"{name} is not on the way; valid is LI0 to LI{len(way.along) - 1}")
+        return float(way.along[landmark.number])
+    if where is None:
+        said = ", ".join(landmarks.places) or "none"
+        raise MissionError(f"nobody has said where {name} is; landmarks with a place: {said}")
+    if isinstance(where, str):
+        if where not in (START, END):
+            raise MissionError(f"{name} is at {where!r}; valid is metres along the way, '{START}' or '{END}'")
+        return way.length if where == END else 0.0
+    if not 0 <= where <= way.length:
+        raise MissionError(f"{name} is at {where:g} m; valid is 0 to {way.length:.1f} m, the way's length")
+    return float(where)
+
+
+def _learnt(way: Way) -> tuple[Order, ...]:
+    """What was done along a way, as orders."""
+    pairs = zip(way.along.tolist(), way.behaviours, strict=True)
+    orders = [Order(at, behaviour, LEARNT) for at, behaviour in pairs if behaviour]
+    if not orders or orders[0].at > 0:
+        orders.insert(0, Order(0.0, GOING_ON, "nobody told how the way begins"))
+    # At the last place nothing begins.
+    return tuple(order for order in orders if order.at < way.length or not order.travels) or tuple(orders[:1])
+
+
+def _wanted(at: _Matched, errand: Errand) -> str | None:
+    """What a step wants, in a robot's words; None: what was learnt."""
+    return errand.behaviour or (None if at.step.action is None else _words(at.step.action, at.door))
+
+
+def _done_there(orders: Sequence[Order], at: _Matched) -> list[Order]:
+    """What was learnt for a landmark: a turn or a crossing right there."""
+    return [order for order in orders if order.why == LEARNT and not order.travels and abs(order.at - at.at) <= AT_ONCE]
+
+
+def _order(orders: Sequence[Order], learnt: Sequence[Order], at: _Matched, errand: Errand) -> Order:
+    """A step as an order, in place of what was ``learnt`` for its landmark."""
+    order = Order(at.at, "", at.told, errand.tasks, errand.timeout)
+    wanted, in_force = _wanted(at, errand), _in_force(orders, at.at)
+    if wanted is None and learnt:
+        return replace(order, at=learnt[0].at, behaviour=learnt[0].behaviour)
+    if wanted is None or (wanted == GOING_ON and not learnt):
+        if not in_force.travels:
+            raise MissionError(f"{at.told}: in the middle of {in_force.behaviour} nothing can be done")
+        return replace(order, behaviour=in_force.behaviour)
+    if code_of(wanted) == Behaviour.CROSS_DOOR:
+        crossed = [one.at for one in learnt if code_of(one.behaviour) == Behaviour.CROSS_DOOR]
+        order = replace(order, at=crossed[0] if crossed else max(at.at - BEFORE_DOOR, 0.0))
+    return replace(order, behaviour=wanted)
+
+
+def _leaves(order: Order, learnt: Sequence[Order]) -> bool:
+    """Whether an order leads off the way: it turns or crosses where nothing such was done, or does not where it was."""
+    wanted = {code_of(order.behaviour)} & {Behaviour.CROSS_DOOR, Behaviour.TURN}
+    return wanted != {code_of(one.behaviour) for one in learnt}
+
+
+def _in_force(orders: Sequence[Order], at: float) -> Order:
+    return next((one for one, after in pairwise(orders) if one.at <= at < after.at), orders[-1])
+
+
+def _words(action: Action, door: PathDoor | None) -> str:
+    """An action in a robot's words."""
+    match action.behaviour:
+        case Behaviour.TURN:
+            return f"{action.behaviour}:{action.turn}"
+        case Behaviour.CROSS_DOOR:
+            return f"{action.behaviour}:{door.side if door else Side.AHEAD}"
+        case Behaviour.FOLLOW_WALL:
+            return WALL
+        case _:
+            return str(action.behaviour)

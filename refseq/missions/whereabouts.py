@@ -1,0 +1,91 @@
+"""Where on its way a robot is, as the views and its odometer tell: one wrong view does not carry it away."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.belief import LOST_ABOVE, Belief
+from refseq.missions.path import Way
+
+
+@dataclass(frozen=True, slots=True)
+class Trust:
+    """When beliefs are followed; all are choices.
+
+    A belief agrees where more than ``sure`` of its probability lies within ``near`` [m] of where the robot should be.
+    Then the position goes by ``share`` of the way to what the belief says: places lie as far apart as views, and
+    between two views the odometer is the better of the two. Another position takes ``confirm`` views that agree with
+    each other. After ``lost`` views in a row that say that it is lost, or elsewhere than on its way, it is.
+    """
+
+    sure: float = 0.5
+    near: float = 1.5
+    share: float = 0.5
+    confirm: int = 3
+    lost: int = 3
+
+
+class Word(Enum):
+    """What a view had to say."""
+
+    AGREES = "agrees"
+    DOUBTS = "doubts"
+    LOST = "lost"
+    MOVED = "moved"
+
+
+class Whereabouts:
+    """The position along a way [m]: the odometer carries it on, views put it right.
+
+    ``doubts`` and ``losses`` count the views in a row that did not agree, and those of them that said lost.
+    """
+
+    def __init__(self, way: Way, trust: Trust, along: float = 0.0) -> None:
+        self._way, self._trust = way, trust
+        self.along = along
+        self.doubts = self.losses = self.agreements = 0
+        self._other: tuple[float, int] | None = None
+
+    def move(self, distance: float) -> None:
+        """The odometer has gone on by so much [m]."""
+        self.along += distance
+        if self._other is not None:
+            self._other = self._other[0] + distance, self._other[1]
+
+    @property
+    def lost(self) -> bool:
+        """Whether the last views all said so."""
+        return self.losses >= self._trust.lost
+
+    def believe(self, belief: Belief) -> Word:
+        """Take what a view had to say at the present position."""
+        on_way = (1.0 - belief.lost) * belief.places[self._way.places]
+        if belief.lost <= LOST_ABOVE and (found := self._peak(on_way, self.along)) is not None:
+            self.along += self._trust.share * (found - self.along)
+            self.doubts, self.losses, self._other = 0, 0, None
+            self.agreements += 1
+            return Word.AGREES
+        self.doubts, self.agreements = self.doubts + 1, 0
+        other = None if belief.lost > LOST_ABOVE else self._peak(on_way, float(self._way.along[int(np.argmax(on_way))]))
+        if other is None:
+            self.losses, self._other = self.losses + 1, None
+            return Word.LOST
+        return self._doubt(other)
+
+    def _doubt(self, other: float) -> Word:
+        """Another position on the way was told; one that has been confirmed is taken."""
+        again = self._other is not None and abs(self._other[0] - other) <= self._trust.near
+        count = self._other[1] + 1 if self._other is not None and again else 1
+        self._other, self.losses = (other, count), 0
+        if count < self._trust.confirm:
+            return Word.DOUBTS
+        self.along, self.doubts, self._other, self.agreements = other, 0, None, 1
+        return Word.MOVED
+
+    def _peak(self, on_way: NDArray[np.float64], about: float) -> float | None:
+        """Mean position of what a belief has near a place [m]; None where that is not most of it."""
+        weights = np.where(np.abs(self._way.along - about) <= self._trust.near, on_way, 0.0)
+        total = float(weights.sum())
+        return float(weights @ self._way.along) / total if total > self._trust.sure else None

@@ -1,0 +1,48 @@
+"""Behaviours in robots' own words, such as ``MN:8`` or ``MW:left,0.6,5``, as far as a mission has to know them.
+
+What the words mean is the robots' business (``robots.behaviours.written``); a mission knows which behaviours last until
+a place is reached, and how these are told how far.
+"""
+
+GOING_ON = "MN"
+"""What is done where nobody knows how the way was driven: carry on."""
+SHORTEST = 0.05
+"""No way is told that is shorter than this [m]: robots take less for no way at all."""
+
+
+def code_of(behaviour: str) -> str:
+    """The code of a behaviour: ``MN`` of ``MN:8``."""
+    return behaviour.partition(":")[0]
+
+
+def travels(behaviour: str) -> bool:
+    """Whether a behaviour lasts until a place is reached: carrying on, following a wall, and straight set points."""
+    code, _, rest = behaviour.partition(":")
+    if code == "MA":
+        return _straight(rest)
+    return code in ("MN", "MW")
+
+
+def lengthened(behaviour: str, length: float) -> str:
+    """A behaviour that travels, for a way of ``length`` [m]."""
+    code, _, rest = behaviour.partition(":")
+    way = f"{max(length, SHORTEST):.2f}"
+    match code:
+        case "MW":
+            side, distance = rest.split(",")[:2]
+            return f"MW:{side},{distance},{way}"
+        case "MA":
+            return f"MA:{way},0"
+        case _:
+            return f"{code}:{way}"
+
+
+def _straight(values: str) -> bool:
+    """Whether a set point is straight ahead and asks for no heading."""
+    if not values:
+        return True
+    x, *rest = values.split(",")
+    try:
+        return float(x) > 0 and len(rest) == 1 and float(rest[0]) == 0
+    except ValueError:
+        return False
