@@ -50,6 +50,7 @@ COSTS = {
     "pebble": "no campaigns: scenarios have no processes to run in",
     "junitparser": "no JUnit XML for a CI server; campaigns cannot be run",
     "networkx": "no routes over an atlas",
+    "gymnasium": "no environments to train a robot in",
 }
 
 

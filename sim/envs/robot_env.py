@@ -1,0 +1,208 @@
+"""A robot in a world as a Gymnasium environment: one of four tasks, with behaviours or twists for actions."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+import robots
+from sim.behaving import frame_of
+from sim.bench import BenchSettings
+from sim.envs.acting import Acting, ByBehaviour, ByTwist
+from sim.envs.cross_door import CrossDoor
+from sim.envs.follow_corridor import FollowCorridor
+from sim.envs.localising import familiar
+from sim.envs.reach_place import ReachPlace
+from sim.envs.recover import Recover
+from sim.envs.sensing import Arrays, Known, Sensing
+from sim.envs.stage import Setting, Stage
+from sim.envs.task import Judgement, Task
+from sim.envs.worlds import check_light, plan_named, world_named
+from sim.errors import SimError
+from sim.onlooker import Onlooker
+from sim.render import RendererKind, open_renderer
+
+TASKS: Mapping[str, type[Task]] = {
+    "follow-corridor": FollowCorridor,
+    "cross-door": CrossDoor,
+    "reach-place": ReachPlace,
+    "recover": Recover,
+}
+ACTIONS = ("behaviours", "twist")
+RENDERERS = tuple(kind.value for kind in RendererKind if kind is not RendererKind.NONE)
+BEHIND, UP = 3.5, 2.2
+"""The picture of an episode is taken from so far behind the robot and so far above the floor [m]; choices."""
+
+
+class RobotEnv(gym.Env[Arrays, Any]):
+    """A robot that is to do a ``task`` in a ``world``; ids of all tasks are registered by ``import sim.envs``.
+
+    ``world`` is a name, or several, of which each episode draws one; ``route`` is what is followed, or was learnt.
+    ``actions`` are ``behaviours`` (``Discrete``, see ``ByBehaviour``) or ``twist`` (``Box``, see ``ByTwist``). Images
+    of ``cameras`` are part of the observation: they need a ``renderer``, as the pictures of ``render_mode`` do, and
+    nothing else does. Tasks with a map tell what their localiser believes in one of two forms, ``belief``: ``summary``
+    or ``places``. ``Sensing`` tells what is observed.
+
+    The reward is what the task's episode makes of the truth (``AlongCorridor``, ``ThroughDoor``, ``ToPlace``,
+    ``FoundAgain``): what was made good towards the goal, +5 where it is reached, -5 for a failure. Both end the episode
+    (``terminated``). Failures are a collision, and whatever keeps the robot from going until somebody helps.
+
+    ``info`` is the truth: ``pose`` (3,) x, y [m], heading [rad]; ``distance_to_goal`` in the task's measure;
+    ``collision``, ``success``, ``failure``; the ``action``, whether it is ``running``, ``finished`` or ``failed``
+    (``outcome``) and ``why``; ``time`` [s], ``world``; with a map the ``place_error`` [m] of the most probable place.
+
+    The same seed and actions give the same episode, bit for bit. Raises ``SimError`` for what is unknown or unfit.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 - as Gymnasium has it
+
+    def __init__(
+        self,
+        task: str,
+        world: str | Sequence[str],
+        *,
+        route: str = "forward",
+        actions: str = "behaviours",
+        robot: str = "robuter",
+        light: str = "16:00",
+        cameras: Sequence[str] = (),
+        belief: str = "summary",
+        renderer: str = "filament",
+        render_mode: str | None = None,
+    ) -> None:
+        _check("task", task, TASKS)
+        _check("actions", actions, ACTIONS)
+        _check("robot", robot, robots.names())
+        _check("renderer", renderer, RENDERERS)
+        if render_mode is not None:
+            _check("render mode", render_mode, self.metadata["render_modes"])
+        check_light(light)
+        self._task, self._robot, self._light, self._route = TASKS[task](), robots.load(robot), light, route
+        self._worlds = _checked_worlds(world, route, self._task)
+        for camera in cameras:
+            _check(f"camera of robot {robot!r}", camera, self._robot.cameras)
+        self._cameras, self._renderer, self.render_mode = tuple(cameras), RendererKind(renderer), render_mode
+        drawing = self._renderer if cameras else RendererKind.NONE
+        self._settings = BenchSettings(renderer=drawing, cameras=self._cameras)
+        self._acting = self._actions(actions)
+        self.metadata = self.metadata | {"render_fps": round(1 / self._acting.period)}
+        self._sequence = familiar(self._worlds[0], light, robot, route) if self._task.mapped else None
+        self._sensing = Sensing(
+            sonars=len(self._robot.sonars),
+            max_range=self._settings.laser.mode.max_range,
+            cameras=self._cameras,
+            places=None if self._sequence is None else len(self._sequence),
+            belief=belief,
+            goal=self._task.goes_to_place,
+        )
+        self.action_space, self.observation_space = self._acting.space, self._sensing.space
+        self._stage: Stage | None = None
+
+    def _actions(self, form: str) -> Acting:
+        if form == "twist":
+            return ByTwist(self._robot.limits)
+        return ByBehaviour(self._task.behaviours, frame_of(self._robot))
+
+    @property
+    def places(self) -> NDArray[np.float64] | None:
+        """The true poses of the map's places, (K, 3): x, y [m], heading [rad]; None for tasks without a map."""
+        if self._sequence is None:
+            return None
+        return np.array([(pose.x, pose.y, pose.heading) for pose in self._sequence.poses if pose is not None])
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Arrays, dict[str, Any]]:
+        """Set the robot down for a new episode; ``options`` are none."""
+        super().reset(seed=seed)
+        if options:
+            raise SimError(f"options {', '.join(map(repr, options))} are unknown: there are none")
+        self.close()
+        name = self._worlds[int(self.np_random.integers(len(self._worlds)))]
+        world = world_named(name, self._light, pictured=bool(self._cameras) or self.render_mode is not None)
+        setting = Setting(world, self._robot.name, self._settings, self._route, self._sequence)
+        self._stage = Stage(self._task, setting, self.np_random)
+        self._acting.reset()
+        return self._observed(), self._told(Judgement(0.0, self._stage.remaining))
+
+    def step(self, action: Any) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
+        """Let the robot do something for a while; truncation is up to the wrapper ``TimeLimit``."""
+        self._acting.choose(action)
+        judged = self._running.act(self._acting)
+        return self._observed(), judged.reward, judged.over, False, self._told(judged)
+
+    @property
+    def _running(self) -> Stage:
+        if self._stage is None:
+            raise SimError("no episode has begun, or it was closed: call reset first")
+        return self._stage
+
+    def _observed(self) -> Arrays:
+        stage = self._running
+        belief = None
+        if stage.following is not None and self._sequence is not None:
+            belief = stage.following.belief, Known(self._sequence.along, stage.episode.goal)
+        images = stage.bench.sense().images if self._cameras else None
+        return self._sensing.observed(
+            stage.bench.scan(), stage.bench.state, stage.motion, belief=belief, images=images
+        )
+
+    def _told(self, judged: Judgement) -> dict[str, Any]:
+        stage, pose = self._running, self._running.bench.pose
+        told = {
+            "pose": np.array([pose.x, pose.y, pose.heading]),
+            "distance_to_goal": judged.remaining,
+            "collision": stage.touches,
+            "success": judged.success,
+            "failure": judged.failure,
+            "action": self._acting.doing,
+            "outcome": stage.outcome.value,
+            "why": stage.why,
+            "time": stage.bench.time,
+            "world": stage.bench.world.name,
+        }
+        if stage.following is not None and (places := self.places) is not None:
+            x, y, _ = places[stage.following.belief.best]
+            told["place_error"] = math.hypot(x - pose.x, y - pose.y)
+        return told
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """A picture of the robot from behind and above, (480, 640, 3).
+
+        None without a render mode. Raises ``RendererError`` where the renderer's driver is missing.
+        """
+        if self.render_mode is None:
+            gym.logger.warn("render was called without a render mode; valid is render_mode='rgb_array'")
+            return None
+        bench = self._running.bench
+        if bench.renderer.kind is RendererKind.NONE:
+            bench.renderer = open_renderer(self._renderer, bench.model)
+        grey = Onlooker(bench, bearing=math.pi, distance=BEHIND, eyes=UP).look()
+        return np.repeat(grey[:, :, None], 3, axis=2)
+
+    def close(self) -> None:
+        """Give the renderer's device back."""
+        if self._stage is not None:
+            self._stage.close()
+            self._stage = None
+
+
+def _check(what: str, value: object, valid: Iterable[str]) -> None:
+    if value not in (known := tuple(valid)):
+        raise SimError(f"unknown {what} {value!r}: valid are {', '.join(known)}")
+
+
+def _checked_worlds(world: str | Sequence[str], route: str, task: Task) -> tuple[str, ...]:
+    """The names of the worlds; raises ``SimError`` where one of them or its route is unknown."""
+    names = (world,) if isinstance(world, str) else tuple(world)
+    if not names or (task.mapped and len(names) > 1):
+        most = "one world, as there is one map" if task.mapped else "one or more"
+        raise SimError(f"world {list(names)} is not valid for this task: valid is {most}")
+    for name in names:
+        plan = plan_named(name)
+        if route not in plan.routes:
+            raise SimError(f"unknown route {route!r} in world {name!r}: valid are {', '.join(plan.routes)}")
+    return names
