@@ -31,6 +31,7 @@ from scenarios.inputs import (
     writing,
 )
 from scenarios.merge_cli import MERGE_EXAMPLES, SIMILARITY_EXAMPLES, merge, similarity
+from scenarios.mission_cli import mission
 from scenarios.robots_cli import robots
 from scenarios.route_cli import EXAMPLES as ROUTE_EXAMPLES
 from scenarios.route_cli import route
@@ -52,6 +53,7 @@ app = typer.Typer(
 app.add_typer(worlds, name="worlds")
 app.add_typer(robots, name="robots")
 app.add_typer(scenario, name="scenario")
+app.add_typer(mission, name="mission")
 app.command(epilog=SIMILARITY_EXAMPLES)(similarity)
 app.command(epilog=MERGE_EXAMPLES)(merge)
 app.command(epilog=ROUTE_EXAMPLES)(route)

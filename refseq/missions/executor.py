@@ -32,6 +32,11 @@ class Status(Enum):
         """Whether nothing comes any more."""
         return self in (Status.COMPLETED, Status.FAILED, Status.ABORTED)
 
+    @property
+    def completed(self) -> bool:
+        """Whether all was done."""
+        return self is Status.COMPLETED
+
 
 @dataclass(frozen=True, slots=True)
 class Caution:

@@ -22,7 +22,7 @@ class Trust:
 
     sure: float = 0.5
     near: float = 1.5
-    share: float = 0.5
+    share: float = 0.2
     confirm: int = 3
     lost: int = 3
 

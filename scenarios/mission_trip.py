@@ -1,0 +1,125 @@
+"""One mission in a world, as a person asks for it: where the robot is set down, what it goes by, what is left of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from refseq.atlas import Atlas
+from refseq.atlas_localiser import AtlasLocaliser
+from refseq.errors import MapError
+from refseq.files import replace_bytes, replace_text
+from refseq.localiser import SequenceLocaliser
+from refseq.missions import Entry, Executor, Plan
+from refseq.view import LASER, Pose
+from scenarios.errors import ScenarioError
+from scenarios.record import Drive, open_bench
+from sim.bench import Bench
+from sim.mission import Localiser, Mission, run_mission
+from sim.recorder import Trigger
+from sim.render import RendererKind
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """A mission's ``drive``: world, light, robot, seed; the robot is set down ``at`` [m] along the way.
+
+    With ``odometry`` it takes no view.
+    """
+
+    drive: Drive
+    at: float = 0.0
+    odometry: bool = False
+
+    @classmethod
+    def from_map(
+        cls,
+        atlas: Atlas,
+        *,
+        world: str | None = None,
+        light: str | None = None,
+        change: str = "none",
+        robot: str | None = None,
+        at: float = 0.0,
+        seed: int = 1,
+        renderer: str | None = None,
+        odometry: bool = False,
+    ) -> "Trip":
+        """What is None is as in the first map's own drive. Raises ``ScenarioError``."""
+        told = atlas.sequences[0].metadata
+        for name, given in (("world", world), ("light", light), ("robot", robot)):
+            if given is None and name not in told:
+                raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
+        sensors = {sensor for sequence in atlas.sequences for sensor in sequence.sensors}
+        looks = sensors != {LASER} and not odometry
+        kind = renderer or (told.get("renderer", "filament") if looks else RendererKind.NONE.value)
+        if kind not in list(RendererKind):
+            raise ScenarioError(f"renderer {kind!r} is unknown; valid are {', '.join(RendererKind)}")
+        drive = Drive(
+            world=world or told["world"],
+            light=light or told["light"],
+            change=change,
+            robot=robot or told["robot"],
+            seed=seed,
+            renderer=RendererKind(kind),
+        )
+        return cls(drive, at, odometry)
+
+
+def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> Mission:
+    """Run a mission; ``tell`` hears each line of its log as it comes. Raises the rooms' own errors."""
+    executor = Executor(plan, localised=not trip.odometry)
+    told = 0
+
+    def each(_executor: Executor, _bench: Bench) -> None:
+        nonlocal told
+        while tell is not None and told < len(executor.log):
+            tell(executor.log[told])
+            told += 1
+
+    with bench_on_way(trip, atlas, plan) as bench:
+        localiser = None if trip.odometry else localiser_in(atlas)
+        done = run_mission(bench, executor, localiser, trigger=Trigger(), each=each)
+        each(executor, bench)
+    return done
+
+
+def localiser_in(atlas: Atlas) -> Localiser:
+    """What localises in a map, or in an atlas of several."""
+    return SequenceLocaliser(atlas.sequences[0]) if len(atlas.sequences) == 1 else AtlasLocaliser(atlas)
+
+
+def bench_on_way(trip: Trip, atlas: Atlas, plan: Plan) -> Bench:
+    """A bench with the robot set down on a plan's way, looking as it looked when that was learnt."""
+    way = plan.way
+    if not 0 <= trip.at < way.length:
+        raise ScenarioError(f"at {trip.at:g} m is not on the way; valid is 0 to {way.length:.1f} m, less than that")
+    poses = poses_of(atlas, plan)
+    at = int(np.searchsorted(way.along, trip.at, side="right")) - 1
+    ahead = next((pose for pose in poses[at + 1 :] if np.hypot(pose.x - poses[at].x, pose.y - poses[at].y) > 0.1), None)
+    if ahead is None:
+        raise ScenarioError(f"at {trip.at:g} m the way is at its end; valid is before that")
+    start = poses[at]
+    waypoints = ((start.x, start.y), (ahead.x, ahead.y))
+    bench = open_bench(replace(trip.drive, waypoints=waypoints))
+    bench.place(start)
+    return bench
+
+
+def poses_of(atlas: Atlas, plan: Plan) -> list[Pose]:
+    """True poses of a way's places. Raises ``MapError`` where they are not known."""
+    known = atlas.poses
+    poses = [pose for pose in (known[place] for place in plan.way.places) if pose is not None]
+    if len(poses) < len(plan.way.places):
+        raise MapError("the map does not know the true poses of its places; valid is one that was learnt in a world")
+    return poses
+
+
+def write_trip(folder: Path, trip: Trip, done: Mission) -> None:
+    """Leave the log, and the photographs, in a folder."""
+    replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in done.executor.log))
+    for name, images in done.photographs.items():
+        for camera, image in images.items():
+            replace_bytes(folder / f"{name}-{camera}.png", cv2.imencode(".png", image)[1].tobytes())
