@@ -101,7 +101,9 @@ class Executor:
         self.switches: list[tuple[int, float]] = []
         """Orders that were begun: the number of each, and the time [s]."""
         self._time = self._travelled = self._since = 0.0
-        self._order = plan.order_at(start)
+        self._order = plan.order_at(start) if start > 0 else 0  # of several that begin at the start the first one
+        self._due = {number: order.tasks for number, order in enumerate(plan.orders) if order.tasks}
+        self._carried = False  # while it stood, views agreed that it is elsewhere
         self._number = 0
         self._behaviour = ""
         self._begun_at = 0.0  # where the odometer was when the present order began
@@ -109,7 +111,7 @@ class Executor:
         self._approaching = False
         self._tasks: list[Task] = []
         self._after_tasks: Callable[[], None] = self._set_out
-        self._before_pause = self.status
+        self._before_pause = self.status, self._since
         self._tell(f"the mission begins; {len(plan.orders)} orders over {plan.goal:.1f} m")
         if not localised:
             self._begin(self._order)
@@ -134,8 +136,11 @@ class Executor:
         word = self._where.believe(belief)
         if self.status in (Status.LOOKING, Status.LOST):
             self._look(word)
-        elif self.status is Status.RUNNING and self._travelling:
-            self._check(word)
+        elif self.status is Status.RUNNING:
+            if self._travelling:
+                self._check(word)
+        elif word is Word.MOVED:
+            self._carried = True
 
     def ended(self, finished: bool, why: str) -> None:
         """The behaviour has ended, done or failed."""
@@ -147,7 +152,8 @@ class Executor:
             self._overrun()
         else:
             self._tell(f"{self._behaviour} done: {why}")
-            self._order = self._last
+            while self._order < self._last:
+                self._pass()
             if self._travelling or self._order + 1 < len(
                 self.plan.orders
             ):  # what leaves the way ends nobody knows where
@@ -165,13 +171,17 @@ class Executor:
     def pause(self) -> None:
         """Stand until ``resume``."""
         if not self.status.over and self.status is not Status.PAUSED:
-            self._before_pause = self.status
+            self._before_pause = self.status, self._since
             self._become(Status.PAUSED, "paused")
 
     def resume(self) -> None:
-        """Go on after a pause."""
+        """Go on after a pause, which counts for no time limit."""
         if self.status is Status.PAUSED:
-            self._become(self._before_pause, "resumed")
+            (status, since), paused = self._before_pause, self._time - self._since
+            self._become(status, "resumed")
+            self._since, self._began = since + paused, self._began + paused
+            if self._carried and status is Status.RUNNING:
+                self._resume_at(self._where.along)
 
     def abort(self, why: str = "somebody asked for it") -> None:
         """Stop for good."""
@@ -217,11 +227,11 @@ class Executor:
         """How far it is believed to be to where something else begins [m]."""
         return self.plan.end_of(self._last) - self._where.along
 
-    def _begin(self, number: int) -> None:
-        """Begin with an order, or do its tasks first."""
+    def _begin(self, number: int, *, tasks: bool = True) -> None:
+        """Begin with an order; its tasks come first, where they are still due."""
         self._order = number
         self.switches.append((number, self._time))
-        self._do_tasks(self.order.tasks, self.order.why, self._set_out)
+        self._do_tasks(self._due.pop(number, ()) if tasks else (), self.order.why, self._set_out)
 
     def _do_tasks(self, tasks: Sequence[Task], where: str, after: Callable[[], None]) -> None:
         self._tasks, self._after_tasks = list(tasks), after
@@ -231,6 +241,9 @@ class Executor:
             after()
 
     def _set_out(self) -> None:
+        if self._carried:
+            self._resume_at(self._where.along)
+            return
         self.status, self._since = Status.RUNNING, self._time
         self._begun_at, self._began, self._approaching = self._travelled, self._time, False
         if not self._travelling:
@@ -264,21 +277,21 @@ class Executor:
             limit = self.caution.least + max(way, 0.0) / self.caution.slowest
         if self._time - self._began > limit:
             self._fail(f"{self._behaviour} not done after {limit:.0f} s")
-        elif self._travelling and not self._approaching:
-            if self._sure and self._left <= self.caution.approach:
+        elif self._travelling and self._sure:
+            if not self._approaching and self._left <= self.caution.approach:
                 self._approach()
-            self._pass()
+            while self._order < self._last and self._where.along >= self.plan.end_of(self._order):
+                self._pass()
 
     @property
     def _sure(self) -> bool:
         return not self._localised or self._where.agreements > 0
 
     def _pass(self) -> None:
-        """Note the landmarks that are passed."""
-        while self._sure and self._order < self._last and self._where.along >= self.plan.end_of(self._order):
-            self._order += 1
-            self.switches.append((self._order, self._time))
-            self._tell(f"passes {self.order.why}")
+        """Note that a landmark is passed: the next order is in force, and has its own time."""
+        self._order, self._began = self._order + 1, self._time
+        self.switches.append((self._order, self._time))
+        self._tell(f"passes {self.order.why}")
 
     def _check(self, word: Word) -> None:
         """A view on the way."""
@@ -291,16 +304,24 @@ class Executor:
             self._tell(f"a view {'says lost' if word is Word.LOST else 'says elsewhere'}; not believed yet")
 
     def _look(self, word: Word) -> None:
-        """A view while it stands and does not know where it is."""
-        known = word is Word.MOVED or self._where.agreements >= self.caution.trust.confirm
-        if self.status is Status.LOOKING:
-            known = word in (Word.MOVED, Word.AGREES)
-        if known:
-            self._tell(f"knows where it is: at {self.along:.1f} m")
+        """A view while it stands and does not know where it is; where it was right, it goes on with what it was at."""
+        looking = self.status is Status.LOOKING
+        if word is not Word.MOVED and self._where.agreements < (1 if looking else self.caution.trust.confirm):
+            return
+        self._tell(f"knows where it is: at {self.along:.1f} m")
+        if word is Word.MOVED:
             self._resume_at(self._where.along)
+        elif looking and not self._carried:
+            self._begin(self._order)
+        else:
+            self._set_out()
 
     def _resume_at(self, along: float) -> None:
-        """Take up the order that is in force at a place; behind the goal there is none."""
+        """Take up the order that is in force at a place; behind the goal there is none.
+
+        Tasks of a place that lies behind the robot are left out.
+        """
+        self._carried = False
         if along > self.plan.goal + self.caution.trust.near and self.plan.orders[-1].travels:
             self._fail(f"it is behind the goal, by {along - self.plan.goal:.1f} m")
             return
@@ -311,7 +332,10 @@ class Executor:
                 self._fail(f"it is behind the last order, {self.plan.orders[number].behaviour}")
                 return
             number += 1
-        self._begin(number)
+        late = along - self.plan.orders[number].at > self.caution.trust.near
+        if late and number in self._due:
+            self._tell(f"left out, behind it: {', '.join(map(str, self._due[number]))}")
+        self._begin(number, tasks=not late)
 
     def _overrun(self) -> None:
         went = self._travelled - self._begun_at

@@ -1,0 +1,424 @@
+"""The executor against scripted beliefs with every kind of error: what is run, where, and what is said of it."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from refseq.missions.executor import Caution, Executor, Status
+from refseq.missions.path import Way
+from refseq.missions.plan import Order, Plan, as_learnt
+from refseq.missions.tasks import Call, Photograph, Wait
+from tests.refseq.missions.on_a_line import STEP, Line, Script, flat, lost, right, seen_at, way
+
+TOLD = {0: "MN:12", 12: "MT:90", 13: "MW:left,0.8,18"}
+"""Straight on for 12 m, a turn, and along a wall to 30 m."""
+WAY = way(30.0, told=TOLD)
+COUNT = len(WAY.along)
+DONE = ["MN", "MT", "MW"]
+some = settings(max_examples=25, derandomize=True)
+
+
+def learnt(of: Way = WAY, **more: object) -> Executor:
+    return Executor(as_learnt(of), **more)  # type: ignore[arg-type]
+
+
+def with_tasks() -> Plan:
+    orders = (
+        Order(0.0, "MN", "start"),
+        Order(10.0, "MN", "the picture", (Photograph("p"), Wait(5.0), Call("c"))),
+        Order(20.0, "MT:90", "the corner"),
+        Order(20.0, "MN", "as learnt"),
+    )
+    return Plan(way(30.0), orders, 30.0, (Call("home"), Photograph("end")))
+
+
+def wrong_now_and_then(share: float, seed: int) -> Script:
+    """Right beliefs, but for some that are elsewhere, lost or flat: never two in a row."""
+    rng, before = np.random.default_rng(seed), [False]
+
+    def script(number: int, x: float) -> object:
+        before[0] = bool(rng.random() < share) and not before[0]
+        if not before[0]:
+            return seen_at(WAY.along, x + rng.normal(0, 0.2))
+        kind = rng.integers(3)
+        return (seen_at(WAY.along, rng.uniform(0, 30)), lost(COUNT), flat(COUNT))[kind]
+
+    return script  # type: ignore[return-value]
+
+
+def turned_at(line: Line) -> list[float]:
+    return [one.x for one in line.begun if one.words.startswith("MT")]
+
+
+def told(line: Line) -> str:
+    return "\n".join(map(str, line.executor.log))
+
+
+def check_log(line: Line) -> None:
+    """Time never goes back, and a behaviour's number rises by one with each that is begun."""
+    log, begun = line.executor.log, line.begun
+    assert all(one.time <= after.time for one, after in pairwise(log))
+    assert all(one[1] <= after[1] for one, after in pairwise(line.executor.switches))
+    assert all(after.number > one.number for one, after in pairwise(begun))
+    assert line.executor.do.halt == line.executor.status.over
+
+
+# --- beliefs that are right, or wrong now and then ---
+
+
+@pytest.mark.parametrize("localised", [True, False])
+def test_a_mission_is_run_as_it_was_learnt(localised: bool) -> None:
+    line = Line(learnt(localised=localised), right(WAY) if localised else None).run()
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.words == DONE
+    assert turned_at(line) == [pytest.approx(12.0, abs=0.2)]
+    assert line.x == pytest.approx(30.0, abs=0.2)
+    assert [number for number, _ in line.executor.switches] == [0, 1, 2]
+    check_log(line)
+
+
+@some
+@given(st.integers(0, 10**6))
+def test_one_view_in_five_may_be_wrong(seed: int) -> None:
+    line = Line(learnt(), wrong_now_and_then(0.2, seed)).run()
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.words == DONE
+    assert turned_at(line) == [pytest.approx(12.0, abs=0.8)]
+    assert line.x == pytest.approx(30.0, abs=0.8)
+    check_log(line)
+
+
+@some
+@given(at=st.integers(0, 28), to=st.floats(0.0, 30.0), kind=st.sampled_from(["elsewhere", "lost", "flat"]))
+def test_no_order_fires_from_a_single_wrong_view(at: int, to: float, kind: str) -> None:
+    """The same orders begin where they do without it, but for what a view may put right at once."""
+
+    def script(number: int, x: float) -> object:
+        if number != at:
+            return seen_at(WAY.along, x)
+        return {"elsewhere": seen_at(WAY.along, to), "lost": lost(COUNT), "flat": flat(COUNT)}[kind]
+
+    line = Line(learnt(), script).run()  # type: ignore[arg-type]
+    assert line.words == DONE, told(line)
+    assert turned_at(line) == [pytest.approx(12.0, abs=0.8)]
+    assert line.x == pytest.approx(30.0, abs=0.8)
+    assert line.executor.status is Status.COMPLETED
+
+
+def test_what_is_not_believed_is_told() -> None:
+    line = Line(learnt(), lambda number, x: lost(COUNT) if number == 5 else seen_at(WAY.along, x)).run()
+    assert "a view says lost; not believed yet" in told(line)
+    line = Line(learnt(), lambda number, x: seen_at(WAY.along, 25.0 if number == 5 else x)).run()
+    assert "a view says elsewhere; not believed yet" in told(line)
+
+
+# --- a robot that is not where its odometer says ---
+
+
+@pytest.mark.parametrize("at", [3.0, 8.0, 16.0])
+def test_wheels_that_slip_for_two_metres(at: float) -> None:
+    line = Line(learnt(), right(WAY))
+
+    def slip(now: Line) -> None:
+        now.grip = 0.0 if at <= now.travelled < at + 2.0 else 1.0
+
+    line.run(each=slip)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.words == DONE
+    assert turned_at(line) == [pytest.approx(12.0, abs=0.5)]
+    assert line.x == pytest.approx(30.0, abs=0.5)
+
+
+def test_an_odometer_that_is_wrong_by_a_twentieth() -> None:
+    for grip in (0.95, 1.05):
+        line = Line(learnt(), right(WAY), grip=grip).run()
+        assert line.executor.status is Status.COMPLETED, told(line)
+        assert line.x == pytest.approx(30.0, abs=0.5)
+        blind = Line(learnt(localised=False), None, grip=grip).run()
+        assert abs(blind.x - 30.0) > 1.0, "the odometer alone cannot know"
+
+
+def carried(line: Line, when: float, to: float) -> Line:
+    """Run with the robot carried to a place once it has come so far."""
+    went = []
+
+    def each(now: Line) -> None:
+        if not went and now.x >= when:
+            went.append(now.x)
+            now.x = to
+
+    return line.run(each=each)
+
+
+def test_carried_forth_the_orders_between_are_left_out() -> None:
+    line = carried(Line(learnt(), right(WAY)), 5.0, 20.0)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.words == ["MN", "MW"]
+    assert "3 views agree that it is elsewhere" in told(line)
+    assert line.x == pytest.approx(30.0, abs=0.5)
+
+
+def test_carried_back_the_orders_are_run_again() -> None:
+    line = carried(Line(learnt(), right(WAY)), 20.0, 4.0)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.words == ["MN", "MT", "MW", "MN", "MT", "MW"]
+    assert turned_at(line) == [pytest.approx(12.0, abs=0.5)] * 2
+    assert line.x == pytest.approx(30.0, abs=0.5)
+
+
+def test_a_start_elsewhere_is_found_before_it_goes() -> None:
+    line = Line(learnt(), right(WAY), x=20.0).run()
+    assert line.words == ["MW"]
+    assert line.begun[0].x == 20.0
+    assert line.x == pytest.approx(30.0, abs=0.5)
+
+
+def test_a_mission_that_begins_with_a_turn_turns() -> None:
+    """The turn and what follows it begin at the same place, and the first view is a little beside it."""
+    for told_at_start in ({0: "MT:90", 1: "MN:9"}, {0: "MT:90", 1: "MT:90", 2: "MN:8"}):
+        for beside in (0.0, 0.3):
+            of = way(10.0, told=told_at_start)
+            line = Line(learnt(of), lambda number, x, of=of, beside=beside: seen_at(of.along, x + beside)).run()
+            assert line.executor.status is Status.COMPLETED, told(line)
+            assert [one.words[:2] for one in line.begun][: len(told_at_start)] == [
+                words[:2] for words in told_at_start.values()
+            ]
+    line = Line(learnt(of, localised=False), None).run()
+    assert line.words == ["MT", "MN"]
+
+
+# --- lost ---
+
+
+def test_lost_for_ever() -> None:
+    line = Line(learnt(), lambda number, x: seen_at(WAY.along, x) if number < 6 else lost(COUNT)).run()
+    assert line.executor.status is Status.FAILED
+    assert line.executor.why == "lost for 30 s"
+    assert "3 views in a row say so; it stands" in told(line)
+    assert line.halted == pytest.approx(30.0, abs=1.5)
+    assert line.x < 9.0
+    check_log(line)
+
+
+def test_lost_from_the_start() -> None:
+    line = Line(learnt(), lambda number, x: lost(COUNT)).run()
+    assert line.executor.status is Status.FAILED
+    assert line.executor.why == "looking for 30 s"
+    assert line.x == 0.0
+    assert not line.begun
+
+
+@pytest.mark.parametrize("first", [4, 9, 10, 11, 12, 20])
+def test_lost_for_a_while(first: int) -> None:
+    """Right before the turn, too: it is neither left out nor done twice."""
+
+    def script(number: int, x: float) -> object:
+        return lost(COUNT) if first <= number < first + 8 else seen_at(WAY.along, x + 0.2)
+
+    line = Line(learnt(), script).run()  # type: ignore[arg-type]
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.words == DONE, told(line)
+    assert line.halted >= 2.0
+    assert turned_at(line) == [pytest.approx(12.0, abs=0.8)]
+    check_log(line)
+
+
+# --- what goes wrong ---
+
+
+def test_a_behaviour_that_fails_fails_the_mission() -> None:
+    line = Line(learnt(), right(WAY), fails="MT").run()
+    assert line.executor.status is Status.FAILED
+    assert line.executor.why == "MT:90 failed: something is in the way"
+    assert str(line.executor.log[-1]).endswith("failed: MT:90 failed: something is in the way")
+    assert line.x == pytest.approx(12.0, abs=0.3)
+
+
+def test_a_goal_that_is_never_believed_is_missed() -> None:
+    """Views that say elsewhere, each time somewhere else: it goes on, but not for ever."""
+    line = Line(
+        learnt(),
+        lambda number, x: seen_at(WAY.along, x) if number < 3 else seen_at(WAY.along, (x + 11 + 6 * (number % 2)) % 30),
+    )
+    line.run()
+    assert line.executor.status is Status.FAILED
+    assert "MT:90" not in line.words
+    assert "not found" in line.executor.why
+    assert line.x < 1.2 * 12 + 3.0 + 3.0
+
+
+def test_an_order_takes_no_longer_than_it_may() -> None:
+    orders = (Order(0.0, "MN", "start", timeout=7.0),)
+    line = Line(Executor(Plan(WAY, orders, 30.0)), right(WAY)).run()
+    assert line.executor.status is Status.FAILED
+    assert "not done after 7 s" in line.executor.why
+    assert line.time == pytest.approx(7.0, abs=0.5)
+
+
+def test_a_landmark_that_is_passed_does_not_cost_time() -> None:
+    """Each order has its own time from where it begins: 20 s each are enough for 8 m at half a metre a second."""
+    orders = tuple(Order(8.0 * number, "MN", f"landmark {number}", timeout=20.0) for number in range(3))
+    line = Line(Executor(Plan(WAY, orders, 24.0)), right(WAY)).run()
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert len(line.begun) == 2, "it does not stop at a landmark where it only goes on"
+    assert [number for number, _ in line.executor.switches] == [0, 1, 2]
+
+
+def test_landmarks_near_the_goal_are_passed_as_well() -> None:
+    orders = (Order(0.0, "MN", "start"), Order(9.3, "MN", "a door"))
+    line = Line(Executor(Plan(WAY, orders, 10.0)), right(WAY)).run()
+    assert [number for number, _ in line.executor.switches] == [0, 1]
+    assert "passes a door" in told(line)
+
+
+# --- tasks ---
+
+
+def test_tasks_are_done_once_where_they_belong() -> None:
+    plan = with_tasks()
+    line = Line(Executor(plan), right(plan.way)).run()
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert [str(task) for task, _ in line.tasks] == ["photograph 'p'", "call 'c'", "call 'home'", "photograph 'end'"]
+    assert [x for _, x in line.tasks] == pytest.approx([10, 10, 30, 30], abs=0.2)
+    assert line.halted == pytest.approx(5.0, abs=0.3)
+    assert [str(entry) for entry in line.executor.log if "done: " in str(entry)] != []
+
+
+@pytest.mark.parametrize(("when", "to"), [(13.0, 15.0), (5.0, 14.0), (16.0, 4.0), (13.0, 11.7)])
+def test_tasks_are_not_done_elsewhere_or_again(when: float, to: float) -> None:
+    """Wherever it is carried, a photograph of the place at 10 m is one from there, and there is one at most."""
+    plan = with_tasks()
+    line = carried(Line(Executor(plan), right(plan.way)), when, to)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    photographs = [x for task, x in line.tasks if task == Photograph("p")]
+    assert photographs == ([pytest.approx(10.0, abs=0.3)] if when > 10.0 else [])
+    if not photographs:
+        assert "left out" in told(line)
+
+
+def test_lost_behind_a_place_its_tasks_are_not_done_again() -> None:
+    plan = with_tasks()
+    count = len(plan.way.along)
+    line = Line(
+        Executor(plan), lambda number, x: lost(count) if 19 <= number < 25 else seen_at(plan.way.along, x)
+    ).run()
+    assert "lost" in told(line)
+    assert [str(task) for task, _ in line.tasks] == ["photograph 'p'", "call 'c'", "call 'home'", "photograph 'end'"]
+
+
+# --- pause, resume, abort ---
+
+
+@some
+@given(st.lists(st.tuples(st.floats(0.0, 60.0), st.floats(0.1, 200.0)), max_size=4), st.booleans())
+def test_pauses_do_not_change_what_is_run(pauses: list[tuple[float, float]], tasks: bool) -> None:
+    plan = with_tasks() if tasks else as_learnt(WAY)
+    plain = Line(Executor(plan), right(plan.way)).run()
+    starts, ends = [at for at, _ in pauses], [at + lasts for at, lasts in pauses]
+
+    def each(now: Line) -> None:
+        paused = any(start <= now.time < end for start, end in zip(starts, ends, strict=True))
+        if paused:
+            now.executor.pause()
+        else:
+            now.executor.resume()
+
+    line = Line(Executor(plan), right(plan.way)).run(limit=5000.0, each=each)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert [number for number, _ in line.executor.switches] == [number for number, _ in plain.executor.switches]
+    assert [task for task, _ in line.tasks] == [task for task, _ in plain.tasks]
+    assert line.x == pytest.approx(plain.x, abs=0.2)
+    check_log(line)
+
+
+def test_pauses_longer_than_an_order_may_last() -> None:
+    plan = Plan(WAY, (Order(0.0, "MN", "start", timeout=40.0),), 10.0)
+
+    def each(now: Line) -> None:
+        if 5.0 < now.time < 100.0:
+            now.executor.pause()
+        else:
+            now.executor.resume()
+
+    line = Line(Executor(plan), right(WAY)).run(each=each)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert len(line.begun) == 2, "it goes on with the execution that was halted"
+
+
+def test_a_wait_lasts_as_long_as_asked_whatever_pauses_there_are() -> None:
+    plan = Plan(WAY, (Order(0.0, "MN", "start", (Wait(10.0),)),), 5.0)
+
+    def each(now: Line) -> None:
+        if 4.0 < now.time <= 24.0:
+            now.executor.pause()
+        else:
+            now.executor.resume()
+
+    line = Line(Executor(plan), right(WAY)).run(each=each)
+    assert line.begun[0].time == pytest.approx(30.0, abs=0.5)
+
+
+@pytest.mark.parametrize("standing", ["paused", "at a task"])
+def test_carried_away_while_it_stands(standing: str) -> None:
+    """What it was about to do is not done elsewhere: it takes up what is in force where it is put down."""
+    orders = (Order(0.0, "MN", "start"), Order(10.0, "MT:90", "turn"), Order(10.0, "MN", "on"))
+    tasks = (Wait(20.0),) if standing == "at a task" else ()
+    plan = Plan(WAY, (orders[0], Order(4.0, "MN", "here", tasks), *orders[1:]), 30.0)
+    moved = []
+
+    def each(now: Line) -> None:
+        if not moved and now.x > 3.9 and (not tasks or now.executor.status is Status.TASK):
+            if not tasks:
+                now.executor.pause()
+            now.x = 20.0
+            moved.append(now.time)
+        elif moved and not tasks and now.time > moved[0] + 10.0:
+            now.executor.resume()
+
+    line = Line(Executor(plan), right(WAY)).run(each=each)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert turned_at(line) == []
+    assert line.x == pytest.approx(30.0, abs=0.5)
+
+
+@some
+@given(st.floats(0.0, 70.0), st.booleans())
+def test_aborted_at_any_time_it_stands_for_good(when: float, paused: bool) -> None:
+    plan = with_tasks()
+    line = Line(Executor(plan), right(plan.way))
+
+    def each(now: Line) -> None:
+        if now.time >= when:
+            if paused:
+                now.executor.pause()
+            now.executor.abort("the lift is full")
+
+    line.run(each=each)
+    executor = line.executor
+    if executor.status is Status.COMPLETED:
+        return
+    assert executor.status is Status.ABORTED
+    assert executor.why == "the lift is full"
+    begun, switches, do = len(line.begun), len(executor.switches), executor.do
+    assert do.halt
+    assert do.task is None
+    executor.resume()
+    executor.pause()
+    executor.ended(True, "late")
+    executor.done()
+    for number in range(5):
+        executor.believe(seen_at(plan.way.along, 25.0))
+        executor.move(line.time + 100.0 * number, line.travelled)
+    assert executor.status is Status.ABORTED
+    assert (len(line.begun), len(executor.switches)) == (begun, switches)
+    assert executor.do == do
+
+
+def test_caution_rules_how_long_it_looks() -> None:
+    caution = Caution(patience=5.0)
+    line = Line(learnt(caution=caution), lambda number, x: lost(COUNT)).run()
+    assert line.executor.why == "looking for 5 s"
+    assert line.time == pytest.approx(5.0, abs=2 * STEP)
