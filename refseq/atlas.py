@@ -132,7 +132,7 @@ def beside(names: Sequence[str], sequences: Sequence[ReferenceSequence]) -> Atla
             sequence.along - sequence.along[0],
             np.full(len(sequence), number),
             np.arange(len(sequence)),
-            sequence.guide,
+            sequence.guide.since(float(sequence.along[0])),
         )
         for number, (name, sequence) in enumerate(zip(names, sequences, strict=True))
     )

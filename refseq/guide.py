@@ -18,6 +18,8 @@ NEAR = 5.0
 """A door is looked for no farther off than this [m]: a choice, a few views before it is reached."""
 SAME = 0.8
 """Two sightings nearer to each other than this [m] are of the same door: a choice, below what lies between two."""
+FARTHEST = 1e6
+"""No door of a path is farther along it, or wider [m]: a choice, a month's drive."""
 SIGHTINGS = 2
 """So many views must have seen a door: a choice; what only one takes for a door is mostly a gap between things."""
 
@@ -64,6 +66,10 @@ class Guide:
             first = place + 1
         return replace(self, behaviours=tuple(behaviours))
 
+    def since(self, start: float) -> "Guide":
+        """The guide of a path that is counted from ``start`` [m] on."""
+        return replace(self, doors=tuple(replace(door, along=door.along - start) for door in self.doors))
+
     def to_dict(self) -> dict[str, Any]:
         """As JSON holds it."""
         return {"behaviours": list(self.behaviours), "doors": [asdict(door) for door in self.doors]}
@@ -85,9 +91,11 @@ def _door(content: Any) -> PathDoor:
     if not isinstance(content, Mapping) or set(content) != {field.name for field in fields(PathDoor)}:
         raise ValueError("guide: a door is no table of along, side, width and passable")
     numbers = content["along"], content["width"]
-    if not all(isinstance(one, int | float) and math.isfinite(one) for one in numbers):
+    if not all(isinstance(one, int | float) and -FARTHEST < one < FARTHEST for one in numbers):
         raise ValueError("guide: a door's along and width are no numbers")
-    return PathDoor(float(numbers[0]), Side(content["side"]), float(numbers[1]), bool(content["passable"]))
+    if not isinstance(content["passable"], bool):
+        raise ValueError(f"guide: a door's passable is {content['passable']!r}; valid is true or false")
+    return PathDoor(float(numbers[0]), Side(content["side"]), float(numbers[1]), content["passable"])
 
 
 def guide_of(views: Sequence[View]) -> Guide:

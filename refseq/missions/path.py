@@ -63,7 +63,7 @@ def joined(legs: Sequence[Way]) -> Way:
 def _leg(atlas: Atlas, path: Path, first: int, last: int) -> Way:
     whole = _way(atlas.numbered(path), path.along, path.guide)
     views = slice(first, last + 1)
-    start, end = whole.along[[first, last]]
+    start, end = whole.along[[first, last]].tolist()
     behaviours = list(whole.behaviours[views])
     behaviours[0] = next((one for one in reversed(whole.behaviours[: first + 1]) if one), "")
     doors = tuple(replace(door, along=door.along - start) for door in whole.doors if start <= door.along <= end)
@@ -71,4 +71,5 @@ def _leg(atlas: Atlas, path: Path, first: int, last: int) -> Way:
 
 
 def _way(places: NDArray[np.intp], along: NDArray[np.float64], guide: Guide) -> Way:
-    return Way(places, along - along[0], guide.behaviours or ("",) * len(places), guide.doors)
+    doors = guide.since(float(along[0])).doors
+    return Way(places, along - along[0], guide.behaviours or ("",) * len(places), doors)

@@ -49,6 +49,11 @@ def wrong_now_and_then(share: float, seed: int) -> Script:
     return script  # type: ignore[return-value]
 
 
+def seen_beside(of: Way, beside: float) -> Script:
+    """Right beliefs, but for so many metres."""
+    return lambda number, x: seen_at(of.along, x + beside)
+
+
 def turned_at(line: Line) -> list[float]:
     return [one.x for one in line.begun if one.words.startswith("MT")]
 
@@ -143,7 +148,7 @@ def test_an_odometer_that_is_wrong_by_a_twentieth() -> None:
 
 def carried(line: Line, when: float, to: float) -> Line:
     """Run with the robot carried to a place once it has come so far."""
-    went = []
+    went: list[float] = []
 
     def each(now: Line) -> None:
         if not went and now.x >= when:
@@ -181,7 +186,7 @@ def test_a_mission_that_begins_with_a_turn_turns() -> None:
     for told_at_start in ({0: "MT:90", 1: "MN:9"}, {0: "MT:90", 1: "MT:90", 2: "MN:8"}):
         for beside in (0.0, 0.3):
             of = way(10.0, told=told_at_start)
-            line = Line(learnt(of), lambda number, x, of=of, beside=beside: seen_at(of.along, x + beside)).run()
+            line = Line(learnt(of), seen_beside(of, beside)).run()
             assert line.executor.status is Status.COMPLETED, told(line)
             assert [one.words[:2] for one in line.begun][: len(told_at_start)] == [
                 words[:2] for words in told_at_start.values()
@@ -367,7 +372,7 @@ def test_carried_away_while_it_stands(standing: str) -> None:
     orders = (Order(0.0, "MN", "start"), Order(10.0, "MT:90", "turn"), Order(10.0, "MN", "on"))
     tasks = (Wait(20.0),) if standing == "at a task" else ()
     plan = Plan(WAY, (orders[0], Order(4.0, "MN", "here", tasks), *orders[1:]), 30.0)
-    moved = []
+    moved: list[float] = []
 
     def each(now: Line) -> None:
         if not moved and now.x > 3.9 and (not tasks or now.executor.status is Status.TASK):
