@@ -21,6 +21,8 @@ from sim.recorder import Moved, Trigger
 
 LOOKING = 1.0
 """While the robot stands and looks where it is, it takes a view so often [s]: a choice."""
+AT_REST = 0.02
+"""Tasks are done when the robot is slower than this [m/s]: a choice."""
 TIMEOUT = 1800.0
 """A mission lasts no longer [s], where nothing else is asked for: a choice."""
 
@@ -125,7 +127,7 @@ class _Run:
 
     def _period(self, do: Do) -> None:
         """One control period: steer, tell the executor how far it is, take a view where one is due."""
-        if do.task is not None:
+        if do.task is not None and abs(self._bench.state.twist.linear) < AT_REST:
             self._hands.do(do.task, self._bench.sense())
             self._moved = Moved()
             self._executor.done()
