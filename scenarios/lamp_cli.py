@@ -13,10 +13,15 @@ from scenarios.errors import ScenarioError
 from scenarios.inputs import check_output, writing
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from refseq.missions.lamp import Stage
     from scenarios.robots_drive import Done
 
 BELOW = 1
+ON_THE_SPOT = 0.2
+"""A stage of a shorter way than this [m] has its number where the robot's tail is in the end, not on its way."""
+TAIL = 0.5
 LIBRARY = Path(__file__).parent / "library"
 SUFFIX = ".lamp"
 
@@ -57,7 +62,7 @@ def lamp(
 ) -> None:
     """Run a LAMP program, by sonar and odometry alone, until a stage fails, and tell what became of each."""
     from robots.behaviours import Outcome
-    from scenarios.robots_drive import Trip, trip_plan, trip_table
+    from scenarios.robots_drive import trip_table
     from worlds.draw import check_picture
 
     if output is not None:
@@ -67,7 +72,7 @@ def lamp(
     found = run_in_world(asked)
     out.print(trip_table(found))
     if output is not None:
-        figure = trip_plan(Trip(robot, tuple(done.text for done in found), world), found)
+        figure = lamp_plan(asked, found)
         with writing(output), replacing_at(output) as temporary:
             figure.savefig(temporary)
         say(out, f"{output}")
@@ -121,3 +126,29 @@ def run_in_world(asked: LampRun) -> "Sequence[Done]":
         held = tuple(stop for stop in stops.heard.values() if since <= stop.since < time)
         found.append(Done(f"{number}. {done.stage}", done.outcome, done.why, done.time, done.path, held))
     return found
+
+
+def lamp_plan(asked: LampRun, found: "Sequence[Done]") -> "Figure":
+    """Draw the true path on the plan, a colour for each stage and its number beside it."""
+    import matplotlib as mpl
+    import numpy as np
+
+    from scenarios.robots_drive import Trip, trip_plan
+
+    figure = trip_plan(Trip(asked.robot, tuple(done.text for done in found), asked.world), found)
+    width, height = figure.get_size_inches()
+    figure.set_size_inches(width + 4.0, height)
+    (below,), (axes,) = figure.legends, figure.axes
+    handles = [handle for handle in below.legend_handles if handle is not None]
+    texts = [text.get_text() for text in below.get_texts()]
+    below.remove()
+    with mpl.rc_context({"font.size": 9, "svg.fonttype": "none"}):
+        figure.legend(handles, texts, loc="outside right upper", frameon=False)
+        for number, done in enumerate(found, 1):
+            x, y, heading = done.path[-1]
+            at = (x, y) - TAIL * np.array([np.cos(heading), np.sin(heading)])
+            if done.way > ON_THE_SPOT:
+                at = done.path[len(done.path) // 2, :2]
+            box = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": "#222222", "linewidth": 0.6}
+            axes.annotate(str(number), tuple(at), ha="center", va="center", bbox=box, zorder=5)
+    return figure
