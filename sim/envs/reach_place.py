@@ -41,7 +41,7 @@ class ToPlace(Episode):
 class ReachPlace(Task):
     """Go to a place of a reference sequence; what the localiser believes is part of the observation."""
 
-    behaviours = ("MN:1000", "MT:90", "MT:-90", "MT:180", "MW:left,0.8", "MW:right,0.8", "stop")
+    behaviours = ("MN:1000", "MT:90", "MT:-90", "MT:30", "MT:-30", "MW:left,0.8", "MW:right,0.8", "stop")
     mapped = goes_to_place = True
 
     def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:

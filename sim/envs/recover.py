@@ -55,8 +55,8 @@ class Recover(Task):
     Its localiser still believes in the old one.
     """
 
-    behaviours = ("MN:1000", "MT:90", "MT:-90", "MT:180", "MW:left,0.8", "MW:right,0.8", "stop")
-    mapped = True
+    behaviours = ("MN:1000", "MT:90", "MT:-90", "MT:30", "MT:-30", "MW:left,0.8", "MW:right,0.8", "stop")
+    mapped = turns = True
 
     def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:
         """Draw where the robot is led, and where it is set down then."""

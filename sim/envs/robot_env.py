@@ -107,6 +107,11 @@ class RobotEnv(gym.Env[Arrays, Any]):
         return ByBehaviour(self._task.behaviours, frame_of(self._robot))
 
     @property
+    def behaviours(self) -> tuple[str, ...]:
+        """The behaviours that actions choose from, as they are written, by their numbers."""
+        return self._task.behaviours
+
+    @property
     def places(self) -> NDArray[np.float64] | None:
         """The true poses of the map's places, (K, 3): x, y [m], heading [rad]; None for tasks without a map."""
         if self._sequence is None:

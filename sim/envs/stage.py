@@ -26,6 +26,8 @@ SETTLING = 10
 """Control periods that a robot stands before its first observation, until all sonars have fired once."""
 TRIES = 100
 """Starts that are drawn before a world is taken to have no room for the task."""
+TURNS = tuple(np.radians(np.arange(15, 360, 15)).tolist())
+"""Where a robot has room at all of these headings it can turn about itself [rad]; 15° apart, by choice."""
 LEAD_TIME = 60.0
 """The robot is led for no longer than this [s]; where it cannot get on it is carried off from there."""
 
@@ -69,13 +71,18 @@ class Stage:
         """Draw episodes until the robot has room where one begins, and stands there."""
         for _ in range(TRIES):
             episode = task.episode(ground, rng)
-            self.bench.place(episode.start)
-            if self._touching.has_room:
+            turns = (*TURNS, 0.0) if task.turns else (0.0,)
+            if all(self._has_room(episode.start, turn) for turn in turns):
                 return episode
         raise SimError(
             f"world {ground.plan.name!r} has no room for {self.bench.robot.name!r} at any of {TRIES} starts that were "
             "drawn; valid is a world or a route with more"
         )
+
+    def _has_room(self, start: Pose, turned: float) -> bool:
+        """Whether the robot has room where it is set down, turned by so much; it stands there then."""
+        self.bench.place(Pose(start.x, start.y, start.heading + turned))
+        return self._touching.has_room
 
     def _led(self, sequence: ReferenceSequence | None) -> Following | None:
         """Let the robot come to its start and stand, with a localiser that has followed it from where it was led."""

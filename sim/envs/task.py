@@ -117,12 +117,14 @@ class Task(ABC):
     """A kind of episodes.
 
     ``behaviours`` are what there is to choose from, as they are written; ``mapped`` says whether a localiser runs
-    along, ``goes_to_place`` whether an episode's goal is a place of its map.
+    along, ``goes_to_place`` whether an episode's goal is a place of its map, ``turns`` whether the robot is to have
+    room for a turn on the spot where it is set down.
     """
 
     behaviours: tuple[str, ...]
     mapped: bool = False
     goes_to_place: bool = False
+    turns: bool = False
 
     @abstractmethod
     def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:
