@@ -3,7 +3,8 @@
 Behaviours are robots' own words, such as ``MN:8``; a plan says where each begins, not how long it lasts.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -20,7 +21,7 @@ AT_ONCE = 2.0
 WALL = "MW:right,1"
 """What ``MW`` means in a string, which has no room for side and distance: a choice."""
 END, START = "end", "start"
-LEARNT = "as learnt"
+LEARNT, UNTOLD = "as learnt", "nobody told how the way begins"
 
 Where = float | str
 """A place on the way: metres from its start, ``start`` or ``end``."""
@@ -115,24 +116,42 @@ def compiled(
     orders = list(_learnt(way))
     for number, (at, errand) in enumerate(zip(matched, errands, strict=True), 1):
         learnt = _done_there(orders, at)
-        order = _order(orders, learnt, at, errand)
-        if number < len(matched) and _leaves(order, learnt):
-            raise MissionError(
-                f"mission {mission}, step {number}: {at.step} leaves the way, and behind that no landmark is known; "
-                "valid is as the last step"
-            )
-        orders = sorted([order, *(one for one in orders if one not in learnt)], key=lambda one: one.at)
+        if _wanted(at, errand) is None:
+            learnt = learnt[:1]  # the others are done as well
+        with _step(mission, number):
+            order = _order(orders, learnt, at, errand)
+            if number < len(matched) and _leaves(order, learnt):
+                raise MissionError(
+                    f"{at.step} leaves the way, and behind that no landmark is known; valid is as the last step"
+                )
+        orders = _with(order, [one for one in orders if one not in learnt])
     return _up_to(way, orders, order, stops=_wanted(at, errand) is None)
 
 
 def _up_to(way: Way, orders: Sequence[Order], last: Order, *, stops: bool) -> Plan:
     """A mission ends with its last step: there, where nobody said what to do, when that is done, or with the way."""
-    before = tuple(order for order in orders if order.at < last.at)
+    before = tuple(orders[: orders.index(last)])
     if stops:
         return Plan(way, before or (replace(last, tasks=()),), last.at, last.tasks)
     if not last.travels:
         return Plan(way, (*before, last), last.at)
     return Plan(way, tuple(orders), way.length)
+
+
+def _with(order: Order, orders: Sequence[Order]) -> list[Order]:
+    """A step's order among the others: behind those of the steps before, and before what was learnt right there.
+
+    What goes on with something else takes the place of what would have begun there.
+    """
+    if order.travels:
+        orders = [one for one in orders if one.at != order.at or not one.travels or _asked(one)]
+    before = [one for one in orders if one.at < order.at or (one.at == order.at and _asked(one))]
+    return [*before, order, *(one for one in orders if one not in before)]
+
+
+def _asked(order: Order) -> bool:
+    """Whether an order is a step's."""
+    return order.why not in (LEARNT, UNTOLD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,18 +167,28 @@ class _Matched:
 def _matched(mission: Mission, way: Way, landmarks: Landmarks) -> list[_Matched]:
     found: list[_Matched] = []
     for number, step in enumerate(mission.steps, 1):
-        last = found[-1].at if found else -1e-9
-        try:
-            found.append(_match(step, way, landmarks, last))
-        except MissionError as error:
-            raise MissionError(f"mission {mission}, step {number}: {error}") from None
+        with _step(mission, number):
+            found.append(_match(step, way, landmarks, found[-1] if found else None))
     return found
 
 
-def _match(step: Step, way: Way, landmarks: Landmarks, last: float) -> _Matched:
-    landmark = step.landmark
+@contextmanager
+def _step(mission: Mission, number: int) -> Iterator[None]:
+    """Name the step in what goes wrong with it."""
+    try:
+        yield
+    except MissionError as error:
+        raise MissionError(f"mission {mission}, step {number}: {error}") from None
+
+
+def _match(step: Step, way: Way, landmarks: Landmarks, before: _Matched | None) -> _Matched:
+    landmark, last = step.landmark, before.at if before else -1e-9
     if landmark.label is Label.DOOR and str(landmark) not in landmarks.places:
-        door = next((door for door in way.doors if door.along > last), None)
+        if before is not None and before.door is not None:
+            doors = way.doors[way.doors.index(before.door) + 1 :]  # one across from it is another one
+        else:
+            doors = tuple(door for door in way.doors if door.along > last)
+        door = next(iter(doors), None)
         if door is None:
             raise MissionError(f"no door behind {max(last, 0):.1f} m; the way has {len(way.doors)} doors")
         return _Matched(step, door.along, f"{step}: door {_beside(door)}, {door.along:.1f} m", door)
@@ -197,7 +226,7 @@ def _learnt(way: Way) -> tuple[Order, ...]:
     pairs = zip(way.along.tolist(), way.behaviours, strict=True)
     orders = [Order(at, behaviour, LEARNT) for at, behaviour in pairs if behaviour]
     if not orders or orders[0].at > 0:
-        orders.insert(0, Order(0.0, GOING_ON, "nobody told how the way begins"))
+        orders.insert(0, Order(0.0, GOING_ON, UNTOLD))
     # At the last place nothing begins.
     return tuple(order for order in orders if order.at < way.length or not order.travels) or tuple(orders[:1])
 
@@ -224,14 +253,21 @@ def _order(orders: Sequence[Order], learnt: Sequence[Order], at: _Matched, erran
         return replace(order, behaviour=in_force.behaviour)
     if code_of(wanted) == Behaviour.CROSS_DOOR:
         crossed = [one.at for one in learnt if code_of(one.behaviour) == Behaviour.CROSS_DOOR]
-        order = replace(order, at=crossed[0] if crossed else max(at.at - BEFORE_DOOR, 0.0))
+        asked = max((one.at for one in orders if _asked(one)), default=0.0)
+        order = replace(order, at=crossed[0] if crossed else max(at.at - BEFORE_DOOR, asked))
     return replace(order, behaviour=wanted)
 
 
 def _leaves(order: Order, learnt: Sequence[Order]) -> bool:
     """Whether an order leads off the way: it turns or crosses where nothing such was done, or does not where it was."""
-    wanted = {code_of(order.behaviour)} & {Behaviour.CROSS_DOOR, Behaviour.TURN}
-    return wanted != {code_of(one.behaviour) for one in learnt}
+    wanted = {_turning(order.behaviour)} if not order.travels else set()
+    return wanted != {_turning(one.behaviour) for one in learnt}
+
+
+def _turning(behaviour: str) -> str:
+    """What decides where a behaviour leads: crossing or not, and by which angle, for 270 degrees are -90."""
+    code, _, angle = behaviour.partition(":")
+    return f"{code}:{float(angle) % 360:g}" if code == Behaviour.TURN else code
 
 
 def _in_force(orders: Sequence[Order], at: float) -> Order:
