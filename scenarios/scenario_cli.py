@@ -4,7 +4,6 @@ import signal
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -104,8 +103,7 @@ def run(
     with _cancelled_as_by_ctrl_c():
         try:
             judged = run_campaign(cases, executor, store, watcher, fresh=fresh, conclude=folder.add)
-            # Without their comparisons: those of a whole campaign would fill the memory.
-            results.extend(replace(result, comparisons=()) for result in judged)
+            results.extend(result.verdict_alone for result in judged)
             at_once = False
         except KeyboardInterrupt:
             done = f"{watcher.done} done, {watcher.kept} kept from before"

@@ -148,6 +148,7 @@ def _resolved(case: "Case") -> dict[str, object]:
 
 def _lines(case: "Case", store: "Store") -> list[str]:
     from scenarios.campaign.estimate import rest_of
+    from scenarios.campaign.forms import form_for
 
     scenario, localise = case.scenario, case.scenario.localise
     varied = ", ".join(f"{key} = {value}" for key, value in case.varied.items())
@@ -159,9 +160,8 @@ def _lines(case: "Case", store: "Store") -> list[str]:
         f"  query: {_in_words(scenario.query)}",
         f"  seeds: {', '.join(map(str, scenario.seeds))}",
         f"  methods: {', '.join(scenario.methods)}; judged: {scenario.judged}",
-        f"  looked at: {', '.join(localise.sensors or ('all sensors',))}; places learnt: {localise.places or 'all'}",
-        f"  right: within {scenario.score.within:g} m and {scenario.score.heading:g} degrees; told beside it: "
-        f"{scenario.score.narrow:g} m",
+        f"  looked at: {', '.join(localise.sensors or ('all sensors',))}; places learnt: {scenario.places or 'all'}",
+        *form_for(scenario).told(scenario),
         *(f"  expected: {one.text}" for one in case.expectations),
         f"  {rest_of([case], store).told}",
         "",

@@ -35,7 +35,7 @@ def case_page(result: Judged, record: CaseRecord, campaign: CampaignRecord, stor
         title=f"{record.name}: {record.verdict_word}",
         case=record,
         scenario=result.case.scenario,
-        expectations=[_expectation(one) for one in record.judgements],
+        expectations=[expectation_row(one) for one in record.judgements],
         traces=[(one.reason, one.details) for one in record.mishaps if one.details],
         it=_section(result, store),
         facts=facts(result.comparisons),
@@ -46,7 +46,8 @@ def case_page(result: Judged, record: CaseRecord, campaign: CampaignRecord, stor
     )
 
 
-def _expectation(one: JudgementRecord) -> ExpectationRow:
+def expectation_row(one: JudgementRecord) -> ExpectationRow:
+    """An expectation and what decided, in words."""
     verdict = {True: Verdict.PASSED, False: Verdict.FAILED, None: Verdict.SKIPPED}[one.met]
     return ExpectationRow(verdict.value, one.text, ("not judged: " if one.met is None else "") + one.told)
 

@@ -11,16 +11,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from refseq.errors import RefseqError
-from refseq.profile import profile_named
 from robots.errors import RobotsError
 from scenarios.campaign.drivable import check_drive, named
-from scenarios.campaign.expect import Expectation, parse
+from scenarios.campaign.expect import Expectation
+from scenarios.campaign.forms import Form, form_of
 from scenarios.campaign.mistakes import first_mistake
-from scenarios.campaign.schema import DriveTable, LogTable, Scenario, SourceTable, kind_of
+from scenarios.campaign.schema import Declared, DriveTable, LogTable, SourceTable, kind_of
 from scenarios.campaign.sources import Images, Log, Source
 from scenarios.campaign.vary import Values, put, variations
 from scenarios.errors import ScenarioError
-from scenarios.methods import HINDSIGHT, check_methods
 from scenarios.record import QUERY_SEEDS, Drive
 from sim.bench import CONTROL_PERIOD
 from sim.errors import SimError
@@ -49,7 +48,7 @@ class Case:
     name: str
     file: Path
     varied: Values
-    scenario: Scenario
+    scenario: Declared
     expectations: tuple[Expectation, ...]
 
     def sources(self, seed: int) -> tuple[Source, ...]:
@@ -152,14 +151,15 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
     reference = table.get("reference", {})
     table["query"] = _completed(table.get("query", {}), reference)
     table["further"] = [_completed(one, reference) for one in further]
+    form = form_of(table)
     try:
-        scenario = Scenario.model_validate(table)
+        scenario = form.model.model_validate(table)
     except ValidationError as error:
-        raise ScenarioError(first_mistake(error)) from error
-    expectations = tuple(parse(text, scenario.localise.profile) for text in scenario.expect)
+        raise ScenarioError(first_mistake(error, form.model)) from error
+    expectations = tuple(form.expectation(text, scenario) for text in scenario.expect)
     full = f"{path.stem}/{name}" if name else path.stem
     case = Case(full, path, values, scenario, expectations)
-    _check(case)
+    _check(case, form)
     return case
 
 
@@ -201,6 +201,7 @@ def _drive(table: DriveTable, seed: int, steps: int, file: Path) -> Drive:
         start=table.start,
         end=table.end,
         faults=table.faults,
+        behaviours=table.behaviours,
         patience=steps * CONTROL_PERIOD,
     )
 
@@ -213,11 +214,9 @@ def _beside(name: str, file: Path) -> str:
 # --- what can be told before the first drive ---
 
 
-def _check(case: Case) -> None:
+def _check(case: Case, form: Form) -> None:
     scenario = case.scenario
-    profile_named(scenario.localise.profile)
-    with named("localise"):
-        check_methods(scenario.methods)
+    form.check_methods(scenario)
     for expectation in case.expectations:
         for method in expectation.methods:
             if method not in scenario.methods:
@@ -232,19 +231,9 @@ def _check(case: Case) -> None:
         raise ScenarioError(f"localise.judged: {scenario.judged!r} does not run here; valid are {valid}")
     if len(set(scenario.seeds)) < len(scenario.seeds):
         raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
-    check_atlas(scenario)
     for side in case.sides:
         with named(side):
             source = case.source(side, scenario.seeds[0])
             if isinstance(source, Drive):
                 check_drive(source, scenario.localise.sensors)
-
-
-def check_atlas(scenario: Scenario) -> None:
-    """Raise ``ScenarioError`` for what is not done with several references."""
-    if not scenario.further:
-        return
-    if scenario.localise.places is not None:
-        raise ScenarioError(f"localise.places = {scenario.localise.places!r}; valid with [[further]] is to learn all")
-    for method in set(scenario.methods) & set(HINDSIGHT):
-        raise ScenarioError(f"localise: {method!r} knows one reference only; valid are methods without hindsight")
+    form.check(scenario, case.file, case.sources(scenario.seeds[0])[:-1])

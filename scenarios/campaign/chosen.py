@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from scenarios.campaign.cases import Case, check_atlas
+from scenarios.campaign.cases import Case
 from scenarios.campaign.drivable import named
 from scenarios.campaign.expect import about
+from scenarios.campaign.forms import form_for
 from scenarios.errors import ScenarioError
-from scenarios.methods import check_methods, written_out
+from scenarios.methods import written_out
 
 NOBODY = "none"
 """Stands for no method, where methods are named."""
@@ -23,9 +24,10 @@ def asking(cases: Sequence[Case], localisers: Sequence[str], methods: Sequence[s
     run.
     """
     judged = tuple(dict.fromkeys(localisers))
-    check_methods(judged)
+    forms = {form_for(case.scenario) for case in cases}
     others = None if methods is None else written_out(name for name in methods if name != NOBODY)
-    check_methods(others or ())
+    for form in forms:
+        form.check_names((*judged, *(others or ())))
     if not judged and others == ():
         raise ScenarioError("methods 'none': nobody is left to be asked; valid is to name a localiser or a method")
     return [_asking(case, judged, others) for case in cases] if judged or methods is not None else list(cases)
@@ -42,8 +44,10 @@ def _asking(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> 
         update={"methods": running, "judged": next(iter(judged), None)},
     )
     asked = scenario.model_copy(update={"localise": localise})
+    form = form_for(asked)
     with named(case.name):
-        check_atlas(asked)
+        form.check_methods(asked)
+        form.check(asked, case.file, case.sources(asked.seeds[0])[:-1])
     return replace(
         case,
         scenario=asked,

@@ -10,6 +10,7 @@ import numpy as np
 
 import robots
 from refseq.view import LASER
+from robots.behaviours.written import parse
 from robots.errors import RobotsError
 from scenarios.errors import ScenarioError
 from scenarios.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
@@ -43,6 +44,8 @@ def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
     light_named(drive.light)
     if len(drive.waypoints) == 1:
         raise ScenarioError("one of waypoints is no route; valid are two or more, or none for a route of the world")
+    for words in drive.behaviours:
+        parse(words)
     for camera, model in drive.cameras.items():
         check_sensors((camera,), robot)
         load_camera(model)

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 from scenarios.campaign.cases import Case
 from scenarios.campaign.drivable import check_route
-from scenarios.campaign.judging import tasks_of
+from scenarios.campaign.kinds import tasks_of
 from scenarios.campaign.pace import in_words
 from scenarios.campaign.sources import AbsentError, Source
 from scenarios.campaign.store import Store
-from scenarios.campaign.tasks import AnswerTask, RecordTask, Task, distinct
+from scenarios.campaign.tasks import Question, RecordTask, Task, distinct
 from scenarios.methods import family
 from scenarios.own import is_own
 from scenarios.record import Drive
@@ -17,7 +17,17 @@ from sim.render import RendererKind
 
 METRE = {RendererKind.FILAMENT: 0.9, RendererKind.CLASSIC: 0.35, RendererKind.NONE: 0.05}
 """Processor time of recording a metre [s]: two cameras, a view every 0.85 m, measured in the hallway."""
-ASKING = {"thesis": 0.2, "best": 0.12, "vlad": 0.06, "hamming": 0.2, "ransac": 0.4, "words": 0.04, "seqslam": 0.01}
+ASKING = {
+    "thesis": 0.2,
+    "best": 0.12,
+    "vlad": 0.06,
+    "hamming": 0.2,
+    "ransac": 0.4,
+    "words": 0.04,
+    "seqslam": 0.01,
+    "odometry": 0.0,
+    "lamp": 0.0,
+}
 """Processor time of learning and asking a family of methods, a view [s]: of both drives together, in the hallway."""
 OTHERWISE = 0.1
 """The same for a family that was not measured, a user's own localiser for one."""
@@ -53,7 +63,7 @@ class Rest:
 
 def rest_of(cases: Sequence[Case], store: Store) -> Rest:
     """What is kept of some cases, what they share counted once, and how long the rest may take."""
-    asked: list[AnswerTask] = []
+    asked: list[Question] = []
     absent: dict[str, None] = {}
     for case in cases:
         try:
@@ -64,7 +74,7 @@ def rest_of(cases: Sequence[Case], store: Store) -> Rest:
             absent[str(error)] = None
     tasks = distinct(asked)
     kept = {task.key for task in tasks if store.has(task.key, task.ending)}
-    drives, answers = (_of_kind(tasks, kind) for kind in (RecordTask, AnswerTask))
+    drives, answers = (_of_kind(tasks, kind) for kind in (RecordTask, Question))
     return Rest(
         recordings_kept=sum(task.key in kept for task in drives),
         recordings=len(drives),
@@ -80,13 +90,14 @@ def _of_kind(tasks: Iterable[Task], kind: type[Task]) -> list[Task]:
 
 
 def _seconds(task: Task) -> float:
+    driving = 0.0 if task.drive is None else check_route(task.drive) * METRE[task.drive.renderer]
     if isinstance(task, RecordTask):
-        return check_route(task.drive) * METRE[task.drive.renderer]
+        return driving
     views = sum(_views(source) for source in (*task.references, task.query))
-    return views * sum(ASKING.get(one, OTHERWISE) for one in _families(task))
+    return driving + views * sum(ASKING.get(one, OTHERWISE) for one in _families(task))
 
 
-def _families(task: AnswerTask) -> set[str]:
+def _families(task: Question) -> set[str]:
     return {"own" if is_own(method) else family(method) for method in task.methods}
 
 

@@ -1,10 +1,14 @@
-"""The figures that a scenario can expect something of: by name, with their unit and what they mean."""
+"""The figures that a scenario can expect something of: by name, with their unit and what they mean.
+
+Those of missions are told in ``scenarios.campaign.mission_expected``.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -22,17 +26,21 @@ class Unit(StrEnum):
     METRES = "m"
     VIEWS = "views"
     MILLISECONDS = "ms"
+    SECONDS = "s"
     NONE = "no unit"
 
 
-@dataclass(frozen=True, slots=True)
-class Figure:
+Of = TypeVar("Of")
+
+
+@dataclass(frozen=True)
+class Figure(Generic[Of]):
     """What can be expected: how it is taken from a method's figures (nan where there is none), its unit, its meaning.
 
     A share is a number from 0 to 1.
     """
 
-    take: Callable[[Figures], float]
+    take: Callable[[Of], float]
     unit: Unit
     meaning: str
 
@@ -58,23 +66,23 @@ def _joined(found: Figures, take: Callable[[JoinScore], float]) -> float:
     return take(found.atlas.joined) if found.atlas and found.atlas.joined else math.nan
 
 
-def _share(take: Callable[[Figures], float], meaning: str) -> Figure:
+def _share(take: Callable[[Figures], float], meaning: str) -> Figure[Figures]:
     return Figure(take, Unit.SHARE, meaning)
 
 
-def _views(take: Callable[[Figures], int], meaning: str) -> Figure:
+def _views(take: Callable[[Figures], int], meaning: str) -> Figure[Figures]:
     return Figure(lambda found: float(take(found)), Unit.VIEWS, meaning)
 
 
-def _metres(take: Callable[[Figures], float], meaning: str) -> Figure:
+def _metres(take: Callable[[Figures], float], meaning: str) -> Figure[Figures]:
     return Figure(take, Unit.METRES, meaning)
 
 
-def _plain(take: Callable[[Figures], float | None], meaning: str) -> Figure:
+def _plain(take: Callable[[Figures], float | None], meaning: str) -> Figure[Figures]:
     return Figure(lambda found: _or_nan(take(found)), Unit.NONE, meaning)
 
 
-FIGURES: Mapping[str, Figure] = MappingProxyType(
+FIGURES: Mapping[str, Figure[Figures]] = MappingProxyType(
     {
         "success": _share(lambda f: f.wide.success.value, "right within score.within, of the views on the map"),
         "success_narrow": _share(lambda f: f.narrow.success.value, "right within score.narrow, of those on the map"),

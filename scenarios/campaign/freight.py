@@ -6,7 +6,7 @@ other machine must have the same code and packages; nothing is left on it.
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
@@ -15,10 +15,10 @@ from scenarios.campaign.keys import packages, sources_digest
 from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.sources import DATA, Images, Log, real_path
 from scenarios.campaign.store import ENDS, MAP, RECORDING, Store
-from scenarios.campaign.tasks import AnswerTask, RecordTask, Task, perform
+from scenarios.campaign.tasks import Question, RecordTask, Task, perform
 from scenarios.campaign.workers import Processes, broken
 from scenarios.errors import ScenarioError
-from scenarios.own import is_own, own_digest
+from scenarios.own import own_digest
 from scenarios.record import Drive
 from sim.drivers import vulkan_device
 from sim.render import RendererKind
@@ -32,8 +32,23 @@ SOURCES = (
     "scenarios.methods",
     "scenarios.record",
     "scenarios.cost",
+    "scenarios.leading",
+    "scenarios.mission_file",
+    "scenarios.mission_runs",
+    "scenarios.mission_score",
 )
-CARRIERS = ("freight", "tasks", "sources", "store", "keys", "outcomes", "workers", "calm")
+CARRIERS = (
+    "freight",
+    "tasks",
+    "mission_task",
+    "mission_kept",
+    "sources",
+    "store",
+    "keys",
+    "outcomes",
+    "workers",
+    "calm",
+)
 PACKAGES = ("mujoco", "numpy", "scipy", "opencv-python-headless", "faiss-cpu", "astral", "foxglove-sdk", "pyarrow")
 KEPT, REAL, FILE = "kept", "real", "file"
 """Where a piece of freight belongs: into the store, the folder of real recordings, or anywhere as a file by itself."""
@@ -96,20 +111,21 @@ def here() -> Place:
 
 def order_for(task: Task, store: Store) -> Order:
     """What is sent to have a task carried out elsewhere; what it needs is in the store."""
+    files = tuple(Piece(FILE, name, Path(name)) for name in _files_of(task.drive))
     if isinstance(task, RecordTask):
-        return Order(task, here(), {}, tuple(Piece(FILE, name, Path(name)) for name in _files_of(task.drive)))
-    own = {name: own_digest(name) for name in task.methods if is_own(name)}
-    return Order(task, here(), own, (*_views_of(task, store), *_maps_of(task, store)))
+        return Order(task, here(), {}, files)
+    return Order(task, here(), task.own, (*files, *_views_of(task, store), *_maps_of(task, store)))
 
 
-def _files_of(drive: Drive) -> list[str]:
+def _files_of(drive: Drive | None) -> list[str]:
     """Files that a drive names."""
-    return [name for name in (drive.world, *drive.cameras.values()) if name.endswith(".toml")]
+    named = () if drive is None else (drive.world, *drive.cameras.values())
+    return [name for name in named if name.endswith(".toml")]
 
 
-def _views_of(task: AnswerTask, store: Store) -> list[Piece]:
+def _views_of(task: Question, store: Store) -> list[Piece]:
     pieces: dict[str, Piece] = {}
-    for source, key in zip((*task.references, task.query), task.sources, strict=True):
+    for source, key in zip(task.read, task.sources, strict=False):
         if isinstance(source, Drive):
             path = store.path(key, RECORDING)
             found = [Piece(KEPT, path.name, path)]
@@ -127,7 +143,7 @@ def _real_files(source: Log | Images) -> list[Piece]:
     return [Piece(REAL, str(folder / file.name), file) for file in sorted(path.iterdir()) if file.is_file()]
 
 
-def _maps_of(task: AnswerTask, store: Store) -> list[Piece]:
+def _maps_of(task: Question, store: Store) -> list[Piece]:
     """Maps that earlier tasks have learnt of the same reference."""
     paths = (store.path(key, MAP) for key in task.maps if store.has(key, MAP))
     return [Piece(KEPT, path.name, path) for path in paths]
@@ -153,7 +169,8 @@ def _unlike(order: Order) -> str:
     place = here()
     if unlike := order.place.unlike(place):
         return unlike
-    rendered = isinstance(order.task, RecordTask) and order.task.drive.renderer is RendererKind.FILAMENT
+    drive = order.task.drive
+    rendered = drive is not None and drive.renderer is RendererKind.FILAMENT
     if rendered and place.device != order.place.device:
         return f"Vulkan's device is {place.device} there and {order.place.device} here"
     for name, digest in order.own.items():
@@ -186,12 +203,8 @@ def _carried_out(order: Order, contents: Sequence[bytes], folder: Path) -> Deliv
 
 
 def _with_files(task: Task, moved: Mapping[str, str]) -> Task:
-    """The task with the files that its drive names where they lie on this machine."""
-    if isinstance(task, AnswerTask) or not _files_of(task.drive):
-        return task
-    drive = task.drive
-    cameras = {camera: moved.get(model, model) for camera, model in drive.cameras.items()}
-    return replace(task, drive=replace(drive, world=moved.get(drive.world, drive.world), cameras=cameras))
+    """The task with the files that it names itself where they lie on this machine."""
+    return task.with_files(moved) if _files_of(task.drive) else task
 
 
 def _perform(task: Task, folder: Path, real: Path) -> Outcome:

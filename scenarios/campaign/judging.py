@@ -16,7 +16,7 @@ from scenarios.campaign.outcomes import Outcome, Verdict
 from scenarios.campaign.result_file import JudgementRecord
 from scenarios.campaign.sources import names_of
 from scenarios.campaign.store import Store
-from scenarios.campaign.tasks import AnswerTask, answers_of, asked_views, learnt_drives, mergings_of
+from scenarios.campaign.tasks import AnswerTask, Question, answers_of, asked_views, learnt_drives, mergings_of
 from scenarios.comparison import Comparison, Drives
 from scenarios.cost import Cost
 from scenarios.figures import Figures, figures
@@ -50,6 +50,11 @@ class Judged:
     mishaps: tuple[Outcome, ...] = ()
     answered: Mapping[int, tuple[AnswerTask, ...]] = field(default_factory=dict)
 
+    @property
+    def verdict_alone(self) -> "Judged":
+        """The same without what only its page needs: that of a whole campaign would fill the memory."""
+        return replace(self, comparisons=())
+
 
 def tasks_of(case: Case) -> dict[int, list[AnswerTask]]:
     """The questions of a case by seed, a task for each family of methods. Raises ``AbsentError``."""
@@ -64,7 +69,15 @@ def _task(case: Case, seed: int, methods: tuple[str, ...]) -> AnswerTask:
     reference, *further, query = case.sources(seed)
     asked, limits = case.scenario.localise, case.scenario.limits
     return AnswerTask(
-        methods, reference, query, asked.places, asked.sensors, seed, limits.seconds, tuple(further), asked.merge
+        methods,
+        reference,
+        query,
+        case.scenario.places,
+        asked.sensors,
+        seed,
+        limits.seconds,
+        tuple(further),
+        asked.merge,
     )
 
 
@@ -72,7 +85,7 @@ def judged(
     case: Case, tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, Outcome], store: Store
 ) -> Judged:
     """Judge a case by what its tasks left in the store; ``outcomes`` are by key, those of recordings among them."""
-    mishaps = _mishaps(tasks, outcomes)
+    mishaps = mishaps_of(tasks, outcomes)
     good = {seed: tuple(task for task in of_seed if outcomes[task.key].good) for seed, of_seed in tasks.items()}
     answered = {seed: done for seed, done in good.items() if done}
     runs = {seed: _run(case, done, store) for seed, done in answered.items()}
@@ -80,13 +93,11 @@ def judged(
     found = figures(comparisons, *tolerances(case)) if comparisons else []
     by_method = {one.method: one for one in found}
     judgements = tuple(judge(one, by_method, case.scenario.judged, len(runs)) for one in case.expectations)
-    missed = [f"missed: {one.text} ({one.told})" for one in judgements if one.met is False]
-    open_ = [f"not judged: {one.text} ({one.reason})" for one in judgements if one.met is None]
     methods = [one.method for one in found]
     return Judged(
         case=case,
-        verdict=_verdict(mishaps, judgements),
-        reasons=(*(outcome.reason for outcome in mishaps), *missed, *open_),
+        verdict=verdict_of(mishaps, judgements),
+        reasons=reasons_of(mishaps, judgements),
         judgements=judgements,
         figures=tuple(found),
         comparisons=comparisons,
@@ -98,13 +109,20 @@ def judged(
     )
 
 
-def _mishaps(tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, Outcome]) -> list[Outcome]:
+def mishaps_of(tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, Outcome]) -> list[Outcome]:
     """What did not end well, each reason once."""
     found = [outcomes[task.key] for of_seed in tasks.values() for task in of_seed]
     return list({one.reason: one for one in found if not one.good}.values())
 
 
-def _verdict(mishaps: Sequence[Outcome], judgements: Sequence[JudgementRecord]) -> Verdict:
+def reasons_of(mishaps: Sequence[Outcome], judgements: Sequence[JudgementRecord]) -> tuple[str, ...]:
+    """Why a case has its verdict, a line each."""
+    missed = [f"missed: {one.text} ({one.told})" for one in judgements if one.met is False]
+    open_ = [f"not judged: {one.text} ({one.reason})" for one in judgements if one.met is None]
+    return (*(outcome.reason for outcome in mishaps), *missed, *open_)
+
+
+def verdict_of(mishaps: Sequence[Outcome], judgements: Sequence[JudgementRecord]) -> Verdict:
     """An error weighs more than a failure, a failure more than what was not there to be run.
 
     A case of which no expectation could be judged has not passed: fewer seeds were run, or other methods.

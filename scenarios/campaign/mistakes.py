@@ -5,7 +5,7 @@ from dataclasses import fields
 
 from pydantic import BaseModel, ValidationError
 
-from scenarios.campaign.schema import DriveTable, ImagesTable, LogTable, Scenario, TriggerTable
+from scenarios.campaign.schema import Declared, DriveTable, ImagesTable, LogTable, TriggerTable
 from sim.faults import FAULTS
 
 Location = Sequence[int | str]
@@ -17,12 +17,12 @@ LONGEST = 60
 """Characters of what was given that are told."""
 
 
-def first_mistake(error: ValidationError) -> str:
-    """The first of pydantic's findings in one line."""
+def first_mistake(error: ValidationError, model: type[Declared]) -> str:
+    """The first of pydantic's findings about a ``model`` in one line."""
     first = error.errors()[0]
     where, context = _written(first["loc"]), first.get("ctx", {})
     if first["type"] in UNKNOWN:
-        return f"{where}: is not known here; valid are {', '.join(_valid(first['loc']))}"
+        return f"{where}: is not known here; valid are {', '.join(_valid(first['loc'], model))}"
     if first["type"] in ("missing", "union_tag_not_found"):
         return f"{where}: {'kind ' if first['type'] != 'missing' else ''}is missing"
     if first["type"] == "union_tag_invalid":
@@ -49,15 +49,15 @@ def _is_kind(loc: Location, at: int) -> bool:
     return at == 1 or (at == 4 and inside[1] == "faults")
 
 
-def _valid(loc: Location) -> tuple[str, ...]:
+def _valid(loc: Location, model: type[Declared]) -> tuple[str, ...]:
     """Keys of the table that holds a location's last one."""
     match list(loc[:-1]):
         case []:
-            return (*Scenario.model_fields, "vary")
+            return (*model.model_fields, "vary")
         case ["further", int(), *inside] | ["reference" | "query", *inside]:
             return _valid_of_source(inside)
         case [str(table)]:
-            return tuple(Scenario.model_fields[table].annotation.model_fields)  # type: ignore[union-attr]
+            return tuple(model.model_fields[table].annotation.model_fields)  # type: ignore[union-attr]
     return ()
 
 

@@ -4,7 +4,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from scenarios.campaign.cases import Case
+from scenarios.campaign.forms import form_for
 from scenarios.campaign.judging import Judged
+from scenarios.campaign.outcomes import Outcome
 from scenarios.campaign.result_file import (
     CaseRecord,
     MethodRecord,
@@ -22,6 +24,7 @@ from scenarios.score import Proportion
 def open_record(case: Case) -> CaseRecord:
     """The record of a case that has no verdict yet."""
     return CaseRecord(
+        form=form_for(case.scenario).name,
         name=case.name,
         scenario=case.file.stem,
         file=_below_here(case.file),
@@ -51,13 +54,18 @@ def case_record(result: Judged, page: str) -> CaseRecord:
         "page": page,
         "reasons": result.reasons,
         "judgements": result.judgements,
-        "mishaps": tuple(MishapRecord(verdict=m.verdict, reason=m.reason, details=m.details) for m in result.mishaps),
+        "mishaps": mishap_records(result.mishaps),
         "views": sum(len(one.query_views) for one in result.comparisons),
         "methods": tuple(_method(one, result, drawn=one.method in shown) for one in result.figures),
         "seeds": _seeds(result.answered, result.comparisons),
         "seconds": result.seconds,
     }
     return open_record(result.case).model_copy(update=found)
+
+
+def mishap_records(mishaps: Sequence[Outcome]) -> tuple[MishapRecord, ...]:
+    """The records of what did not end well."""
+    return tuple(MishapRecord(verdict=one.verdict, reason=one.reason, details=one.details) for one in mishaps)
 
 
 def _method(one: Figures, result: Judged, *, drawn: bool) -> MethodRecord:
@@ -68,15 +76,16 @@ def _method(one: Figures, result: Judged, *, drawn: bool) -> MethodRecord:
         drawn=drawn,
         within_m=one.wide.tolerance.distance,
         narrow_m=one.narrow.tolerance.distance,
-        success=_share(one.wide.success),
-        success_narrow=_share(one.narrow.success),
+        success=share_record(one.wide.success),
+        success_narrow=share_record(one.narrow.success),
         figures=figures_record(one),
         costs=dict(zip(seeds, costs, strict=False)),
         digests=dict(zip(seeds, result.digests.get(one.method, ()), strict=False)),
     )
 
 
-def _share(share: Proportion) -> ShareRecord:
+def share_record(share: Proportion) -> ShareRecord:
+    """A share with its interval."""
     low, high = share.interval
     return ShareRecord(right=share.successes, of=share.trials, low=low, high=high)
 

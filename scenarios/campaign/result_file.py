@@ -124,9 +124,11 @@ class SeedRecord(Record):
 class CaseRecord(Record):
     """One case. ``verdict`` null: not judged, as the campaign was ended before. ``page`` lies beside this file.
 
-    ``file`` is the scenario's, null of one that does not lie below where the campaign was started.
+    ``form`` says which figures there are: those of ``localising`` or of a ``mission``, whose success is that it was
+    completed. ``file`` is the scenario's, null of one that does not lie below where the campaign was started.
     """
 
+    form: str = "localising"
     name: str
     scenario: str
     file: str | None = None

@@ -12,15 +12,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from refseq.files import replace_text
-from scenarios.campaign.case_page import case_page
 from scenarios.campaign.cases import Case
 from scenarios.campaign.dial import DialShown, dial_of
 from scenarios.campaign.index_page import index_page
 from scenarios.campaign.judging import Judged
 from scenarios.campaign.junit import write_junit
 from scenarios.campaign.keys import packages
+from scenarios.campaign.kinds import case_page, case_record
 from scenarios.campaign.machine import this_machine
-from scenarios.campaign.records import case_record, open_record
+from scenarios.campaign.records import open_record
 from scenarios.campaign.result_file import CampaignRecord, write_result
 from scenarios.campaign.store import Store
 from scenarios.campaign.tasks import ANSWER_PACKAGES

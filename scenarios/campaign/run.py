@@ -15,11 +15,12 @@ from typing import Any, Protocol
 
 from refseq.errors import RefseqError
 from scenarios.campaign.cases import Case
-from scenarios.campaign.judging import Judged, judged, tasks_of
+from scenarios.campaign.judging import Judged
+from scenarios.campaign.kinds import judged, tasks_of
 from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.sources import AbsentError
 from scenarios.campaign.store import DamagedError, Store
-from scenarios.campaign.tasks import AnswerTask, Task, distinct
+from scenarios.campaign.tasks import Question, Task, distinct
 from scenarios.campaign.workers import Executor
 from scenarios.errors import ScenarioError
 
@@ -99,10 +100,10 @@ class _Plan:
     """A case and its questions by seed."""
 
     case: Case
-    questions: Mapping[int, Sequence[AnswerTask]]
+    questions: Mapping[int, Sequence[Question]]
 
     @property
-    def asked(self) -> list[AnswerTask]:
+    def asked(self) -> list[Question]:
         """All questions."""
         return [task for of_seed in self.questions.values() for task in of_seed]
 
@@ -190,7 +191,7 @@ class _Campaign:
         self._running[self._executor.submit(task)] = task
 
     def _is_fresh(self, task: Task) -> bool:
-        return self._fresh and isinstance(task, AnswerTask)
+        return self._fresh and isinstance(task, Question)
 
     def _kept(self, task: Task) -> bool:
         """Whether the task's file is there; says so of one that is there but cut off."""

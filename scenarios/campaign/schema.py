@@ -2,10 +2,12 @@
 
 A file is a table of TOML. ``[reference]`` and ``[query]`` are drives to simulate, logs, or folders of images; what the
 query does not say is as in the reference, but for its faults. Each ``[[further]]`` is one more reference, likewise.
+With a table ``[mission]`` nobody drives the query: the robot is set down at its start and carries a mission out.
 ``[vary]`` makes several cases of one file (``scenarios.campaign.vary``); ``expect`` says what decides
 (``scenarios.campaign.expect``).
 """
 
+from abc import abstractmethod
 from dataclasses import fields
 from typing import Annotated, Literal
 
@@ -73,7 +75,8 @@ class TriggerTable(Table):
 class DriveTable(Table):
     """A drive to simulate; the fields of ``scenarios.record.Drive`` but its seed.
 
-    ``operator`` scales how unevenly the person drives: 0 is perfect, 1 a careful person.
+    ``operator`` scales how unevenly the person drives: 0 is perfect, 1 a careful person. With ``behaviours``, as
+    ``robots.behaviours.written`` reads them, nobody leads the robot: it runs them from the start of the route on.
     """
 
     world: Line
@@ -92,6 +95,7 @@ class DriveTable(Table):
     laser_range: Literal[8, 80] = 80
     operator: NotNegative = 1.0
     faults: tuple[Fault, ...] = ()
+    behaviours: tuple[Line, ...] = ()
 
 
 class LogTable(Table):
@@ -126,22 +130,59 @@ SourceTable = Annotated[
 ]
 
 
-class LocaliseTable(Table):
+class AskedTable(Table):
     """Who is asked, and what they are given.
 
-    ``profile`` is the one whose stages ``success_uniform``, ``_prior`` and ``_hmm`` in expectations mean. ``judged``
-    is the method that expectations mean which name none, by default the profile's chain. ``methods`` are those that
-    run: names and groups of ``scenarios.methods``, by default the profile's stages. Only ``sensors`` are looked at,
-    only ``places`` FROM:TO of the reference are learnt. Where there are further references, our localiser has an atlas
-    of all, with ``merge`` after what they share was taken out, else with each as it was learnt.
+    ``judged`` is the method that expectations mean which name none, ``methods`` are those that run. Only ``sensors``
+    are looked at. Where there are further references, our localiser has an atlas of all, with ``merge`` after what they
+    share was taken out, else with each as it was learnt.
     """
 
-    profile: str = "thesis"
     judged: str | None = None
     methods: tuple[str, ...] = ()
     sensors: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
-    places: Stretch | None = None
     merge: Flag = True
+
+
+class LocaliseTable(AskedTable):
+    """Who is asked where the robot is.
+
+    ``profile`` is the one whose stages ``success_uniform``, ``_prior`` and ``_hmm`` in expectations mean. ``judged`` is
+    by default the profile's chain, ``methods``, names and groups of ``scenarios.methods``, the profile's stages. Only
+    ``places`` FROM:TO of the reference are learnt.
+    """
+
+    profile: str = "thesis"
+    places: Stretch | None = None
+
+
+ODOMETRY, LAMP = "odometry", "lamp"
+LEADERS = (ODOMETRY, LAMP)
+"""Who leads a robot beside the methods that know places: its odometer alone, and a program of sonars and odometry."""
+
+
+class GuideTable(AskedTable):
+    """Who leads the robot: ``odometry``, ``lamp`` where there is a program, any method of ``scenarios.methods``."""
+
+    methods: Annotated[tuple[str, ...], Field(min_length=1)] = (ODOMETRY, "best/chain")
+
+
+class MissionTable(Table):
+    """What the robot is to do: one of ``string``, ``learnt`` and ``to``; beside it a program for ``lamp``.
+
+    A ``string`` as in appendix C, or a mission's file (.toml); ``landmarks`` say where those of it are that are no
+    doors: metres along the reference, ``start`` or ``end``. ``learnt``: the reference itself is the mission. ``to`` is
+    a place by its path, ``PATH:end`` or ``PATH:12.5`` [m], to which a route is sought over all references. ``lamp`` is
+    a program's file. ``goal`` is where the robot should be in the end, x and y [m]; by default the true place on the
+    reference where the mission ends.
+    """
+
+    string: Line | None = None
+    learnt: Flag = False
+    to: Line | None = None
+    lamp: Line | None = None
+    landmarks: dict[Line, Finite | Literal["start", "end"]] = {}
+    goal: tuple[Finite, Finite] | None = None
 
 
 class ScoreTable(Table):
@@ -159,8 +200,8 @@ class LimitsTable(Table):
     seconds: Positive = 3600.0
 
 
-class Scenario(Table):
-    """A declared experiment.
+class Declared(Table):
+    """What all declared experiments have.
 
     There are ``further`` references where several paths are learnt. A scenario that is not ``blocking`` is run and
     shown, apart, and never makes a campaign fail. ``tags`` are names by which several are asked for. Each of ``seeds``
@@ -176,7 +217,7 @@ class Scenario(Table):
     reference: SourceTable
     further: tuple[SourceTable, ...] = ()
     query: SourceTable
-    localise: LocaliseTable = LocaliseTable()
+    localise: AskedTable
     score: ScoreTable = ScoreTable()
     limits: LimitsTable = LimitsTable()
     expect: tuple[str, ...] = ()
@@ -185,6 +226,32 @@ class Scenario(Table):
     def references(self) -> tuple[SourceTable, ...]:
         """All that is learnt."""
         return (self.reference, *self.further)
+
+    @property
+    def places(self) -> str | None:
+        """The part FROM:TO of the reference that is learnt; None: all."""
+        return None
+
+    @property
+    @abstractmethod
+    def methods(self) -> tuple[str, ...]:
+        """Names of the methods that run, groups written out, each once."""
+
+    @property
+    @abstractmethod
+    def judged(self) -> str:
+        """The method that is judged where an expectation names none."""
+
+
+class Scenario(Declared):
+    """Localising: the query is driven, and methods are asked where the robot was at each of its views."""
+
+    localise: LocaliseTable = LocaliseTable()
+
+    @property
+    def places(self) -> str | None:
+        """The part FROM:TO of the reference that is learnt; None: all."""
+        return self.localise.places
 
     @property
     def methods(self) -> tuple[str, ...]:
@@ -197,3 +264,21 @@ class Scenario(Table):
     def judged(self) -> str:
         """The method that is judged where an expectation names none."""
         return self.localise.judged or f"{self.localise.profile}/chain"
+
+
+class MissionScenario(Declared):
+    """Missions: the robot is set down where the query starts, and each method in turn leads it to the goal."""
+
+    mission: MissionTable
+    localise: GuideTable = GuideTable()
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """Names of the methods that lead the robot, groups written out, each once."""
+        judged = () if self.localise.judged is None else (self.localise.judged,)
+        return written_out((*self.localise.methods, *judged))
+
+    @property
+    def judged(self) -> str:
+        """The method that is judged where an expectation names none: by default the last one."""
+        return self.localise.judged or self.methods[-1]

@@ -1,5 +1,7 @@
 """The tasks of a campaign: recording a drive, and asking methods about it. Each leaves a file in the store.
 
+Missions, which ask methods while the robot goes by their answers, are in ``scenarios.campaign.mission_task``.
+
 A task is a value, so that it can be sent to another process or machine; what it needs and what it makes are named by
 keys. Who carries it out is no concern of its own.
 """
@@ -8,7 +10,8 @@ import json
 import math
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -78,14 +81,18 @@ class RecordTask:
         change = "" if drive.change == "none" else f" {drive.change}"
         return f"drive {Path(drive.world).stem} {drive.light}{change} by {drive.robot}, seed {drive.seed}"
 
+    def with_files(self, moved: Mapping[str, str]) -> "RecordTask":
+        """The task with the files that its drive names where they lie on another machine."""
+        return replace(self, drive=drive_with_files(self.drive, moved))
+
     def carry_out(self, store: Store) -> None:
         """Simulate."""
         store.make(self.key, self.ending, lambda path: record(self.drive, path))
 
 
 @dataclass(frozen=True)
-class AnswerTask:
-    """Ask ``methods``, which share what is dear, about a query drive; they learn the reference drive.
+class Question(ABC):
+    """Something is asked of ``methods``, which learn the reference drive; ``query`` says where and when.
 
     Only ``places`` FROM:TO of the reference are learnt, only ``sensors`` are looked at (None: all). ``seed`` is that of
     the methods' own draws. Where there are ``further`` references, all are learnt, as an atlas by our own localiser,
@@ -117,14 +124,89 @@ class AnswerTask:
         """
         return tuple(source_key(source) for source in (*self.references, self.query))
 
+    @property
+    @abstractmethod
+    def key(self) -> str:
+        """Key of what comes of it."""
+
+    @cached_property
+    def needs(self) -> tuple[RecordTask, ...]:
+        """The recordings of drives that are simulated before."""
+        return tuple(RecordTask(source, self.limit) for source in self.read if isinstance(source, Drive))
+
+    @property
+    @abstractmethod
+    def read(self) -> tuple[Source, ...]:
+        """The sources of which it reads the views."""
+
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """What takes about as long as this."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """What is done, in words."""
+
+    @abstractmethod
+    def carry_out(self, store: Store) -> None:
+        """Learn and ask."""
+
+    @property
+    def drive(self) -> Drive | None:
+        """What it simulates itself, None: nothing."""
+        return None
+
+    def with_files(self, moved: Mapping[str, str]) -> "Question":
+        """The task with the files that it names itself where they lie on another machine; its keys stay."""
+        return self
+
+    @property
+    def own(self) -> Mapping[str, str]:
+        """Digests of users' localisers among the methods."""
+        return {name: own_digest(name) for name in self.methods if is_own(name)}
+
+    def shelf(self, store: Store, number: int) -> Shelf:
+        """Maps from the store: a reference drive that many queries are compared with is learnt once a profile."""
+
+        def shelf(profile: str, learnt: Callable[[], ReferenceSequence]) -> ReferenceSequence:
+            def make(path: Path) -> None:
+                begin = time.perf_counter()
+                sequence = learnt()
+                took = {LEARNING: f"{time.perf_counter() - begin:.3f}"}
+                save_map(replace(sequence, metadata={**sequence.metadata, **took}), path)
+
+            key = self._map_key(profile, number)
+            try:
+                return load_map(store.make(key, MAP, make))
+            except RefseqError:
+                store.discard(key)  # what is kept there is damaged
+                return load_map(store.make(key, MAP, make))
+
+        return shelf
+
+    @property
+    def maps(self) -> tuple[str, ...]:
+        """Keys of the maps that it may learn, or find in the store."""
+        return tuple(self._map_key(profile, n) for profile in PROFILES for n in range(len(self.references)))
+
+    def _map_key(self, profile: str, number: int) -> str:
+        made_of = (self.sources[number], self.places, self.sensors, sources_digest(MAP_SOURCES))
+        return key_of("map", profile, *made_of, packages(ANSWER_PACKAGES))
+
+
+@dataclass(frozen=True)
+class AnswerTask(Question):
+    """Ask methods, which share what is dear, where the robot was at each view of the query drive."""
+
     @cached_property
     def key(self) -> str:
         """Key of the answers: views, methods, and the code and packages that answer."""
-        own = {name: own_digest(name) for name in self.methods if is_own(name)}
         return key_of(
             "answers",
             self.methods,
-            own,
+            self.own,
             *self.sources,
             self.places,
             self.sensors,
@@ -135,10 +217,10 @@ class AnswerTask:
             packages(ANSWER_PACKAGES),
         )
 
-    @cached_property
-    def needs(self) -> tuple[RecordTask, ...]:
-        """The recordings of drives that are simulated."""
-        return tuple(RecordTask(s, self.limit) for s in (*self.references, self.query) if isinstance(s, Drive))
+    @property
+    def read(self) -> tuple[Source, ...]:
+        """All of them."""
+        return (*self.references, self.query)
 
     @property
     def kind(self) -> str:
@@ -173,37 +255,15 @@ class AnswerTask:
         store.make(self.key, self.ending, lambda path: write_beliefs(path, query.views, beliefs, metadata))
 
     def _learnt(self, drives: Sequence[Recording], store: Store) -> Learnt:
-        references = [Reference(drive.views, self._shelf(store, number)) for number, drive in enumerate(drives)]
+        references = [Reference(drive.views, self.shelf(store, number)) for number, drive in enumerate(drives)]
         named = dict(zip(names_of(self.references), references, strict=True))
         return Learnt(self.methods, named, seed=self.seed, merging=self.merge)
 
-    def _shelf(self, store: Store, number: int) -> Shelf:
-        """Maps from the store: a reference drive that many queries are compared with is learnt once a profile."""
 
-        def shelf(profile: str, learnt: Callable[[], ReferenceSequence]) -> ReferenceSequence:
-            def make(path: Path) -> None:
-                begin = time.perf_counter()
-                sequence = learnt()
-                took = {LEARNING: f"{time.perf_counter() - begin:.3f}"}
-                save_map(replace(sequence, metadata={**sequence.metadata, **took}), path)
-
-            key = self._map_key(profile, number)
-            try:
-                return load_map(store.make(key, MAP, make))
-            except RefseqError:
-                store.discard(key)  # what is kept there is damaged
-                return load_map(store.make(key, MAP, make))
-
-        return shelf
-
-    @property
-    def maps(self) -> tuple[str, ...]:
-        """Keys of the maps that it may learn, or find in the store."""
-        return tuple(self._map_key(profile, n) for profile in PROFILES for n in range(len(self.references)))
-
-    def _map_key(self, profile: str, number: int) -> str:
-        made_of = (self.sources[number], self.places, self.sensors, sources_digest(MAP_SOURCES))
-        return key_of("map", profile, *made_of, packages(ANSWER_PACKAGES))
+def drive_with_files(drive: Drive, moved: Mapping[str, str]) -> Drive:
+    """A drive with the files that it names where they lie now."""
+    cameras = {camera: moved.get(model, model) for camera, model in drive.cameras.items()}
+    return replace(drive, world=moved.get(drive.world, drive.world), cameras=cameras)
 
 
 def _learning(learnt: Learnt, took: float) -> float:
@@ -214,10 +274,10 @@ def _learning(learnt: Learnt, took: float) -> float:
     return math.fsum(maps) + math.fsum(one.merging.seconds for one in learnt.ours.values() if one.merging)
 
 
-Task = RecordTask | AnswerTask
+Task = RecordTask | Question
 
 
-def learnt_drives(task: AnswerTask, store: Store) -> list[Recording]:
+def learnt_drives(task: Question, store: Store) -> list[Recording]:
     """The views of each reference that are learnt."""
     found = []
     for source, key in zip(task.references, task.sources, strict=False):
@@ -227,7 +287,7 @@ def learnt_drives(task: AnswerTask, store: Store) -> list[Recording]:
     return found
 
 
-def _stretch(task: AnswerTask, count: int) -> slice:
+def _stretch(task: Question, count: int) -> slice:
     return stretch(task.places, count, Path("localise.places"))
 
 

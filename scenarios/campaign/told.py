@@ -19,14 +19,25 @@ from scenarios.page import duration_text
 
 STYLES = {"passed": "green", "failed": "bold red", "error": "bold magenta", "skipped": "dim", "open": "dim"}
 FIGURES = {
-    "AUC": "auc",
-    "ECE": "ece",
-    "lost AUROC": "lost_auroc",
-    "error, median [m]": "error_median_m",
-    "error, p95 [m]": "error_p95_m",
-    "ms a view": "total_median_ms",
+    "localising": {
+        "AUC": "auc",
+        "ECE": "ece",
+        "lost AUROC": "lost_auroc",
+        "error, median [m]": "error_median_m",
+        "error, p95 [m]": "error_p95_m",
+        "ms a view": "total_median_ms",
+    },
+    "mission": {
+        "to the goal [m]": "goal_distance_median_m",
+        "wrong switches": "wrong_switches",
+        "touched": "collisions",
+        "time [s]": "time_median_s",
+        "time over ideal": "time_over_ideal_median",
+        "BARN": "barn_mean",
+        "lost": "lost_times",
+    },
 }
-"""Figures of the result file that the table of methods shows beside success."""
+"""Figures of the result file that the table of methods shows beside success, by the form of the scenario."""
 
 
 def print_report(record: CampaignRecord, folder: Path, console: Console, *, figures: bool) -> None:
@@ -98,13 +109,13 @@ def _title(case: CaseRecord) -> str:
 
 def _figures(case: CaseRecord) -> list[tuple[str, ...]]:
     """All methods of a case: the headings, and a row each."""
-    first = case.methods[0]
-    headings = ("method", f"within {first.within_m:g} m", f"within {first.narrow_m:g} m", "failed", *FIGURES)
-    return [headings, *((one.method, *_method_cells(one)) for one in case.methods)]
+    first, shown = case.methods[0], FIGURES[case.form]
+    headings = ("method", f"within {first.within_m:g} m", f"within {first.narrow_m:g} m", "failed", *shown)
+    return [headings, *((one.method, *_method_cells(one, list(shown.values()))) for one in case.methods)]
 
 
-def _method_cells(one: MethodRecord) -> list[str]:
-    figures = [one.figures.get(name) for name in FIGURES.values()]
+def _method_cells(one: MethodRecord, names: Sequence[str]) -> list[str]:
+    figures = [one.figures.get(name) for name in names]
     failed = str(one.success.of - one.success.right)
     return [_of(one.success), _of(one.success_narrow), failed, *map(plain, figures)]
 

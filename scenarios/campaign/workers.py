@@ -17,7 +17,7 @@ from pebble.pool.base_pool import PoolStatus
 from scenarios.campaign.calm import calm, share, tidily
 from scenarios.campaign.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.store import Store
-from scenarios.campaign.tasks import AnswerTask, Task, perform
+from scenarios.campaign.tasks import Question, Task, perform
 from scenarios.own import is_own
 
 T = TypeVar("T")
@@ -124,11 +124,11 @@ def broken(task: Task, error: BaseException) -> Outcome:
     that breaks the process in which it is asked has failed as well, unless that was ended from outside.
     """
     if isinstance(error, OutOfTime):
-        verdict = Verdict.FAILED if isinstance(task, AnswerTask) else Verdict.ERROR
+        verdict = Verdict.FAILED if isinstance(task, Question) else Verdict.ERROR
         return Outcome(verdict, f"{task.title}: not done within {task.limit:g} s (limits.seconds)", seconds=task.limit)
     if isinstance(error, ProcessExpired):
         code = error.exitcode or 0
-        own = isinstance(task, AnswerTask) and all(map(is_own, task.methods))
+        own = isinstance(task, Question) and all(map(is_own, task.methods))
         verdict = Verdict.FAILED if own and -code not in FROM_OUTSIDE else Verdict.ERROR
         how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
         return Outcome(verdict, f"{task.title}: the worker's process {how}")

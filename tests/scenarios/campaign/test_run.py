@@ -135,7 +135,7 @@ def test_whatever_is_asked_each_task_is_done_once_after_its_needs_and_each_case_
 
 
 def test_what_is_kept_is_not_done_again_and_fresh_asks_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run, "AnswerTask", Answer)
+    monkeypatch.setattr(run, "Question", Answer)
     store, drive = Store(tmp_path), Chore("drive")
     cases = [case_of("a", Answer("ask", needs=(drive,)))]
     assert conducted(store, cases)[1].order == ["drive", "ask"]
