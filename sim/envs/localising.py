@@ -51,6 +51,7 @@ class Following:
     def __init__(self, sequence: ReferenceSequence, bench: Bench) -> None:
         self._localiser, self._bench = SequenceLocaliser(sequence), bench
         self._last: Pose | None = None
+        self._odometry, self._moved = bench.odometry, Moved()
         self.look()
 
     def after_period(self) -> None:

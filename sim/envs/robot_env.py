@@ -118,9 +118,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
             return None
         return np.array([(pose.x, pose.y, pose.heading) for pose in self._sequence.poses if pose is not None])
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Arrays, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Arrays, dict[str, Any]]:
         """Set the robot down for a new episode; ``options`` are none."""
         super().reset(seed=seed)
         if options:
@@ -151,9 +149,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         if stage.following is not None and self._sequence is not None:
             belief = stage.following.belief, Known(self._sequence.along, stage.episode.goal)
         images = stage.bench.sense().images if self._cameras else None
-        return self._sensing.observed(
-            stage.bench.scan(), stage.bench.state, stage.motion, belief=belief, images=images
-        )
+        return self._sensing.observed(stage.bench.scan(), stage.bench.state, stage.motion, belief=belief, images=images)
 
     def _told(self, judged: Judgement) -> dict[str, Any]:
         stage, pose = self._running, self._running.bench.pose
@@ -174,7 +170,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
             told["place_error"] = math.hypot(x - pose.x, y - pose.y)
         return told
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """A picture of the robot from behind and above, (480, 640, 3).
 
         None without a render mode. Raises ``RendererError`` where the renderer's driver is missing.

@@ -71,7 +71,7 @@ class Sensing:
             parts["goal"] = spaces.Box(-1.0, 1.0, (2,), np.float32)
         for name in cameras:
             parts[name] = spaces.Box(0, 255, IMAGE, np.uint8)
-        self.space = spaces.Dict(parts)
+        self.space: spaces.Space[Any] = spaces.Dict(parts)
 
     def observed(
         self,

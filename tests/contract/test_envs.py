@@ -1,4 +1,4 @@
-"""What holds for every environment that is registered: Gymnasium's own checks, repeatability, and the same in workers."""
+"""What holds for every environment that is registered: Gymnasium's own checks, repeatability, in workers too."""
 
 import warnings
 from collections.abc import Iterator
@@ -16,6 +16,8 @@ from sim.drivers import gl_backend, vulkan_device
 IDS = sorted(name for name, spec in gym.registry.items() if spec.namespace == "RefSeq")
 BALANCING = ("RefSeq/CrossDoor-v0", "RefSeq/FollowCorridorTwist-v0")
 """Those that the balancing robot is tried with each time: the others differ in nothing that the robot is asked."""
+CHECKED = tuple(name for name in IDS if name not in ("RefSeq/ReachPlace-v0", "RefSeq/RecoverTwist-v0"))
+"""Those that Gymnasium checks each time: of each task with a map one, as it resets them a dozen times."""
 IN_WORKERS = ("RefSeq/CrossDoor-v0", "RefSeq/CrossDoorTwist-v0")
 STEPS = 6
 every_id = pytest.mark.parametrize("name", IDS)
@@ -35,7 +37,7 @@ def test_there_is_something_to_try() -> None:
 
 
 @pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
-@every_id
+@some(CHECKED)
 def test_gymnasium_has_nothing_to_say_against_it(name: str) -> None:
     checked(name, renderer="classic")
 
@@ -84,7 +86,7 @@ def test_no_number_is_missing_or_outside_its_bounds(name: str) -> None:
 
 @every_id
 def test_it_is_made_again_from_what_its_spec_says_as_json(name: str) -> None:
-    env = gym.make(name, light="late-evening")
+    env = gym.make(name, belief="places")
     assert env.spec is not None
     spec = EnvSpec.from_json(env.spec.to_json())
     again = gym.make(spec)

@@ -45,7 +45,7 @@ class Corridor(Turner):
         return "MT:90" if left > right else "MT:-90"
 
 
-class Path(Turner):
+class AlongPath(Turner):
     """Carry on along the path of a map, by the truth."""
 
     def __init__(self, env: RobotEnv) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -15,10 +16,11 @@ from refseq.view import View
 from sim.drivers import gl_backend
 from sim.envs.recover import SURE, belief_in
 from sim.envs.robot_env import RobotEnv
+from sim.envs.rooms import ROOMS
 from sim.envs.sensing import by_place
 from sim.envs.task import FAILURE, SUCCESS
 from sim.errors import SimError
-from tests.sim.envs.players import Corridor, Path, at_random, play, through_the_door
+from tests.sim.envs.players import AlongPath, Corridor, at_random, play, through_the_door
 
 STRAIGHT = "corridor:3"
 SHORT = "corridor:10"
@@ -73,11 +75,10 @@ def test_backward_into_a_wall_is_a_collision(robot: str) -> None:
 @pytest.mark.parametrize("robot", ["robuter", "segway_rmp"])
 def test_forward_into_a_wall_it_is_stopped_and_says_so(robot: str) -> None:
     env = made("CrossDoorTwist", robot=robot)
-    env.reset(seed=2)
+    _, info = env.reset(seed=2)
     stopped = False
-    for step in range(80):
-        _, _, heading = info["pose"] if step else (0.0, 0.0, 0.0)
-        off = math.remainder(math.pi - heading, 2 * math.pi)  # to the wall in its back
+    for _ in range(80):
+        off = math.remainder(math.pi - info["pose"][2], 2 * math.pi)  # to the wall in its back
         ahead = 0.5 if abs(off) < 0.1 else 0.0
         seen, _, ended, _, info = env.step(np.array([ahead, np.clip(2 * off, -1, 1)], np.float32))
         assert not ended
@@ -99,8 +100,8 @@ def test_an_episode_is_cut_off_after_as_many_steps_as_were_asked_for() -> None:
 SCRIPTED: dict[str, tuple[Callable[[RobotEnv], Any], dict[str, Any]]] = {
     "FollowCorridor": (lambda env: Corridor(), {"world": SHORT}),
     "CrossDoor": (lambda env: through_the_door, {}),
-    "ReachPlace": (Path, {}),
-    "Recover": (Path, {}),
+    "ReachPlace": (AlongPath, {}),
+    "Recover": (AlongPath, {}),
 }
 
 
@@ -157,7 +158,7 @@ def test_recovered_means_right_and_sure() -> None:
     env = gym.make("RefSeq/Recover-v0")
     unwrapped = env.unwrapped
     assert isinstance(unwrapped, RobotEnv)
-    last = play(env, Path(unwrapped), 0)[-1][3]
+    last = play(env, AlongPath(unwrapped), 0)[-1][3]
     stage, places = unwrapped._stage, unwrapped.places
     assert last["success"]
     assert stage is not None
@@ -240,10 +241,13 @@ def test_a_world_without_an_open_door_is_told() -> None:
         env.reset(seed=0)
 
 
-def test_a_world_without_room_is_told() -> None:
-    """The hallway is 2.4 m wide: before its doors nobody can stand as far off as episodes begin."""
-    env = made("CrossDoor", world="hallway")
-    with pytest.raises(SimError, match="world 'hallway' has no room for 'robuter' at any of 100 starts"):
+def test_a_world_without_room_is_told(tmp_path: Path) -> None:
+    """A table stands where episodes begin; the world is a plan of somebody's own."""
+    table = '[[furniture]]\nname = "table"\nkind = "table"\nat = [-1.7, 0]\nwidth = 2.5\ndepth = 3\nheight = 0.7\n'
+    plan = tmp_path / "full.toml"
+    plan.write_text(ROOMS.format(form=0, angle=90, hinge="start") + table + 'material = "plaster"\n')
+    env = made("CrossDoor", world=str(plan))
+    with pytest.raises(SimError, match="world 'rooms-0' has no room for 'robuter' at any of 100 starts"):
         env.reset(seed=0)
 
 
@@ -253,7 +257,8 @@ def test_options_are_none() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "action"), [("CrossDoor", 7), ("CrossDoor", -1), ("CrossDoorTwist", [np.nan, 0.0]), ("CrossDoorTwist", 1.0)]
+    ("name", "action"),
+    [("CrossDoor", 7), ("CrossDoor", -1), ("CrossDoorTwist", [np.nan, 0.0]), ("CrossDoorTwist", 1.0)],
 )
 def test_an_action_that_is_none_is_told(name: str, action: Any) -> None:
     env = made(name)
