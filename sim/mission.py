@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from refseq.belief import Belief
 from refseq.missions.executor import Do, Executor
 from refseq.missions.tasks import Call, Photograph, Task
+from refseq.missions.words import lengthened
 from refseq.view import View
 from robots import Twist
 from robots.behaviours import Behaviour, Outcome, Senses
@@ -23,6 +24,8 @@ LOOKING = 1.0
 """While the robot stands and looks where it is, it takes a view so often [s]: a choice."""
 AT_REST = 0.02
 """Tasks are done when the robot is slower than this [m/s]: a choice."""
+STOPPING = (1.0, 5.0)
+"""When a mission is over the robot has so long to come to rest, at least and at most [s]: choices."""
 TIMEOUT = 1800.0
 """A mission lasts no longer [s], where nothing else is asked for: a choice."""
 
@@ -114,6 +117,8 @@ class _Run:
     def until_over(self, timeout: float, each: Callable[[Executor, Bench], None] | None) -> Mission:
         """Go on until the mission is over."""
         executor, bench = self._executor, self._bench
+        for order in executor.plan.orders:  # all can be read before the robot moves
+            behaviour_in(lengthened(order.behaviour, 1.0) if order.travels else order.behaviour, self._frame)
         self._look()
         while not executor.status.over:
             self._period(executor.do)
@@ -128,8 +133,7 @@ class _Run:
     def _period(self, do: Do) -> None:
         """One control period: steer, tell the executor how far it is, take a view where one is due."""
         if do.task is not None and abs(self._bench.state.twist.linear) < AT_REST:
-            self._hands.do(do.task, self._bench.sense())
-            self._moved = Moved()
+            self._hands.do(do.task, self._sense())
             self._executor.done()
             return
         before = self._bench.odometry
@@ -157,19 +161,28 @@ class _Run:
         return self._running[1]
 
     def _look(self) -> None:
-        """Take a view, and believe what the localiser says."""
+        """Take a view where somebody localises in it."""
         self._moved = Moved()
-        if self._localiser is None:
-            return
+        if self._localiser is not None:
+            self._sense()
+
+    def _sense(self) -> View:
+        """Take a view, and believe what the localiser says: it has to see all of them, as each has its own motion."""
+        self._moved = Moved()
         view = self._bench.sense()
-        belief = self._localiser.update(replace(view, truth=None))
-        self._seen.append(Seen(replace(view, images={}), belief))
-        self._executor.believe(belief)
+        if self._localiser is not None:
+            belief = self._localiser.update(replace(view, truth=None))
+            self._seen.append(Seen(replace(view, images={}), belief))
+            self._executor.believe(belief)
+        return view
 
     def _stand(self) -> None:
         """Come to rest."""
-        for _ in range(round(1.0 / CONTROL_PERIOD)):
+        for number in range(round(STOPPING[1] / CONTROL_PERIOD)):
+            if number * CONTROL_PERIOD >= STOPPING[0] and abs(self._bench.state.twist.linear) < AT_REST:
+                return
             self._bench.drive(Twist())
+            self._touches.look()
             self._note()
 
     def _note(self) -> None:

@@ -33,7 +33,8 @@ def tour_and_sense(
             now = bench.odometry
             moved.add(before, now, CONTROL_PERIOD)
             before = now
-            if trigger.fires(moved):
+            # Where a behaviour ends the next view is taken at once, as that of what follows.
+            if moment.step.outcome is Outcome.RUNNING and trigger.fires(moved):
                 gone += moved.distance
                 yield Taken(bench.sense(), bench.odometry, gone)
                 moved = Moved()
