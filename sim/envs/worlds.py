@@ -14,8 +14,8 @@ from worlds.light import light_named
 from worlds.plan import load_plan
 from worlds.schema import FloorPlan
 
-KEPT = 32
-"""So many worlds are kept in a process: a choice. One without pictures takes some megabytes."""
+KEPT = 16
+"""So many worlds are kept in a process: a choice. One without pictures takes some megabytes, one with them some tens."""
 PIXEL = bytes(3)
 
 

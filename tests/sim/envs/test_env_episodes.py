@@ -88,6 +88,37 @@ def test_forward_into_a_wall_it_is_stopped_and_says_so(robot: str) -> None:
     assert seen["odometry"][0] == pytest.approx(0.0, abs=0.02)
 
 
+def test_a_robot_that_is_pushed_over_has_failed() -> None:
+    env = made("CrossDoorTwist", robot="segway_rmp")
+    env.reset(seed=2)
+    stage = env._stage
+    assert stage is not None
+    stage.bench.data.xfrc_applied[stage.bench.model.body("segway_rmp/base").id, :3] = (-600.0, 0.0, 0.0)
+    for _ in range(20):
+        _, reward, ended, truncated, info = env.step(np.zeros(2, np.float32))
+        if ended:
+            break
+    assert (ended, truncated, info["success"]) == (True, False, False)
+    # Its body may come to lie on the floor before its electronics tell.
+    assert info["failure"] in ("tipped over", "collision")
+    assert abs(stage.bench.state.pitch) > math.radians(30)
+    assert info["pose"][0] > -3.0  # not at the wall yet
+    assert reward < 0
+
+
+def test_broken_physics_ends_the_episode_and_no_missing_number_gets_out() -> None:
+    env = made("CrossDoorTwist")
+    env.reset(seed=2)
+    stage = env._stage
+    assert stage is not None
+    stage.bench.data.qvel[:] = np.nan
+    seen, reward, ended, _, info = env.step(np.zeros(2, np.float32))
+    assert ended
+    assert info["failure"].startswith("physics: positions or velocities were no numbers")
+    assert seen in env.observation_space
+    assert all(np.isfinite(part).all() for part in (*seen.values(), info["pose"], reward))
+
+
 def test_an_episode_is_cut_off_after_as_many_steps_as_were_asked_for() -> None:
     env = RecordEpisodeStatistics(gym.make("RefSeq/CrossDoorTwist-v0", max_episode_steps=7))
     env.reset(seed=0)
