@@ -45,7 +45,7 @@ class Narrow(Guarded):
         if gone - self._left > self._tail:
             return finished(f"went in after {self._entered:.2f} m, and was out after {gone:.2f} m")
         if gone > FARTHEST and not self._entered < math.inf:
-            return failed(f"no narrow opening on {gone:.2f} m: valid is one with sonars of both sides near")
+            return failed(f"no narrow opening on {gone:.2f} m: nowhere did both sides read less than {SIDE_NEAR:g} m")
         if gone - FARTHEST > self._entered:
             return failed(f"no end of the opening that it went into after {self._entered:.2f} m, on {FARTHEST:g} m")
         most = CURVATURE * SPEED
