@@ -24,6 +24,10 @@ PROFILE = "best"
 """Whose map tells the way where a method has no profile: behaviours, doors and lengths are the same in all."""
 
 
+AHEAD = 0.5
+"""Which way a way leads at a place is told by what is so far behind it and ahead [m]."""
+
+
 @dataclass(frozen=True)
 class Ground:
     """A ``way``, and where its places really are, (n, 2) [m]: for scoring only."""
@@ -45,6 +49,12 @@ class Ground:
         """Where an order of a plan may begin: what lasts until a place is reached on all of its stretch."""
         order = plan.orders[number]
         return self.stretch(order.at, plan.end_of(number) if order.travels else order.at)
+
+    def pose(self, along: float) -> Pose:
+        """The true place so far along the way, looking along it."""
+        x, y = self.position(along)
+        behind, ahead = self.position(along - AHEAD), self.position(along + AHEAD)
+        return Pose(float(x), float(y), float(np.arctan2(*(ahead - behind)[::-1])))
 
     def nearest(self, pose: Pose) -> float:
         """How far along the way the place nearest to a pose is [m]."""

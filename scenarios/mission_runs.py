@@ -10,18 +10,19 @@ from refseq.belief import Belief, Localiser
 from refseq.missions import Executor, Plan, Status
 from refseq.missions.lamp import Stage
 from refseq.missions.words import code_of
-from refseq.view import View
+from refseq.view import Pose, View
 from robots.behaviours.written import parse
 from robots.motion import Limits
 from scenarios.campaign.sources import only
 from scenarios.leading import Ground, Leader
 from scenarios.mission_score import MissionRun, Ordered, Told
+from scenarios.record import Drive
 from sim.behaving import Moment
 from sim.bench import CONTROL_PERIOD, Bench
 from sim.contacts import Touches
+from sim.faults import Agenda, Fault, Traveller
 from sim.lamp import LampEnded, run_lamp
 from sim.mission import run_mission
-from sim.recorder import Trigger
 
 NOWHERE = (math.nan, math.nan)
 SIDES = ("left", "right")
@@ -56,16 +57,51 @@ class Seeing:
         return self._inner.update(only(view, self._sensors))
 
 
-class _Losses:
-    """Counts how often a robot begins to say that it is lost."""
+class _Watcher:
+    """Watches a robot on its mission: what befalls it on its way, and how often it begins to say that it is lost."""
 
-    def __init__(self) -> None:
-        self.count, self._lost = 0, False
+    def __init__(self, bench: Bench, ground: Ground, faults: Sequence[Fault]) -> None:
+        self._way = _OnItsWay(bench, ground)
+        self._agenda = Agenda(faults, bench, self._way)
+        self._agenda.look()
+        self.losses, self._lost = 0, False
 
     def __call__(self, executor: Executor, _bench: Bench) -> None:
+        """A control period has gone by."""
+        self.look()
         lost = executor.status is Status.LOST
-        self.count += lost and not self._lost
+        self.losses += lost and not self._lost
         self._lost = lost
+
+    def look(self) -> None:
+        """Look where the robot is."""
+        self._way.look()
+        self._agenda.look()
+
+
+class _OnItsWay(Traveller):
+    """How far a robot has really come [m]: from where it was set down along the way by all that it has gone."""
+
+    length = math.inf  # whoever declared the faults was told what is beyond the route
+
+    def __init__(self, bench: Bench, ground: Ground) -> None:
+        self._bench, self._ground, self._last = bench, ground, bench.pose
+        self._progress = ground.nearest(bench.pose)
+
+    @property
+    def progress(self) -> float:
+        """What is behind the robot [m]."""
+        return self._progress
+
+    def look(self) -> None:
+        """Note what it has gone since the last time."""
+        last, self._last = self._last, self._bench.pose
+        self._progress += math.dist((last.x, last.y), (self._last.x, self._last.y))
+
+    def carried(self, to: float) -> Pose:
+        """It is set down so far along the way [m]."""
+        self._last, self._progress = self._ground.pose(to), to
+        return self._last
 
 
 def led(
@@ -75,16 +111,19 @@ def led(
     goal: tuple[float, float] | None,
     *,
     sensors: tuple[str, ...] | None,
-    trigger: Trigger,
-    timeout: float,
+    drive: Drive,
 ) -> Done:
-    """Run a plan, led by the odometer and, if the leader has one, a localiser. Raises what these raise."""
-    ground, losses = leader.ground, _Losses()
+    """Run a plan, led by the odometer and, if the leader has one, a localiser. Raises what these raise.
+
+    Of the ``drive`` there are its faults, when views are taken, and how long it may last.
+    """
+    ground = leader.ground
     end = goal or _pair(ground, plan.goal)
     measure = measured(plan, ground, bench, end)
     executor = Executor(plan, localised=leader.localiser is not None)
     localiser = None if leader.localiser is None else Seeing(leader.localiser, sensors)
-    mission = run_mission(bench, executor, localiser, trigger=trigger, timeout=timeout, each=losses)
+    watcher = _Watcher(bench, ground, drive.faults)
+    mission = run_mission(bench, executor, localiser, trigger=drive.trigger, timeout=drive.patience, each=watcher)
     run = MissionRun(
         completed=executor.status is Status.COMPLETED,
         why="" if executor.status is Status.COMPLETED else f"{executor.status.value}: {executor.why}",
@@ -100,22 +139,23 @@ def led(
         ideal=measure.ideal,
         optimal=measure.optimal,
         touched=mission.touched,
-        lost=losses.count,
+        lost=watcher.losses,
         views=len(mission.seen),
     )
     return Done(run, tuple(seen.belief for seen in mission.seen))
 
 
 def programmed(
-    bench: Bench, ground: Ground, plan: Plan, stages: Sequence[Stage], goal: tuple[float, float] | None
+    bench: Bench, ground: Ground, plan: Plan, goal: tuple[float, float] | None, *, stages: Sequence[Stage], drive: Drive
 ) -> Done:
     """Run a LAMP program; the plan says how far it is. Where its stages ought to begin nobody knows."""
-    touches = Touches(bench)
+    touches, watcher = Touches(bench), _Watcher(bench, ground, drive.faults)
     end = goal or _pair(ground, plan.goal)
     measure = measured(plan, ground, bench, end)
 
     def look(_moment: Moment) -> None:
         touches.look()
+        watcher.look()
 
     start = bench.pose
     ended = run_lamp(bench, stages, each=look)

@@ -7,10 +7,11 @@ a wheel on a slick spins under the motor that regulates it.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
+from refseq.view import Pose
 from sim.errors import SimError
 from sim.figures import TABLE
 from sim.hardware import SIDES
@@ -18,7 +19,6 @@ from sim.hardware import SIDES
 if TYPE_CHECKING:
     from robots import Robot
     from sim.bench import Bench
-    from sim.operator import Operator
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +115,21 @@ Fault = Kidnap | Lasting
 FAULTS = (Kidnap, CameraBlack, LaserDazzled, WheelSlip)
 
 
+class Traveller(Protocol):
+    """Who knows how far a robot has come: of ``length`` [m] in all, as far as can be told, it is ``progress`` [m]."""
+
+    @property
+    def length(self) -> float:
+        """The whole way [m]."""
+
+    @property
+    def progress(self) -> float:
+        """What of it is behind the robot [m]."""
+
+    def carried(self, to: float) -> Pose:
+        """The robot is carried so far along the way [m]; returns where it is set down."""
+
+
 class Agenda:
     """The faults of a drive: looks how far the robot has come, begins what is due and ends what is over.
 
@@ -123,26 +138,26 @@ class Agenda:
     ``SimError`` for a fault that begins beyond the route's end, or that the robot cannot have.
     """
 
-    def __init__(self, faults: Sequence[Fault], bench: "Bench", operator: "Operator") -> None:
+    def __init__(self, faults: Sequence[Fault], bench: "Bench", traveller: Traveller) -> None:
         for fault in faults:
-            check_fault(fault, bench.robot, operator.length)
-        self._bench, self._operator = bench, operator
+            check_fault(fault, bench.robot, traveller.length)
+        self._bench, self._traveller = bench, traveller
         self._coming = sorted(faults, key=lambda fault: fault.at)
         self._running: list[tuple[Lasting, float]] = []
 
     def look(self) -> None:
         """Begin and end what is due now."""
         before = list(self._running)
-        while self._coming and self._operator.progress >= self._coming[0].at:
+        while self._coming and self._traveller.progress >= self._coming[0].at:
             self._begin(self._coming.pop(0))
-        progress, time = self._operator.progress, self._bench.time
+        progress, time = self._traveller.progress, self._bench.time
         self._running = [(fault, began) for fault, began in self._running if not fault.over(progress, time - began)]
         if self._running != before:
             self._impose()
 
     def _begin(self, fault: Fault) -> None:
         if isinstance(fault, Kidnap):
-            self._bench.place(self._operator.carried(fault.to))
+            self._bench.place(self._traveller.carried(fault.to))
             self._coming = [other for other in self._coming if not _within(other, fault)]
         else:
             self._running.append((fault, self._bench.time))

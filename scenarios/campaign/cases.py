@@ -32,8 +32,6 @@ LIBRARY = Path(__file__).resolve().parent.parent / "library"
 """Folder of the scenarios that come with the bench."""
 SOURCE_KEYS = {"world", "log", "images"}
 """Keys of which each says what kind of source a table is; a query of another kind takes over nothing."""
-OWN = ("faults",)
-"""Keys of a drive that the query and further references do not take over from the reference."""
 FURTHER_SEEDS = 2 * QUERY_SEEDS
 """Added to the seed for each further reference drive: neither the same drive as another, nor as a query."""
 
@@ -149,9 +147,9 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
     if not isinstance(further, list) or not all(isinstance(one, dict) for one in further):
         raise ScenarioError("further: is no list of tables; valid is [[further]], once for each further reference")
     reference = table.get("reference", {})
-    table["query"] = _completed(table.get("query", {}), reference)
-    table["further"] = [_completed(one, reference) for one in further]
     form = form_of(table)
+    table["query"] = _completed(table.get("query", {}), reference, form.own)
+    table["further"] = [_completed(one, reference, ("faults",)) for one in further]
     try:
         scenario = form.model.model_validate(table)
     except ValidationError as error:
@@ -163,11 +161,11 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
     return case
 
 
-def _completed(source: dict[str, Any], reference: Mapping[str, Any]) -> dict[str, Any]:
-    """A source with all that it does not say as in the reference, if it is of the same kind."""
+def _completed(source: dict[str, Any], reference: Mapping[str, Any], own: Sequence[str]) -> dict[str, Any]:
+    """A source with all that it does not say as in the reference, but its ``own``, if it is of the same kind."""
     if SOURCE_KEYS & set(source) and kind_of(source) != kind_of(reference):
         return source
-    return {**{key: value for key, value in reference.items() if key not in OWN}, **source}
+    return {**{key: value for key, value in reference.items() if key not in own}, **source}
 
 
 # --- what is declared, as what is simulated or read ---

@@ -24,6 +24,8 @@ class Form(Protocol):
 
     name: str
     model: type[Declared]
+    own: tuple[str, ...]
+    """Keys that the query does not take over from the reference."""
 
     @abstractmethod
     def expectation(self, text: str, scenario: Any) -> Expectation:
@@ -51,6 +53,7 @@ class Localising(Form):
 
     name = "localising"
     model = Scenario
+    own = ("faults",)
 
     def expectation(self, text: str, scenario: Scenario) -> Expectation:
         """Of the figures of answers."""
@@ -89,6 +92,7 @@ class Missions(Form):
 
     name = "mission"
     model = MissionScenario
+    own = ("faults", "behaviours")
 
     def expectation(self, text: str, scenario: MissionScenario) -> Expectation:
         """Of the figures of missions."""

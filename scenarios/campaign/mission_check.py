@@ -101,13 +101,13 @@ def check_mission(scenario: MissionScenario, file: Path, references: Sequence[So
 
 
 def _check_drives(scenario: MissionScenario) -> None:
-    """All are simulated, and nothing happens to the query on the way."""
+    """All are simulated, and what the robot does on the query is the mission's to say."""
     for number, table in enumerate((*scenario.references, scenario.query)):
         if not isinstance(table, DriveTable):
             side = ("reference", *["further"] * len(scenario.further), "query")[number]
             raise ScenarioError(f"{side}: is a recording; valid in a mission is a drive to simulate: world")
-    if _drive(scenario, "query").faults:
-        raise ScenarioError("query.faults: happen where somebody leads the robot along a route; valid is none")
+    if _drive(scenario, "query").behaviours:
+        raise ScenarioError("query.behaviours: what the robot does is the mission's to say; valid is none")
 
 
 def _drive(scenario: MissionScenario, side: str) -> DriveTable:

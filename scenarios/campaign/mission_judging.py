@@ -19,7 +19,6 @@ from scenarios.campaign.schema import MissionScenario
 from scenarios.campaign.store import Store
 from scenarios.drawn import MOST
 from scenarios.mission_score import MissionFigures, MissionScore, mission_record, score_mission
-from scenarios.record import Drive
 
 
 @dataclass(frozen=True)
@@ -51,11 +50,10 @@ def mission_tasks(case: Case) -> dict[int, list[MissionTask]]:
 def _task(case: Case, seed: int, method: str) -> MissionTask:
     reference, *further, query = case.sources(seed)
     asked, limits = case.scenario.localise, case.scenario.limits
-    assert isinstance(query, Drive)
     return MissionTask(
         (method,),
         reference,
-        _without_behaviours(query),
+        query,
         None,
         asked.sensors,
         seed,
@@ -64,11 +62,6 @@ def _task(case: Case, seed: int, method: str) -> MissionTask:
         asked.merge,
         assignment=assignment_of(case),
     )
-
-
-def _without_behaviours(query: Drive) -> Drive:
-    """What the query has from the reference, the robot is not to do again on its own."""
-    return replace(query, behaviours=())
 
 
 def assignment_of(case: Case) -> Assignment:

@@ -157,16 +157,8 @@ class MissionTask(Question):
     def _done(self, bench: Bench, leader: Leader, plan: Plan) -> Done:
         assignment, drive = self.assignment, self.drive
         if self.method == LAMP:
-            return programmed(bench, leader.ground, plan, assignment.stages, assignment.goal)
-        return led(
-            bench,
-            leader,
-            plan,
-            assignment.goal,
-            sensors=self.sensors,
-            trigger=drive.trigger,
-            timeout=drive.patience,
-        )
+            return programmed(bench, leader.ground, plan, assignment.goal, stages=assignment.stages, drive=drive)
+        return led(bench, leader, plan, assignment.goal, sensors=self.sensors, drive=drive)
 
 
 def mission_of(task: MissionTask, store: Store) -> Kept:
