@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from refseq.belief import Belief
 from refseq.missions.executor import Caution, Executor, Status
 from refseq.missions.path import Way
 from refseq.missions.plan import Order, Plan, as_learnt
@@ -39,14 +40,14 @@ def wrong_now_and_then(share: float, seed: int) -> Script:
     """Right beliefs, but for some that are elsewhere, lost or flat: never two in a row."""
     rng, before = np.random.default_rng(seed), [False]
 
-    def script(number: int, x: float) -> object:
+    def script(number: int, x: float) -> Belief:
         before[0] = bool(rng.random() < share) and not before[0]
         if not before[0]:
             return seen_at(WAY.along, x + rng.normal(0, 0.2))
         kind = rng.integers(3)
         return (seen_at(WAY.along, rng.uniform(0, 30)), lost(COUNT), flat(COUNT))[kind]
 
-    return script  # type: ignore[return-value]
+    return script
 
 
 def seen_beside(of: Way, beside: float) -> Script:
@@ -101,12 +102,12 @@ def test_one_view_in_five_may_be_wrong(seed: int) -> None:
 def test_no_order_fires_from_a_single_wrong_view(at: int, to: float, kind: str) -> None:
     """The same orders begin where they do without it, but for what a view may put right at once."""
 
-    def script(number: int, x: float) -> object:
+    def script(number: int, x: float) -> Belief:
         if number != at:
             return seen_at(WAY.along, x)
         return {"elsewhere": seen_at(WAY.along, to), "lost": lost(COUNT), "flat": flat(COUNT)}[kind]
 
-    line = Line(learnt(), script).run()  # type: ignore[arg-type]
+    line = Line(learnt(), script).run()
     assert line.words == DONE, told(line)
     assert turned_at(line) == [pytest.approx(12.0, abs=0.8)]
     assert line.x == pytest.approx(30.0, abs=0.8)
@@ -220,15 +221,46 @@ def test_lost_from_the_start() -> None:
 def test_lost_for_a_while(first: int) -> None:
     """Right before the turn, too: it is neither left out nor done twice."""
 
-    def script(number: int, x: float) -> object:
+    def script(number: int, x: float) -> Belief:
         return lost(COUNT) if first <= number < first + 8 else seen_at(WAY.along, x + 0.2)
 
-    line = Line(learnt(), script).run()  # type: ignore[arg-type]
+    line = Line(learnt(), script).run()
     assert line.executor.status is Status.COMPLETED, told(line)
     assert line.words == DONE, told(line)
     assert line.halted >= 2.0
     assert turned_at(line) == [pytest.approx(12.0, abs=0.8)]
     check_log(line)
+
+
+def test_a_single_view_does_not_end_being_lost() -> None:
+    """It takes as many that agree as another position does, one behind the other."""
+
+    def script(number: int, x: float) -> Belief:
+        return seen_at(WAY.along, x) if number < 5 or number % 3 else lost(COUNT)
+
+    def lost_first(number: int, x: float) -> Belief:
+        return lost(COUNT) if 5 <= number < 9 else script(number, x)
+
+    line = Line(learnt(), lost_first).run()
+    assert line.executor.status is Status.FAILED, told(line)
+    assert line.executor.why == "lost for 30 s"
+
+
+def test_carried_into_the_middle_of_a_crossing_it_goes_on_behind_it() -> None:
+    """Its door is behind the robot: it cannot be crossed from there."""
+    orders = (Order(0.0, "MN", "start"), Order(10.0, "MC", "a door"), Order(16.0, "MN", "behind it"))
+    line = carried(Line(Executor(Plan(WAY, orders, 30.0)), right(WAY)), 3.0, 14.0)
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.words == ["MN"]
+    assert line.x == pytest.approx(30.0, abs=0.5)
+
+
+def test_a_crossing_that_is_done_ends_where_it_ended_when_it_was_learnt() -> None:
+    """The odometer counts 2.5 m, and 4 m were learnt: by the odometer alone the rest is 16 m all the same."""
+    orders = (Order(0.0, "MN", "start"), Order(10.0, "MC", "a door"), Order(14.0, "MN", "behind it"))
+    line = Line(Executor(Plan(WAY, orders, 30.0), localised=False), None).run()
+    assert line.executor.status is Status.COMPLETED, told(line)
+    assert line.x == pytest.approx(10.0 + 2.5 + 16.0, abs=0.2)
 
 
 # --- what goes wrong ---

@@ -89,7 +89,7 @@ def test_it_jumps_only_where_views_agree_with_each_other(kinds: list[str], seed:
 
 
 @some
-@given(confirm=st.integers(1, 6), to=st.floats(1.0, 59.0), before=st.integers(0, 4))
+@given(confirm=st.integers(1, 6), to=st.floats(1.0, 45.0), before=st.integers(0, 4))
 def test_a_kidnapping_is_taken_after_as_many_views_as_asked(confirm: int, to: float, before: int) -> None:
     """While it goes on and the odometer counts; a view that says lost in between begins the count again."""
     assume(abs(to - 30.0) > 3.0)
@@ -100,14 +100,26 @@ def test_a_kidnapping_is_taken_after_as_many_views_as_asked(confirm: int, to: fl
     assert where.believe(lost(COUNT)) is Word.LOST
     words = []
     for number in range(confirm):
-        x = min(to + 0.5 * number, 60.0)
+        x = to + 2.0 * number
         words.append(where.believe(seen_at(WAY.along, x)))
         if number < confirm - 1:
-            assert where.along == pytest.approx(30.0 + 0.5 * number)
-            where.move(0.5)
+            assert where.along == pytest.approx(30.0 + 2.0 * number)
+            where.move(2.0)
     assert words == [Word.DOUBTS] * (confirm - 1) + [Word.MOVED]
     assert where.along == pytest.approx(x, abs=0.3)
     assert (where.doubts, where.losses, where.agreements) == (0, 0, 1)
+
+
+def test_a_view_that_agrees_puts_right_a_share() -> None:
+    where = Whereabouts(WAY, TRUST, 30.0)
+    assert where.believe(seen_at(WAY.along, 31.0, width=0.1)) is Word.AGREES
+    assert where.along == pytest.approx(30.0 + TRUST.share * 1.0, abs=1e-3)
+
+
+def test_a_belief_that_says_lost_agrees_to_nothing() -> None:
+    where = Whereabouts(WAY, Trust(sure=0.1), 30.0)
+    assert where.believe(seen_at(WAY.along, 30.0, lost=0.6)) is Word.LOST
+    assert where.believe(seen_at(WAY.along, 30.0, lost=0.4)) is Word.AGREES
 
 
 def test_it_is_lost_after_so_many_views_that_say_so() -> None:
