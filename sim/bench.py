@@ -1,7 +1,7 @@
 """World and robot as one simulation: clock, stepping, sensors, odometry."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -18,7 +18,7 @@ from sim.hardware import Hardware
 from sim.inertial import InertialModel
 from sim.laser import Laser, LaserModel
 from sim.motion_blur import MocapPoses, paths, smeared, tell_velocities
-from sim.physics import Physics
+from sim.physics import Due, Physics, alone
 from sim.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
 from sim.sonar import SonarModel
 from worlds.build import World
@@ -109,7 +109,7 @@ class Bench(Closing):
         self._last_view: Pose | None = None
         self._last_look = 0.0
         self._stood = MocapPoses.of(self.data)  # a control period ago
-        self._steps = _whole(self.control.period, self.model.opt.timestep, "physics step")
+        self._due = Due(self._physics, _whole(self.control.period, self.model.opt.timestep, "physics step"))
         self._ticks = _whole(CONTROL_PERIOD, self.control.period, "tick")
         self.renderer: Renderer = open_renderer(self.settings.renderer, self.model)
 
@@ -181,6 +181,11 @@ class Bench(Closing):
         self.control.command(twist)
         self.wait()
 
+    def driving(self, twist: Twist) -> Generator[Due]:
+        """Do as ``drive`` does, but leave the steps of the physics to the caller: it takes each that is due."""
+        self.control.command(twist)
+        yield from self._waiting()
+
     def dazzle(self, arcs: Sequence[tuple[float, float]]) -> None:
         """Blind the laser's beams in some arcs, each from a bearing counter-clockwise to another [rad]."""
         self._laser.dazzled = tuple(arcs)
@@ -192,12 +197,15 @@ class Bench(Closing):
 
     def wait(self) -> None:
         """Go on for one control period without any command."""
+        alone(self._waiting())
+
+    def _waiting(self) -> Generator[Due]:
         self._stood = MocapPoses.of(self.data)
         self._crowd.at(self.data, self.time + CONTROL_PERIOD)
         for _ in range(self._ticks):
             self._physics.look()
             self._hardware.apply(self.control.tick(self.tamper(self._signals())))
-            self._physics.step(self._steps)
+            yield self._due
 
     def _signals(self) -> Signals:
         signals = self._hardware.signals(self.scan() if self.control.needs_scan else None)

@@ -4,6 +4,10 @@ On such a state MuJoCo warns, resets all data to the model's initial state, time
 ``autoreset``). A robot would be back where its model was written, at time 0, and nobody would be told.
 """
 
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import TypeVar
+
 import mujoco
 import numpy as np
 
@@ -22,7 +26,7 @@ class Physics:
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        self._model, self._data = model, data
+        self.model, self.data = model, data
         self._warnings = data.warning.number  # a view: how often each was given
         self._good = np.empty(mujoco.mj_stateSize(model, _KEPT))
         self.fault: str | None = None
@@ -39,30 +43,65 @@ class Physics:
     def look(self) -> None:
         """Keep the present state, if it is good, before anybody reads it."""
         if self.fault is None and not self._finite():
-            self._stand_still("positions or velocities", self._data.time)
+            self._stand_still("positions or velocities", self.data.time)
         elif self.fault is None:
             self._keep()
 
     def step(self, count: int) -> None:
         """Go on by so many steps."""
-        end = self._data.time + count * self._model.opt.timestep
+        end = self.after(count)
+        if self.fault is None:
+            mujoco.mj_step(self.model, self.data, nstep=count)
+        self.arrive(end)
+
+    def after(self, count: int) -> float:
+        """What the time will be after so many steps [s]."""
+        return float(self.data.time + count * self.model.opt.timestep)
+
+    def arrive(self, end: float) -> None:
+        """Look at what ``data`` has come to by steps until ``end`` [s], whoever took them; with a fault none are."""
         if self.fault is not None:
-            self._data.time = end
+            self.data.time = end
             return
-        mujoco.mj_step(self._model, self._data, nstep=count)
         bad = self._warnings[_BAD]
         if bad.any():
             self._stand_still(" and ".join(np.array(_NAMES)[bad > 0]), end)
 
     def _finite(self) -> bool:
-        return bool(np.isfinite(self._data.qpos).all() and np.isfinite(self._data.qvel).all())
+        return bool(np.isfinite(self.data.qpos).all() and np.isfinite(self.data.qvel).all())
 
     def _keep(self) -> None:
-        mujoco.mj_getState(self._model, self._data, self._good, _KEPT)
+        mujoco.mj_getState(self.model, self.data, self._good, _KEPT)
 
     def _stand_still(self, what: str, time: float) -> None:
-        mujoco.mj_setState(self._model, self._data, self._good, _KEPT)
-        self.fault = f"physics: {what} were no numbers or huge after {self._data.time:.3f} s; all stands still since"
-        self._data.time = time
-        self._data.qvel[:], self._data.act[:], self._data.xfrc_applied[:] = 0.0, 0.0, 0.0
-        mujoco.mj_forward(self._model, self._data)
+        mujoco.mj_setState(self.model, self.data, self._good, _KEPT)
+        self.fault = f"physics: {what} were no numbers or huge after {self.data.time:.3f} s; all stands still since"
+        self.data.time = time
+        self.data.qvel[:], self.data.act[:], self.data.xfrc_applied[:] = 0.0, 0.0, 0.0
+        mujoco.mj_forward(self.model, self.data)
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Due:
+    """So many ``steps`` of physics that somebody waits for."""
+
+    physics: Physics
+    steps: int
+
+    def take(self) -> None:
+        """Take them."""
+        self.physics.step(self.steps)
+
+
+def alone(run: Generator[Due, None, T]) -> T:
+    """Let something go on to its end, and take the steps that it waits for; returns what it does."""
+    while True:
+        try:
+            due = next(run)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        due.take()

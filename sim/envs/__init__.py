@@ -41,6 +41,7 @@ def _register() -> tuple[str, ...]:
             gym.register(
                 ids[-1],
                 entry_point="sim.envs.robot_env:RobotEnv",
+                vector_entry_point="sim.envs.batch:BatchEnv",
                 max_episode_steps=round(seconds / PERIODS[actions]),
                 kwargs={**made_with, "actions": actions},
             )

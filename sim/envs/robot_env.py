@@ -1,7 +1,7 @@
 """A robot in a world as a Gymnasium environment: one of four tasks, with behaviours or twists for actions."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -23,6 +23,7 @@ from sim.envs.task import Judgement, Task
 from sim.envs.worlds import check_light, plan_named, world_named
 from sim.errors import SimError
 from sim.onlooker import Onlooker
+from sim.physics import Due, alone
 from sim.render import RendererKind, open_renderer
 
 TASKS: Mapping[str, type[Task]] = {
@@ -32,6 +33,8 @@ TASKS: Mapping[str, type[Task]] = {
     "recover": Recover,
 }
 ACTIONS = ("behaviours", "twist")
+Stepped = tuple[Arrays, float, bool, bool, dict[str, Any]]
+"""Observation, reward, whether the episode has ended, whether it was cut off, info."""
 RENDERERS = tuple(kind.value for kind in RendererKind if kind is not RendererKind.NONE)
 BEHIND, UP = 3.5, 2.2
 """The picture of an episode is taken from so far behind the robot and so far above the floor [m]; choices."""
@@ -131,10 +134,14 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self._acting.reset()
         return self._observed(), self._told(Judgement(0.0, self._stage.remaining))
 
-    def step(self, action: Any) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> Stepped:
         """Let the robot do something for a while; truncation is up to the wrapper ``TimeLimit``."""
+        return alone(self.stepping(action))
+
+    def stepping(self, action: Any) -> Generator[Due, None, Stepped]:
+        """Do as ``step`` does, but leave the steps of the physics to the caller, who takes each that is due."""
         self._acting.choose(action)
-        judged = self._running.act(self._acting)
+        judged = yield from self._running.acting(self._acting)
         return self._observed(), judged.reward, judged.over, False, self._told(judged)
 
     @property

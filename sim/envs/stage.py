@@ -1,6 +1,7 @@
 """One episode of a task on a bench of its own: setting the robot down, an action after the other, what is true then."""
 
 import math
+from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from sim.envs.task import Episode, Ground, Judgement, Situation, Task
 from sim.envs.touching import Touching
 from sim.errors import SimError
 from sim.operator import OperatorStyle
+from sim.physics import Due
 from sim.recorder import operator_for
 from worlds.build import World
 
@@ -123,13 +125,16 @@ class Stage:
         latched = next((stop.cause.value for stop in self.bench.state.stops if stop.cause in LATCHED), "")
         return self.bench.fault or latched
 
-    def act(self, acting: Acting) -> Judgement:
-        """Go on until the action's time is up, it has ended, or something is touched; returns what that was worth."""
+    def acting(self, acting: Acting) -> Generator[Due, None, Judgement]:
+        """Go on until the action's time is up, it has ended, or something is touched; returns what that was worth.
+
+        Steps of the physics are left to the caller, who takes each that is due.
+        """
         before = self.bench.odometry
         self.touches = False
         for _ in range(periods(acting, CONTROL_PERIOD)):
             step = acting.step(Senses(self.bench.state, self.bench.scan(), self.bench.time))
-            self.bench.drive(step.twist)
+            yield from self.bench.driving(step.twist)
             if self.following is not None:
                 self.following.after_period()
             self.touches = self._touching.now
