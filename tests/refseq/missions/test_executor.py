@@ -249,7 +249,7 @@ def test_a_single_view_does_not_end_being_lost() -> None:
 def test_carried_into_the_middle_of_a_crossing_it_goes_on_behind_it() -> None:
     """Its door is behind the robot: it cannot be crossed from there."""
     orders = (Order(0.0, "MN", "start"), Order(10.0, "MC", "a door"), Order(16.0, "MN", "behind it"))
-    line = carried(Line(Executor(Plan(WAY, orders, 30.0)), right(WAY)), 3.0, 14.0)
+    line = carried(Line(Executor(Plan(WAY, orders, 30.0)), right(WAY)), 3.0, 11.5)
     assert line.executor.status is Status.COMPLETED, told(line)
     assert line.words == ["MN"]
     assert line.x == pytest.approx(30.0, abs=0.5)
