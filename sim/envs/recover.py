@@ -34,9 +34,9 @@ class FoundAgain(Episode):
     The goal is reached when it is ``SURE``; what remains is the belief that is missing to 1.
     """
 
-    def __init__(self, ground: Ground, start: Pose, led_from: float) -> None:
+    def __init__(self, ground: Ground, start: Pose, led: tuple[float, float]) -> None:
         assert ground.places is not None, "tasks with a map are given its places"
-        self.start, self.led_from = start, led_from
+        self.start, self.led = start, led
         self._places = ground.places
 
     def remaining(self, situation: Situation) -> float:
@@ -60,9 +60,9 @@ class Recover(Task):
 
     def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:
         """Draw where the robot is led, and where it is set down then."""
-        led = float(rng.uniform(0.0, max(ground.way.length - LED, 0.0)))
+        begin = float(rng.uniform(0.0, max(ground.way.length - LED, 0.0)))
         along = float(rng.uniform(0.0, max(ground.path.length - LED, 0.0)))
         on_path = rng.random() < ON_PATH
         side, turn = (ASIDE, TURNED) if on_path else (OFF, math.pi)
         aside, turned = rng.uniform((-side, -turn), (side, turn))
-        return FoundAgain(ground, ground.path.pose(along, aside, turned), led)
+        return FoundAgain(ground, ground.path.pose(along, aside, turned), (begin, begin + LED))

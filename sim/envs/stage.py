@@ -15,7 +15,6 @@ from robots.state import LATCHED
 from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.envs.acting import Acting, periods
 from sim.envs.localising import Following, places_of
-from sim.envs.recover import LED
 from sim.envs.task import Episode, Ground, Judgement, Situation, Task
 from sim.envs.touching import Touching
 from sim.errors import SimError
@@ -91,20 +90,20 @@ class Stage:
         if sequence is None:
             self._stand()
             return None
-        if self.episode.led_from is None:
+        if self.episode.led is None:
             self._stand()
             return Following(sequence, self.bench)
-        following = self._lead(sequence, self.episode.led_from)
+        following = self._lead(sequence, *self.episode.led)
         self.bench.place(self.episode.start)
         self._stand()
         following.look()
         return following
 
-    def _lead(self, sequence: ReferenceSequence, begin: float) -> Following:
+    def _lead(self, sequence: ReferenceSequence, begin: float, end: float) -> Following:
         operator = operator_for(self.bench, 0, OperatorStyle(strength=0.0))
         self.bench.place(operator.carried(begin))
         following, until = Following(sequence, self.bench), self.bench.time + LEAD_TIME
-        while operator.progress < begin + LED and not operator.finished and self.bench.time < until:
+        while operator.progress < end and not operator.finished and self.bench.time < until:
             self.bench.drive(operator.command(self.bench.time, self.bench.pose))
             following.after_period()
         return following

@@ -88,8 +88,8 @@ class Episode(ABC):
     """Where the robot is set down."""
     goal: int | None = None
     """The place of the reference sequence to go to, if any."""
-    led_from: float | None = None
-    """From where along the route [m] the robot was led before it was carried to the start, if it was."""
+    led: tuple[float, float] | None = None
+    """From where to where along the route [m] the robot is led before it is carried to the start, if it is."""
 
     def begin(self, situation: Situation) -> float:
         """Look at the robot before its first step; returns what remains."""

@@ -15,7 +15,7 @@ from worlds.plan import load_plan
 from worlds.schema import FloorPlan
 
 KEPT = 16
-"""So many worlds are kept in a process: a choice. One without pictures takes some megabytes, one with them some tens."""
+"""So many worlds are kept in a process: a choice. One with pictures takes some tens of megabytes."""
 PIXEL = bytes(3)
 
 

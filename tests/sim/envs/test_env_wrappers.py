@@ -69,7 +69,9 @@ def test_every_frame_of_an_episode_can_be_kept() -> None:
 @pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
 def test_a_video_is_written(tmp_path: Path) -> None:
     pytest.importorskip("moviepy", reason="RecordVideo needs moviepy")
-    env = RecordVideo(gym.make(NAME, renderer="classic", render_mode="rgb_array", max_episode_steps=3), str(tmp_path))
+    env = RecordVideo(
+        gym.make(NAME, renderer="classic", render_mode="rgb_array", max_episode_steps=3), str(tmp_path / "videos")
+    )
     played(env)
     env.close()
-    assert [path.suffix for path in tmp_path.iterdir()] == [".mp4"]
+    assert [path.suffix for path in (tmp_path / "videos").iterdir()] == [".mp4"]
