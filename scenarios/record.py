@@ -50,8 +50,8 @@ class Drive:
     stretch from ``start`` to ``end`` [m along the route] is driven; None: to its end. ``faults`` happen on the way, by
     metres from where the drive starts. ``patience`` [s, simulated] is how long it may take.
 
-    With ``behaviours``, as ``robots.behaviours.written`` reads them, nobody leads the robot: from the start of the route
-    it runs them one after another.
+    With ``behaviours``, as ``robots.behaviours.written`` reads them, nobody leads the robot: from the start of the
+    route it runs them one after another.
     """
 
     world: str = "hallway"

@@ -154,9 +154,8 @@ class Executor:
             self._tell(f"{self._behaviour} done: {why}")
             while self._order < self._last:
                 self._pass()
-            if self._travelling or self._order + 1 < len(
-                self.plan.orders
-            ):  # what leaves the way ends nobody knows where
+            # Where an order ends that leaves the way, nobody knows.
+            if self._travelling or self._order + 1 < len(self.plan.orders):
                 self._where.along = self.plan.end_of(self._order)
             self._next()
 
@@ -299,7 +298,7 @@ class Executor:
             self._tell(f"{self.caution.trust.confirm} views agree that it is elsewhere: at {self.along:.1f} m")
             self._resume_at(self._where.along)
         elif self._where.lost:
-            self._become(Status.LOST, f"lost: {self._where.losses} views in a row say so; it stands")
+            self._become(Status.LOST, f"lost: {self._where.doubts} views in a row do not agree; it stands")
         elif word is not Word.AGREES and self._where.doubts == 1:
             self._tell(f"a view {'says lost' if word is Word.LOST else 'says elsewhere'}; not believed yet")
 

@@ -17,7 +17,8 @@ class Trust:
     A belief agrees where more than ``sure`` of its probability lies within ``near`` [m] of where the robot should be.
     Then the position goes by ``share`` of the way to what the belief says: places lie as far apart as views, and
     between two views the odometer is the better of the two. Another position takes ``confirm`` views that agree with
-    each other. After ``lost`` views in a row that say that it is lost, or elsewhere than on its way, it is.
+    each other. After ``lost`` views in a row that say that it is lost, or elsewhere than on its way, it is; after twice
+    as many, too, that each say something else.
     """
 
     sure: float = 0.5
@@ -57,7 +58,7 @@ class Whereabouts:
     @property
     def lost(self) -> bool:
         """Whether the last views all said so."""
-        return self.losses >= self._trust.lost
+        return self.losses >= self._trust.lost or self.doubts >= 2 * self._trust.lost
 
     def believe(self, belief: Belief) -> Word:
         """Take what a view had to say at the present position."""

@@ -8,6 +8,8 @@ GOING_ON = "MN"
 """What is done where nobody knows how the way was driven: carry on."""
 SHORTEST = 0.05
 """No way is told that is shorter than this [m]: robots take less for no way at all."""
+LONGEST = 1000.0
+"""Nor one that is longer [m]: it can be told again."""
 
 
 def code_of(behaviour: str) -> str:
@@ -26,7 +28,7 @@ def travels(behaviour: str) -> bool:
 def lengthened(behaviour: str, length: float) -> str:
     """A behaviour that travels, for a way of ``length`` [m]."""
     code, _, rest = behaviour.partition(":")
-    way = f"{max(length, SHORTEST):.2f}"
+    way = f"{min(max(length, SHORTEST), LONGEST):.2f}"
     match code:
         case "MW":
             side, distance = rest.split(",")[:2]

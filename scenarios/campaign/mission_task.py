@@ -18,7 +18,7 @@ from scenarios.campaign.mission_check import Target
 from scenarios.campaign.mission_kept import Kept, read_mission, write_mission
 from scenarios.campaign.outcomes import one_line
 from scenarios.campaign.schema import LAMP, ODOMETRY
-from scenarios.campaign.sources import Source, names_of
+from scenarios.campaign.sources import Source, names_of, source_key
 from scenarios.campaign.store import DamagedError, Store
 from scenarios.campaign.tasks import ANSWER_PACKAGES, Question, drive_with_files, learnt_drives
 from scenarios.cost import Cost, bytes_kept, forget_peak, peak_bytes
@@ -91,12 +91,18 @@ class MissionTask(Question):
         """The references."""
         return self.references
 
+    @cached_property
+    def sources(self) -> tuple[str, ...]:
+        """As of any question; for who looks at nothing all lights are one."""
+        return (*super().sources[:-1], source_key(self.drive))
+
     @property
     def drive(self) -> Drive:
-        """Where and when: the bench of the query. Who looks at nothing needs no images."""
+        """Where and when: the bench of the query. Who looks at nothing needs no images, and no light."""
         assert isinstance(self.query, Drive)
-        renderer = RendererKind.NONE if self.method in BLIND else self.query.renderer
-        return replace(self.query, renderer=renderer)
+        if self.method in BLIND:
+            return replace(self.query, renderer=RendererKind.NONE, light=Drive().light)
+        return self.query
 
     def with_files(self, moved: Mapping[str, str]) -> "MissionTask":
         """The mission with the files that its query names where they lie on another machine; its keys stay."""
