@@ -33,6 +33,11 @@ class Together:
         self._known: dict[int, Due] = {}
         self._groups: list[_Alike] = []
 
+    @property
+    def groups(self) -> list[tuple[int, ...]]:
+        """The numbers of those that are stepped in one call."""
+        return [group.numbers for group in self._groups]
+
     def run(self, runs: Mapping[int, Generator[Due, None, T]]) -> dict[int, T]:
         """Let all go on to their ends; returns what they do, by their numbers."""
         going, ended = dict(runs), dict[int, T]()
@@ -59,14 +64,14 @@ class _Alike:
     """Simulations of one layout, by their ``numbers``, in one batch."""
 
     def __init__(self, numbered: Mapping[int, Due], threads: int) -> None:
-        self._rows = {number: row for row, number in enumerate(sorted(numbered))}
-        self._models = [numbered[number].physics.model for number in self._rows]
+        self.numbers = tuple(sorted(numbered))
+        self._models = [numbered[number].physics.model for number in self.numbers]
         # Persistent: only then has the batch all data of each simulation, and not just its state.
         self._batch = Batch(self._models[0], len(self._models), threads, persistent=True)
 
     def step(self, due: Mapping[int, Due]) -> None:
         """Take the steps that are due for any of these."""
-        mine = {row: due[number] for number, row in self._rows.items() if number in due}
+        mine = {row: due[number] for row, number in enumerate(self.numbers) if number in due}
         ends = {row: one.physics.after(one.steps) for row, one in mine.items()}
         moving = [row for row, one in mine.items() if one.physics.fault is None]
         if moving:
