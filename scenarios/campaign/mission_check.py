@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import robots
-from refseq.missions import Behaviour, Label, MissionError
+from refseq.missions import Behaviour, Call, Label, MissionError
 from refseq.missions.lamp import Stage
 from scenarios.campaign.schema import LAMP, LEADERS, DriveTable, MissionScenario, MissionTable
 from scenarios.campaign.sources import Source, names_of
@@ -137,6 +137,8 @@ def _check_asked(asked: Asked, table: MissionTable) -> None:
             raise ScenarioError(
                 f"mission.landmarks: nobody has said where {landmark} is; landmarks with a place: {said}"
             )
+    for name in (task.name for errand in asked.errands for task in errand.tasks if isinstance(task, Call)):
+        raise ScenarioError(f"mission.string: call {name!r}: a scenario has no functions; valid are wait, photograph")
     last, errand = asked.mission.steps[-1], asked.errands[-1]
     action = errand.behaviour or str(last.action or "")
     if action.startswith(Behaviour.CROSS_DOOR) and table.goal is None:

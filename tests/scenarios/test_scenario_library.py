@@ -13,11 +13,13 @@ import pytest
 from refseq.logs import read_recording
 from scenarios.campaign.cases import LIBRARY, Case, find, load, names
 from scenarios.campaign.drivable import check_route
+from scenarios.campaign.kinds import tasks_of
 from scenarios.campaign.outcomes import Verdict
 from scenarios.campaign.run import Quiet, run_campaign
-from scenarios.campaign.schema import DriveTable
+from scenarios.campaign.schema import DriveTable, MissionScenario, Scenario
 from scenarios.campaign.sources import DATA, Log, real_path
 from scenarios.campaign.store import Store
+from scenarios.campaign.tasks import RecordTask, distinct
 from scenarios.campaign.workers import LocalWorkers
 from scenarios.inputs import stretch
 from scenarios.record import QUERY_SEEDS, Drive, driven, plan_of
@@ -58,6 +60,8 @@ OWN = {
     "smoke",
 }
 
+MISSIONS = {"end-of-corridor", "second-door", "laboratory-round", "three-paths", "lamp"}
+
 
 @cache
 def cases() -> tuple[Case, ...]:
@@ -66,10 +70,16 @@ def cases() -> tuple[Case, ...]:
 
 @cache
 def drives(atlas: bool | None = None) -> dict[str, Drive]:
-    """The distinct drives by all that they are made of, of cases with and without an atlas, or of all."""
-    asked = [one for one in cases() if atlas is None or atlas == ("atlas" in one.scenario.tags)]
+    """The distinct drives by all that they are made of, of localising with and without an atlas, or of all of it."""
+    localising = [one for one in cases() if isinstance(one.scenario, Scenario)]
+    asked = [one for one in localising if atlas is None or atlas == ("atlas" in one.scenario.tags)]
     sources = [source for case in asked for seed in case.scenario.seeds for source in case.sources(seed)]
     return {json.dumps(asdict(one), default=str, sort_keys=True): one for one in sources if isinstance(one, Drive)}
+
+
+@cache
+def missions() -> tuple[Case, ...]:
+    return tuple(one for one in cases() if isinstance(one.scenario, MissionScenario))
 
 
 def case(name: str) -> Case:
@@ -87,13 +97,17 @@ def query(name: str, seed: int) -> Drive:
 
 
 def test_the_library_holds_what_it_is_said_to_hold() -> None:
-    assert set(names()) == THESIS | OWN
+    assert set(names()) == THESIS | OWN | MISSIONS
+    assert {one.file.stem for one in missions()} == MISSIONS
 
 
-def test_what_lies_beside_the_scenarios_is_a_world_that_one_of_them_drives_in() -> None:
+def test_what_lies_beside_the_scenarios_is_a_world_or_a_program_of_one_of_them() -> None:
     beside = {path.name for path in LIBRARY.iterdir()} - {f"{name}.toml" for name in names()}
-    assert beside == {"identical-doors.toml"}
-    assert {Path(drive.world).name for drive in drives().values() if drive.world.endswith(".toml")} == beside
+    assert beside == {"identical-doors.toml", "offices-closed.toml", "fig-1.6.lamp"}
+    queries = [source for one in missions() for source in one.sources(1) if isinstance(source, Drive)]
+    worlds = {Path(drive.world).name for drive in (*drives().values(), *queries) if drive.world.endswith(".toml")}
+    programs = {one.scenario.mission.lamp for one in missions() if isinstance(one.scenario, MissionScenario)}
+    assert worlds | programs - {None} == beside
 
 
 @pytest.mark.parametrize("name", names())
@@ -113,11 +127,16 @@ def test_a_file_begins_with_what_it_is_for_and_names_its_figure_and_its_doubts(n
 def test_the_page_tells_of_each_scenario_and_of_as_many_drives_as_there_are() -> None:
     page = Path(__file__).resolve().parents[2].joinpath("docs", "scenarios.md").read_text()
     (section,) = (part for part in page.split("\n## ") if part.startswith("The library\n"))
-    simulated = [one for one in cases() if isinstance(one.scenario.reference, DriveTable)]
+    localising = [one for one in cases() if one not in missions()]
+    simulated = [one for one in localising if isinstance(one.scenario.reference, DriveTable)]
     assert {name for name in names() if f"`{name}`" not in section} == set()
     assert f"So {len(simulated)} simulated cases" in section
     way = sum(check_route(drive) for drive in drives().values())
     assert f"{len(drives())} drives, {way / 1000:.1f} km" in section
+    asked = [task for one in missions() for of_seed in tasks_of(one).values() for task in of_seed]
+    found = distinct(asked)
+    recorded = sum(isinstance(task, RecordTask) for task in found)
+    assert f"{len(missions())} cases of missions need {recorded} drives" in section
 
 
 def test_titles_differ() -> None:
@@ -184,18 +203,18 @@ def test_every_fault_lies_on_the_stretch_that_is_driven() -> None:
 def test_a_stretch_of_the_map_that_is_learnt_is_one_that_any_drive_has() -> None:
     """Views come every trigger's distance and up to a control period later."""
     for one in cases():
-        if one.scenario.localise.places and isinstance(one.scenario.reference, DriveTable):
+        if one.scenario.places and isinstance(one.scenario.reference, DriveTable):
             reference = one.sources(1)[0]
             assert isinstance(reference, Drive)
             assert reference.trigger.distance is not None
             fewest = int(check_route(reference) / (reference.trigger.distance + 0.03))
-            stretch(one.scenario.localise.places, fewest, one.file)
+            stretch(one.scenario.places, fewest, one.file)
 
 
 @pytest.mark.parametrize("name", ["off-the-map", "onto-the-map"])
 def test_a_kidnap_off_the_map_leaves_it_by_more_than_the_tolerance(name: str) -> None:
     one = case(f"kidnap/{name}")
-    places = stretch(one.scenario.localise.places, 120, one.file)
+    places = stretch(one.scenario.places, 120, one.file)
     reference, asked = one.sources(1)
     assert isinstance(reference, Drive)
     assert isinstance(asked, Drive)
@@ -253,6 +272,17 @@ def test_the_corridor_of_identical_doors_repeats_itself_exactly() -> None:
     assert plan.lamp[0].step == (steps[0], 0.0)
     others = (plan.window, plan.poster, plan.board, plan.fixture, plan.cabinet, plan.bin, plan.furniture)
     assert not any(others)
+
+
+def test_the_offices_with_a_closed_door_differ_in_nothing_else() -> None:
+    plan, shut = load_plan("offices"), load_plan(str(LIBRARY / "offices-closed.toml"))
+    named = {"name", "title", "door"}
+    assert plan.model_dump(exclude=named) == shut.model_dump(exclude=named)
+    pairs = [(was, now) for was, now in zip(plan.door, shut.door, strict=True) if was != now]
+    ((was, now),) = pairs
+    assert (was.open, now.open) == (105, 0)
+    told = {"open", "depth"}
+    assert was.model_dump(exclude=told) == now.model_dump(exclude=told)
 
 
 def test_no_daylight_gets_in_there() -> None:
