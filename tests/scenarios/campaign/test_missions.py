@@ -1,6 +1,7 @@
 """Missions as scenarios: what a file may not say, and a campaign of missions from the file to the page, laser only."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from junitparser import JUnitXml
 from refseq.missions.path import Way
 from refseq.missions.plan import Order, Plan
 from refseq.view import Pose
+from scenarios.campaign import freight
 from scenarios.campaign.across import across
 from scenarios.campaign.cases import LIBRARY, Case, load
 from scenarios.campaign.chosen import asking
@@ -416,6 +418,32 @@ def test_lamp_is_run_from_the_same_start_and_scored_by_the_same_goal(ran: Ran, t
     assert run.goal == (4.5, 0.0)
     (told,) = run.log
     assert told.what.startswith("1. MOVE LV 500 DIL 3000: finished, ")
+
+
+def test_a_mission_goes_elsewhere_with_all_that_it_reads(
+    ran: Ran, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its query's world is a file, which the other machine has somewhere else."""
+
+    class Here:
+        def call(self, mishap: object, limit: float, function: Callable[..., Outcome], *given: object) -> object:
+            return type("Done", (), {"result": lambda self: function(*given)})()
+
+    monkeypatch.setattr(freight, "_process", Here)
+    (tmp_path / "shut.toml").write_text((LIBRARY / "offices-closed.toml").read_text())
+    (tmp_path / "p.lamp").write_text("1. MOVE LV 500 DIL 500\n")
+    (tmp_path / "mine.toml").write_text(HEAD + DRIVES + 'world = "shut.toml"\n' + LAMP)
+    ((task,),) = tasks_of(load(tmp_path / "mine.toml")[0]).values()
+    task.carry_out(ran.store)
+    order = order_for(task, ran.store)
+    sent = [piece.path.read_bytes() for piece in order.pieces]
+    (tmp_path / "shut.toml").unlink()
+    delivery = freight.carry_out(order, *sent)
+    assert delivery.outcome.good, delivery.outcome.reason
+    name = ran.store.path(task.key, task.ending).name
+    (tmp_path / name).write_bytes(delivery.files[name])
+    there, here = read_mission(tmp_path / name).run, read_mission(ran.store.path(task.key, task.ending)).run
+    assert np.array_equal(there.track, here.track, equal_nan=True)
 
 
 def test_a_robot_that_is_carried_on_by_somebody_is_elsewhere_than_its_odometer_says(ran: Ran) -> None:
