@@ -170,8 +170,8 @@ class MissionFigures:
 
     @property
     def goal_distance(self) -> float:
-        """How far from the goal the robot ended, completed or not, median [m]."""
-        return float(np.median([one.goal_distance for one in self.scores]))
+        """How far from the goal the robot ended, completed or not, median [m]; nan where nobody knows the goal."""
+        return _median(one.goal_distance for one in self.scores if math.isfinite(one.goal_distance))
 
     @property
     def wrong_switches(self) -> float:
@@ -245,6 +245,8 @@ def mission_record(one: MissionFigures) -> dict[str, float | int | str | None]:
 def outcome_words(run: MissionRun, score: MissionScore) -> str:
     """What became of a mission, in words."""
     where = f"{score.goal_distance:.2f} m from the goal"
+    if math.isnan(score.goal_distance):
+        return run.why  # it was refused, and so nobody knows where it would have led
     if score.completed:
         return f"completed in {run.time:.0f} s, {where}"
     if run.completed:

@@ -122,6 +122,13 @@ def test_figures_are_pooled_with_what_they_are_of() -> None:
     assert record["barn_mean"] == pytest.approx((0.25 + 0.25 + 0.0) / 3, abs=1e-4)
 
 
+def test_a_goal_that_nobody_knows_is_left_out_of_the_distance() -> None:
+    runs = (RUN, replace(RUN, completed=False, refused=True, goal=(math.nan, math.nan)))
+    found = MissionFigures("m", tuple(score_mission(one, 1.5, 0.5) for one in runs))
+    assert (found.goal_distance, found.refused, found.completed.successes) == (pytest.approx(0.0), 1, 1)
+    assert mission_record(MissionFigures("m", found.scores[1:]))["goal_distance_median_m"] is None
+
+
 def test_without_a_completed_mission_there_is_no_time() -> None:
     found = mission_record(scored(completed=False, why="failed: no room"))
     assert (found["time_median_s"], found["time_over_ideal_median"]) == (None, None)
@@ -133,6 +140,7 @@ def test_without_a_completed_mission_there_is_no_time() -> None:
         ({}, "completed in 12 s, 0.00 m from the goal"),
         ({"goal": (6.0, 4.0)}, "took itself to be there, 4.00 m from the goal"),
         ({"completed": False, "why": "failed: no room"}, "failed: no room (0.00 m from the goal)"),
+        ({"completed": False, "why": "refused: no door", "goal": (math.nan, math.nan)}, "refused: no door"),
     ],
 )
 def test_outcomes_in_words(changed: dict[str, object], told: str) -> None:
