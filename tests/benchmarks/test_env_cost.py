@@ -1,19 +1,28 @@
-"""Steps a second of the environments: one, a vector of eight in workers, one with two cameras.
+"""Steps a second of the environments: one, eight in workers or in a batch, one with two cameras.
 
 What is held are ratios within one run; the figures are printed (``-s``). One environment's are of the processor, which
 a busy machine disturbs less than the clock; those of workers are of the clock, as they share the cores.
 """
 
+import os
 import time
 from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
+import mujoco
 import numpy as np
 import pytest
+from mujoco.batch import Batch
 
 import sim.envs
+from robots.robuter.control import RobuterControl
 from sim.drivers import gl_backend, vulkan_device
+from sim.envs.acting import ByBehaviour
+from sim.envs.together import _Alike
+from sim.laser import Laser
+from sim.sonar import SonarRing
+from tests.benchmarks.stopwatch import Stopwatch
 
 pytestmark = pytest.mark.benchmark
 SECONDS = 8.0
@@ -108,3 +117,61 @@ def test_what_cameras_cost() -> None:
         seeing, _ = single(TWIST, world=CORRIDOR, cameras=["camera-1", "camera-2"], renderer=renderer)
         print(f", with two by {renderer} {seeing:.2f}, one of {blind / seeing:.0f}", end="")
         assert 2 * seeing < blind
+
+
+MODES: dict[str, dict[str, Any]] = {
+    "sync": {"vectorization_mode": "sync"},
+    "workers": {"vectorization_mode": "async", "vector_kwargs": {"context": "spawn"}},
+    "batch, 1 thread": {"vectorization_mode": "vector_entry_point", "threads": 1},
+    "batch": {"vectorization_mode": "vector_entry_point"},
+}
+ROUNDS = 12
+
+
+@pytest.mark.parametrize("name", [TWIST, "RefSeq/FollowCorridor-v0"])
+def test_a_batch_costs_no_more_than_one_after_the_other(name: str) -> None:
+    """All do the same steps, by turns: ratios are those of neighbours in time, whatever else the machine does."""
+    vectors = {mode: gym.make_vec(name, VECTOR, **options, world=CORRIDOR) for mode, options in MODES.items()}
+    vectors["one"] = gym.make_vec(name, 1, vectorization_mode="sync", world=CORRIDOR)
+    drawn = vectors["sync"].action_space
+    drawn.seed(0)
+    for envs in vectors.values():
+        envs.reset(seed=0)
+    took: dict[str, list[float]] = {mode: [] for mode in vectors}
+    for _ in range(ROUNDS):
+        actions = [drawn.sample() for _ in range(4 if "Twist" in name else 1)]
+        for mode, envs in vectors.items():
+            began = time.perf_counter()
+            for action in actions:
+                envs.step(action[: envs.num_envs])
+            took[mode].append((time.perf_counter() - began) / len(actions) / envs.num_envs)
+    load = os.getloadavg()[0]
+    print(f"\n{name}, {VECTOR} robots, load {load:.1f}", end="")
+    for mode, seconds in took.items():
+        vectors[mode].close()
+        ratio = np.median(np.array(took["sync"]) / seconds)
+        print(f"\n    {mode:16s} {1 / np.median(seconds):6.1f} steps/s, {ratio:.2f} times sync", end="")
+    assert np.median(np.array(took["batch"]) / took["sync"]) < 1.25
+
+
+@pytest.mark.parametrize("name", [TWIST, "RefSeq/FollowCorridor-v0"])
+def test_where_the_time_of_a_batch_goes(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On one thread, of the processor; of all this only the physics are spread over cores."""
+    envs = gym.make_vec(name, VECTOR, vectorization_mode="vector_entry_point", threads=1, world=CORRIDOR)
+    envs.action_space.seed(0)
+    envs.reset(seed=0)
+    watch = Stopwatch()
+    watch.watch(monkeypatch, Batch, "step", "physics")
+    watch.watch(monkeypatch, _Alike, "step", "states to and fro")
+    watch.watch(monkeypatch, mujoco, "mj_multiRay", "rays")
+    watch.watch(monkeypatch, Laser, "scan", "laser")
+    watch.watch(monkeypatch, SonarRing, "read", "sonars")
+    watch.watch(monkeypatch, RobuterControl, "tick", "electronics")
+    watch.watch(monkeypatch, ByBehaviour, "step", "behaviours")
+    with watch.counting("the rest"):
+        for _ in range(40 if "Twist" in name else 10):
+            envs.step(envs.action_space.sample())
+    spent = {part: both[1] for part, both in watch.spent.items() if part != "other"}
+    whole = sum(spent.values())
+    print(f"\n{name}: " + ", ".join(f"{part} {100 * one / whole:.0f} %" for part, one in spent.items()), end="")
+    assert spent["physics"] < whole / 2
