@@ -119,8 +119,10 @@ def run(
         with writing(output):
             write_trip(output, trip, done)
         say(out, f"look at {output}")
-    if not done.executor.status.completed:
-        say(err, f"not completed: {done.executor.why}")
+    if done.run.touched:
+        say(err, f"the robot touched {', '.join(done.run.touched)}")
+    if not done.run.completed:
+        say(err, f"not completed: {done.run.why}")
         raise typer.Exit(NOT_COMPLETED)
 
 

@@ -1,10 +1,11 @@
 """Running missions for the scorer: led by what was learnt, or by a LAMP program; and those that cannot be begun."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from refseq.belief import Belief, Localiser
 from refseq.missions import Executor, Plan, Status
@@ -25,15 +26,18 @@ from sim.lamp import LampEnded, run_lamp
 from sim.mission import run_mission
 
 NOWHERE = (math.nan, math.nan)
+"""The goal of a mission that leaves the way: nobody knows it."""
+Each = Callable[[Executor, Bench], None]
 SIDES = ("left", "right")
 
 
 @dataclass(frozen=True)
 class Done:
-    """A mission that was run, and what was believed on its way."""
+    """A mission that was run, what was believed on its way, and what was photographed: images by name and camera."""
 
     run: MissionRun
     beliefs: tuple[Belief, ...] = ()
+    photographs: Mapping[str, Mapping[str, NDArray[np.uint8]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,10 +116,12 @@ def led(
     *,
     sensors: tuple[str, ...] | None,
     drive: Drive,
+    each: Each | None = None,
 ) -> Done:
     """Run a plan, led by the odometer and, if the leader has one, a localiser. Raises what these raise.
 
-    Of the ``drive`` there are its faults, when views are taken, and how long it may last.
+    Of the ``drive`` there are its faults, when views are taken, and how long it may last. ``each`` is called after
+    every control period.
     """
     ground = leader.ground
     end = goal or _pair(ground, plan.goal)
@@ -123,7 +129,13 @@ def led(
     executor = Executor(plan, localised=leader.localiser is not None)
     localiser = None if leader.localiser is None else Seeing(leader.localiser, sensors)
     watcher = _Watcher(bench, ground, drive.faults)
-    mission = run_mission(bench, executor, localiser, trigger=drive.trigger, timeout=drive.patience, each=watcher)
+
+    def look(executor: Executor, bench: Bench) -> None:
+        watcher(executor, bench)
+        if each is not None:
+            each(executor, bench)
+
+    mission = run_mission(bench, executor, localiser, trigger=drive.trigger, timeout=drive.patience, each=look)
     run = MissionRun(
         completed=executor.status is Status.COMPLETED,
         why="" if executor.status is Status.COMPLETED else f"{executor.status.value}: {executor.why}",
@@ -142,7 +154,7 @@ def led(
         lost=watcher.losses,
         views=len(mission.seen),
     )
-    return Done(run, tuple(seen.belief for seen in mission.seen))
+    return Done(run, tuple(seen.belief for seen in mission.seen), mission.photographs)
 
 
 def programmed(

@@ -1,6 +1,6 @@
 """One mission in a world, as a person asks for it: where the robot is set down, what it goes by, what is left of it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,16 +9,21 @@ import numpy as np
 
 from refseq.atlas import Atlas
 from refseq.atlas_localiser import AtlasLocaliser
+from refseq.belief import Localiser
 from refseq.errors import MapError
 from refseq.files import replace_bytes, replace_text
 from refseq.localiser import SequenceLocaliser
 from refseq.missions import Entry, Executor, Plan
 from refseq.view import LASER, Pose
 from scenarios.errors import ScenarioError
-from scenarios.record import Drive, open_bench
+from scenarios.leading import Ground, Leader
+from scenarios.mission_runs import NOWHERE, Done, led
+from scenarios.mission_score import score_mission
+from scenarios.outline import outline_of
+from scenarios.plots_mission import mission_plan
+from scenarios.record import Drive, open_bench, plan_of
+from scenarios.score import NARROW, WIDE
 from sim.bench import Bench
-from sim.mission import Localiser, Mission, run_mission
-from sim.recorder import Trigger
 from sim.render import RendererKind
 
 
@@ -68,22 +73,23 @@ class Trip:
         return cls(drive, at, odometry)
 
 
-def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> Mission:
+def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> Done:
     """Run a mission; ``tell`` hears each line of its log as it comes. Raises the rooms' own errors."""
-    executor = Executor(plan, localised=not trip.odometry)
     told = 0
 
-    def each(_executor: Executor, _bench: Bench) -> None:
+    def each(executor: Executor, _bench: Bench) -> None:
         nonlocal told
-        while tell is not None and told < len(executor.log):
-            tell(executor.log[told])
-            told += 1
+        if tell is not None:
+            for entry in executor.log[told:]:
+                tell(entry)
+        told = len(executor.log)
 
-    with bench_on_way(trip, atlas, plan) as bench:
-        localiser = None if trip.odometry else localiser_in(atlas)
-        done = run_mission(bench, executor, localiser, trigger=Trigger(), each=each)
-        each(executor, bench)
-    return done
+    poses = poses_of(atlas, plan)
+    ground = Ground(plan.way, np.array([(pose.x, pose.y) for pose in poses]))
+    leader = Leader(ground, None if trip.odometry else localiser_in(atlas), atlas.sequences)
+    goal = None if plan.orders[-1].travels else NOWHERE
+    with bench_on_way(trip, poses, plan) as bench:
+        return led(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
 
 
 def localiser_in(atlas: Atlas) -> Localiser:
@@ -91,12 +97,11 @@ def localiser_in(atlas: Atlas) -> Localiser:
     return SequenceLocaliser(atlas.sequences[0]) if len(atlas.sequences) == 1 else AtlasLocaliser(atlas)
 
 
-def bench_on_way(trip: Trip, atlas: Atlas, plan: Plan) -> Bench:
+def bench_on_way(trip: Trip, poses: Sequence[Pose], plan: Plan) -> Bench:
     """A bench with the robot set down on a plan's way, looking as it looked when that was learnt."""
     way = plan.way
     if not 0 <= trip.at < way.length:
         raise ScenarioError(f"at {trip.at:g} m is not on the way; valid is 0 to {way.length:.1f} m, less than that")
-    poses = poses_of(atlas, plan)
     at = int(np.searchsorted(way.along, trip.at, side="right")) - 1
     ahead = next((pose for pose in poses[at + 1 :] if np.hypot(pose.x - poses[at].x, pose.y - poses[at].y) > 0.1), None)
     if ahead is None:
@@ -117,9 +122,12 @@ def poses_of(atlas: Atlas, plan: Plan) -> list[Pose]:
     return poses
 
 
-def write_trip(folder: Path, trip: Trip, done: Mission) -> None:
-    """Leave the log, and the photographs, in a folder."""
-    replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in done.executor.log))
+def write_trip(folder: Path, trip: Trip, done: Done) -> None:
+    """Leave the log, the plan with the true path, and the photographs in a folder."""
+    replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in done.run.log))
+    outline = outline_of(plan_of(trip.drive))
+    score = score_mission(done.run, WIDE.distance, NARROW.distance)
+    replace_text(folder / "plan.svg", mission_plan(done.run, score, WIDE.distance, outline).svg)
     for name, images in done.photographs.items():
         for camera, image in images.items():
             replace_bytes(folder / f"{name}-{camera}.png", cv2.imencode(".png", image)[1].tobytes())
