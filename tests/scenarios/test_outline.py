@@ -5,7 +5,8 @@ from worlds.plan import load_plan
 
 
 def test_walls_step_back_at_their_openings_and_cabinets_stand_out() -> None:
-    plan = load_plan("hallway")
+    plan = load_plan("annex")
+    assert not any(door.open for door in plan.door)
     walls, cabinets = outline_of(plan)[: len(plan.wall)], outline_of(plan)[len(plan.wall) :]
     assert len(cabinets) == len(plan.cabinet)
     for wall, line in zip(plan.wall, walls, strict=True):
@@ -16,6 +17,23 @@ def test_walls_step_back_at_their_openings_and_cabinets_stand_out() -> None:
         face = np.linalg.norm(np.diff(line, axis=0), axis=1)
         back = sum(2 * door.recess for door in doors) + 2 * OPENING * len(windows)
         assert np.isclose(face.sum(), wall.length + back)
+
+
+def test_an_open_door_is_a_gap_with_its_leaf_beside() -> None:
+    """Both hinges: the office's stands open to beyond the square, at its far jamb; the one that is ajar at the near."""
+    plan = load_plan("offices")
+    before, between, after, wide, ajar = outline_of(plan)[:5]
+    np.testing.assert_allclose(before[-1], (11.75, 1.28))
+    np.testing.assert_allclose(between[0], (12.65, 1.28))
+    np.testing.assert_allclose(between[-1], (17.95, 1.28))
+    np.testing.assert_allclose(after[0], (18.85, 1.28))
+    np.testing.assert_allclose(wide[0], (12.65, 1.28))
+    np.testing.assert_allclose(ajar[0], (17.95, 1.28))
+    assert wide[1][0] > 12.65, "by 105 degrees"
+    assert 17.95 < ajar[1][0] < 18.85, "by 40 degrees"
+    assert min(wide[1][1], ajar[1][1]) > 1.28, "away from the corridor"
+    for leaf in (wide, ajar):
+        assert np.isclose(np.linalg.norm(leaf[1] - leaf[0]), 0.9)
 
 
 def test_what_stands_on_the_floor_is_outlined_where_it_stands() -> None:
