@@ -95,8 +95,12 @@ def run(
         str | None, typer.Option(metavar="RENDERER", help="filament, classic, none. [default: what the map needs]")
     ] = None,
     odometry: Annotated[bool, typer.Option("--odometry", help="Go by the odometer alone: no view is taken.")] = False,
+    strip: Annotated[
+        float | None,
+        typer.Option(min=0.1, metavar="SECONDS", help="Have a bystander take a picture so often, for a strip of them."),
+    ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for log, plan and photographs.")
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for log, plan, photographs, strip.")
     ] = None,
 ) -> None:
     """Let a robot run a mission in a world, on what it believes of where it is, and tell its log.
@@ -105,24 +109,27 @@ def run(
     """
     from scenarios.mission_trip import Trip, run_trip, write_trip
 
+    if strip is not None and output is None:
+        raise ScenarioError("--strip is left in a folder; valid is to name one as well: --output")
     atlas = read_atlas(map_file)
     _, compiled = _compiled(atlas, mission_text, start, goal, landmark)
     trip = Trip.from_map(
         atlas, world=world, light=light, change=change, robot=robot, at=at, seed=seed, renderer=renderer,
         odometry=odometry,
+        strip=strip,
     )  # fmt: skip
     if output is not None:
         with writing(output):
             output.mkdir(parents=True, exist_ok=True)
-    done = run_trip(trip, atlas, compiled, tell=lambda entry: say(out, str(entry)))
+    made = run_trip(trip, atlas, compiled, tell=lambda entry: say(out, str(entry)))
     if output is not None:
         with writing(output):
-            write_trip(output, trip, done)
+            write_trip(output, trip, made)
         say(out, f"look at {output}")
-    if done.run.touched:
-        say(err, f"the robot touched {', '.join(done.run.touched)}")
-    if not done.run.completed:
-        say(err, f"not completed: {done.run.why}")
+    if made.done.run.touched:
+        say(err, f"the robot touched {', '.join(made.done.run.touched)}")
+    if not made.done.run.completed:
+        say(err, f"not completed: {made.done.run.why}")
         raise typer.Exit(NOT_COMPLETED)
 
 

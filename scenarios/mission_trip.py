@@ -11,7 +11,7 @@ from refseq.atlas import Atlas
 from refseq.atlas_localiser import AtlasLocaliser
 from refseq.belief import Localiser
 from refseq.errors import MapError
-from refseq.files import replace_bytes, replace_text
+from refseq.files import replace_bytes, replace_text, replacing_at
 from refseq.localiser import SequenceLocaliser
 from refseq.missions import Entry, Executor, Plan
 from refseq.view import LASER, Pose
@@ -19,6 +19,7 @@ from scenarios.errors import ScenarioError
 from scenarios.leading import Ground, Leader
 from scenarios.mission_runs import NOWHERE, Done, led
 from scenarios.mission_score import score_mission
+from scenarios.mission_strip import Bystander, Frame, strip_of
 from scenarios.outline import outline_of
 from scenarios.plots_mission import mission_plan
 from scenarios.record import Drive, open_bench, plan_of
@@ -31,12 +32,13 @@ from sim.render import RendererKind
 class Trip:
     """A mission's ``drive``: world, light, robot, seed; the robot is set down ``at`` [m] along the way.
 
-    With ``odometry`` it takes no view.
+    With ``odometry`` it takes no view. A bystander looks every ``strip`` [s]; None: there is none.
     """
 
     drive: Drive
     at: float = 0.0
     odometry: bool = False
+    strip: float | None = None
 
     @classmethod
     def from_map(
@@ -51,6 +53,7 @@ class Trip:
         seed: int = 1,
         renderer: str | None = None,
         odometry: bool = False,
+        strip: float | None = None,
     ) -> "Trip":
         """What is None is as in the first map's own drive. Raises ``ScenarioError``."""
         told = atlas.sequences[0].metadata
@@ -58,7 +61,7 @@ class Trip:
             if given is None and name not in told:
                 raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
         sensors = {sensor for sequence in atlas.sequences for sensor in sequence.sensors}
-        looks = sensors != {LASER} and not odometry
+        looks = (sensors != {LASER} and not odometry) or strip is not None
         kind = renderer or (told.get("renderer", "filament") if looks else RendererKind.NONE.value)
         if kind not in list(RendererKind):
             raise ScenarioError(f"renderer {kind!r} is unknown; valid are {', '.join(RendererKind)}")
@@ -70,15 +73,27 @@ class Trip:
             seed=seed,
             renderer=RendererKind(kind),
         )
-        return cls(drive, at, odometry)
+        if strip is not None and drive.renderer is RendererKind.NONE:
+            raise ScenarioError("a strip needs a renderer; valid are --renderer filament and classic")
+        return cls(drive, at, odometry, strip)
 
 
-def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> Done:
+@dataclass(frozen=True)
+class Made:
+    """A trip that was made, and the frames of who stood by."""
+
+    done: Done
+    frames: tuple[Frame, ...]
+
+
+def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> Made:
     """Run a mission; ``tell`` hears each line of its log as it comes. Raises the rooms' own errors."""
-    told = 0
+    told, bystander = 0, None if trip.strip is None else Bystander(trip.strip)
 
-    def each(executor: Executor, _bench: Bench) -> None:
+    def each(executor: Executor, bench: Bench) -> None:
         nonlocal told
+        if bystander is not None:
+            bystander(executor, bench)
         if tell is not None:
             for entry in executor.log[told:]:
                 tell(entry)
@@ -89,7 +104,8 @@ def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None]
     leader = Leader(ground, None if trip.odometry else localiser_in(atlas), atlas.sequences)
     goal = None if plan.orders[-1].travels else NOWHERE
     with bench_on_way(trip, poses, plan) as bench:
-        return led(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
+        done = led(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
+    return Made(done, () if bystander is None else tuple(bystander.frames))
 
 
 def localiser_in(atlas: Atlas) -> Localiser:
@@ -108,7 +124,7 @@ def bench_on_way(trip: Trip, poses: Sequence[Pose], plan: Plan) -> Bench:
         raise ScenarioError(f"at {trip.at:g} m the way is at its end; valid is before that")
     start = poses[at]
     waypoints = ((start.x, start.y), (ahead.x, ahead.y))
-    bench = open_bench(replace(trip.drive, waypoints=waypoints))
+    bench = open_bench(replace(trip.drive, waypoints=waypoints), watched=trip.strip is not None)
     bench.place(start)
     return bench
 
@@ -122,12 +138,16 @@ def poses_of(atlas: Atlas, plan: Plan) -> list[Pose]:
     return poses
 
 
-def write_trip(folder: Path, trip: Trip, done: Done) -> None:
-    """Leave the log, the plan with the true path, and the photographs in a folder."""
-    replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in done.run.log))
-    outline = outline_of(plan_of(trip.drive))
-    score = score_mission(done.run, WIDE.distance, NARROW.distance)
-    replace_text(folder / "plan.svg", mission_plan(done.run, score, WIDE.distance, outline).svg)
-    for name, images in done.photographs.items():
+def write_trip(folder: Path, trip: Trip, made: Made) -> None:
+    """Leave the log, the plan with the true path, the photographs and the strip in a folder."""
+    run = made.done.run
+    replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in run.log))
+    score = score_mission(run, WIDE.distance, NARROW.distance)
+    replace_text(folder / "plan.svg", mission_plan(run, score, WIDE.distance, outline_of(plan_of(trip.drive))).svg)
+    for name, images in made.done.photographs.items():
         for camera, image in images.items():
             replace_bytes(folder / f"{name}-{camera}.png", cv2.imencode(".png", image)[1].tobytes())
+    if made.frames:
+        drive = trip.drive
+        with replacing_at(folder / "strip.png") as temporary:
+            strip_of(made.frames, f"{drive.robot} in {drive.world} at {drive.light}").savefig(temporary)

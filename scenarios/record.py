@@ -19,6 +19,7 @@ from sim.bench import Bench, BenchSettings
 from sim.cameras import load_camera
 from sim.faults import Fault
 from sim.laser import LaserModel, RangeMode
+from sim.onlooker import with_onlooker
 from sim.operator import OperatorStyle
 from sim.recorder import PATIENCE, Trigger, describe, drive_and_sense, operator_for
 from sim.render import RendererKind
@@ -101,8 +102,8 @@ class Interrupted(KeyboardInterrupt):
     """The user stopped a drive of which views are already recorded; the message says where."""
 
 
-def open_bench(drive: Drive) -> Bench:
-    """The simulation of a drive, at its start. Raises the rooms' own errors for names that they do not know."""
+def open_bench(drive: Drive, *, watched: bool = False) -> Bench:
+    """The simulation of a drive, at its start; ``watched`` by an onlooker. Raises the rooms' own errors for names."""
     robot = robots.load(drive.robot)
     if drive.sensors is not None:
         check_sensors(drive.sensors, robot)
@@ -110,6 +111,8 @@ def open_bench(drive: Drive) -> Bench:
     if drive.renderer is RendererKind.NONE and drive.sensors is not None and LASER not in drive.sensors:
         raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
     world = build(plan_of(drive), light_named(drive.light), drive.world_seed)
+    if watched:
+        world = with_onlooker(world)
     settings = BenchSettings(
         renderer=drive.renderer if cameras else RendererKind.NONE,
         cameras=cameras,

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -13,8 +12,9 @@ import robots
 from refseq.view import Pose
 from robots import RobotState
 from scenarios.errors import ScenarioError
+from scenarios.frames import Captioned, in_rows
 from sim.bench import Bench, BenchSettings
-from sim.onlooker import SIZE, Onlooker, with_onlooker
+from sim.onlooker import Onlooker, with_onlooker
 from sim.operator import OperatorStyle
 from sim.recorder import operator_for
 from sim.render import RendererKind
@@ -22,11 +22,6 @@ from worlds.build import build
 from worlds.light import light_named
 from worlds.plan import load_plan
 
-COLUMNS = 4
-CELL = 3.2
-"""Width of a frame on the sheet [inch]."""
-FOOT = 0.5
-"""Room under it for its text [inch]."""
 SWING = 0.5
 """A pitch that changes by less than this [deg] is told as one."""
 
@@ -88,19 +83,8 @@ def watched(strip: Strip) -> Iterator[Frame]:
 
 def sheet(strip: Strip, frames: list[Frame]) -> Figure:
     """Draw the frames in rows, each with time, speed, pitch and stops."""
-    rows, height = -(-len(frames) // COLUMNS), CELL * SIZE[1] / SIZE[0]
-    width, tall = COLUMNS * CELL, rows * (height + FOOT) + FOOT
-    with mpl.rc_context({"font.size": 10}):
-        figure = Figure(figsize=(width, tall), dpi=100, facecolor="white")
-        figure.suptitle(f"{strip.robot} in {strip.world}, {strip.route}, {frames[-1].time:.0f} s", y=1 - 0.15 / tall)
-        for i, frame in enumerate(frames):
-            row, column = divmod(i, COLUMNS)
-            left, bottom = column * CELL, tall - FOOT - (row + 1) * (height + FOOT) + FOOT
-            box = ((left + 0.03) / width, bottom / tall, (CELL - 0.06) / width, (height - 0.04) / tall)
-            axes = figure.add_axes(box, xticks=[], yticks=[])
-            axes.imshow(frame.image, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")
-            axes.set_xlabel(caption(frame), labelpad=3)
-    return figure
+    title = f"{strip.robot} in {strip.world}, {strip.route}, {frames[-1].time:.0f} s"
+    return in_rows(title, [Captioned(frame.image, caption(frame)) for frame in frames])
 
 
 def caption(frame: Frame) -> str:
