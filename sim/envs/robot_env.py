@@ -139,9 +139,16 @@ class RobotEnv(gym.Env[Arrays, Any]):
         return alone(self.stepping(action))
 
     def stepping(self, action: Any) -> Generator[Due, None, Stepped]:
-        """Do as ``step`` does, but leave the steps of the physics to the caller, who takes each that is due."""
+        """Do as ``step`` does, but leave the steps of the physics to the caller, who takes each that is due.
+
+        Nothing moves before the first is asked for; what is wrong with the action is told at once.
+        """
+        stage = self._running
         self._acting.choose(action)
-        judged = yield from self._running.acting(self._acting)
+        return self._moving(stage)
+
+    def _moving(self, stage: Stage) -> Generator[Due, None, Stepped]:
+        judged = yield from stage.acting(self._acting)
         return self._observed(), judged.reward, judged.over, False, self._told(judged)
 
     @property

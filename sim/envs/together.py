@@ -31,7 +31,7 @@ class Together:
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads
         self._known: dict[int, Due] = {}
-        self._groups: list[_Alike] = []
+        self._groups: list[Alike] = []
 
     @property
     def groups(self) -> list[tuple[int, ...]]:
@@ -60,7 +60,7 @@ class Together:
             group.step(due)
 
 
-class _Alike:
+class Alike:
     """Simulations of one layout, by their ``numbers``, in one batch."""
 
     def __init__(self, numbered: Mapping[int, Due], threads: int) -> None:
@@ -91,11 +91,11 @@ class _Alike:
         batch.warning[row, :, _NUMBER] = physics.data.warning.number
 
 
-def _grouped(known: Mapping[int, Due], threads: int) -> list[_Alike]:
+def _grouped(known: Mapping[int, Due], threads: int) -> list[Alike]:
     groups: dict[tuple[int, ...], dict[int, Due]] = {}
     for number, due in known.items():
         groups.setdefault((due.steps, *_sizes(due.physics.model)), {})[number] = due
-    return [_Alike(group, threads) for group in groups.values()]
+    return [Alike(group, threads) for group in groups.values()]
 
 
 _SIZES = tuple(name for name in dir(mujoco.MjModel) if name.startswith("n") and name != "names")

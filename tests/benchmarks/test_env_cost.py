@@ -19,7 +19,7 @@ import sim.envs
 from robots.robuter.control import RobuterControl
 from sim.drivers import gl_backend, vulkan_device
 from sim.envs.acting import ByBehaviour
-from sim.envs.together import _Alike
+from sim.envs.together import Alike
 from sim.laser import Laser
 from sim.sonar import SonarRing
 from tests.benchmarks.stopwatch import Stopwatch
@@ -162,7 +162,7 @@ def test_where_the_time_of_a_batch_goes(name: str, monkeypatch: pytest.MonkeyPat
     envs.reset(seed=0)
     watch = Stopwatch()
     watch.watch(monkeypatch, Batch, "step", "physics")
-    watch.watch(monkeypatch, _Alike, "step", "states to and fro")
+    watch.watch(monkeypatch, Alike, "step", "states to and fro")
     watch.watch(monkeypatch, mujoco, "mj_multiRay", "rays")
     watch.watch(monkeypatch, Laser, "scan", "laser")
     watch.watch(monkeypatch, SonarRing, "read", "sonars")

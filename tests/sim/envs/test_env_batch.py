@@ -214,4 +214,14 @@ def test_seeds_actions_and_options_that_do_not_fit_are_told() -> None:
     with pytest.raises(SimError, match="3 actions are not valid for 2 robots; valid is one for each"):
         envs.step(np.zeros((3, 2), np.float32))
     with pytest.raises(SimError, match="is not valid; valid are two finite numbers"):
-        envs.step(np.full((2, 2), np.nan, np.float32))
+        envs.step(np.array([[0.5, 0.0], [np.nan, 0.0]], np.float32))
+
+
+def test_nobody_moves_where_one_action_is_none() -> None:
+    envs, action = batch(TWIST, 2), np.full((2, 2), 0.4, np.float32)
+    envs.reset(seed=1)
+    first = envs.step(action)
+    envs.reset(seed=1)
+    with pytest.raises(SimError, match="is not valid"):
+        envs.step(np.array([[0.5, 0.0], [np.nan, 0.0]], np.float32))
+    assert data_equivalence(envs.step(action), first, exact=True)
