@@ -1,5 +1,6 @@
 """Where on its way a robot is, as the views and its odometer tell: one wrong view does not carry it away."""
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -17,8 +18,9 @@ class Trust:
     A belief agrees where more than ``sure`` of its probability lies within ``near`` [m] of where the robot should be.
     Then the position goes by ``share`` of the way to what the belief says: places lie as far apart as views, and
     between two views the odometer is the better of the two. Another position takes ``confirm`` views that agree with
-    each other. After ``lost`` views in a row that say that it is lost, or elsewhere than on its way, it is; after twice
-    as many, too, that each say something else.
+    each other, and is then the mean of what views say of it, until that moves it by less than ``share``. After ``lost``
+    views in a row that say that it is lost, or elsewhere than on its way, it is; after twice as many, too, that each
+    say something else.
     """
 
     sure: float = 0.5
@@ -48,6 +50,7 @@ class Whereabouts:
         self.along = along
         self.doubts = self.losses = self.agreements = 0
         self._other: tuple[float, int] | None = None
+        self._views = math.inf  # that the position is the mean of: who set the robot down knew where
 
     def move(self, distance: float) -> None:
         """The odometer has gone on by so much [m]."""
@@ -64,7 +67,8 @@ class Whereabouts:
         """Take what a view had to say at the present position."""
         on_way = (1.0 - belief.lost) * belief.places[self._way.places]
         if belief.lost <= LOST_ABOVE and (found := self._peak(on_way, self.along)) is not None:
-            self.along += self._trust.share * (found - self.along)
+            self._views += 1
+            self.along += max(self._trust.share, 1 / self._views) * (found - self.along)
             self.doubts, self.losses, self._other = 0, 0, None
             self.agreements += 1
             return Word.AGREES
@@ -83,6 +87,7 @@ class Whereabouts:
         if count < self._trust.confirm:
             return Word.DOUBTS
         self.along, self.doubts, self._other, self.agreements = other, 0, None, 1
+        self._views = 1  # the others were taken close by, or at the same place
         return Word.MOVED
 
     def _peak(self, on_way: NDArray[np.float64], about: float) -> float | None:

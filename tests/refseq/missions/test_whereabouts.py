@@ -149,3 +149,19 @@ def test_the_odometer_alone_carries_it_on() -> None:
     for _ in range(100):
         where.move(0.1)
     assert where.along == pytest.approx(13.0)
+
+
+def test_a_position_that_views_told_is_their_mean_at_first() -> None:
+    """A place off at the jump, then right ones: half of the error is left after one, a third after two."""
+    places = WAY.along.tolist()
+    right, off = places[30], places[31]
+    where = settled(5.0)
+    for _ in range(TRUST.confirm):
+        word = where.believe(seen_at(WAY.along, off, width=0.05))
+    assert word is Word.MOVED
+    assert where.along == pytest.approx(off, abs=1e-3)
+    for number in range(2, 12):
+        before = where.along
+        where.believe(seen_at(WAY.along, right, width=0.05))
+        share = max(1 / number, TRUST.share)
+        assert where.along == pytest.approx(before + share * (right - before), abs=2e-3)
