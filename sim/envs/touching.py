@@ -4,34 +4,24 @@ import mujoco
 import numpy as np
 
 from sim.bench import Bench
+from sim.contacts import Touches
 
 ROOM = 0.05
 """A robot that is set down keeps so much from all things [m]; a choice."""
 
 
 class Touching:
-    """Looks at the robot of a bench: contacts of its own geoms with others, but those of what rolls with the floor."""
+    """Whether the robot of a bench touches anything, and whether it has room where it stands."""
 
     def __init__(self, bench: Bench) -> None:
-        self._model, self._data = bench.model, bench.data
-        model, prefix = bench.model, f"{bench.robot.name}/"
-        base = model.body(prefix + bench.robot.base).id
-        bodies = model.geom_bodyid
-        self._own = model.body_rootid[bodies] == base
-        # What rolls hangs on a joint of its own: wheels and casters.
-        self._rolls = self._own & (bodies != base)
-        self._floor = np.zeros(model.ngeom, bool)
-        self._floor[model.geom("floor").id] = True
-        self._solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        self._model, self._data, self._touches = bench.model, bench.data, Touches(bench)
+        self._solid = (bench.model.geom_contype != 0) | (bench.model.geom_conaffinity != 0)
         self._reach = float(np.hypot(max(bench.robot.shape.ahead, bench.robot.shape.behind), 1.0))
 
     @property
     def now(self) -> bool:
         """Whether it touches anything at this moment."""
-        pairs = self._data.contact.geom
-        own, rolls, floor = self._own[pairs], self._rolls[pairs], self._floor[pairs]
-        on_floor = (rolls & floor[:, ::-1]).any(axis=1)
-        return bool(((own[:, 0] != own[:, 1]) & ~on_floor).any())
+        return bool(self._touches.look())
 
     @property
     def has_room(self) -> bool:
@@ -39,11 +29,11 @@ class Touching:
         if self.now:
             return False
         model, data = self._model, self._data
-        here = data.geom_xpos[self._own, :2].mean(axis=0)
-        others = self._solid & ~self._own & ~self._floor
+        here = data.geom_xpos[self._touches.own, :2].mean(axis=0)
+        others = self._solid & ~self._touches.own & ~self._touches.floor
         away = np.hypot(*(data.geom_xpos[:, :2] - here).T) - model.geom_rbound
         near = np.flatnonzero(others & (away < self._reach + ROOM))
-        mine = np.flatnonzero(self._own & self._solid)
+        mine = np.flatnonzero(self._touches.own & self._solid)
         return all(
             mujoco.mj_geomDistance(model, data, int(a), int(b), 2 * ROOM, None) > ROOM for a in mine for b in near
         )
