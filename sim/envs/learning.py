@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from refseq.files import replacing_at
 from sim.envs.lesson import Lesson, check_worlds, environment
 from sim.errors import SimError
 
@@ -77,7 +78,8 @@ def learn(lesson: Lesson, policy: Path) -> Learnt:
         rollout = BATCH * max(min(ROLLOUT, lesson.steps) // lesson.robots // BATCH, 1)
         learner = learners.PPO("MultiInputPolicy", robots, n_steps=rollout, seed=lesson.seed, device="cpu", **SETTINGS)
         learner.learn(lesson.steps, callback=after_step)
-        learner.save(policy)
+        with replacing_at(policy) as path:
+            learner.save(path)
     finally:
         robots.close()
     return Learnt(tuple(practice), learner.num_timesteps, time.monotonic() - began)

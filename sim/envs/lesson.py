@@ -23,9 +23,9 @@ class Lesson:
     """What is learnt: a ``task`` of ``TASKS``, with so many ``robots`` at a time, each in a process of its own.
 
     It ends after ``seconds`` by the clock, start-up counted in, or after ``steps`` of all robots together, rounded up
-    to what is learnt from at once, whichever comes first. Robot i is seeded with ``seed`` + i. ``worlds`` are learnt in, those of the task itself where none are
-    given; so many ``episodes`` are then tried in the worlds of ``held_out`` by turns. Raises ``SimError`` for values
-    that cannot be.
+    to what is learnt from at once, whichever comes first. Robot i is seeded with ``seed`` + i. ``worlds`` are learnt
+    in, those of the task itself where none are given; so many ``episodes`` are then tried in the worlds of ``held_out``
+    by turns. Raises ``SimError`` for values that cannot be.
     """
 
     task: str
