@@ -30,12 +30,27 @@ timezone = "Europe/Lisbon"
 date = 2008-03-20
 x_azimuth = 110
 [floor]
-material = "plaster"
+material = "carpet"
 [ceiling]
 height = 2.8
 material = "plaster"
+[[lamp]]
+name = "room"
+first = [-2.0, 0.0]
+step = [0.0, 1.0]
+count = 1
+lumen = 3000
+switch = "always"
+[[lamp]]
+name = "beyond"
+first = [2.0, 0.0]
+step = [0.0, 1.0]
+count = 1
+lumen = 3000
+switch = "always"
 [material]
 plaster = {{ albedo = 0.7, roughness = 0.9 }}
+carpet = {{ albedo = 0.25, roughness = 0.95 }}
 door = {{ albedo = 0.3, roughness = 0.5 }}
 [routes]
 forward = [[-1.7, 0], [0, 0]]

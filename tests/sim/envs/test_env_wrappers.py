@@ -9,7 +9,7 @@ import pytest
 from gymnasium.wrappers import FlattenObservation, RecordEpisodeStatistics, RecordVideo
 
 import sim.envs  # noqa: F401 - registers the ids
-from sim.drivers import gl_backend
+from sim.drivers import gl_backend, vulkan_device
 
 NAME = "RefSeq/CrossDoorTwist-v0"
 BACK = np.array([-1.0, 0.0], np.float32)
@@ -75,3 +75,15 @@ def test_a_video_is_written(tmp_path: Path) -> None:
     played(env)
     env.close()
     assert [path.suffix for path in (tmp_path / "videos").iterdir()] == [".mp4"]
+
+
+@pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")
+@pytest.mark.parametrize("task", ["FollowCorridor", "CrossDoor", "ReachPlace"])
+def test_there_is_light_where_pictures_are_taken(task: str) -> None:
+    """By the photometric renderer, which makes black of what no lamp and no window lights."""
+    env = gym.make(f"RefSeq/{task}-v0", render_mode="rgb_array")
+    env.reset(seed=3)
+    picture = np.asarray(env.render(), np.float64)
+    env.close()
+    assert 50 < picture.mean() < 220
+    assert picture.std() > 15
