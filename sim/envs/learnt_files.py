@@ -17,7 +17,7 @@ from sim.envs.exam import PLAYERS, Trial, margin, returns
 from sim.envs.learning import Learnt
 from sim.envs.lesson import TASKS, Lesson
 
-RUNNING = 20
+RUNNING = 10
 """The curve is the mean of so many episodes, one after the other."""
 LEARNT, CHANCE, PLAIN = "#d55e00", "#8a8a8a", "#2a8fd4"
 
@@ -78,9 +78,10 @@ def _draw(axes: Axes, when: NDArray[Any], returned: NDArray[np.float64], end: fl
     low, high = np.quantile(played["random"], [0.05, 0.95])
     axes.axhspan(low, high, color=CHANCE, alpha=0.3, label="random, other worlds: 90 % of episodes")
     axes.axhline(played["ahead"].mean(), color=PLAIN, linestyle="--", label="always ahead, other worlds: mean")
-    axes.plot(when, returned, ".", color=LEARNT, alpha=0.3, markersize=4, label="an episode learnt from")
+    axes.plot(when, returned, ".", color=LEARNT, alpha=0.5, markersize=5, label="an episode learnt from")
     if len(returned) >= RUNNING:
         means = np.convolve(returned, np.full(RUNNING, 1 / RUNNING), "valid")
         axes.plot(when[RUNNING - 1 :], means, color=LEARNT, label=f"mean of the last {RUNNING}")
     axes.plot(end, played["learnt"].mean(), "D", color="black", label="learnt, other worlds: mean")
+    axes.set_xlim(left=0)
     axes.grid(alpha=0.3)
