@@ -85,7 +85,9 @@ def test_what_is_wrong_is_told_in_one_line(tmp_path: Path, text: str, told: str)
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match=r"none\.toml: cannot be read: No such file or directory; valid is a mission"):
+    with pytest.raises(
+        ScenarioError, match=r"none\.toml: cannot be read: No such file or directory; valid is a mission"
+    ):
         asked_for(str(tmp_path / "none.toml"))
 
 
