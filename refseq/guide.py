@@ -44,6 +44,11 @@ class PathDoor:
     width: float
     passable: bool
 
+    @property
+    def beside(self) -> str:
+        """Where it is, in words."""
+        return "ahead" if self.side is Side.AHEAD else f"on the {self.side}"
+
 
 @dataclass(frozen=True, slots=True)
 class Guide:

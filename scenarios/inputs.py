@@ -59,6 +59,15 @@ def check_output(path: Path) -> None:
         raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
 
 
+def check_folder(path: Path) -> None:
+    """Tell before the work begins that a folder could not be made or filled; nothing is made yet."""
+    there = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
+    if not there.is_dir():
+        raise ScenarioError(f"{path}: {there} is no folder; valid is the name of a folder to fill")
+    if not os.access(there, os.W_OK):
+        raise ScenarioError(f"{path}: cannot be written: no write access to folder {there}")
+
+
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
     """Tell in one line what keeps ``path`` from being written, a full disk for one."""

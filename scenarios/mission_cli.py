@@ -7,7 +7,7 @@ import typer
 
 from scenarios.console import err, out, say
 from scenarios.errors import ScenarioError
-from scenarios.inputs import assignments, read_atlas, writing
+from scenarios.inputs import assignments, check_folder, read_atlas, writing
 from scenarios.lamp_cli import EXAMPLES as LAMP_EXAMPLES
 from scenarios.lamp_cli import lamp
 
@@ -114,16 +114,23 @@ def run(
     atlas = read_atlas(map_file)
     _, compiled = _compiled(atlas, mission_text, start, goal, landmark)
     trip = Trip.from_map(
-        atlas, world=world, light=light, change=change, robot=robot, at=at, seed=seed, renderer=renderer,
+        atlas,
+        world=world,
+        light=light,
+        change=change,
+        robot=robot,
+        at=at,
+        seed=seed,
+        renderer=renderer,
         odometry=odometry,
         strip=strip,
-    )  # fmt: skip
+    )
     if output is not None:
-        with writing(output):
-            output.mkdir(parents=True, exist_ok=True)
+        check_folder(output)
     made = run_trip(trip, atlas, compiled, tell=lambda entry: say(out, str(entry)))
     if output is not None:
         with writing(output):
+            output.mkdir(parents=True, exist_ok=True)
             write_trip(output, trip, made)
         say(out, f"look at {output}")
     if made.done.run.touched:
@@ -177,5 +184,4 @@ def print_doors(way: "Way") -> None:
     """The doors along a way, which a mission's steps mean in this order."""
     for number, door in enumerate(way.doors, 1):
         kind = "open" if door.passable else "closed, or something stands in it"
-        side = "ahead" if door.side == "ahead" else f"on the {door.side}"
-        say(out, f"door {number}: {door.along:6.1f} m, {side}, {door.width:.2f} m wide, {kind}")
+        say(out, f"door {number}: {door.along:6.1f} m, {door.beside}, {door.width:.2f} m wide, {kind}")

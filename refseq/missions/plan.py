@@ -191,15 +191,11 @@ def _match(step: Step, way: Way, landmarks: Landmarks, before: _Matched | None) 
         door = next(iter(doors), None)
         if door is None:
             raise MissionError(f"no door behind {max(last, 0):.1f} m; the way has {len(way.doors)} doors")
-        return _Matched(step, door.along, f"{step}: door {_beside(door)}, {door.along:.1f} m", door)
+        return _Matched(step, door.along, f"{step}: door {door.beside}, {door.along:.1f} m", door)
     at = _place(landmark, way, landmarks)
     if at <= last:
         raise MissionError(f"{landmark} is at {at:.1f} m; valid is behind the landmark before it, at {last:.1f} m")
     return _Matched(step, at, f"{step}: at {at:.1f} m")
-
-
-def _beside(door: PathDoor) -> str:
-    return "ahead" if door.side is Side.AHEAD else f"on the {door.side}"
 
 
 def _place(landmark: Landmark, way: Way, landmarks: Landmarks) -> float:

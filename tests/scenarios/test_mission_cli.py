@@ -90,6 +90,11 @@ def test_in_an_atlas_one_says_where_to(refseq: Refseq, here: Path) -> None:
             ("run", "offices.refseq", "--renderer", "oil"),
             "renderer 'oil' is unknown; valid are filament, classic, none",
         ),
+        (("run", "offices.refseq", "--at", "99", "-o", "new/out"), "at 99 m is not on the way"),
+        (
+            ("run", "offices.refseq", "-o", "offices.mcap/out"),
+            "offices.mcap is no folder; valid is the name of a folder",
+        ),
         (("run", "offices.refseq", "--strip", "5"), "--strip is left in a folder; valid is to name one as well"),
         (("run", "offices.refseq", "--world", "moon"), "unknown world 'moon'"),
         (("run", "offices.refseq", "--light", "dusky"), "unknown light 'dusky'"),
