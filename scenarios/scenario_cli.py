@@ -1,4 +1,4 @@
-"""The commands ``refseq scenario list | show | template | run | report``."""
+"""The commands ``refseq scenario list | show | template | run | report | tables``."""
 
 import signal
 from collections import Counter
@@ -166,6 +166,46 @@ def report(
         typer.echo(report_markdown(record, figures=figures), nl=False)
     else:
         print_report(record, folder, out, figures=figures)
+
+
+@scenario.command()
+def tables(
+    page: Annotated[Path, typer.Argument(metavar="PAGE", help="A page in Markdown that declares tables.")],
+    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER...", help="What `refseq scenario run` filled.")],
+    table: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Only this table of the page; may be repeated.")
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing; exit code 1 where a table stands otherwise.")
+    ] = False,
+) -> None:
+    """Fill a page's tables with figures of campaigns.
+
+    A table is declared in a comment, what follows is replaced up to `<!-- end table -->` (docs/write-scenario.md). Where two
+    campaigns have a case, the later one named counts.
+
+    `refseq scenario tables docs/results.md out/thesis out/nightly`
+
+    `refseq scenario tables docs/results.md out/missions --table missions`
+    """
+    from refseq.files import replace_text
+    from scenarios.campaign.page_tables import Runs, blocks, chosen, replaced, stale
+    from scenarios.campaign.result_file import read_result
+
+    try:
+        text = page.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        told = getattr(error, "strerror", None) or "is not UTF-8"
+        raise ScenarioError(f"{page}: cannot be read: {told}; valid is a page in Markdown") from error
+    wanted = chosen(blocks(text, str(page)), table or (), str(page))
+    changed = list(stale(wanted, Runs([read_result(folder) for folder in folders])))
+    for block, _ in changed:
+        say(out, f"{page}: table {block.name}: " + ("stands otherwise" if check else "filled"))
+    say(out, f"{page}: {len(wanted) - len(changed)} of {len(wanted)} tables stood as they should")
+    if check and changed:
+        raise typer.Exit(FAILED)
+    if changed and not check:
+        replace_text(page, replaced(text, changed))
 
 
 @contextmanager

@@ -1,0 +1,240 @@
+"""Tables of a Markdown page that campaigns fill, so that no figure on the page is typed.
+
+A table stands between two comments. The first says in TOML what is in it, the second ends it; what lies between is
+replaced::
+
+    <!-- table evening
+    show = "{failures} ({failures_narrow})"
+    [columns]
+    "single views".method = "thesis/uniform"
+    "chain".method = "thesis/chain"
+    [rows]
+    "by day".case = "fig-3.11-daylight"
+    "late evening".case = "fig-3.12-evening/thesis"
+    -->
+    <!-- end table -->
+
+Each cell needs a ``case``, a ``method`` and what to ``show`` of it; each of the three is named once: for the whole
+table, by the row or by the column.
+"""
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from scenarios.campaign.result_file import CampaignRecord, CaseRecord, MethodRecord
+from scenarios.campaign.told import markdown_table
+from scenarios.errors import ScenarioError
+from scenarios.figures import NONE
+
+END = "<!-- end table -->"
+OPENS = re.compile(r"^<!-- table\b.*$", re.MULTILINE)
+BLOCK = re.compile(
+    rf"(?P<head><!-- table (?P<name>\S+)\n(?P<toml>.*?)^-->\n)(?P<body>.*?)^{re.escape(END)}$", re.MULTILINE | re.DOTALL
+)
+
+
+class Choice(BaseModel):
+    """What a row, a column or the whole table names of a cell."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    case: str | None = None
+    method: str | None = None
+    show: str | None = None
+
+
+class Form(Choice):
+    """A table as it is declared: ``rows`` and ``columns`` by their headings, ``corner`` above the rows' headings."""
+
+    corner: str = ""
+    columns: Mapping[str, Choice]
+    rows: Mapping[str, Choice]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A table on a page: its name, what stands between its comments, and where that is in the page's text."""
+
+    name: str
+    form: Form
+    body: str
+    span: tuple[int, int]
+    place: str
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The judged cases of several campaigns by their names; where two have a case, the later one counts."""
+
+    campaigns: Sequence[CampaignRecord]
+
+    @cached_property
+    def found(self) -> Mapping[str, tuple[CampaignRecord, CaseRecord]]:
+        """Each case with the campaign that it is from."""
+        return {case.name: (run, case) for run in self.campaigns for case in run.cases if case.methods}
+
+    @cached_property
+    def methods(self) -> Sequence[str]:
+        """All methods that some case was asked of, in their order."""
+        return list(dict.fromkeys(one.method for _, case in self.found.values() for one in case.methods))
+
+
+def blocks(text: str, page: str) -> list[Block]:
+    """The tables that a page declares, in their order.
+
+    Raises ``ScenarioError`` with the line for one that is not ended, has no name or one that is taken, or is declared
+    wrongly.
+    """
+    by_start = {match.start(): match for match in BLOCK.finditer(text)}
+    found: list[Block] = []
+    for opening in OPENS.finditer(text):
+        line = text.count("\n", 0, opening.start()) + 1
+        match = by_start.get(opening.start())
+        if match is None or OPENS.search(match["toml"] + match["body"]):
+            raise ScenarioError(
+                f"{page}: line {line}: {opening.group()!r} opens no whole table; valid is <!-- table NAME, lines of "
+                f"TOML, -->, the table, {END}"
+            )
+        place = f"{page}: line {line}: table {match['name']}"
+        if match["name"] in {block.name for block in found}:
+            raise ScenarioError(f"{place}: the name is taken by an earlier table; valid is another one")
+        found.append(
+            Block(match["name"], _form("\n" * line + match["toml"], place), match["body"], match.span("body"), place)
+        )
+    return found
+
+
+def _form(toml: str, place: str) -> Form:
+    """What the TOML declares; its lines are counted as the page's."""
+    try:
+        return Form.model_validate(tomllib.loads(toml))
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{place}: is no TOML: {error}") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(map(str, first["loc"]))
+        raise ScenarioError(
+            f"{place}: {key}: {first['msg']}; valid are case, method, show, corner, and tables of rows and columns"
+        ) from error
+
+
+def chosen(found: Sequence[Block], wanted: Sequence[str], page: str) -> list[Block]:
+    """The tables that are asked for by name, none: all. Raises ``ScenarioError`` for one that is not on the page."""
+    names = [block.name for block in found]
+    for name in wanted:
+        if name not in names:
+            raise ScenarioError(f"--table {name!r} is not in {page}; valid are {', '.join(names) or 'none'}")
+    if not found:
+        raise ScenarioError(f"{page}: declares no table; valid is a page with <!-- table NAME ... --> and {END}")
+    return [block for block in found if not wanted or block.name in wanted]
+
+
+def replaced(text: str, bodies: Sequence[tuple[Block, str]]) -> str:
+    """The page with other texts between the comments of some of its tables."""
+    for block, body in sorted(bodies, key=lambda pair: -pair[0].span[0]):
+        start, end = block.span
+        text = text[:start] + body + text[end:]
+    return text
+
+
+def filled(block: Block, runs: Runs) -> str:
+    """What should stand between a table's comments: the table, and a line that says of which runs it is.
+
+    Raises ``ScenarioError`` for a case, a method or a figure that the runs do not have, and for a cell that lacks one
+    of them or is told one twice.
+    """
+    form = block.form
+    rows, sources = [], []
+    for heading, row in form.rows.items():
+        cells = []
+        for title, column in form.columns.items():
+            place = f"{block.place}: row {heading!r}, column {title!r}"
+            case, method, show = (_one(name, (form, row, column), place) for name in ("case", "method", "show"))
+            sources.append(_source(case, runs, place))
+            cells.append(_cell(sources[-1][1], method, show, runs, place))
+        rows.append((heading, *cells))
+    table = markdown_table((form.corner, *form.columns), rows)
+    return f"{table}\n*{_origin(sources)}*\n"
+
+
+def _one(name: str, named_by: Sequence[Choice], place: str) -> str:
+    told = [value for choice in named_by if (value := getattr(choice, name)) is not None]
+    if len(told) != 1:
+        how = f"is told {' and '.join(map(repr, told))}" if told else "is not told"
+        raise ScenarioError(f"{place}: {name} {how}; valid is one of the table, the row and the column that tells it")
+    return str(told[0])
+
+
+def _source(name: str, runs: Runs, place: str) -> tuple[CampaignRecord, CaseRecord]:
+    if name not in runs.found:
+        valid = ", ".join(runs.found) or "none, for no case was judged"
+        raise ScenarioError(f"{place}: case {name!r} was not judged in these campaigns; valid are {valid}")
+    return runs.found[name]
+
+
+def _cell(case: CaseRecord, method: str, show: str, runs: Runs, place: str) -> str:
+    """What is shown of a method; empty where this case, unlike others, did not ask it."""
+    if method not in runs.methods:
+        raise ScenarioError(f"{place}: method {method!r} is in no case; valid are {', '.join(runs.methods)}")
+    found = case.method(method)
+    if found is None:
+        return ""
+    values = _values(found, len(case.seeds))
+    try:
+        return show.format_map({name: _Absent() if value is None else value for name, value in values.items()})
+    except (KeyError, AttributeError) as error:
+        raise ScenarioError(f"{place}: {show!r} shows {error}; valid are {', '.join(values)}") from error
+    except (ValueError, IndexError) as error:
+        raise ScenarioError(
+            f"{place}: {show!r} cannot be shown: {error}; valid is as in '{{success:.1f}} %'"
+        ) from error
+
+
+class _Absent:
+    """A figure that there is none of, however it should be written."""
+
+    def __format__(self, _form: str) -> str:
+        return NONE
+
+
+def _values(one: MethodRecord, seeds: int) -> Mapping[str, float | int | str | None]:
+    """All that can be shown of a method: counts of views (of missions: of runs), and the file's figures."""
+    counts: dict[str, float | int | str | None] = {"seeds": seeds, "of": one.success.of}
+    for share, name in ((one.success, ""), (one.success_narrow, "_narrow")):
+        failures = share.of - share.right
+        counts |= {
+            f"right{name}": share.right,
+            f"failures{name}": failures,
+            f"failures{name}_a_seed": failures / seeds if seeds else None,
+            f"success{name}": 100 * share.share if share.of else None,
+        }
+    return counts | {name: value for name, value in one.figures.items() if name.isidentifier()}
+
+
+def _origin(sources: Sequence[tuple[CampaignRecord, CaseRecord]]) -> str:
+    """When and by what the figures came to be, and over how many seeds."""
+    days = sorted({run.started[:10] for run, _ in sources})
+    versions = dict.fromkeys(
+        f"refseq-bench {run.versions.get('refseq-bench', '?')} with MuJoCo {run.versions.get('mujoco', '?')}"
+        for run, _ in sources
+    )
+    seeds = sorted({len(case.seeds) for _, case in sources})
+    told = f"{_span(seeds)} seed{'s' if seeds != [1] else ''}"
+    return f"Run on {_span(days)} by {' and '.join(versions)}; {told} a case."
+
+
+def _span(ordered: Sequence[object]) -> str:
+    """The only one, or the first and the last."""
+    return str(ordered[0]) if len(ordered) == 1 else f"{ordered[0]} to {ordered[-1]}"
+
+
+def stale(wanted: Sequence[Block], runs: Runs) -> Iterator[tuple[Block, str]]:
+    """The tables that do not stand as the runs have them, and what should stand there."""
+    for block in wanted:
+        body = filled(block, runs)
+        if body != block.body:
+            yield block, body
