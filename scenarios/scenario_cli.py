@@ -181,8 +181,8 @@ def tables(
 ) -> None:
     """Fill a page's tables with figures of campaigns.
 
-    A table is declared in a comment, what follows is replaced up to `<!-- end table -->` (docs/write-scenario.md). Where two
-    campaigns have a case, the later one named counts.
+    A table is declared in a comment, what follows is replaced up to `<!-- end table -->` (docs/write-scenario.md).
+    Where two campaigns asked a method in the same case, the later one named counts.
 
     `refseq scenario tables docs/results.md out/thesis out/nightly`
 

@@ -67,20 +67,39 @@ class Block:
 
 
 @dataclass(frozen=True)
+class Source:
+    """Where a cell's figures are from: a method's in a case of a campaign."""
+
+    campaign: CampaignRecord
+    case: CaseRecord
+    method: MethodRecord
+
+
+@dataclass(frozen=True)
 class Runs:
-    """The judged cases of several campaigns by their names; where two have a case, the later one counts."""
+    """Several campaigns; where two asked a method in the same case, the later one counts."""
 
     campaigns: Sequence[CampaignRecord]
 
     @cached_property
-    def found(self) -> Mapping[str, tuple[CampaignRecord, CaseRecord]]:
-        """Each case with the campaign that it is from."""
-        return {case.name: (run, case) for run in self.campaigns for case in run.cases if case.methods}
+    def found(self) -> Mapping[tuple[str, str], Source]:
+        """All there is, by the names of case and method."""
+        return {
+            (case.name, method.method): Source(campaign, case, method)
+            for campaign in self.campaigns
+            for case in campaign.cases
+            for method in case.methods
+        }
+
+    @cached_property
+    def cases(self) -> Sequence[str]:
+        """All cases that some method answered, in their order."""
+        return list(dict.fromkeys(case for case, _ in self.found))
 
     @cached_property
     def methods(self) -> Sequence[str]:
-        """All methods that some case was asked of, in their order."""
-        return list(dict.fromkeys(one.method for _, case in self.found.values() for one in case.methods))
+        """All methods that answered some case, in their order."""
+        return list(dict.fromkeys(method for _, method in self.found))
 
 
 def blocks(text: str, page: str) -> list[Block]:
@@ -148,17 +167,19 @@ def filled(block: Block, runs: Runs) -> str:
     of them or is told one twice.
     """
     form = block.form
-    rows, sources = [], []
+    sources: list[Source] = []
+    rows = []
     for heading, row in form.rows.items():
-        cells = []
+        cells = [heading]
         for title, column in form.columns.items():
             place = f"{block.place}: row {heading!r}, column {title!r}"
             case, method, show = (_one(name, (form, row, column), place) for name in ("case", "method", "show"))
-            sources.append(_source(case, runs, place))
-            cells.append(_cell(sources[-1][1], method, show, runs, place))
-        rows.append((heading, *cells))
+            source = _source(case, method, runs, place)
+            cells.append(_shown(show, source, place) if source else "")
+            sources += [source] if source else []
+        rows.append(cells)
     table = markdown_table((form.corner, *form.columns), rows)
-    return f"{table}\n*{_origin(sources)}*\n"
+    return f"{table}\n*{_origin(sources)}*\n" if sources else table
 
 
 def _one(name: str, named_by: Sequence[Choice], place: str) -> str:
@@ -169,21 +190,19 @@ def _one(name: str, named_by: Sequence[Choice], place: str) -> str:
     return str(told[0])
 
 
-def _source(name: str, runs: Runs, place: str) -> tuple[CampaignRecord, CaseRecord]:
-    if name not in runs.found:
-        valid = ", ".join(runs.found) or "none, for no case was judged"
-        raise ScenarioError(f"{place}: case {name!r} was not judged in these campaigns; valid are {valid}")
-    return runs.found[name]
+def _source(case: str, method: str, runs: Runs, place: str) -> Source | None:
+    """Where a cell's figures are; None where this case, unlike others, did not ask the method."""
+    for what, name, valid in (("case", case, runs.cases), ("method", method, runs.methods)):
+        if name not in valid:
+            raise ScenarioError(
+                f"{place}: {what} {name!r} was not judged in these campaigns; valid are {', '.join(valid) or 'none'}"
+            )
+    return runs.found.get((case, method))
 
 
-def _cell(case: CaseRecord, method: str, show: str, runs: Runs, place: str) -> str:
-    """What is shown of a method; empty where this case, unlike others, did not ask it."""
-    if method not in runs.methods:
-        raise ScenarioError(f"{place}: method {method!r} is in no case; valid are {', '.join(runs.methods)}")
-    found = case.method(method)
-    if found is None:
-        return ""
-    values = _values(found, len(case.seeds))
+def _shown(show: str, source: Source, place: str) -> str:
+    """A cell's text."""
+    values = _values(source.method, len(source.case.seeds))
     try:
         return show.format_map({name: _Absent() if value is None else value for name, value in values.items()})
     except (KeyError, AttributeError) as error:
@@ -215,14 +234,15 @@ def _values(one: MethodRecord, seeds: int) -> Mapping[str, float | int | str | N
     return counts | {name: value for name, value in one.figures.items() if name.isidentifier()}
 
 
-def _origin(sources: Sequence[tuple[CampaignRecord, CaseRecord]]) -> str:
+def _origin(sources: Sequence[Source]) -> str:
     """When and by what the figures came to be, and over how many seeds."""
-    days = sorted({run.started[:10] for run, _ in sources})
+    runs = [source.campaign for source in sources]
+    days = sorted({run.started[:10] for run in runs})
     versions = dict.fromkeys(
         f"refseq-bench {run.versions.get('refseq-bench', '?')} with MuJoCo {run.versions.get('mujoco', '?')}"
-        for run, _ in sources
+        for run in runs
     )
-    seeds = sorted({len(case.seeds) for _, case in sources})
+    seeds = sorted({len(source.case.seeds) for source in sources})
     told = f"{_span(seeds)} seed{'s' if seeds != [1] else ''}"
     return f"Run on {_span(days)} by {' and '.join(versions)}; {told} a case."
 

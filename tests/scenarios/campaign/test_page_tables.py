@@ -111,6 +111,11 @@ def test_a_figure_that_there_is_none_of_is_told() -> None:
     assert "| by **day** | n/a | 0.50 |" in text
 
 
+def test_a_method_that_only_the_earlier_campaign_asked_is_from_there() -> None:
+    text = body(PAGE, RUN, run(judged("day", ("b", 5))))
+    assert "| by **day** | 1 of 10 | 5 of 10 |" in text
+
+
 def test_the_later_campaign_counts() -> None:
     later = run(judged("day", ("a", 5), ("b", 5), seeds=5), day="2026-03-04")
     text = body(PAGE, RUN, later)
@@ -122,9 +127,9 @@ def test_the_later_campaign_counts() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('case = "day"', 'case = "dusk"', "line 5: table light: row 'by **day**', column 'one | two': case 'dusk' was"),
+        ('case = "day"', 'case = "dusk"', "table light: row 'by **day**', column 'one | two': case 'dusk' was"),
         ('case = "day"', 'case = "late"', "case 'late' was not judged in these campaigns; valid are day, night"),
-        ('method = "b"', 'method = "c"', "column 'other': method 'c' is in no case; valid are a, b"),
+        ('method = "b"', 'method = "c"', "column 'other': method 'c' was not judged in these campaigns; valid are a, b"),
         ("{failures}", "{failure}", "shows 'failure'; valid are seeds, of, right, failures"),
         ("{failures}", "{failures.x}", "has no attribute 'x'; valid are seeds, of"),
         ("{failures}", "{}", "cannot be shown: "),
