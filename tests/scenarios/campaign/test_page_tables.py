@@ -129,7 +129,7 @@ def test_the_later_campaign_counts() -> None:
     [
         ('case = "day"', 'case = "dusk"', "table light: row 'by **day**', column 'one | two': case 'dusk' was"),
         ('case = "day"', 'case = "late"', "case 'late' was not judged in these campaigns; valid are day, night"),
-        ('method = "b"', 'method = "c"', "column 'other': method 'c' was not judged in these campaigns; valid are a, b"),
+        ('method = "b"', 'method = "c"', "'other': method 'c' was not judged in these campaigns; valid are a, b"),
         ("{failures}", "{failure}", "shows 'failure'; valid are seeds, of, right, failures"),
         ("{failures}", "{failures.x}", "has no attribute 'x'; valid are seeds, of"),
         ("{failures}", "{}", "cannot be shown: "),
