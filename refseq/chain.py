@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
-from refseq.motion import MotionSettings, MotionWindow
+from refseq.motion import MotionSettings, motion_window
 from refseq.nearness import Nearness
 
 
@@ -154,7 +154,7 @@ class Transitions:
     def __init__(self, chain: Chain, distance: float) -> None:
         settings, self._K, self._nearness = chain.settings, chain.K, chain.nearness
         self._behind = chain.behind
-        self._window = MotionWindow(chain.along, distance, chain.motion)
+        self._window = motion_window(chain.along, distance, chain.motion, chain.ends)
         self._reversing = distance < 0
         beyond = beyond_ends(chain, distance) if settings.leaves_at_end else np.zeros(chain.K)
         self._go = (1 - settings.getting_lost(distance)) * (1 - beyond)
@@ -266,7 +266,7 @@ def beyond_ends(chain: Chain, distance: float) -> NDArray[np.float64]:
     path = np.searchsorted(ends, np.arange(chain.K))
     steps = np.delete(np.diff(chain.along), ends[:-1])
     margin = float(np.median(steps)) if len(steps) else 0.0
-    wide = chain.motion.slack + chain.motion.drift * abs(distance)
+    wide = chain.motion.wide(distance)
     if distance > 0:
         past = chain.along + distance + wide - (chain.along[ends[path]] + margin)
     else:

@@ -1,14 +1,13 @@
 """Where the odometer says the robot is now: the two-level window of Fig. 3.7, in metres along the path."""
 
-import math
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.stretches import Stretches
+from refseq.counted_window import CountedWindow
+from refseq.spread_window import SpreadWindow
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,98 +16,54 @@ class MotionSettings:
 
     High, uniform probability reaches ``slack`` [m] + ``drift`` · |d| to both sides of d; low but non-zero probability,
     ``thin`` times the high one, reaches |d| farther (3.2's own limit). ``regularisation`` is α_reg of (2.17).
+
+    In the thesis a place is in the window or it is not. With ``spread`` the window is shared out between the places
+    around each of its points, so that the belief moves as far as the odometer says however places and views lie.
     """
 
     slack: float = 0.5
     drift: float = 0.2
     thin: float = 0.1
+    spread: bool = False
     regularisation: float = 0.9
 
+    def wide(self, distance: float) -> float:
+        """How far the high probability reaches to both sides of ``distance`` [m]."""
+        return self.slack + self.drift * abs(distance)
 
-class MotionWindow:
-    """P(k | j, d): probability of place k after ``distance`` [m] from place j, for all j and k.
 
-    Equation (3.2) as printed weights by the distance itself and is not normalised; this is Fig. 3.7's window instead,
-    normalised over k for every j. ``along`` (K,) is each place's distance along the path [m], rising. The thin bars
-    reach back to where the robot was, so no row is empty. Negative distances work: the robot reversed.
-
-    The rows are never formed: the places that reach k are neighbours, so sums and maxima over them cost O(K log W) for
-    windows of at most W places.
-    """
-
-    def __init__(self, along: NDArray[np.float64], distance: float, settings: MotionSettings) -> None:
-        wide = settings.slack + settings.drift * abs(distance)
-        # Rows: the wide bar, and the thin bars, which lie under the wide one too.
-        half_width = np.array([[wide], [wide + abs(distance)]])
-        self._first = np.searchsorted(along, along + (distance - half_width), side="left")
-        self._stop = np.searchsorted(along, along + (distance + half_width), side="right")
-        self._thin, self._log_thin = settings.thin, _log(settings.thin)
-        # The wide bar adds only what the thin ones lack, so that it is 1 high.
-        self._mass = self._added_up(self._stop - self._first)
-        self._log_mass = np.log(self._mass)
+class MotionWindow(Protocol):
+    """P(k | j, d) for all places j and k, every row of sum 1, without its matrix."""
 
     def shift(self, belief: NDArray[np.float64]) -> NDArray[np.float64]:
         """Σ_j P(j) P(k | j, d), (K,): the belief after the motion, with the same sum."""
-        return self._added_up(self._sources.sums(belief / self._mass))
 
     def pull(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Σ_k P(k | j, d) value(k), (K,): the transpose of ``shift``."""
-        return self._added_up(self._targets.sums(values)) / self._mass
 
     def best(self, score: NDArray[np.float64]) -> NDArray[np.float64]:
         """max_j score(j) + log P(k | j, d), (K,); −∞ where nothing reaches k."""
-        high, low = self._sources.maxima(score - self._log_mass)
-        best: NDArray[np.float64] = np.maximum(high, low + self._log_thin)
-        return best
 
     def into(self, k: int) -> tuple[slice, NDArray[np.float64]]:
-        """The places that reach ``k``, and log P(k | j, d) for each of them."""
-        (wide, thin), (wide_stop, thin_stop) = self._sources.start[:, k], self._sources.stop[:, k]
-        log_height = np.full(thin_stop - thin, self._log_thin)
-        log_height[wide - thin : wide_stop - thin] = 0.0
-        return slice(thin, thin_stop), log_height - self._log_mass[thin:thin_stop]
+        """Places among which are all that reach ``k``, and log P(k | j, d) for each of them."""
 
     def surprise(self, belief: NDArray[np.float64]) -> NDArray[np.float64]:
         """Σ_j P(j) P(k | j, d) (−log P(k | j, d)), (K,)."""
-        share = belief / self._mass
-        by_mass = self._added_up(self._sources.sums(share * self._log_mass))
-        if self._thin == 0:
-            return by_mass
-        wide, both = self._sources.sums(share)
-        surprise: NDArray[np.float64] = by_mass - self._thin * self._log_thin * (both - wide)
-        return surprise
-
-    def _added_up(self, levels: NDArray[Any]) -> NDArray[np.float64]:
-        """What both levels (2, K) add up to, (K,)."""
-        total: NDArray[np.float64] = (1 - self._thin) * levels[0] + self._thin * levels[1]
-        return total
-
-    @cached_property
-    def _targets(self) -> Stretches:
-        """For each place and level the places that it reaches."""
-        return Stretches(self._first, self._stop, self._first.shape[1])
-
-    @cached_property
-    def _sources(self) -> Stretches:
-        """For each place and level the places that reach it: those whose targets have begun and not yet ended."""
-        return Stretches(_how_many_up_to(self._stop), _how_many_up_to(self._first), self._first.shape[1])
 
 
-def _how_many_up_to(edges: NDArray[np.intp]) -> NDArray[np.intp]:
-    """For each k below K the number of edges ≤ k, row by row, (2, K)."""
-    K = edges.shape[1]
-    counts: NDArray[np.intp] = np.stack([np.bincount(row, minlength=K + 1)[:K] for row in edges])
-    return counts.cumsum(axis=1)
-
-
-def _log(probability: float) -> float:
-    return math.log(probability) if probability > 0 else -math.inf
+def motion_window(
+    along: NDArray[np.float64], distance: float, settings: MotionSettings, ends: tuple[int, ...] = (-1,)
+) -> MotionWindow:
+    """The window over a travelled distance [m]; ``ends`` are the last places of the paths that ``along`` is made of."""
+    if settings.spread:
+        return SpreadWindow(along, distance, settings.wide(distance), settings.thin, ends)
+    return CountedWindow(along, distance, settings.wide(distance), settings.thin)
 
 
 def motion_prior(
     belief: NDArray[np.float64], along: NDArray[np.float64], distance: float, settings: MotionSettings
 ) -> NDArray[np.float64]:
     """P(k) = α_reg · P(k | d) + (1 − α_reg) / K, (K,), for the view after ``belief`` (2.17)."""
-    moved = MotionWindow(along, distance, settings).shift(belief)
+    moved = motion_window(along, distance, settings).shift(belief)
     prior: NDArray[np.float64] = settings.regularisation * moved + (1 - settings.regularisation) / len(belief)
     return prior

@@ -83,7 +83,7 @@ BEST = Profile(
     features=("sift", "dense", "walls", "doors", "boundary", "sectors"),
     method=MethodSettings(Matching.EVIDENCE, Decoder.FORWARD),
     sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, halved=True, root=True),
-    motion=MotionSettings(slack=0.1, drift=0.1, thin=0.02),
+    motion=MotionSettings(slack=0.1, drift=0.1, thin=0.02, spread=True),
     chain=ChainSettings(
         lost_per_metre=0.01, leaves_at_end=True, stay_lost=0.92, lost_at_start=0.1, restart=0.3, near=5.0
     ),

@@ -129,6 +129,7 @@ PROFILES: Mapping[str, Profile] = {
     "cameras alone": without("walls", "doors", "boundary", "sectors"),
     "no view is ever blind": replace(BEST, evidence=replace(BEST.evidence, blind=0.0)),
     "the thesis' motion window": replace(BEST, motion=MotionSettings()),
+    "places counted, not shared out": replace(BEST, motion=replace(BEST.motion, spread=False)),
     "the thesis' chain": replace(BEST, chain=ChainSettings()),
     "Viterbi over five views": replace(BEST, method=MethodSettings(Matching.EVIDENCE, Decoder.VITERBI)),
     "the mixture, forward filter": replace(

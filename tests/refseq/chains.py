@@ -1,6 +1,7 @@
 """Small chains as dense matrices, and all paths through them: what the chain's structure is held against."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from hypothesis import strategies as st
@@ -10,6 +11,7 @@ from refseq.chain import Chain, ChainSettings, Observation
 from refseq.motion import MotionSettings
 
 MOTION = MotionSettings()
+SPREAD = MotionSettings(0.1, 0.1, 0.02, spread=True)
 THESIS = ChainSettings()
 SETTINGS = (
     THESIS,
@@ -38,12 +40,58 @@ def drives(K: int, most: int, likelihood: float) -> st.SearchStrategy[list[Obser
     return st.lists(observation, min_size=1, max_size=most)
 
 
-def dense_window(along: np.ndarray, distance: float, s: MotionSettings) -> np.ndarray:
-    """P(k | j, d) as (j, k), from Fig. 3.7 in words: 1 in the wide bar, ``thin`` in the bars beside it, else 0."""
+def dense_window(along: np.ndarray, distance: float, s: MotionSettings, ends: tuple[int, ...] = (-1,)) -> np.ndarray:
+    """P(k | j, d) as (j, k), from Fig. 3.7 in words: 1 in the wide bar, ``thin`` in the bars beside it, else 0.
+
+    With ``spread``, the integral of both bars, each half a usual gap narrower, times each place's hat, which is 1 at
+    the place and falls to 0 at the next ones: both are straight between their corners, so trapezia are exact.
+    """
     wide = s.slack + s.drift * abs(distance)
+    if s.spread:
+        return dense_spread(along, distance, max(wide, 0.001), s.thin, ends)
     off = np.abs(along - (along[:, None] + distance))
     window = np.where(off <= wide, 1.0, np.where(off <= wide + abs(distance), s.thin, 0.0))
     return window / window.sum(axis=1, keepdims=True)
+
+
+def dense_spread(along: np.ndarray, distance: float, wide: float, thin: float, ends: tuple[int, ...]) -> np.ndarray:
+    """``dense_window`` with ``spread``."""
+    K = len(along)
+    stops = sorted(end % K + 1 for end in ends)
+    gaps = [along[k + 1] - along[k] for k in range(K - 1) if k + 1 not in stops]
+    blur = np.median(gaps) / 2 if gaps else 0.0
+    bars = [((1 - thin) * wide, wide), (thin * (wide + abs(distance)), wide + abs(distance))]
+    window = np.zeros((K, K))
+    for start, stop in zip([0, *stops], stops, strict=False):
+        here = along[start:stop]
+        for j in range(start, stop):
+            for weight, full in bars:
+                reach = max(full - blur, 0.001)
+                middle = along[j] + distance
+                inside = here[np.abs(here - middle) < reach]
+                corners = np.array([middle - reach, *inside, middle + reach])
+                for k in range(stop - start):
+                    # Places without a gap between them share nothing: hats by index, not by position.
+                    hat = np.array([share(here, x, side)[k] for x, side in sided(corners)])
+                    window[j, start + k] += weight / reach * (np.diff(corners) * (hat[0::2] + hat[1::2]) / 4).sum()
+    return window / window.sum(axis=1, keepdims=True)
+
+
+def sided(corners: np.ndarray) -> list[tuple[float, str]]:
+    """Beginning and end of each trapezium: what is seen from its inside."""
+    return [pair for a, b in pairwise(corners) for pair in ((float(a), "right"), (float(b), "left"))]
+
+
+def share(here: np.ndarray, x: float, side: str) -> np.ndarray:
+    """The hats of a path's places at ``x``, as seen from that side of it."""
+    hats, K = np.zeros(len(here)), len(here)
+    after = int(np.searchsorted(here, x, side="right" if side == "right" else "left"))
+    if after in (0, K):
+        hats[min(after, K - 1)] = 1.0
+        return hats
+    onward = (x - here[after - 1]) / (here[after] - here[after - 1])
+    hats[after - 1], hats[after] = 1 - onward, onward
+    return hats
 
 
 def dense_beyond(chain: Chain, distance: float) -> np.ndarray:
@@ -76,7 +124,7 @@ def dense_transitions(chain: Chain, distance: float) -> np.ndarray:
     lost = 1 - np.exp(-s.lost_per_metre * abs(distance)) if s.lost_per_metre else s.lost
     A = np.zeros((2 * K, 2 * K))
     beyond = dense_beyond(chain, distance) if s.leaves_at_end else np.zeros(K)
-    A[:K, :K] = (1 - lost) * (1 - beyond[:, None]) * dense_window(along, distance, chain.motion)
+    A[:K, :K] = (1 - lost) * (1 - beyond[:, None]) * dense_window(along, distance, chain.motion, chain.ends)
     ends = {end % K for end in chain.ends}
     for i in range(K):
         A[i, K + (i if i in ends else i + 1)] = 1 - (1 - lost) * (1 - beyond[i])

@@ -27,22 +27,22 @@ def test_defaults_are_the_thesis_values_where_it_gives_them() -> None:
 @pytest.mark.parametrize(
     ("part", "value", "message"),
     [
-        ("motion", None, "profile.motion is None; valid is a table of drift, regularisation, slack, thin"),
-        ("motion", [1], "profile.motion is [1]; valid is a table of drift, regularisation, slack, thin"),
+        ("motion", None, "profile.motion is None; valid is a table of drift, regularisation, slack, spread, thin"),
+        ("motion", [1], "profile.motion is [1]; valid is a table of drift, regularisation, slack, spread, thin"),
         (
             "motion",
             {"slack": 1, "drift": 1, "thin": 1},
             "profile.motion is {'slack': 1, 'drift': 1, 'thin': 1}; "
-            "valid is a table of drift, regularisation, slack, thin",
+            "valid is a table of drift, regularisation, slack, spread, thin",
         ),
         (
             "motion",
-            {"slack": 1, "drift": True, "thin": 1, "regularisation": 1},
+            {"slack": 1, "drift": True, "thin": 1, "spread": False, "regularisation": 1},
             "profile.motion.drift is True; valid is a number",
         ),
         (
             "motion",
-            {"slack": "1", "drift": 1, "thin": 1, "regularisation": 1},
+            {"slack": "1", "drift": 1, "thin": 1, "spread": False, "regularisation": 1},
             "profile.motion.slack is '1'; valid is a number",
         ),
     ],
