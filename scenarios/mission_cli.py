@@ -94,6 +94,10 @@ def run(
     renderer: Annotated[
         str | None, typer.Option(metavar="RENDERER", help="filament, classic, none. [default: what the map needs]")
     ] = None,
+    every: Annotated[
+        float,
+        typer.Option(min=0.05, metavar="METRES", help="A view so often; other than the map's own is better."),
+    ] = 0.6,
     odometry: Annotated[bool, typer.Option("--odometry", help="Go by the odometer alone: no view is taken.")] = False,
     strip: Annotated[
         float | None,
@@ -124,6 +128,7 @@ def run(
         renderer=renderer,
         odometry=odometry,
         strip=strip,
+        every=every,
     )
     if output is not None:
         check_folder(output)

@@ -25,6 +25,8 @@ from scenarios.plots_mission import mission_plan
 from scenarios.record import Drive, open_bench, plan_of
 from scenarios.score import NARROW, WIDE
 from sim.bench import Bench
+from sim.mission import EVERY
+from sim.recorder import Trigger
 from sim.render import RendererKind
 
 
@@ -54,6 +56,7 @@ class Trip:
         renderer: str | None = None,
         odometry: bool = False,
         strip: float | None = None,
+        every: float = EVERY,
     ) -> "Trip":
         """What is None is as in the first map's own drive. Raises ``ScenarioError``."""
         told = atlas.sequences[0].metadata
@@ -72,6 +75,7 @@ class Trip:
             robot=robot or told["robot"],
             seed=seed,
             renderer=RendererKind(kind),
+            trigger=Trigger(distance=every),
         )
         if strip is not None and drive.renderer is RendererKind.NONE:
             raise ScenarioError("a strip needs a renderer; valid are --renderer filament and classic")

@@ -20,6 +20,10 @@ from sim.contacts import Touches
 from sim.errors import SimError
 from sim.recorder import Moved, Trigger
 
+EVERY = 0.6
+"""On the way a view is taken so often [m]: a choice, other than the 0.85 m at which places are learnt.
+
+Views as far apart as places would meet each of them the same way, and never tell that the robot is between two."""
 LOOKING = 1.0
 """While the robot stands and looks where it is, it takes a view so often [s]: a choice."""
 AT_REST = 0.02
@@ -81,22 +85,23 @@ def run_mission(
     executor: Executor,
     localiser: Localiser | None,
     *,
-    trigger: Trigger,
+    trigger: Trigger | None = None,
     timeout: float = TIMEOUT,
     calls: Mapping[str, Callable[[View], None]] | None = None,
     each: Callable[[Executor, Bench], None] | None = None,
 ) -> Mission:
     """Run a mission until it is over, or for ``timeout`` [s] of simulated time, when it is aborted.
 
-    Without a ``localiser`` no view is taken. ``calls`` are the functions that tasks may call, ``each`` is called after
-    every control period, and may pause or abort the mission. Raises ``SimError`` for a task that calls what is not
-    there, ``RobotsError`` for a behaviour that this robot does not have.
+    Without a ``localiser`` no view is taken; with one, when the ``trigger`` says so, by default every ``EVERY`` metres.
+    ``calls`` are the functions that tasks may call, ``each`` is called after every control period, and may pause or
+    abort the mission. Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that
+    this robot does not have.
     """
     tasks = [task for order in executor.plan.orders for task in order.tasks] + list(executor.plan.tasks)
     for task in tasks:
         if isinstance(task, Call) and task.name not in (calls or {}):
             raise SimError(f"{task}: no such function; valid are {', '.join(calls or {}) or 'none'}")
-    return _Run(bench, executor, localiser, trigger, Hands(calls or {})).until_over(timeout, each)
+    return _Run(bench, executor, localiser, trigger or Trigger(EVERY), Hands(calls or {})).until_over(timeout, each)
 
 
 class _Run:

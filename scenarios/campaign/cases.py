@@ -148,7 +148,7 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
         raise ScenarioError("further: is no list of tables; valid is [[further]], once for each further reference")
     reference = table.get("reference", {})
     form = form_of(table)
-    table["query"] = _completed(table.get("query", {}), reference, form.own)
+    table["query"] = {**form.usual, **_completed(table.get("query", {}), reference, form.own)}
     table["further"] = [_completed(one, reference, ("faults",)) for one in further]
     try:
         scenario = form.model.model_validate(table)

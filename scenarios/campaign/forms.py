@@ -6,6 +6,7 @@ What is done with a case of each form: ``scenarios.campaign.kinds``.
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol
 
 from refseq.profile import profile_named
@@ -17,6 +18,7 @@ from scenarios.campaign.schema import Declared, MissionScenario, Scenario
 from scenarios.campaign.sources import Source
 from scenarios.errors import ScenarioError
 from scenarios.methods import HINDSIGHT, check_methods
+from sim.mission import EVERY
 
 
 class Form(Protocol):
@@ -26,6 +28,8 @@ class Form(Protocol):
     model: type[Declared]
     own: tuple[str, ...]
     """Keys that the query does not take over from the reference."""
+    usual: Mapping[str, Any]
+    """What the query has of these, where the file does not say."""
 
     @abstractmethod
     def expectation(self, text: str, scenario: Any) -> Expectation:
@@ -54,6 +58,7 @@ class Localising(Form):
     name = "localising"
     model = Scenario
     own = ("faults",)
+    usual: Mapping[str, Any] = MappingProxyType({})
 
     def expectation(self, text: str, scenario: Scenario) -> Expectation:
         """Of the figures of answers."""
@@ -92,7 +97,8 @@ class Missions(Form):
 
     name = "mission"
     model = MissionScenario
-    own = ("faults", "behaviours")
+    own = ("faults", "behaviours", "trigger")
+    usual: Mapping[str, Any] = MappingProxyType({"trigger": {"distance": EVERY}})
 
     def expectation(self, text: str, scenario: MissionScenario) -> Expectation:
         """Of the figures of missions."""

@@ -33,8 +33,9 @@ from scenarios.campaign.told import report_markdown
 from scenarios.errors import ScenarioError
 from scenarios.leading import Ground
 from scenarios.mission_runs import turn_of
-from scenarios.record import QUERY_SEEDS
+from scenarios.record import QUERY_SEEDS, Drive
 from sim.faults import Kidnap
+from sim.mission import EVERY
 from sim.render import RendererKind
 from tests.scenarios.campaign.chores import AtOnce
 
@@ -180,6 +181,15 @@ def test_the_query_is_where_and_when_and_takes_over_no_behaviours(tmp_path: Path
     assert [need.drive.behaviours for need in blind.needs] == [("MN:13",)], "the query is not recorded"
     assert blind.needs[0].key == seeing.needs[0].key
     assert len({task.key for task in tasks}) == 2
+
+
+@pytest.mark.parametrize(("said", "distance"), [("", EVERY), ("trigger = { distance = 0.7 }\n", 0.7)])
+def test_views_on_the_way_are_not_as_far_apart_as_places(said: str, distance: float, tmp_path: Path) -> None:
+    (case,) = loaded(tmp_path, HEAD + DRIVES + said + MISSION + METHODS)
+    reference, query = case.sources(1)
+    assert isinstance(reference, Drive)
+    assert isinstance(query, Drive)
+    assert (reference.trigger.distance, query.trigger.distance) == (0.85, distance)
 
 
 def test_who_looks_at_nothing_needs_no_images(tmp_path: Path) -> None:
