@@ -3,7 +3,7 @@
 import itertools
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
@@ -17,11 +17,12 @@ from robots import Robot
 from scenarios.errors import ScenarioError
 from sim.bench import Bench, BenchSettings
 from sim.cameras import load_camera
+from sim.familiarise.sitting import AbortedError
 from sim.faults import Fault
 from sim.laser import LaserModel, RangeMode
 from sim.onlooker import with_onlooker
 from sim.operator import OperatorStyle
-from sim.recorder import PATIENCE, Trigger, describe, drive_and_sense, operator_for
+from sim.recorder import PATIENCE, Taken, Trigger, describe, drive_and_sense, operator_for
 from sim.render import RendererKind
 from sim.tour import tour_and_sense
 from worlds.build import build
@@ -98,6 +99,10 @@ def name_of_route(drive: Drive) -> str:
     return f"{name} from {drive.start:g} m" + ("" if drive.end is None else f" to {drive.end:g} m")
 
 
+class NoViewError(ScenarioError):
+    """A drive ended before its first view."""
+
+
 class Interrupted(KeyboardInterrupt):
     """The user stopped a drive of which views are already recorded; the message says where."""
 
@@ -163,15 +168,10 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
     first view there is nothing to keep, and ``path`` stays as it was. Raises ``ScenarioError`` when ``path`` cannot be
     a file.
     """
-    if path.is_dir():
-        raise ScenarioError(f"{path}: is a folder; valid is the name of a recording to write")
+    check_recording(path)
     with open_bench(drive) as bench:
-        scanning = drive.sensors is None or LASER in drive.sensors
         operator = operator_for(bench, drive.seed, drive.style)
-        metadata = describe(
-            bench, route=name_of_route(drive), seed=drive.seed, trigger=drive.trigger, style=drive.style
-        )
-        metadata = {**metadata, "change": change_named(drive.change).as_text(), "change_seed": str(drive.day)}
+        metadata = dict(described(bench, drive, drive.trigger, drive.style))
         if drive.faults:
             metadata |= {"faults": json.dumps([asdict(fault) for fault in drive.faults], sort_keys=True)}
         if drive.behaviours:
@@ -179,22 +179,73 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
             drive_on = tour_and_sense(bench, drive.behaviours, drive.trigger, timeout=drive.patience)
         else:
             drive_on = drive_and_sense(bench, operator, drive.trigger, faults=drive.faults, timeout=drive.patience)
-        first = next(drive_on)
-        _make_folder(path)
-        views: list[View] = []
-        try:
-            with RecordingWriter(path, metadata) as writer:
+
+        def told(taken: Taken, count: int) -> None:
+            if progress is not None:
+                # How far behaviours will lead, nobody knows.
+                progress(taken.progress, taken.progress if drive.behaviours else operator.length, count)
+
+        return write_drive(path, metadata, drive_on, scanning=scans(drive), told=told)
+
+
+def check_recording(path: Path) -> None:
+    """Raise ``ScenarioError`` when ``path`` cannot be a recording's."""
+    if path.is_dir():
+        raise ScenarioError(f"{path}: is a folder; valid is the name of a recording to write")
+
+
+def scans(drive: Drive) -> bool:
+    """Whether the laser is among the sensors that are recorded."""
+    return drive.sensors is None or LASER in drive.sensors
+
+
+def described(
+    bench: Bench, drive: Drive, trigger: Trigger | None, style: OperatorStyle | None = None
+) -> Mapping[str, str]:
+    """What a recording tells of its drive, with the change from its plan."""
+    told = describe(bench, route=name_of_route(drive), seed=drive.seed, trigger=trigger, style=style)
+    return {**told, "change": change_named(drive.change).as_text(), "change_seed": str(drive.day)}
+
+
+def write_drive(
+    path: Path,
+    metadata: Mapping[str, str],
+    drive_on: Iterator[Taken],
+    *,
+    scanning: bool = True,
+    told: Callable[[Taken, int], None] | None = None,
+    afterwards: Callable[[], Mapping[str, str]] = dict,
+) -> Recording:
+    """Write the views of a drive as they are taken; ``told`` hears of each, and of their number.
+
+    ``afterwards`` gives what is known of a drive only when it has ended. Interrupted, it raises as ``record`` does; of
+    a drive that is aborted nothing is kept. Raises ``NoViewError`` for one that ends without a view.
+    """
+    first = next(drive_on, None)
+    if first is None:
+        raise NoViewError(f"{path} is not written: no view was taken")
+    _make_folder(path)
+    views: list[View] = []
+    try:
+        with RecordingWriter(path, metadata) as writer:
+            try:
                 for taken in itertools.chain([first], drive_on):
                     view = taken.view if scanning else replace(taken.view, scan=None)
                     writer.write(view, taken.odometry)
                     views.append(view)
-                    if progress is not None:
-                        # How far behaviours will lead, nobody knows.
-                        progress(taken.progress, taken.progress if drive.behaviours else operator.length, len(views))
-        except KeyboardInterrupt:
-            kept = len(read_recording(path).views)  # the stop may have come between writing a view and noting it
-            raise Interrupted(f"{path} is readable and holds all views up to now, {kept}") from None
-        return Recording(tuple(views), metadata)
+                    if told is not None:
+                        told(taken, len(views))
+            except AbortedError:
+                writer.discard()
+                raise
+            except KeyboardInterrupt:
+                writer.note(afterwards())
+                raise
+            writer.note(afterwards())
+    except KeyboardInterrupt:
+        kept = len(read_recording(path).views)  # the stop may have come between writing a view and noting it
+        raise Interrupted(f"{path} is readable and holds all views up to now, {kept}") from None
+    return Recording(tuple(views), {**metadata, **afterwards()})
 
 
 def _make_folder(path: Path) -> None:

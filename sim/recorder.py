@@ -105,14 +105,19 @@ OPERATOR_STREAM = 5
 """Keeps the operator's random numbers apart from those of the sensors, which come from the same seed."""
 
 
-def describe(bench: Bench, *, route: str, seed: int, trigger: Trigger, style: OperatorStyle) -> Mapping[str, str]:
-    """The metadata record of a drive: all that is needed to drive it again."""
+def describe(
+    bench: Bench, *, route: str, seed: int, trigger: Trigger | None, style: OperatorStyle | None
+) -> Mapping[str, str]:
+    """The metadata record of a drive: all that is needed to drive it again.
+
+    ``trigger`` None: views were asked for by hand; ``style`` None: it was no operator who led.
+    """
     config = {
         "light": asdict(bench.world.light),
         "plan": bench.world.plan.model_dump(mode="json"),
         "sensors": asdict(bench.settings),
-        "operator": asdict(style),
-        "trigger": asdict(trigger),
+        "operator": asdict(style) if style else None,
+        "trigger": asdict(trigger) if trigger else None,
         "timestep_s": bench.model.opt.timestep,
     }
     return {

@@ -74,7 +74,8 @@ class RecordingWriter:
             )
         except (OSError, RuntimeError, ValueError) as error:
             raise LogError(f"{path}: cannot be written: {error}") from error
-        self._writer.write_metadata(METADATA_NAME, dict(metadata))
+        self._open = True
+        self.note(metadata)
         self._laser = LaserScanChannel(f"/{LASER}", context=self._context)
         self._odometry = OdometryChannel(ODOMETRY_TOPIC, context=self._context)
         self._truth = PoseInFrameChannel(TRUTH_TOPIC, context=self._context)
@@ -119,11 +120,26 @@ class RecordingWriter:
         )
         self._writer.flush()
 
+    def note(self, metadata: Mapping[str, str]) -> None:
+        """Add to what is told of the drive; of two values of a key the later one counts."""
+        if metadata:
+            self._writer.write_metadata(METADATA_NAME, dict(metadata))
+
     def close(self) -> None:
         """Finish the file and give it its name. Raises ``LogError`` when it cannot be written."""
+        if not self._open:
+            return
+        self._open = False
         with self._telling():
             self._writer.close()
             self.partial.replace(self.path)
+
+    def discard(self) -> None:
+        """Give the file up: what is at ``path`` stays as it was."""
+        self._open = False
+        with self._telling():
+            self._writer.close()
+            self.partial.unlink(missing_ok=True)
 
     @contextmanager
     def _telling(self) -> Iterator[None]:
