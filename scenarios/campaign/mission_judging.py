@@ -148,7 +148,8 @@ def _seeds(result: JudgedMissions) -> Mapping[int, SeedRecord]:
         of_seed = {method: tasks[seed] for method, tasks in result.led.items() if seed in tasks}
         if not of_seed:
             continue
-        sources = next(iter(of_seed.values())).sources
+        # What is judged drove in the light that was asked for; a method that sees nothing was spared the images.
+        sources = of_seed.get(result.case.scenario.judged, next(iter(of_seed.values()))).sources
         found[seed] = SeedRecord(
             reference=sources[0],
             further=sources[1:-1],

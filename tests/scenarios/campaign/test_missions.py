@@ -388,6 +388,8 @@ def test_the_result_file_tells_how_many_of_how_many(ran: Ran) -> None:
     assert (method.success.right, method.success.of) == (1, 1)
     assert method.figures["wrong_switches"] == "0 of 3"
     assert set(case.seeds[1].answers) == {"odometry", "best/chain"}
+    led = ran.judged["mine/open"].led
+    assert case.seeds[1].query == led["best/chain"][1].sources[-1] != led["odometry"][1].sources[-1]
     table = across(ran.record, "completed")
     assert table.cases == ("mine/open", "mine/closed", "mine/no-door")
     assert dict(table.rows)["best/chain"] == ("1 of 1", "0 of 1", "0 of 1")
