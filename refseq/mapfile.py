@@ -29,7 +29,7 @@ from refseq.sequence import ReferenceSequence
 from refseq.view import Pose
 
 FORMAT = "refseq-map"
-VERSION = 2
+VERSION = 3
 HEADER = "map.json"
 ATLAS = "atlas.json"
 """What takes the header's place in an atlas."""

@@ -164,13 +164,13 @@ def test_an_atlas_of_another_version(saved: Path, version: object) -> None:
 
 
 def test_a_sequence_of_another_map_version(atlas: Atlas, saved: Path, tmp_path: Path) -> None:
-    old = of_version(map_bytes(atlas.sequences[1]), 1, tmp_path / "old.refseq")
+    old = of_version(map_bytes(atlas.sequences[1]), 2, tmp_path / "old.refseq")
     rewritten(saved, {"sequences/1.refseq": old})
     with pytest.raises(MapError) as caught:
         load_atlas(saved)
-    assert str(caught.value) == (f"{saved}/sequences/1.refseq: is of map format version 1; valid is 2: learn it anew")
+    assert str(caught.value) == (f"{saved}/sequences/1.refseq: is of map format version 2; valid is 3: learn it anew")
     # A map of another version is no atlas of one either.
-    assert error_of(tmp_path / "old.refseq") == "is of map format version 1; valid is 2: learn it anew"
+    assert error_of(tmp_path / "old.refseq") == "is of map format version 2; valid is 3: learn it anew"
 
 
 @pytest.mark.parametrize(

@@ -134,8 +134,8 @@ def test_files_that_are_no_map(tmp_path: Path) -> None:
 
 
 def test_another_version(saved: Path) -> None:
-    rewrite(saved, lambda header: header.update(version=1))
-    assert error_of(saved) == f"{saved}: is of map format version 1; valid is 2: learn it anew"
+    rewrite(saved, lambda header: header.update(version=2))
+    assert error_of(saved) == f"{saved}: is of map format version 2; valid is 3: learn it anew"
 
 
 @pytest.mark.parametrize("share", [0.2, 0.7, 0.99])
