@@ -65,6 +65,7 @@ class SiftWords(Observer):
         self.settings = settings
         self.vocabulary = Vocabulary(settings.alias_distance, _NONE if words is None else words, settings.exact_up_to)
         self._sift = cv2.SIFT.create(contrastThreshold=settings.contrast)
+        self._latest: tuple[NDArray[np.uint8] | None, Keys] = (None, Keys(_NOWHERE, _NONE))
 
     @property
     def size(self) -> int:
@@ -85,6 +86,16 @@ class SiftWords(Observer):
 
     def keys(self, image: NDArray[np.uint8]) -> Keys:
         """The strongest keys of an image, at most ``cap``; a blank image has none."""
+        found = self._find(image)
+        self._latest = image, found
+        return found
+
+    def drawn(self, image: NDArray[np.uint8]) -> Keys:
+        """As ``keys``, for drawing: not found again if the image is the one that was looked at last."""
+        latest, found = self._latest
+        return found if latest is image else self.keys(image)
+
+    def _find(self, image: NDArray[np.uint8]) -> Keys:
         s = self.settings
         keys, descriptors = self._sift.detectAndCompute(halved(image) if s.halved else image, None)
         if descriptors is None:
