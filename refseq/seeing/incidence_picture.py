@@ -11,7 +11,7 @@ from refseq.seeing import colours
 
 WIDTH, HEIGHT = 720, 480
 """The picture's size [pixels]."""
-LEAST = 28
+LEAST = 38
 """Height of an extractor of a few features only [pixels]."""
 GAP = 4
 """Between extractors [pixels]."""

@@ -13,7 +13,7 @@ from refseq.seeing.belief_log import Layer
 from refseq.seeing.history import HEIGHT, WIDTH
 from refseq.seeing.keypoints import Keypoints
 from refseq.seeing.scene import Scene, scene_of
-from refseq.seeing.watch import Watch
+from refseq.seeing.watch import Watch, ring_of
 from refseq.view import View
 
 Answers = Mapping[str, Sequence[Belief]]
@@ -54,14 +54,21 @@ class LocaliseTab:
 
     def send(self, stream: rr.RecordingStream) -> None:
         """Log view by view."""
-        watch = Watch(stream, self.layers, framed=self.scene.framed, expect=self.scene.count)
-        for view, beliefs in self.rows():
-            watch.update(view, beliefs)
+        self._send(Watch(stream, self.layers, framed=self.scene.framed, expect=self.scene.count), self.layers)
 
-    def rows(self) -> Iterator[tuple[View, dict[str, dict[str, Belief]]]]:
-        """Each view with the answers to it."""
+    def send_drive(self, stream: rr.RecordingStream) -> None:
+        """Log the drive alone, without any answer to it."""
+        self._send(Watch(stream, framed=self.scene.framed), ())
+
+    def send_layer(self, stream: rr.RecordingStream, layer: Layer) -> None:
+        """Log what one localiser answers, without the drive."""
+        ring = ring_of(self.layers.index(layer))
+        self._send(Watch(stream, [layer], drive=False, ring=ring, expect=self.scene.count), [layer])
+
+    def _send(self, watch: Watch, layers: Sequence[Layer]) -> None:
         for number, view in enumerate(self.views):
-            yield view, {name: {m: b[number] for m, b in methods.items()} for name, methods in self.answers.items()}
+            asked = {layer.name: self.answers[layer.name] for layer in layers}
+            watch.update(view, {name: {m: b[number] for m, b in methods.items()} for name, methods in asked.items()})
 
 
 def _check(layer: Layer, method: str, beliefs: Sequence[Belief], count: int) -> None:

@@ -1,7 +1,8 @@
 """A Rerun recording: one layout with a tab each, and the data of all tabs, streamed to wherever it goes."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import rerun as rr
@@ -43,13 +44,28 @@ def blueprint(tabs: Sequence[Tab], *, active: int = 0) -> rrb.Blueprint:
     )
 
 
-def send(stream: rr.RecordingStream, tabs: Sequence[Tab], *, name: str, active: int = 0) -> None:
-    """Send the layout, then the data of one tab after the other; ``name`` is the recording's in the viewer."""
+def send_layout(stream: rr.RecordingStream, tabs: Sequence[Tab], *, name: str, active: int = 0) -> None:
+    """Send the recording's name and the layout alone, for data that other streams bring."""
     stream.send_recording_name(name)
     stream.send_blueprint(blueprint(tabs, active=active))
+
+
+def send(stream: rr.RecordingStream, tabs: Sequence[Tab], *, name: str, active: int = 0) -> None:
+    """Send the layout, then the data of one tab after the other; ``name`` is the recording's in the viewer."""
+    send_layout(stream, tabs, name=name, active=active)
     for tab in tabs:
         tab.send(stream)
     stream.reset_time()
+
+
+@contextmanager
+def saved(path: Path, recording: str) -> Iterator[rr.RecordingStream]:
+    """A stream into a ``.rrd`` file, which replaces ``path`` in one step when the block ends well."""
+    with replacing_at(path) as temporary, new_stream(recording) as stream:
+        stream.save(temporary)
+        yield stream
+        stream.flush()
+        stream.disconnect()
 
 
 def write_recording(path: Path, tabs: Sequence[Tab], *, name: str, active: int = 0) -> None:
@@ -57,8 +73,5 @@ def write_recording(path: Path, tabs: Sequence[Tab], *, name: str, active: int =
 
     It is written as the data come: memory does not grow with the drive.
     """
-    with replacing_at(path) as temporary, new_stream(name) as stream:
-        stream.save(temporary)
+    with saved(path, name) as stream:
         send(stream, tabs, name=name, active=active)
-        stream.flush()
-        stream.disconnect()

@@ -56,7 +56,7 @@ class ReferenceTab:
         return rrb.Vertical(*(row for row, _ in rows), row_shares=[share for _, share in rows])
 
     def _matrices(self) -> rrb.Container:
-        bounds = rrb.VisualBounds2D(x_range=[-LABELS, WIDTH], y_range=[-4, HEIGHT + 4])
+        bounds = rrb.VisualBounds2D(x_range=[-LABELS, WIDTH], y_range=[-6, HEIGHT + 10])
         pictures = [
             rrb.Spatial2DView(
                 origin=f"reference/fim/{part(name)}", name=f"{name}: feature ↓ place →", visual_bounds=bounds

@@ -20,7 +20,8 @@ class Watch:
     """Logs a drive and the answers to it, one view after the other: to the end of a file, or live.
 
     ``layers`` are the localisers that answer, one or several; ``expect`` is the number of views, if known. ``framed``:
-    true poses are known, or those of a map (``DriveLog``). Neither pictures nor scans are kept.
+    true poses are known, or those of a map (``DriveLog``). Without ``drive`` nothing but the answers is logged, whose
+    believed place gets a ``ring`` of this colour. Neither pictures nor scans are kept.
 
     >>> watch = Watch(stream, [Layer("thesis", tuple(Stage), Places.of(sequence, reference.views))])
     >>> for view in views:
@@ -34,12 +35,13 @@ class Watch:
         *,
         framed: bool = True,
         drive: bool = True,
+        ring: colours.Colour | None = None,
         expect: int | None = None,
     ) -> None:
         self._stream = stream
         self._drive = DriveLog(stream, framed, *_settings(layers)) if drive else None
         self._beliefs = {
-            layer.name: BeliefLog(stream, layer, ring=ring_of(number), expect=expect)
+            layer.name: BeliefLog(stream, layer, ring=ring or ring_of(number), expect=expect)
             for number, layer in enumerate(layers)
         }
         self._view, self._distance = 0, 0.0
