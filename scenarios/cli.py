@@ -19,6 +19,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scenarios.console import err, out, print_results, progress_bar, say, share_of, step_bars
+from scenarios.drive_cli import EXAMPLES as DRIVE_EXAMPLES
+from scenarios.drive_cli import drive
 from scenarios.inputs import (
     assignments,
     check_output,
@@ -54,6 +56,7 @@ app.add_typer(worlds, name="worlds")
 app.add_typer(robots, name="robots")
 app.add_typer(scenario, name="scenario")
 app.add_typer(mission, name="mission")
+app.command(epilog=DRIVE_EXAMPLES)(drive)
 app.command(epilog=SIMILARITY_EXAMPLES)(similarity)
 app.command(epilog=MERGE_EXAMPLES)(merge)
 app.command(epilog=ROUTE_EXAMPLES)(route)

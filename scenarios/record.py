@@ -199,6 +199,12 @@ def scans(drive: Drive) -> bool:
     return drive.sensors is None or LASER in drive.sensors
 
 
+def sensors_of(drive: Drive) -> tuple[str, ...]:
+    """The sensors that a drive records, by name."""
+    cameras = () if drive.renderer is RendererKind.NONE else robots.load(drive.robot).cameras
+    return tuple(name for name in (*cameras, LASER) if drive.sensors is None or name in drive.sensors)
+
+
 def described(
     bench: Bench, drive: Drive, trigger: Trigger | None, style: OperatorStyle | None = None
 ) -> Mapping[str, str]:
