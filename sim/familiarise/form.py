@@ -29,6 +29,8 @@ COLOURS = {
 ALARM = (0.94, 0.45, 0.10, 1.0)
 WIDTH = 348.0
 """Width of the form [px]."""
+ASIDE = 0.5
+"""It is looked past the robot so far to its left [m], where the form is."""
 FLAGS = int(imgui.WindowFlags.NoNav) | int(imgui.WindowFlags.AlwaysAutoResize) | int(imgui.WindowFlags.NoSavedSettings)
 """Keys lead the robot, not the form; it is where it was put, and as large as what is in it."""
 
@@ -131,10 +133,12 @@ class Form(plugin.ViewerPlugin):  # type: ignore[misc]
             return
         self._heed_mouse()
         body = self.viewer.data.body(self._robot)
-        heading = math.degrees(math.atan2(body.xmat[3], body.xmat[0]))
+        heading = math.atan2(body.xmat[3], body.xmat[0])
         camera.type = mujoco.mjtCamera.mjCAMERA_FREE
-        camera.lookat[:] = (body.xpos[0], body.xpos[1], 0.8)
-        camera.azimuth = heading + self._turned
+        aside = ASIDE if look == "behind" else 0.0
+        left = heading + math.pi / 2
+        camera.lookat[:] = (body.xpos[0] + aside * math.cos(left), body.xpos[1] + aside * math.sin(left), 0.8)
+        camera.azimuth = math.degrees(heading) + self._turned
         camera.elevation = -80.0 if look == "above" else -14.0 + self._raised
         camera.distance = self._away * (11.0 if look == "above" else 3.4)
 
@@ -162,7 +166,7 @@ class Form(plugin.ViewerPlugin):  # type: ignore[misc]
         ux.setup_theme(ux.GuiTheme.DARK)
         imgui.SetNextWindowPos(imgui.Vec2(12, 12), int(imgui.Cond.FirstUseEver))
         imgui.SetNextWindowSize(imgui.Vec2(WIDTH, 0))
-        if imgui.Begin("Familiarisation", True, FLAGS)[0]:
+        if imgui.Begin("Familiarisation", None, FLAGS)[0]:
             self._build_state()
             self._build_buttons()
             self._build_figures()

@@ -43,7 +43,7 @@ LEGEND = (
     ("E, R", "emergency stop, release"),
     ("X", "stop, and keep the recording"),
     ("Delete", "abort, and keep nothing"),
-    ("C", "look from behind, from above, through the camera"),
+    ("C", "look from behind, above, a camera"),
 )
 """What people are told of the keys; the last is the viewer's own."""
 

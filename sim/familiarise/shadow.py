@@ -7,7 +7,7 @@ import numpy as np
 
 from sim.bench import Bench
 
-BRIGHT = 72_000.0
+BRIGHT = 30_000.0
 """What light from all sides must give [lx] for grey to look grey in a viewer: these expose as for a sunny day."""
 DARKEST = 1.0
 """Less light than this [lx] is shown as if it was so much: eyes do not get used to total darkness."""

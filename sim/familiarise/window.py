@@ -23,7 +23,8 @@ from sim.familiarise.keys import Keyboard
 from sim.familiarise.orders import Button, Hand, Orders, Status
 from sim.familiarise.pictures import Picture, pictures_of
 from sim.familiarise.shadow import Shadow
-from sim.serial_port import LOOPBACK, Pace
+from sim.familiarise.steady import Steady
+from sim.serial_port import LOOPBACK
 
 DEADMAN = 0.5
 """Keys count as held for so long after the viewer told of them [s]; a choice."""
@@ -73,13 +74,13 @@ def opened(bench: Bench, look: Look, gamepad: Path | None = None) -> Iterator[Ha
         heading = Heading(look.name, look.sampling, ", ".join(look.sensors), str(pad.path) if pad else None)
         form = Form(heading, f"{bench.robot.name}/{bench.robot.base}", _cameras(bench))
         handle = stack.enter_context(_launched(look, [form, ears]))
-        yield ViewerHand(handle, ears, Shadow(bench), Pace(look.rate), pad)
+        yield ViewerHand(handle, ears, Shadow(bench), Steady(look.rate), pad)
 
 
 class ViewerHand:
     """Asks for what the keys of a viewer and a gamepad ask for, and shows there how things stand."""
 
-    def __init__(self, handle: Handle, ears: Ears, shadow: Shadow, pace: Pace, pad: Gamepad | None = None) -> None:
+    def __init__(self, handle: Handle, ears: Ears, shadow: Shadow, pace: Steady, pad: Gamepad | None = None) -> None:
         self._handle, self._ears, self._shadow, self._pace, self._pad = handle, ears, shadow, pace, pad
         self._keyboard = Keyboard()
         self._pictures: tuple[int, tuple[Picture, ...]] = (0, ())

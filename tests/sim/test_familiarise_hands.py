@@ -1,5 +1,6 @@
 """Keys, gamepads and viewers as hands: what they ask for, what becomes of one that goes away."""
 
+import math
 import os
 import time
 from collections.abc import Callable, Iterator
@@ -23,9 +24,9 @@ from sim.familiarise.orders import SPEED, TURN_RATE, Button, Orders, Phase, Stat
 from sim.familiarise.pictures import REACH, SIZE, pictures_of, scan_picture
 from sim.familiarise.shadow import Shadow
 from sim.familiarise.sitting import familiarise
+from sim.familiarise.steady import Steady
 from sim.familiarise.window import DEADMAN, Look, ViewerHand, opened
 from sim.render import RendererKind
-from sim.serial_port import Pace
 from tests.sim.behaving_in import corridor
 
 CAMERALESS = BenchSettings(RendererKind.NONE, cameras=())
@@ -158,6 +159,36 @@ def test_a_device_that_is_not_there_is_named(tmp_path: Path) -> None:
         Gamepad(tmp_path / "js9")
 
 
+# --- pace ---
+
+
+def test_time_is_held_back_and_never_hurried() -> None:
+    now, slept = [100.0], list[float]()
+
+    def sleep(seconds: float) -> None:
+        slept.append(seconds)
+        now[0] += seconds
+
+    steady = Steady(2.0, lambda: now[0], sleep)
+    steady.keep(0.0)
+    for step in range(1, 6):
+        steady.keep(0.04 * step)
+    assert now[0] == pytest.approx(100.1)
+    now[0] += 5.0  # a picture was drawn
+    slept.clear()
+    steady.keep(0.24)
+    assert not slept
+    steady.keep(0.28)
+    steady.keep(0.32)
+    assert slept == pytest.approx([0.02, 0.02])
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, math.inf, math.nan])
+def test_a_pace_that_is_none_is_refused(rate: float) -> None:
+    with pytest.raises(SimError, match=r"^rate .* is not valid"):
+        Steady(rate)
+
+
 # --- a viewer ---
 
 
@@ -195,7 +226,7 @@ def viewer() -> FakeViewer:
 
 
 def hand_of(bench: Bench, viewer: FakeViewer, pad: Gamepad | None = None) -> ViewerHand:
-    return ViewerHand(viewer, viewer.ears, Shadow(bench), Pace(None), pad)
+    return ViewerHand(viewer, viewer.ears, Shadow(bench), Steady(1e6), pad)
 
 
 def test_what_is_pressed_in_a_viewer_is_asked_for_once(bench: Bench, viewer: FakeViewer) -> None:

@@ -1,0 +1,33 @@
+"""Simulated time at the pace of a person: held back, and never hurried to catch up."""
+
+import math
+import time
+from collections.abc import Callable
+
+from sim.errors import SimError
+
+
+class Steady:
+    """Holds simulated time back to ``factor`` times wall time.
+
+    What was lost, while a picture was drawn say, is lost: a robot that made up for it would be too quick to be led.
+    """
+
+    def __init__(
+        self,
+        factor: float = 1.0,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        if not 0 < factor < math.inf:
+            raise SimError(f"rate {factor:g} is not valid; it should be simulated over real time, above 0")
+        self._factor, self._clock, self._sleep = factor, clock, sleep
+        self._due, self._last = -math.inf, 0.0
+
+    def keep(self, simulated: float) -> None:
+        """Wait until it is time for ``simulated`` [s]."""
+        passed, self._last = (simulated - self._last) / self._factor, simulated
+        self._due = max(self._due + passed, self._clock())
+        ahead = self._due - self._clock()
+        if ahead > 0:
+            self._sleep(ahead)
