@@ -1,8 +1,10 @@
 """Pages: templates filled in, and figures and pictures as they stand there."""
 
 import base64
+import hashlib
 import math
 from collections.abc import Sequence
+from importlib.resources import files
 
 import cv2
 import jinja2
@@ -19,13 +21,33 @@ SCAN_REACH = 12.0
 """How far a drawn scan reaches [m]."""
 
 
+STYLE, SCRIPT = "style.css", "page.js"
+"""What all pages look like, and what sorts their tables: beside the templates, and put into every page."""
+
+
 def rendered(template: str, **content: object) -> str:
-    """A page from one of the templates; all text that is put in is escaped."""
+    """A page from one of the templates; all text that is put in is escaped.
+
+    A browser is told to fetch nothing for it, and to run no other script than ours.
+    """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("scenarios"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
-    environment.globals["reach"] = f"{SCAN_REACH:g}"
+    style, script = _beside(STYLE), _beside(SCRIPT)
+    environment.globals |= {"reach": f"{SCAN_REACH:g}", "style": style, "script": script, "policy": policy(script)}
     return environment.get_template(template).render(**content)
+
+
+def policy(script: str) -> str:
+    """What a browser may do for a page (Content Security Policy, level 2): nothing from outside, and one script."""
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    allowed = "img-src data:; style-src 'unsafe-inline'"  # matplotlib styles each line of a drawing where it stands
+    return f"default-src 'none'; {allowed}; script-src 'sha256-{digest}'; base-uri 'none'; form-action 'none'"
+
+
+def _beside(name: str) -> str:
+    """The text of a file that lies beside the templates."""
+    return files("scenarios").joinpath("templates", name).read_text("utf-8")
 
 
 def metres(value: float) -> str:

@@ -6,19 +6,22 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import PowerNorm
+from matplotlib.colors import ListedColormap, PowerNorm, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.view import Pose, View
-from scenarios.comparison import Comparison, method_label
+from scenarios.comparison import Comparison, Drives, method_label
 from scenarios.incidents import Incident
 from scenarios.outcome import Outcome
 from scenarios.reliability import Reliability
@@ -47,10 +50,10 @@ OTHER_STYLES: Sequence[Style] = (
     ("#2a9d6f", "-.", "^"),
     ("#9467bd", (0, (5, 1, 1, 1, 1, 1)), "D"),
     ("#b8860b", (0, (1, 1)), "v"),
-    ("#4fb3bf", (0, (8, 2)), "P"),
+    ("#2f9aa8", (0, (8, 2)), "P"),
     ("#d6409f", (0, (3, 1)), "*"),
-    ("#8c564b", (0, (6, 2, 2, 2)), "<"),
-    ("#1f4e9c", (0, (2, 2)), ">"),
+    ("#a0695d", (0, (6, 2, 2, 2)), "<"),
+    ("#4a78c8", (0, (2, 2)), ">"),
     ("#7f9c1f", (0, (10, 2, 2, 2)), "h"),
     ("#e0685e", (0, (1, 3)), "p"),
     ("#3f7f00", (0, (8, 2, 1, 2, 1, 2)), "X"),
@@ -59,9 +62,10 @@ OTHER_STYLES: Sequence[Style] = (
     ("#00798c", (0, (3, 1, 1, 1)), "8"),
     ("#c46a2b", (0, (6, 1, 1, 1, 1, 1, 1, 1)), "1"),
     ("#6b7a8f", (0, (2, 1, 6, 1)), "2"),
-    ("#9b1d20", (0, (14, 2, 4, 2)), "3"),
+    ("#c4383b", (0, (14, 2, 4, 2)), "3"),
 )
-"""For other methods, one after the other; when they are used up they come again."""
+"""For other methods, one after the other; when they are used up they come again. All stand out from light
+paper and from dark, three to one at least."""
 
 REFERENCE, QUERY, WALL = "#2a8fd4", "#d55e00", "#8a8a8a"
 
@@ -173,8 +177,10 @@ def draw_walls(axes: Axes, outline: FloorOutline | None) -> None:
 
 
 def _draw_drives(axes: Axes, reference: NDArray[np.float64], query: NDArray[np.float64]) -> None:
-    axes.plot(*reference.T, color=REFERENCE, linewidth=0.8, marker=".", markersize=4, label="reference views")
-    axes.plot(*query.T, color=QUERY, linewidth=0.8, marker=".", markersize=4, label="query views")
+    """The reference as a broad pale way, the query as a thin line on it: told apart without colour as well."""
+    axes.plot(*reference.T, color=REFERENCE, linewidth=5, alpha=0.35, solid_capstyle="butt")
+    axes.plot(*reference.T, "o", color=REFERENCE, markersize=3.2, markerfacecolor="none", label="reference views")
+    axes.plot(*query.T, color=QUERY, linewidth=0.9, marker=".", markersize=3.5, label="query views")
 
 
 def _draw_incidents(axes: Axes, query: NDArray[np.float64], incidents: Sequence[Incident]) -> None:
@@ -216,15 +222,20 @@ def styles(methods: Iterable[str]) -> dict[str, Style]:
 
 
 PANELS = 3
-"""Heat maps side by side."""
+"""Heat maps side by side; of several drives, which hold more places, one less."""
+FINEST = 200, 320
+"""Rows and columns that a heat map has at most: more would be finer than what a screen shows."""
+BELIEF, TRUTH = QUERY, REFERENCE
+SWATCHES = (0.01, 0.1, 0.5, 1.0)
+"""Probabilities that a legend shows."""
 
 
 def posterior(
     comparison: Comparison, path: ReferencePath | None, wide: Tolerance, incidents: Sequence[Incident] = ()
 ) -> Plot:
-    """Probability of every place at every view, one panel a method, with the band of right answers drawn on it."""
+    """Probability of every place at every view, one panel a method, over the band of right answers."""
     methods, places = list(comparison.beliefs), len(comparison.reference_views)
-    columns = min(PANELS, len(methods))
+    columns = min(PANELS - (len(comparison.stretches) > 1), len(methods))
     rows = math.ceil(len(methods) / columns)
     with page_look():
         figure = Figure(figsize=(10, rows * 11 / max(columns, 2) + 0.6), layout="constrained")
@@ -233,9 +244,9 @@ def posterior(
             if method is None:
                 axes.set_visible(False)
                 continue
-            image = _draw_posterior(axes, comparison.beliefs[method], places)
             if path is not None:
                 draw_truth(axes, comparison.query_views, path, wide, [one.first for one in incidents if one.carried])
+            _draw_posterior(axes, comparison.beliefs[method], places)
             for incident in incidents:
                 _edge(axes, incident)
             axes.set(title=method_label(method), xlim=(-1, len(comparison.query_views)), ylim=(-1, places * 1.05))
@@ -247,39 +258,90 @@ def posterior(
             lowest.tick_params(labelbottom=True)
         for axes in panels[:, 0]:
             axes.set_ylabel("reference place")
-        bar = figure.colorbar(image, ax=panels, label="P(place | on the path)", shrink=0.8 / rows**0.5, pad=0.01)
-        bar.outline.set_visible(False)
-        return Plot(as_svg(figure))
+        if comparison.drives is not None:
+            _mark_drives(panels, comparison.drives)
+        right = Patch(facecolor=TRUTH, alpha=0.35, edgecolor=TRUTH, linewidth=0.7, label="right answers")
+        says_lost = Line2D([], [], color=INK, marker="v", markersize=4, linestyle="none", label="says lost")
+        belief_legend(figure, "P(place | on the path)", *([right] if path else []), says_lost)
+        return Plot(as_svg(figure), _coarser(places, len(comparison.query_views)))
 
 
-def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> AxesImage:
-    shares = np.stack([belief.places for belief in beliefs], axis=1)
-    norm = PowerNorm(0.5, 0, 1)
-    image = axes.imshow(shares, norm=norm, cmap="magma", origin="lower", aspect="auto", interpolation="none")
+def _mark_drives(panels: NDArray[Any], drives: Drives) -> None:
+    """Draw a line between the places of one drive and of the next; their names stand in place of numbers."""
+    for axes in panels.flat:
+        for stretch in drives.stretches[1:]:
+            axes.axhline(stretch.start - 0.5, color=INK, alpha=0.35, linewidth=0.6)
+    for axes in panels[:, 0]:
+        middles = [(stretch.start + stretch.stop - 1) / 2 for stretch in drives.stretches]
+        axes.set_yticks(middles, [plain_text(name) for name in drives.names], fontsize=8)
+        axes.tick_params(axis="y", length=0)
+        axes.set_ylabel("places of each drive, in their order")
+
+
+def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> None:
+    draw_belief(axes, np.stack([belief.places for belief in beliefs], axis=1))
     lost = [t for t, belief in enumerate(beliefs) if belief.lost > LOST_ABOVE]
-    axes.plot(lost, [places * 1.02] * len(lost), "v", color="#d55e00", markersize=3.5, markeredgewidth=0)
-    return image
+    axes.plot(lost, [places * 1.025] * len(lost), "v", color=INK, markersize=3.5, markeredgewidth=0)
+
+
+def draw_belief(axes: Axes, shares: NDArray[np.float64]) -> None:
+    """Probabilities, (rows, views), as a colour that is the more opaque the higher they are: what lies below shows."""
+    colours = ListedColormap([(*to_rgb(BELIEF), opacity) for opacity in np.linspace(0, 1, 256)])
+    coarse = coarser(shares)
+    each = np.ceil(np.array(shares.shape) / FINEST).clip(1)
+    height, width = np.array(coarse.shape) * each
+    axes.imshow(
+        coarse, norm=PowerNorm(0.5, 0, 1), cmap=colours, origin="lower", aspect="auto", interpolation="none",
+        extent=(-0.5, width - 0.5, -0.5, height - 0.5), zorder=2,
+    )  # fmt: skip
+
+
+def coarser(shares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The highest of as many neighbours as it takes to have no more than ``FINEST`` rows and columns."""
+    for axis, finest in enumerate(FINEST):
+        each = max(1, math.ceil(shares.shape[axis] / finest))
+        shares = np.maximum.reduceat(shares, range(0, shares.shape[axis], each), axis=axis)
+    return shares
+
+
+def _coarser(places: int, views: int) -> str:
+    """What a reader must know where a heat map is coarser than what it shows."""
+    each = [math.ceil(count / finest) for count, finest in zip((places, views), FINEST, strict=True)]
+    told = [f"{n} {what}" for n, what in zip(each, ("places", "views"), strict=True) if n > 1]
+    return f"Each cell is the highest of {' and '.join(told)}." if told else ""
+
+
+def belief_legend(figure: Figure, shown: str, *more: Artist) -> None:
+    """A legend of probabilities, by what is ``shown``, and of whatever more there is."""
+    handles = [
+        Patch(facecolor=BELIEF, alpha=share**0.5, linewidth=0, label=f"{'' if n else shown + ' = '}{share:g}")
+        for n, share in enumerate(SWATCHES)
+    ]
+    figure.legend(handles=[*handles, *more], loc="outside upper center", ncols=len(handles) + len(more))
 
 
 def draw_truth(axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance, carried: Sequence[int]) -> None:
-    """Two lines, the tolerance before and after the true position; broken off the map, and where a kidnap ended.
+    """A band from the tolerance before the true position to that behind; broken off the map, and where a kidnap ended.
 
     Of several drives each that passes there has its own.
     """
     for drive in path.stretches:
         known = drive.start + np.flatnonzero(np.isfinite(path.along[drive]))
         true = np.array([_true_along(view.truth, path, wide, drive) for view in views])
-        for offset in (-wide.distance, wide.distance):
-            place = np.interp(true + offset, path.along[known], known)
-            band = np.insert(np.where(np.isfinite(true), place, np.nan), carried, np.nan)
-            over = np.insert(np.arange(len(true), dtype=float), carried, np.nan)
-            axes.plot(over, band, color="#4fd1ff", linewidth=0.7)
+        over = np.insert(np.arange(len(true), dtype=float), carried, np.nan)
+        low, high = (
+            np.insert(np.interp(true + offset, path.along[known], known), carried, np.nan)
+            for offset in (-wide.distance, wide.distance)
+        )
+        for edge in (low, high):
+            axes.plot(over, edge, color=TRUTH, alpha=0.6, linewidth=0.6, zorder=1)
+        axes.fill_between(over, low, high, color=TRUTH, alpha=0.35, linewidth=0, zorder=1)
 
 
 def _edge(axes: Axes, incident: Incident) -> None:
-    """A fault on a dark picture: a light line where it begins, and one where it ends."""
+    """A fault: a line where it begins, and one where it ends."""
     for at in (incident.first - 0.5, *(() if incident.carried else (incident.last + 0.5,))):
-        axes.axvline(at, color="#ffffff", alpha=0.8, linewidth=0.8, linestyle="--")
+        axes.axvline(at, color=INK, alpha=0.6, linewidth=0.8, linestyle="--", zorder=3)
 
 
 def _shade_incidents(axes: Axes, incidents: Sequence[Incident], *, labelled: bool = True) -> None:
@@ -542,6 +604,11 @@ def draw_grid(*panels: Axes) -> None:
     """A faint grid behind what is drawn."""
     for axes in panels:
         axes.grid(color=INK, alpha=0.12, linewidth=0.6)
+
+
+def plain_text(name: str) -> str:
+    """A name from outside as it is written: matplotlib takes what stands between dollars for mathematics."""
+    return name.replace("$", r"\$")
 
 
 def as_svg(figure: Figure) -> str:

@@ -1,26 +1,41 @@
 """Plots of several drives in one atlas: what was joined, and which of them the robot was taken to be on."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from refseq.belief import Belief
 from scenarios.atlas_score import passing
 from scenarios.comparison import Comparison, method_label
 from scenarios.merging import Merging
-from scenarios.plots import INK, FloorOutline, Plot, around, as_svg, draw_walls, page_look, positions_of
+from scenarios.plots import (
+    TRUTH,
+    FloorOutline,
+    Plot,
+    around,
+    as_svg,
+    belief_legend,
+    draw_belief,
+    draw_walls,
+    page_look,
+    plain_text,
+    positions_of,
+)
 from scenarios.score import ReferencePath, Tolerance, path_of
 
-COLOURS = ("#2a8fd4", "#d55e00", "#2a9d6f", "#d6409f", "#b8860b", "#5b5bd6", "#4fb3bf", "#8c564b")
-"""Of drives, one after the other; when they are used up they come again, hatched."""
-HATCHES = ("", "///", "...", "xxx")
+COLOURS = ("#2a8fd4", "#d55e00", "#2a9d6f", "#d6409f", "#b8860b", "#5b5bd6", "#2f9aa8", "#a0695d")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+"""Of drives, one after the other; as there are more colours than marks, 56 drives are told apart, and the first seven
+without colour."""
 ASIDE = 0.25
 """How far to the right of its way each further drive is drawn [m], or they would hide each other."""
-FAR_OFF = "#9b1d20"
+FAR_OFF = "#c4383b"
 
 
 def joined_plan(comparison: Comparison, merging: Merging, within: Tolerance, outline: FloorOutline | None) -> Plot:
@@ -37,7 +52,7 @@ def joined_plan(comparison: Comparison, merging: Merging, within: Tolerance, out
         axes = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", aspect="equal")
         draw_walls(axes, outline)
         for number, (name, stretch) in enumerate(zip(merging.names, path.stretches, strict=True)):
-            _draw_drive(axes, drawn, stretch, merging, COLOURS[number % len(COLOURS)], name)
+            _draw_drive(axes, drawn, stretch, merging, number, name)
         _draw_false(axes, path, drawn, merging, within)
         margin = 0.03 * (high - low) + 0.5
         axes.set(xlim=(low[0] - margin[0], high[0] + margin[0]), ylim=(low[1] - margin[1], high[1] + margin[1]))
@@ -52,14 +67,16 @@ def _aside(path: ReferencePath, stretch: slice, number: int) -> NDArray[np.float
 
 
 def _draw_drive(
-    axes: Axes, drawn: NDArray[np.float64], stretch: slice, merging: Merging, colour: str, name: str
+    axes: Axes, drawn: NDArray[np.float64], stretch: slice, merging: Merging, number: int, name: str
 ) -> None:
+    colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
     views = np.arange(stretch.start, stretch.stop)
     kept = merging.held_by[views] == views
     axes.plot(*drawn[views].T, color=colour, linewidth=0.6, alpha=0.7)
-    label = f"{name} ({int(kept.sum())} of {len(kept)})"
-    axes.plot(*drawn[views[kept]].T, ".", color=colour, markersize=5, label=label)
-    axes.plot(*drawn[views[~kept]].T, "o", color=colour, markersize=3, markerfacecolor="none", markeredgewidth=0.6)
+    look: Mapping[str, Any] = {"color": colour, "markersize": 3, "markeredgewidth": 0.6}
+    label = f"{plain_text(name)} ({int(kept.sum())} of {len(kept)})"
+    axes.plot(*drawn[views[kept]].T, marker, label=label, **look)
+    axes.plot(*drawn[views[~kept]].T, marker, markerfacecolor="none", **look)
 
 
 def _draw_false(
@@ -74,21 +91,24 @@ def _draw_false(
 
 
 def which_drive(comparison: Comparison, methods: Sequence[str], within: Tolerance) -> Plot:
-    """P(sequence) over the views, a panel a method, and above it which drives truly pass there."""
+    """P(sequence) over the views, a panel a method and a row a drive; a bar at a row's foot where that drive passes."""
     path = path_of(comparison)
     by = passing(path, path.near(comparison.query_views, within))
-    names = comparison.drives.names if comparison.drives else ("",)
-    strip = 0.25 + 0.16 * len(names)
+    names = [*map(plain_text, comparison.drives.names if comparison.drives else ("",)), "lost"]
+    high = 0.35 + 0.16 * len(names)
     with page_look():
-        figure = Figure(figsize=(10, strip + 1.5 * len(methods) + 1.0), layout="constrained")
-        panels = figure.subplots(1 + len(methods), 1, sharex=True, height_ratios=[strip, *[1.5] * len(methods)])
-        _draw_passing(panels[0], by, names)
-        for axes, method in zip(panels[1:], methods, strict=True):
-            _draw_shares(axes, shares(comparison.beliefs[method], path), names)
-            axes.set(ylabel="P(sequence)", ylim=(0, 1), title=method_label(method))
+        figure = Figure(figsize=(10, high * len(methods) + 0.9), layout="constrained")
+        panels = figure.subplots(len(methods), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, method in zip(panels, methods, strict=True):
+            draw_passing(axes, by)
+            found = shares(comparison.beliefs[method], path)
+            draw_belief(axes, np.vstack([found, 1 - found.sum(axis=0)]))
+            axes.set_yticks(range(len(names)), names, fontsize=7)
+            axes.set(ylim=(len(names) - 0.4, -0.6), title=method_label(method))
+            axes.tick_params(axis="y", length=0)
         panels[-1].set(xlabel="query view", xlim=(-0.5, len(by) - 0.5))
-        handles, labels = panels[-1].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=5)
+        truth = Patch(facecolor=TRUTH, linewidth=0, label="truly there")
+        belief_legend(figure, "P(sequence)", truth)
         return Plot(as_svg(figure))
 
 
@@ -97,28 +117,9 @@ def shares(beliefs: Sequence[Belief], path: ReferencePath) -> NDArray[np.float64
     return np.array([[(1 - b.lost) * b.places[stretch].sum() for b in beliefs] for stretch in path.stretches])
 
 
-def _draw_passing(axes: Axes, by: NDArray[np.bool_], names: Sequence[str]) -> None:
-    for number in range(len(names)):
-        views = np.flatnonzero(by[:, number])
-        axes.plot(views, np.full(len(views), number), "s", color=COLOURS[number % len(COLOURS)], markersize=3.2)
-    axes.set(ylim=(len(names) - 0.4, -0.6), title="truth: which drives pass")
-    axes.set_yticks(range(len(names)), names, fontsize=7)
-
-
-def _draw_shares(axes: Axes, found: NDArray[np.float64], names: Sequence[str]) -> None:
-    over = np.arange(found.shape[1])
-    stacked = np.vstack([found, 1 - found.sum(axis=0)])
-    # A drive may be called anything, "lost" among it.
-    looks = [
-        *(
-            (name, COLOURS[n % len(COLOURS)], HATCHES[n // len(COLOURS) % len(HATCHES)], 0.85)
-            for n, name in enumerate(names)
-        ),
-        ("lost", INK, "", 0.25),
-    ]
-    low = np.zeros(found.shape[1])
-    for (name, colour, hatch, opacity), share in zip(looks, stacked, strict=True):
-        axes.fill_between(
-            over, low, low + share, step="mid", color=colour, alpha=opacity, hatch=hatch, linewidth=0, label=name
-        )
-        low = low + share
+def draw_passing(axes: Axes, by: NDArray[np.bool_]) -> None:
+    """A bar at the foot of each drive's row where it passes, and of the last row where none does."""
+    for row, there in enumerate(np.column_stack([by, ~by.any(axis=1)]).T):
+        ends = np.flatnonzero(np.diff([0, *there.astype(int), 0])).reshape(-1, 2)
+        bars = [(first - 0.5, after - first) for first, after in ends.tolist()]
+        axes.broken_barh(bars, (row + 0.28, 0.2), facecolor=TRUTH, linewidth=0, zorder=3)
