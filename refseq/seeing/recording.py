@@ -29,8 +29,11 @@ def new_stream(recording: str, batches: rr.ChunkBatcherConfig = BATCH) -> rr.Rec
     return stream
 
 
-def blueprint(tabs: Sequence[Tab], *, active: int = 0) -> rrb.Blueprint:
-    """All tabs beside each other, ``active`` on top; it opens at the drive's end, and plays five views a second."""
+def blueprint(tabs: Sequence[Tab], *, active: int = 0, timeline: str = VIEW) -> rrb.Blueprint:
+    """All tabs beside each other, ``active`` on top; it opens at the drive's end, and plays five views a second.
+
+    A viewer shows nothing on a ``timeline`` that the recording does not have.
+    """
     layouts = []
     for tab in tabs:
         layout = tab.layout()
@@ -38,21 +41,23 @@ def blueprint(tabs: Sequence[Tab], *, active: int = 0) -> rrb.Blueprint:
         layouts.append(layout)
     return rrb.Blueprint(
         rrb.Tabs(*layouts, active_tab=active) if len(layouts) > 1 else layouts[0],
-        rrb.TimePanel(state="collapsed", timeline=VIEW, play_state="following", fps=5),
+        rrb.TimePanel(state="collapsed", timeline=timeline, play_state="following", fps=5),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
     )
 
 
-def send_layout(stream: rr.RecordingStream, tabs: Sequence[Tab], *, name: str, active: int = 0) -> None:
+def send_layout(
+    stream: rr.RecordingStream, tabs: Sequence[Tab], *, name: str, active: int = 0, timeline: str = VIEW
+) -> None:
     """Send the recording's name and the layout alone, for data that other streams bring."""
     stream.send_recording_name(name)
-    stream.send_blueprint(blueprint(tabs, active=active))
+    stream.send_blueprint(blueprint(tabs, active=active, timeline=timeline))
 
 
-def send(stream: rr.RecordingStream, tabs: Sequence[Tab], *, name: str, active: int = 0) -> None:
+def send(stream: rr.RecordingStream, tabs: Sequence[Tab], *, name: str, active: int = 0, timeline: str = VIEW) -> None:
     """Send the layout, then the data of one tab after the other; ``name`` is the recording's in the viewer."""
-    send_layout(stream, tabs, name=name, active=active)
+    send_layout(stream, tabs, name=name, active=active, timeline=timeline)
     for tab in tabs:
         tab.send(stream)
     stream.reset_time()
@@ -68,10 +73,10 @@ def saved(path: Path, recording: str) -> Iterator[rr.RecordingStream]:
         stream.disconnect()
 
 
-def write_recording(path: Path, tabs: Sequence[Tab], *, name: str, active: int = 0) -> None:
+def write_recording(path: Path, tabs: Sequence[Tab], *, name: str, active: int = 0, timeline: str = VIEW) -> None:
     """Write a ``.rrd`` file that opens with its own layout, replacing ``path`` in one step.
 
     It is written as the data come: memory does not grow with the drive.
     """
     with saved(path, name) as stream:
-        send(stream, tabs, name=name, active=active)
+        send(stream, tabs, name=name, active=active, timeline=timeline)
