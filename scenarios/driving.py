@@ -8,12 +8,12 @@ from pathlib import Path
 from refseq.logs import Recording, read_recording
 from robots import Stop
 from scenarios.errors import ScenarioError
-from scenarios.record import Drive, check_recording, described, open_bench, scans, write_drive
+from scenarios.record import Drive, Told, check_recording, described, open_bench, scans, write_drive
 from sim.bench import Bench
 from sim.familiarise.orders import Hand, Orders, Status
 from sim.familiarise.script import Moment, Noting, parse, printed
 from sim.familiarise.sitting import familiarise
-from sim.recorder import Taken, Trigger
+from sim.recorder import Trigger
 
 CONTROLS = "controls"
 """Where a recording tells what was asked for on the way, as a script."""
@@ -60,8 +60,8 @@ class Led:
     way: float
 
 
-def lead(sitting: Sitting, path: Path, controls: Controls, told: Callable[[Taken, int], None] | None = None) -> Led:
-    """Let somebody lead the robot, and write what it senses to ``path``; ``told`` hears of each view.
+def lead(sitting: Sitting, path: Path | None, controls: Controls, told: Told | None = None) -> Led:
+    """Let somebody lead the robot, and write what it senses to ``path``, None: nowhere; ``told`` hears of each view.
 
     Raises as ``scenarios.record.write_drive`` does, and ``AbortedError`` when the hand gives up.
     """

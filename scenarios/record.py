@@ -40,6 +40,10 @@ Progress = Callable[[float, float, int], None]
 """Told how far the robot has come [m], of how much [m], and the number of views so far."""
 
 
+Told = Callable[[Taken, int], None]
+"""Told of each view, and of the number of views so far."""
+
+
 @dataclass(frozen=True, slots=True)
 class Drive:
     """A drive to record; equal drives give equal recordings. ``sensors`` None means all that the robot has.
@@ -161,8 +165,8 @@ def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
             raise ScenarioError(f"sensor {sensor!r} is not on robot {robot.name!r}; valid are {', '.join(valid)}")
 
 
-def record(drive: Drive, path: Path, progress: Progress | None = None) -> Recording:
-    """Simulate the drive and write it to ``path``; returns what was recorded.
+def record(drive: Drive, path: Path | None, progress: Progress | None = None, told: Told | None = None) -> Recording:
+    """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
 
     When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised; before the
     first view there is nothing to keep, and ``path`` stays as it was. Raises ``ScenarioError`` when ``path`` cannot be
@@ -180,17 +184,19 @@ def record(drive: Drive, path: Path, progress: Progress | None = None) -> Record
         else:
             drive_on = drive_and_sense(bench, operator, drive.trigger, faults=drive.faults, timeout=drive.patience)
 
-        def told(taken: Taken, count: int) -> None:
+        def tell(taken: Taken, count: int) -> None:
+            if told is not None:
+                told(taken, count)
             if progress is not None:
                 # How far behaviours will lead, nobody knows.
                 progress(taken.progress, taken.progress if drive.behaviours else operator.length, count)
 
-        return write_drive(path, metadata, drive_on, scanning=scans(drive), told=told)
+        return write_drive(path, metadata, drive_on, scanning=scans(drive), told=tell)
 
 
-def check_recording(path: Path) -> None:
+def check_recording(path: Path | None) -> None:
     """Raise ``ScenarioError`` when ``path`` cannot be a recording's."""
-    if path.is_dir():
+    if path is not None and path.is_dir():
         raise ScenarioError(f"{path}: is a folder; valid is the name of a recording to write")
 
 
@@ -214,33 +220,55 @@ def described(
 
 
 def write_drive(
-    path: Path,
+    path: Path | None,
     metadata: Mapping[str, str],
     drive_on: Iterator[Taken],
     *,
     scanning: bool = True,
-    told: Callable[[Taken, int], None] | None = None,
+    told: Told | None = None,
     afterwards: Callable[[], Mapping[str, str]] = dict,
 ) -> Recording:
-    """Write the views of a drive as they are taken; ``told`` hears of each, and of their number.
+    """Write the views of a drive as they are taken, to ``path``, None: nowhere; ``told`` hears of each when it is kept.
 
+    What is given back holds no images and scans where nothing is written, which nobody could keep of a long drive.
     ``afterwards`` gives what is known of a drive only when it has ended. Interrupted, it raises as ``record`` does; of
     a drive that is aborted nothing is kept. Raises ``NoViewError`` for one that ends without a view.
     """
-    first = next(drive_on, None)
-    if first is None:
-        raise NoViewError(f"{path} is not written: no view was taken")
-    _make_folder(path)
     views: list[View] = []
+    taken_on = (taken if scanning else replace(taken, view=replace(taken.view, scan=None)) for taken in drive_on)
+    first = next(taken_on, None)
+    if first is None:
+        raise NoViewError(f"{path or 'the drive'} is not written: no view was taken")
+
+    def keep(taken: Taken, writer: RecordingWriter | None) -> None:
+        if writer is not None:
+            writer.write(taken.view, taken.odometry)
+        views.append(taken.view if writer is not None else replace(taken.view, images={}, scan=None))
+        if told is not None:
+            told(taken, len(views))
+
+    every = itertools.chain([first], taken_on)
+    if path is None:
+        for taken in every:
+            keep(taken, None)
+    else:
+        _write(path, metadata, every, keep, afterwards)
+    return Recording(tuple(views), {**metadata, **afterwards()})
+
+
+def _write(
+    path: Path,
+    metadata: Mapping[str, str],
+    every: Iterator[Taken],
+    keep: Callable[[Taken, RecordingWriter], None],
+    afterwards: Callable[[], Mapping[str, str]],
+) -> None:
+    _make_folder(path)
     try:
         with RecordingWriter(path, metadata) as writer:
             try:
-                for taken in itertools.chain([first], drive_on):
-                    view = taken.view if scanning else replace(taken.view, scan=None)
-                    writer.write(view, taken.odometry)
-                    views.append(view)
-                    if told is not None:
-                        told(taken, len(views))
+                for taken in every:
+                    keep(taken, writer)
             except AbortedError:
                 writer.discard()
                 raise
@@ -251,7 +279,6 @@ def write_drive(
     except KeyboardInterrupt:
         kept = len(read_recording(path).views)  # the stop may have come between writing a view and noting it
         raise Interrupted(f"{path} is readable and holds all views up to now, {kept}") from None
-    return Recording(tuple(views), {**metadata, **afterwards()})
 
 
 def _make_folder(path: Path) -> None:
