@@ -27,7 +27,6 @@ from scenarios.inputs import (
     read_atlas,
     read_comparison,
     read_drive,
-    read_show,
     stages,
     words,
     writing,
@@ -38,6 +37,8 @@ from scenarios.robots_cli import robots
 from scenarios.route_cli import EXAMPLES as ROUTE_EXAMPLES
 from scenarios.route_cli import route
 from scenarios.scenario_cli import scenario
+from scenarios.view_cli import EXAMPLES as VIEW_EXAMPLES
+from scenarios.view_cli import view
 from scenarios.worlds_cli import worlds
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ app.command(epilog=DRIVE_EXAMPLES)(drive)
 app.command(epilog=SIMILARITY_EXAMPLES)(similarity)
 app.command(epilog=MERGE_EXAMPLES)(merge)
 app.command(epilog=ROUTE_EXAMPLES)(route)
+app.command(epilog=VIEW_EXAMPLES)(view)
 
 
 class LaserRange(StrEnum):
@@ -466,35 +468,6 @@ def report(
     with writing(output):
         write_report(output, [comparison], title=comparison.name, outline=outline)
     say(out, f"{output}")
-
-
-@app.command(
-    epilog="""Examples:
-
-* `refseq view query.mcap`
-* `refseq view map.refseq query.mcap beliefs.parquet --reference reference.mcap --save show.rrd`"""
-)
-def view(
-    files: Annotated[list[Path], typer.Argument(help="A recording, a map, or map, recording and beliefs.")],
-    reference: Reference = None,
-    save: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a file for the Rerun viewer (.rrd) and open none.")
-    ] = None,
-    views: Views = None,
-    thin: Thin = None,
-) -> None:
-    """Show a drive, a map, or a localised drive in the Rerun viewer."""
-    from refseq.viewer import show, write_recording
-
-    if save is not None:
-        check_output(save)
-    reference_views, query_views, answers, name = read_show(files, reference, views, thin)
-    if save is None:
-        show(reference_views, query_views, answers, name=name)
-    else:
-        with writing(save):
-            write_recording(save, reference_views, query_views, answers, name=name)
-        say(out, f"{save}: open it with 'rerun {save}'")
 
 
 @app.command(

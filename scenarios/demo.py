@@ -7,8 +7,13 @@ from pathlib import Path
 from refseq.beliefs import write_beliefs
 from refseq.mapfile import save_map
 from refseq.profile import THESIS, Profile
+from refseq.seeing.belief_log import Layer
+from refseq.seeing.localise_tab import LocaliseTab
+from refseq.seeing.places import Places
+from refseq.seeing.recording import write_recording
+from refseq.seeing.reference_tab import ReferenceTab
+from refseq.seeing.tab import Tab
 from refseq.sequence import learn
-from refseq.viewer import write_recording
 from scenarios.comparison import Comparison
 from scenarios.evaluate import compare
 from scenarios.outline import outline_of
@@ -58,6 +63,7 @@ def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]
     step("learn")
     sequence = learn(reference.views, profile=demo.profile, metadata=reference.metadata)
     save_map(sequence, home / "map.refseq")
+    places = Places.of(sequence, reference.views)
     comparisons = []
     for index, light in enumerate(demo.lights):
         place = home if index == 0 else home / light.replace(":", "-")
@@ -67,6 +73,8 @@ def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]
         step("localise")
         comparison = compare(f"{first.light} → {light}", sequence, query, reference=reference.views)
         write_beliefs(place / "beliefs.parquet", query.views, comparison.beliefs, query.metadata)
-        write_recording(place / "demo.rrd", reference.views, query.views, comparison.beliefs, name=comparison.name)
+        layer = Layer("beliefs", tuple(comparison.beliefs), places)
+        tabs: list[Tab] = [ReferenceTab(places), LocaliseTab(query.views, [layer], {layer.name: comparison.beliefs})]
+        write_recording(place / "demo.rrd", tabs, name=comparison.name, active=1)
         comparisons.append(comparison)
     return comparisons

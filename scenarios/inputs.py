@@ -3,7 +3,7 @@
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -15,9 +15,8 @@ from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     from refseq.atlas import Atlas
-    from refseq.belief import Belief, Stage
+    from refseq.belief import Stage
     from refseq.logs import Recording
-    from refseq.view import View
     from scenarios.comparison import Comparison
 
 
@@ -145,22 +144,3 @@ def read_comparison(
         return answers_in_atlas(f"{map_file.name} ← {query.name}", atlas, drive, answers, places)
     except ScenarioError as error:
         raise ScenarioError(f"{beliefs}: {error}") from error
-
-
-def read_show(
-    files: Sequence[Path], reference: Path | None, views: str | None, thin: float | None
-) -> "tuple[Sequence[View], Sequence[View], Mapping[str, Sequence[Belief]], str]":
-    """Reference views, query views, beliefs and title of what the files hold."""
-    from refseq.mapfile import load_map
-    from scenarios.evaluate import places_as_views
-
-    match [file.suffix for file in files]:
-        case [".refseq"]:
-            return places_as_views(load_map(files[0])), (), {}, files[0].name
-        case [_]:
-            return (), read_drive(files[0], views, thin).views, {}, files[0].name
-        case [".refseq", _, ".parquet"]:
-            found = read_comparison(files[0], files[1], files[2], reference, views, thin)
-            return found.reference_views, found.query_views, found.beliefs, found.name
-    given = " ".join(str(file) for file in files)
-    raise ScenarioError(f"{given}: valid is a recording, a map (.refseq), or map, recording and beliefs (.parquet)")

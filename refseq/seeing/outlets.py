@@ -41,7 +41,7 @@ def connected(
     Raises ``RefseqError`` for an address that is none, when nobody answers there, and at the end when the viewer went
     away before it had all. A viewer that goes away never stops the block itself: what it logs is dropped.
     """
-    _check_answers(url)
+    check_answers(url)
     with new_stream(recording, batches) as stream:
         try:
             stream.connect_grpc(url)
@@ -69,7 +69,7 @@ def spawned(
     recording: str, memory: str = MEMORY, batches: rr.ChunkBatcherConfig = BATCH
 ) -> Iterator[rr.RecordingStream]:
     """A stream to a viewer that is started for it and stays open. Raises ``RefseqError`` without a display."""
-    _check_display()
+    check_display()
     port = free_port()
     process = _start("--port", str(port), "--memory-limit", memory, "--expect-data-soon")
     _wait(process, port)
@@ -127,7 +127,7 @@ def check_free(port: int) -> None:
             raise RefseqError(f"port {port} cannot be served from: {reason}; valid is a free port") from error
 
 
-def _check_answers(url: str) -> None:
+def check_answers(url: str) -> None:
     """Raise ``RefseqError`` unless something that speaks gRPC answers at a viewer's address."""
     parts = urlsplit(url)
     try:
@@ -157,7 +157,8 @@ def _check_answers(url: str) -> None:
 # --- processes ---
 
 
-def _check_display() -> None:
+def check_display() -> None:
+    """Raise ``RefseqError`` where no window can be opened."""
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise RefseqError(
             "no display: DISPLAY and WAYLAND_DISPLAY are unset; valid is a desktop session, or saving a file, "
