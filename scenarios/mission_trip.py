@@ -14,6 +14,10 @@ from refseq.errors import MapError
 from refseq.files import replace_bytes, replace_text, replacing_at
 from refseq.localiser import SequenceLocaliser
 from refseq.missions import Entry, Executor, Plan
+from refseq.seeing.mission_record import MissionRecord, Recorder
+from refseq.seeing.mission_tab import MissionTab
+from refseq.seeing.recording import write_recording
+from refseq.seeing.timelines import TIME
 from refseq.view import LASER, Pose
 from scenarios.errors import ScenarioError
 from scenarios.leading import Ground, Leader
@@ -28,6 +32,9 @@ from sim.bench import Bench
 from sim.mission import EVERY
 from sim.recorder import Trigger
 from sim.render import RendererKind
+
+RECORD = "mission.rrd"
+"""What a mission leaves for the viewer in its folder."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,18 +91,21 @@ class Trip:
 
 @dataclass(frozen=True)
 class Made:
-    """A trip that was made, and the frames of who stood by."""
+    """A trip that was made, the frames of who stood by, and what there is to see of it."""
 
     done: Done
     frames: tuple[Frame, ...]
+    record: MissionRecord
 
 
 def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> Made:
     """Run a mission; ``tell`` hears each line of its log as it comes. Raises the rooms' own errors."""
     told, bystander = 0, None if trip.strip is None else Bystander(trip.strip)
+    recorder = Recorder()
 
     def each(executor: Executor, bench: Bench) -> None:
         nonlocal told
+        recorder.note(executor, bench.pose)
         if bystander is not None:
             bystander(executor, bench)
         if tell is not None:
@@ -105,11 +115,13 @@ def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None]
 
     poses = poses_of(atlas, plan)
     ground = Ground(plan.way, np.array([(pose.x, pose.y) for pose in poses]))
-    leader = Leader(ground, None if trip.odometry else localiser_in(atlas), atlas.sequences)
+    localiser = None if trip.odometry else recorder.heard(localiser_in(atlas))
+    leader = Leader(ground, localiser, atlas.sequences)
     goal = None if plan.orders[-1].travels else NOWHERE
     with bench_on_way(trip, poses, plan) as bench:
         done = led(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
-    return Made(done, () if bystander is None else tuple(bystander.frames))
+    record = recorder.record(plan, ground.places, outline_of(plan_of(trip.drive)))
+    return Made(done, () if bystander is None else tuple(bystander.frames), record)
 
 
 def localiser_in(atlas: Atlas) -> Localiser:
@@ -143,9 +155,11 @@ def poses_of(atlas: Atlas, plan: Plan) -> list[Pose]:
 
 
 def write_trip(folder: Path, trip: Trip, made: Made) -> None:
-    """Leave the log, the plan with the true path, the photographs and the strip in a folder."""
+    """Leave the log, the plan with the true path, the record, the photographs and the strip in a folder."""
     run = made.done.run
     replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in run.log))
+    name = f"mission: {trip.drive.robot} in {trip.drive.world} at {trip.drive.light}, seed {trip.drive.seed}"
+    write_recording(folder / RECORD, [MissionTab(made.record)], name=name, timeline=TIME)
     score = score_mission(run, WIDE.distance, NARROW.distance)
     replace_text(folder / "plan.svg", mission_plan(run, score, WIDE.distance, outline_of(plan_of(trip.drive))).svg)
     for name, images in made.done.photographs.items():

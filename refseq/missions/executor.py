@@ -6,7 +6,7 @@ say, and how behaviours end; it says what to do, and keeps a log that tells why.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import Enum, StrEnum
 
 from refseq.belief import Belief
 from refseq.missions.plan import Order, Plan
@@ -71,6 +71,14 @@ class Do:
     task: Task | None = None
 
 
+class Level(StrEnum):
+    """How much a line of the log matters: all is well; something is not as it should be; the mission ends by it."""
+
+    INFO = "INFO"
+    WARN = "WARN"
+    ERROR = "ERROR"
+
+
 @dataclass(frozen=True, slots=True)
 class Entry:
     """A line of the log: when [s], where the robot believed itself to be [m along its way], and what happened."""
@@ -78,6 +86,7 @@ class Entry:
     time: float
     along: float
     what: str
+    level: Level = Level.INFO
 
     def __str__(self) -> str:
         return f"{self.time:7.1f} s {self.along:7.1f} m  {self.what}"
@@ -198,9 +207,29 @@ class Executor:
         return Do(self._number, self._behaviour, halt, None if isinstance(task, Wait) else task)
 
     @property
+    def time(self) -> float:
+        """How long it has been under way [s], as it was told last."""
+        return self._time
+
+    @property
+    def travelled(self) -> float:
+        """How far the odometer has gone in all [m], as it was told last."""
+        return self._travelled
+
+    @property
     def along(self) -> float:
         """Where the robot believes itself to be [m along its way]."""
         return self._where.along
+
+    @property
+    def number(self) -> int:
+        """The number of the order in force."""
+        return self._order
+
+    @property
+    def tasks(self) -> tuple[Task, ...]:
+        """What it still has to do where it stands, the present task first."""
+        return tuple(self._tasks) if self.status is Status.TASK else ()
 
     @property
     def order(self) -> Order:
@@ -295,12 +324,14 @@ class Executor:
     def _check(self, word: Word) -> None:
         """A view on the way."""
         if word is Word.MOVED:
-            self._tell(f"{self.caution.trust.confirm} views agree that it is elsewhere: at {self.along:.1f} m")
+            agree = f"{self.caution.trust.confirm} views agree that it is elsewhere: at {self.along:.1f} m"
+            self._tell(agree, Level.WARN)
             self._resume_at(self._where.along)
         elif self._where.lost:
             self._become(Status.LOST, f"lost: {self._where.doubts} views in a row do not agree; it stands")
         elif word is not Word.AGREES and self._where.doubts == 1:
-            self._tell(f"a view {'says lost' if word is Word.LOST else 'says elsewhere'}; not believed yet")
+            said = "says lost" if word is Word.LOST else "says elsewhere"
+            self._tell(f"a view {said}; not believed yet", Level.WARN)
 
     def _look(self, word: Word) -> None:
         """A view while it stands and does not know where it is; where it was right, it goes on with what it was at."""
@@ -333,7 +364,7 @@ class Executor:
             number += 1
         late = along - self.plan.orders[number].at > self.caution.trust.near
         if late and number in self._due:
-            self._tell(f"left out, behind it: {', '.join(map(str, self._due[number]))}")
+            self._tell(f"left out, behind it: {', '.join(map(str, self._due[number]))}", Level.WARN)
         self._begin(number, tasks=not late)
 
     def _overrun(self) -> None:
@@ -365,10 +396,14 @@ class Executor:
 
     def _become(self, status: Status, what: str) -> None:
         self.status, self._since = status, self._time
-        self._tell(what)
+        self._tell(what, _WEIGHT.get(status, Level.INFO))
 
-    def _tell(self, what: str) -> None:
-        self.log.append(Entry(self._time, self._where.along, what))
+    def _tell(self, what: str, level: Level = Level.INFO) -> None:
+        self.log.append(Entry(self._time, self._where.along, what, level))
+
+
+_WEIGHT = {Status.LOST: Level.WARN, Status.FAILED: Level.ERROR, Status.ABORTED: Level.ERROR}
+"""How much it matters that a mission comes to stand so."""
 
 
 def _goes_on(order: Order, after: Order) -> bool:

@@ -22,6 +22,8 @@ AROUND = 2.0
 """The plan goes so far beyond the paths [m]."""
 LIKELY = 0.001
 """Places that are less likely do not glow."""
+UNDER = 10.0
+"""What is drawn in this order lies under all lines."""
 ORIGIN = "atlas/plan"
 
 
@@ -107,7 +109,7 @@ class AtlasPlan:
         glowing = np.flatnonzero((shares > LIKELY) & np.isfinite(self._poses[:, 0]))
         spots = north_up(self._poses[glowing, :2])
         sizes = 0.1 + 0.7 * np.sqrt(shares[glowing])
-        stream.log(f"{ORIGIN}/likely", rr.Points2D(spots, colors=[(*BELIEVED, 150)], radii=sizes))
+        stream.log(f"{ORIGIN}/likely", rr.Points2D(spots, colors=[(*BELIEVED, 150)], radii=sizes, draw_order=UNDER))
         best = self._poses[belief.best]
         rings = [circle(0.9) + north_up(best[None, :2])] if np.isfinite(best[0]) else []
         stream.log(f"{ORIGIN}/best", rr.LineStrips2D(rings, colors=BELIEVED, radii=-1.2))

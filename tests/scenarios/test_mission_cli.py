@@ -11,6 +11,7 @@ from refseq.profile import BEST
 from refseq.sequence import learn
 from scenarios.record import Drive, record
 from sim.render import RendererKind
+from tests.refseq.seeing.readback import values, verified
 from tests.scenarios.conftest import Refseq
 
 BY_LASER = Drive(world="offices", renderer=RendererKind.NONE, behaviours=("MN:14",))
@@ -50,10 +51,16 @@ def test_a_mission_is_run_told_and_left_in_a_folder(refseq: Refseq, here: Path, 
     assert (answer.code, answer.err) == (0, "")
     assert "passes LD: door on the left, 4.7 m" in answer.out
     assert "the mission is completed" in answer.out
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["log.txt", "plan.svg"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["log.txt", "mission.rrd", "plan.svg"]
     log = (tmp_path / "out" / "log.txt").read_text()
     assert log.splitlines() == [line for line in answer.out.splitlines() if " m  " in line]
     assert "MC:left" in (tmp_path / "out" / "plan.svg").read_text()
+    record = tmp_path / "out" / "mission.rrd"
+    assert verified(record)
+    assert [line for (line,) in values(record, "/mission/log", "TextLog:text", "time")] == log.splitlines()
+    lost = values(record, "/mission/lost", "Scalars:scalars", "view")
+    assert len(lost) > 10
+    assert max(value for (value,) in lost) < 0.5
 
 
 def test_who_is_not_told_where_he_begins_fails_by_the_odometer_alone(refseq: Refseq, here: Path) -> None:
