@@ -53,6 +53,14 @@ class Comparison:
         """The reference views of each drive."""
         return self.drives.stretches if self.drives else (slice(0, len(self.reference_views)),)
 
+    def named(self, place: int) -> str:
+        """A place in words, by its number; where several drives were learnt, by that in its drive: "37 of path-b"."""
+        if self.drives is None:
+            return str(place)
+        within = zip(self.drives.names, self.drives.stretches, strict=True)
+        name, stretch = next((name, stretch) for name, stretch in within if place < stretch.stop)
+        return f"{place - stretch.start} of {name}"
+
     def held_by(self, method: str) -> NDArray[np.intp]:
         """For each reference view the one whose place it is at, (K,): itself, where nothing was merged."""
         found = self.mergings.get(method)

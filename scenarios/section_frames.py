@@ -123,10 +123,12 @@ def _matches(comparison: Comparison, path: ReferencePath | None, wide: Tolerance
         if path is not None and view.truth is not None:
             k = path.nearest(view.truth)
             if k is not None and path.within(view.truth, wide)[k]:
-                yield Match(t, k, f"query view {t}, reference place {k}, {path.apart(k, view.truth):.2f} m apart")
+                there = comparison.named(k)
+                yield Match(t, k, f"query view {t}, reference place {there}, {path.apart(k, view.truth):.2f} m apart")
         elif path is None and marked in comparison.beliefs:
             k = comparison.beliefs[marked][t].best
-            yield Match(t, k, f"query view {t}, reference place {k} (the answer: no truth is known)")
+            there = comparison.named(k)
+            yield Match(t, k, f"query view {t}, reference place {there} (the answer: no truth is known)")
 
 
 def frames(match: Match, shown: Encoded) -> Frames:
@@ -155,7 +157,7 @@ def failure_shown(failure: Failure, runs: Sequence[Comparison], shown: Encoded) 
     if any(view.scan is not None for view in views):
         scans = tuple(None if view.scan is None else scan_outline(view.scan) for view in views)
         sights.append(Sight("laser", scans=scans))
-    return FailureShown(_caption(failure, run), _columns(failure), tuple(sights))
+    return FailureShown(_caption(failure, run), _columns(failure, run), tuple(sights))
 
 
 def _caption(failure: Failure, run: Comparison) -> str:
@@ -170,7 +172,8 @@ def _caption(failure: Failure, run: Comparison) -> str:
     return what + row
 
 
-def _columns(failure: Failure) -> tuple[str, str, str]:
+def _columns(failure: Failure, run: Comparison) -> tuple[str, str, str]:
     answer = "would have answered" if failure.outcome is Outcome.MISSED else "answered"
     right = "nearest place" if failure.outcome is Outcome.FALSE_FIX else "right place"
-    return f"query view {failure.view}", f"{answer}: place {failure.answer}", f"{right}: {failure.right}"
+    places = run.named(failure.answer), run.named(failure.right)
+    return f"query view {failure.view}", f"{answer}: place {places[0]}", f"{right}: {places[1]}"

@@ -3,9 +3,10 @@ from dataclasses import replace
 import numpy as np
 
 from refseq.view import Pose, View
-from scenarios.comparison import Comparison
+from scenarios.comparison import Comparison, Drives
 from scenarios.outcome import Outcome
-from scenarios.score import WIDE, score
+from scenarios.score import WIDE, path_of, score
+from scenarios.section_frames import failure_shown, matches
 from scenarios.worst import EACH, KINDS, worst_failures
 from tests.support import certain
 
@@ -68,3 +69,23 @@ def test_worst_of_random_answers_is_worst_of_all() -> None:
 def test_a_faultless_drive_shows_nothing() -> None:
     good = run(list(range(10)), [0.0] * 10)
     assert found(good, replace(good)) == []
+
+
+def test_of_several_drives_a_place_is_named_by_its_number_in_its_own() -> None:
+    one = run([0, 30, 2, 39], [0.0] * 4)
+    (worst, _) = worst_failures([one], [score(one, "mine", WIDE)], "mine")
+    assert failure_shown(worst, [one], {}).columns == ("query view 3", "answered: place 39", "right place: 3")
+    several = replace(one, drives=Drives(("path-a", "path-b"), (3, PLACES - 3)))
+    assert failure_shown(worst, [several], {}).columns == (
+        "query view 3",
+        "answered: place 36 of path-b",
+        "right place: 0 of path-b",
+    )
+    assert [several.named(place) for place in (0, 2, 3, 39)] == [
+        "0 of path-a",
+        "2 of path-a",
+        "0 of path-b",
+        "36 of path-b",
+    ]
+    path = path_of(several)
+    assert matches(several, path, WIDE, "mine")[0].caption == "query view 0, reference place 0 of path-a, 0.00 m apart"
