@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.belief import Stage
-from scenarios import plots, plots_atlas, plots_mission
+from scenarios import plots, plots_atlas
 from scenarios.page import SCRIPT, STYLE, policy, rendered
 
 TEMPLATES = files("scenarios") / "templates"
@@ -90,8 +90,8 @@ MEANT = {
     "stages": [plots.STAGE_STYLES[stage][0] for stage in Stage],
     "both drives": [plots.REFERENCE, plots.QUERY],
     "belief and truth": [plots.BELIEF, plots.TRUTH],
-    "a mission's first and second order": list(plots_mission.COLOURS[:2]),
-    "a mission's second and third order": list(plots_mission.COLOURS[1:3]),
+    "a mission's first and second order": list(plots_atlas.COLOURS[:2]),
+    "a mission's second and third order": list(plots_atlas.COLOURS[1:3]),
 }
 """What has no mark or word of its own right there; all else is told apart by that too."""
 
