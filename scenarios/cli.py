@@ -9,7 +9,7 @@ command needs is imported when it runs, so that ``refseq doctor`` answers on a m
 """
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import version as package_version
@@ -18,21 +18,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.console import err, out, print_results, progress_bar, say, share_of, step_bars
+from scenarios.console import err, out, print_results, progress_bar, say, step_bars
 from scenarios.drive_cli import EXAMPLES as DRIVE_EXAMPLES
 from scenarios.drive_cli import drive
 from scenarios.inputs import (
     assignments,
     check_output,
-    read_atlas,
     read_comparison,
     read_drive,
-    stages,
     words,
     writing,
 )
+from scenarios.localise_cli import EXAMPLES as LOCALISE_EXAMPLES
+from scenarios.localise_cli import judge, localise
 from scenarios.merge_cli import MERGE_EXAMPLES, SIMILARITY_EXAMPLES, merge, similarity
 from scenarios.mission_cli import mission
+from scenarios.options import AtLeast, Chance, MapOrAtlas, Noise, Sensors, Thin, Views
 from scenarios.robots_cli import robots
 from scenarios.route_cli import EXAMPLES as ROUTE_EXAMPLES
 from scenarios.route_cli import route
@@ -58,6 +59,7 @@ app.add_typer(robots, name="robots")
 app.add_typer(scenario, name="scenario")
 app.add_typer(mission, name="mission")
 app.command(epilog=DRIVE_EXAMPLES)(drive)
+app.command(epilog=LOCALISE_EXAMPLES)(localise)
 app.command(epilog=SIMILARITY_EXAMPLES)(similarity)
 app.command(epilog=MERGE_EXAMPLES)(merge)
 app.command(epilog=ROUTE_EXAMPLES)(route)
@@ -100,30 +102,9 @@ Change = Annotated[
 ]
 RobotName = Annotated[str, typer.Option("--robot", metavar="ROBOT", help="Robot that drives.")]
 Seed = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw of the drive.")]
-Chance = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw of this command.")]
 Renderer = Annotated[
     RendererChoice,
     typer.Option(metavar="RENDERER", help="filament: photometric. classic: fast. none: no images, laser only."),
-]
-Sensors = Annotated[
-    str | None,
-    typer.Option(metavar="NAMES", help="Only these, commas between, of camera-1,camera-2,laser. [default: all]"),
-]
-Views = Annotated[
-    str | None, typer.Option(metavar="FROM:TO", help="Only these views of the recording, TO not among them: 0:160.")
-]
-Thin = Annotated[
-    float | None, typer.Option(min=0.0, metavar="METRES", help="Keep one view every so many metres. [default: all]")
-]
-Noise = Annotated[
-    bool,
-    typer.Option("--odometry-noise", help="Add noise to the odometry, for logs where it was replaced by mapped poses."),
-]
-AtLeast = Annotated[
-    float | None,
-    typer.Option(
-        min=0, max=100, metavar="PERCENT", help="Exit 1 if the last stage is right within 1.5 m less often [%]."
-    ),
 ]
 Features = Annotated[
     str | None,
@@ -141,9 +122,6 @@ ProfileName = Annotated[
     str, typer.Option("--profile", metavar="PROFILE", help="thesis: the method of 2008, with its values. best: ours.")
 ]
 Reference = Annotated[Path | None, typer.Option(metavar="FILE", help="First drive, for its pictures.")]
-MapOrAtlas = Annotated[
-    Path, typer.Argument(metavar="MAP", help="Map of the first drive, or atlas of several (.refseq).")
-]
 
 
 @app.command(
@@ -263,57 +241,6 @@ def learn(
         f"{output}: {len(sequence)} places over {length:.1f} m, {sequence.matrix.N} features of "
         f"{', '.join(sorted(sequence.sensors))}",
     )
-
-
-@app.command(
-    epilog="""Examples:
-
-* `refseq localise map.refseq query.mcap -o beliefs.parquet`
-* `refseq localise map.refseq query.mcap --stage chain --sensors camera-2 --at-least 80`
-* `refseq localise atlas.refseq query.mcap -o beliefs.parquet`"""
-)
-def localise(
-    map_file: MapOrAtlas,
-    query: Annotated[Path, typer.Argument(help="Later drive: an MCAP recording or a CARMEN log.")],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Table of beliefs to write (.parquet).")
-    ] = None,
-    stage: Annotated[
-        list[str] | None,
-        typer.Option(metavar="STAGE", help="uniform, prior or chain; may be repeated. [default: all]"),
-    ] = None,
-    sensors: Sensors = None,
-    views: Views = None,
-    thin: Thin = None,
-    odometry_noise: Noise = False,
-    seed: Chance = 1,
-    at_least: AtLeast = None,
-) -> None:
-    """Localise a later drive in a map, or in an atlas of several, view by view.
-
-    Places of an atlas are those of all its sequences, one behind the other in the order of the last table: of sequences
-    that hold 76 and 51 places, 0 to 75 are the first one's and 76 to 126 the second's.
-    """
-    from refseq.beliefs import write_beliefs
-    from scenarios.evaluate import compare_in_atlas, is_one_map, results
-    from scenarios.recognised import recognised_table
-
-    if output is not None:
-        check_output(output)
-    wanted = stages(stage)
-    atlas = read_atlas(map_file)
-    drive = read_drive(query, views, thin, seed + 1 if odometry_noise else None)
-    comparison = compare_in_atlas(
-        f"{map_file.name} ← {query.name}", atlas, drive, stages=wanted, sensors=words(sensors, "sensors"), seed=seed
-    )
-    if output is not None:
-        write_beliefs(output, drive.views, comparison.beliefs, drive.metadata)
-        say(out, f"{output}: beliefs of {len(drive.views)} views")
-    found = results([comparison])
-    print_results(comparison.name, found, [comparison])
-    if not is_one_map(atlas):
-        out.print(recognised_table(atlas, comparison.beliefs))
-    _judge(found, at_least)
 
 
 @app.command(
@@ -512,7 +439,7 @@ def demo(
         found = results(same)
         print_results(f"{world}, {name}", found, same)
     say(out, f"look at {output / 'report.html'}, and: rerun {output / 'demo.rrd'}")
-    _judge(found, at_least)
+    judge(found, at_least)
 
 
 @app.command()
@@ -569,16 +496,6 @@ def _is_bad_input(error: Exception) -> bool:
         if module in sys.modules:
             families.append(getattr(sys.modules[module], name))
     return isinstance(error, tuple(families))
-
-
-def _judge(found: "Sequence[StageResult]", at_least: float | None) -> None:
-    """Leave with 1 when the last stage is right less often than asked."""
-    if at_least is None or not found:
-        return
-    success = next(iter(found[-1].success.values()))
-    if not success.trials or 100 * success.value < at_least:
-        say(err, f"below what was asked: {share_of(success)}, at least {at_least:g} %")
-        raise typer.Exit(BELOW)
 
 
 @contextmanager

@@ -105,12 +105,12 @@ def drive(
         cameras=assignments(camera, "camera"),
     )
     sitting = Sitting(name or output.stem, asked, sampling_of(every, distance, turn, by_hand=by_hand))
-    with _told(output):
+    with ended_in_one_line(output):
         if script is not None:
             _check_alone(script, web=web, gamepad=gamepad)
             led = _by_script(sitting, output, script)
         else:
-            led = lead(sitting, output, _controls(sitting, web=web, port=port, gamepad=gamepad, rate=rate))
+            led = lead(sitting, output, by_viewer(sitting, web=web, port=port, gamepad=gamepad, rate=rate))
     sensed = ", ".join(sorted(led.recording.sensors))
     views = len(led.recording.views)
     say(out, f"{output}: {views} views of {sensed}, {led.way:.1f} m in {led.time:.1f} s")
@@ -159,7 +159,7 @@ def _by_script(sitting: "Sitting", output: Path, script: Path) -> "Led":
 
 
 @contextmanager
-def _told(output: Path) -> Iterator[None]:
+def ended_in_one_line(output: Path) -> Iterator[None]:
     """Say in one line why nothing was written, or what an interruption left."""
     from scenarios.record import Interrupted, NoViewError
     from sim.familiarise.sitting import AbortedError
@@ -174,8 +174,10 @@ def _told(output: Path) -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def _controls(sitting: "Sitting", *, web: bool, port: int, gamepad: Path | None, rate: float) -> "Controls":
-    """The controls in a viewer."""
+def by_viewer(
+    sitting: "Sitting", *, web: bool, port: int = 0, gamepad: Path | None = None, rate: float = 1.0
+) -> "Controls":
+    """The controls in a viewer. Raises ``ScenarioError`` where there is no display for it."""
     from sim.familiarise.window import Look, opened
 
     if not (web or _display()):

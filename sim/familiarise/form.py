@@ -8,6 +8,7 @@ import time
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 from mujoco.studio import messages, plugin, ux
 from mujoco.studio.dear_imgui import dear_imgui as imgui
 
@@ -29,6 +30,10 @@ COLOURS = {
 ALARM = (0.94, 0.45, 0.10, 1.0)
 WIDTH = 348.0
 """Width of the form [px]."""
+WALLS = np.array([1, 1, 0, 0, 0, 0], np.uint8)
+"""Groups of geoms that nobody looks through: what is solid in the world, and its roof."""
+CLEAR, NEAREST = 0.15, 0.8
+"""One stands so far from walls, and not nearer to the robot [m]."""
 ASIDE = 0.5
 """It is looked past the robot so far to its left [m], where the form is."""
 FLAGS = int(imgui.WindowFlags.NoNav) | int(imgui.WindowFlags.AlwaysAutoResize) | int(imgui.WindowFlags.NoSavedSettings)
@@ -141,13 +146,24 @@ class Form(plugin.ViewerPlugin):  # type: ignore[misc]
         camera.azimuth = math.degrees(heading) + self._turned
         camera.elevation = -80.0 if look == "above" else -14.0 + self._raised
         camera.distance = self._away * (11.0 if look == "above" else 3.4)
+        if look == "behind":
+            camera.distance = min(camera.distance, self._free(camera))
+
+    def _free(self, camera: mujoco.MjvCamera) -> float:
+        """How far one may stand back before a wall or ceiling is in the way [m]."""
+        azimuth, elevation = math.radians(camera.azimuth), math.radians(camera.elevation)
+        level = -math.cos(elevation)
+        way = np.array([level * math.cos(azimuth), level * math.sin(azimuth), -math.sin(elevation)])
+        begin, geom = np.array(camera.lookat, float), np.zeros(1, np.int32)
+        found = mujoco.mj_ray(self.viewer.model, self.viewer.data, begin, way, WALLS, 1, -1, geom)
+        return max(found - CLEAR, NEAREST) if found >= 0 else math.inf
 
     def _heed_mouse(self) -> None:
         """Go round by dragging, nearer and away by the wheel."""
         io = imgui.GetIO()
         if io.WantCaptureMouse:
             return
-        if imgui.IsMouseDown(imgui.MouseButton.Left):
+        if imgui.IsMouseDragging(int(imgui.MouseButton.Left)):
             self._turned -= 0.3 * io.MouseDelta.x
             self._raised = min(max(self._raised - 0.3 * io.MouseDelta.y, -70.0), 10.0)
         self._away = min(max(self._away * math.exp(-0.1 * io.MouseWheel), 0.3), 4.0)
@@ -166,7 +182,7 @@ class Form(plugin.ViewerPlugin):  # type: ignore[misc]
         ux.setup_theme(ux.GuiTheme.DARK)
         imgui.SetNextWindowPos(imgui.Vec2(12, 12), int(imgui.Cond.FirstUseEver))
         imgui.SetNextWindowSize(imgui.Vec2(WIDTH, 0))
-        if imgui.Begin("Familiarisation", None, FLAGS)[0]:
+        if imgui.Begin("Familiarisation", flags=FLAGS)[0]:
             self._build_state()
             self._build_buttons()
             self._build_figures()

@@ -7,19 +7,20 @@ import numpy as np
 
 from sim.bench import Bench
 
-BRIGHT = 30_000.0
-"""What light from all sides must give [lx] for grey to look grey in a viewer: these expose as for a sunny day."""
-DARKEST = 1.0
-"""Less light than this [lx] is shown as if it was so much: eyes do not get used to total darkness."""
+BRIGHT = 60_000.0
+"""Light from all sides [lx] in which things look as usual in a viewer: these expose as for a sunny day."""
 ROOF_GROUP = 1
-"""A group of geoms that nothing else is in; ceilings are put there, so that one can look from above."""
-EYES = 1.2
-"""Height at which the light is measured [m]."""
+"""A group of geoms that nothing else is in; what is overhead is put there, so that one can look from above."""
+OVERHEAD = ("ceiling", "lamp_")
+"""Parts of names of such geoms."""
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
 class Shadow:
-    """The copy, lit so that people can see: all lights are brighter alike, by what eyes would have got used to."""
+    """The copy, in even light of a headlight and from all sides, at any hour; the cameras' pictures tell of the hour.
+
+    Sun and lamps are off: their shadows are what costs a viewer without a graphics card the most.
+    """
 
     def __init__(self, bench: Bench) -> None:
         self._bench = bench
@@ -27,19 +28,17 @@ class Shadow:
         self.data = mujoco.MjData(self.model)
         self._light()
         for geom in range(self.model.ngeom):
-            if "ceiling" in self.model.geom(geom).name:
+            if any(part in self.model.geom(geom).name for part in OVERHEAD):
                 self.model.geom_group[geom] = ROOF_GROUP
         self._state = np.empty(mujoco.mj_stateSize(self.model, STATE))
         self.follow()
 
     def _light(self) -> None:
-        pose, model = self._bench.pose, self.model
-        around = max(float(self._bench.world.ambient.at(np.array([pose.x, pose.y, EYES]))), DARKEST)
+        model = self.model
         image = model.light_type == mujoco.mjtLightType.mjLIGHT_IMAGE
-        model.light_intensity[image] = around / np.pi
-        model.light_intensity *= BRIGHT / around
-        model.mat_emission *= BRIGHT / around
-        model.vis.headlight.active = 0
+        model.light_active[:] = image
+        model.light_intensity[image] = BRIGHT / np.pi
+        model.vis.headlight.active = 1
 
     def follow(self) -> None:
         """Take over how everything stands on the bench."""
