@@ -1,7 +1,7 @@
 """What one localiser answers, logged view by view: posteriors, their history, P(lost), entropy, the believed place."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import rerun as rr
@@ -22,6 +22,8 @@ TRUTH_MARK = 0.15
 """Height of the mark below the bars where the robot truly is, in shares of the highest bar."""
 RING = 0.6
 """Radius of the ring around the believed place [m]."""
+RINGS = (colours.BELIEVED, colours.MATCHED, colours.UNMATCHED, colours.WALL, colours.LOST)
+"""Colours of localisers beside each other."""
 
 
 def part(name: str) -> str:
@@ -31,11 +33,15 @@ def part(name: str) -> str:
 
 @dataclass(frozen=True)
 class Layer:
-    """A localiser by its ``name``, with the ``methods`` that it answers by: stages, which are words, or others."""
+    """A localiser by its ``name``, with the ``methods`` that it answers by: stages, which are words, or others.
+
+    ``shade`` is its own colour where several are shown beside each other (``beside``).
+    """
 
     name: str
     methods: tuple[str, ...]
     places: Places
+    shade: Colour | None = None
 
     def __post_init__(self) -> None:
         if not self.methods:
@@ -51,26 +57,42 @@ class Layer:
         """An entity of this localiser: ``group/localiser/part/…``."""
         return "/".join([group, *map(part, (self.name, *parts))])
 
+    def label(self, method: str) -> str:
+        """A method's name, with the localiser's where there are several."""
+        return method if self.shade is None else f"{self.name}, {method}"
+
+    @property
+    def ring(self) -> Colour:
+        """The colour of the believed place in the plan."""
+        return self.shade or colours.BELIEVED
+
     def colour(self, method: str) -> Colour:
         """The colour of a method's lines."""
+        if self.shade is not None and method == self.foremost:
+            return self.shade
         own = [name for name in self.methods if name not in colours.STAGES]
         return colours.STAGES[method] if method in colours.STAGES else colours.other(own.index(method))
+
+
+def beside(layers: Sequence[Layer]) -> list[Layer]:
+    """Localisers with colours of their own, if there are several."""
+    if len(layers) < 2:
+        return list(layers)
+    return [replace(layer, shade=RINGS[number % len(RINGS)]) for number, layer in enumerate(layers)]
 
 
 class BeliefLog:
     """Logs the answers of one localiser; the caller sets the moment. ``expect`` is the number of views, if known."""
 
-    def __init__(
-        self, stream: rr.RecordingStream, layer: Layer, *, ring: Colour = colours.BELIEVED, expect: int | None = None
-    ) -> None:
-        self._stream, self._layer, self._places, self._ring = stream, layer, layer.places, ring
+    def __init__(self, stream: rr.RecordingStream, layer: Layer, *, expect: int | None = None) -> None:
+        self._stream, self._layer, self._places = stream, layer, layer.places
         self._keypoints = Keypoints(layer.places)
         self._histories = {method: History(len(layer.places), expect) for method in layer.methods}
 
     def begin(self) -> None:
         """Log what does not change: names and colours of lines, and where the places are."""
         for method in self._layer.methods:
-            line = rr.SeriesLines(colors=self._layer.colour(method), names=method, widths=1.5)
+            line = rr.SeriesLines(colors=self._layer.colour(method), names=self._layer.label(method), widths=1.5)
             for group in ("lost", "entropy"):
                 self._stream.log(self._layer.path(group, method), line, static=True)
         if len(self._places.known):
@@ -137,7 +159,7 @@ class BeliefLog:
         strips: list[Points] = [] if at is None else [circle(RING, at)]
         if at is not None and pose is not None:
             strips.append(np.array([(at.x, at.y), (pose.x, pose.y)]))
-        believed = rr.LineStrips2D([north_up(strip) for strip in strips], colors=[self._ring], radii=[-1.5])
+        believed = rr.LineStrips2D([north_up(strip) for strip in strips], colors=[self._layer.ring], radii=[-1.5])
         self._stream.log(self._layer.path("plan", "believed"), believed)
 
 
@@ -161,8 +183,3 @@ def glow(shares: NDArray[np.float64]) -> NDArray[np.uint8]:
     weight = np.sqrt(np.clip(shares, 0, 1))[:, None]
     colour = (1 - weight) * np.array(colours.DIM) + weight * np.array(colours.BELIEVED)
     return np.concatenate([colour, np.full_like(weight, 255)], axis=-1).astype(np.uint8)
-
-
-def layers_of(answers: Mapping[str, Mapping[str, Sequence[Belief]]], places: Places) -> list[Layer]:
-    """The localisers whose answers these are, by name."""
-    return [Layer(name, tuple(methods), places) for name, methods in answers.items()]

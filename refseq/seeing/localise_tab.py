@@ -13,7 +13,7 @@ from refseq.seeing.belief_log import Layer
 from refseq.seeing.history import HEIGHT, WIDTH
 from refseq.seeing.keypoints import Keypoints
 from refseq.seeing.scene import Scene, scene_of
-from refseq.seeing.watch import Watch, ring_of
+from refseq.seeing.watch import Watch
 from refseq.view import View
 
 Answers = Mapping[str, Sequence[Belief]]
@@ -62,8 +62,7 @@ class LocaliseTab:
 
     def send_layer(self, stream: rr.RecordingStream, layer: Layer) -> None:
         """Log what one localiser answers, without the drive."""
-        ring = ring_of(self.layers.index(layer))
-        self._send(Watch(stream, [layer], drive=False, ring=ring, expect=self.scene.count), [layer])
+        self._send(Watch(stream, [layer], drive=False, expect=self.scene.count), [layer])
 
     def _send(self, watch: Watch, layers: Sequence[Layer]) -> None:
         for number, view in enumerate(self.views):
@@ -113,8 +112,7 @@ def _cameras(scene: Scene, layers: Sequence[Layer]) -> Iterator[rrb.View]:
         )
         for layer in layers:
             if any(camera in view.images for view in layer.places.views):
-                whose = f" {layer.name}" if len(layers) > 1 else ""
-                name = f"{camera} believed{whose}"
+                name = f"{layer.name}: {camera}" if len(layers) > 1 else f"{camera} believed"
                 yield rrb.Spatial2DView(origin=layer.path("place", camera), name=name, visual_bounds=bounds)
 
 
@@ -139,7 +137,8 @@ def _plan(scene: Scene, layers: Sequence[Layer]) -> Iterator[rrb.View]:
     (west, south), (east, north) = scene.extent.low, scene.extent.high
     bounds = rrb.VisualBounds2D(x_range=[west, east], y_range=[-north, -south])
     hidden = [f"- {layer.path('plan', 'places')}" for layer in layers[1:]]
-    name = "plan [m]: blue where it is, orange where it believes it is" if layers else "plan [m]"
+    believed = "rings" if len(layers) > 1 else "orange"
+    name = f"plan [m]: blue where it is, {believed} where it believes it is" if layers else "plan [m]"
     yield rrb.Spatial2DView(origin="plan", contents=["$origin/**", *hidden], name=name, visual_bounds=bounds)
 
 
@@ -153,13 +152,14 @@ def _beliefs(layers: Sequence[Layer]) -> rrb.Container:
     return rrb.Horizontal(rrb.Vertical(*rows), lines, column_shares=[columns, 1.2])
 
 
-def _posterior(layer: Layer, method: str, several: bool) -> rrb.Container:
-    """All beliefs so far, and below them the belief of now."""
-    whose = f"{layer.name}, " if several else ""
+def _posterior(layer: Layer, method: str, several: bool) -> rrb.Container | rrb.View:
+    """All beliefs so far, and below them the belief of now, for which several localisers leave no room."""
     bounds = rrb.VisualBounds2D(x_range=[0, WIDTH], y_range=[0, HEIGHT])
     history = rrb.Spatial2DView(
-        origin=layer.path("history", method), name=f"{whose}{method}: place ↑ view →", visual_bounds=bounds
+        origin=layer.path("history", method), name=f"{layer.label(method)}: place ↑ view →", visual_bounds=bounds
     )
+    if several:
+        return history
     bars = rrb.BarChartView(
         origin=layer.path("posterior", method), name="P(place) now", plot_legend=rrb.PlotLegend(visible=False)
     )

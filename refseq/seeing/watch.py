@@ -9,7 +9,6 @@ from refseq.errors import RefseqError
 from refseq.features.doors import DoorSettings
 from refseq.features.walls import WallSettings
 from refseq.profile import Profile
-from refseq.seeing import colours
 from refseq.seeing.belief_log import BeliefLog, Layer
 from refseq.seeing.drive_log import DriveLog
 from refseq.seeing.timelines import Moment, set_moment
@@ -20,8 +19,8 @@ class Watch:
     """Logs a drive and the answers to it, one view after the other: to the end of a file, or live.
 
     ``layers`` are the localisers that answer, one or several; ``expect`` is the number of views, if known. ``framed``:
-    true poses are known, or those of a map (``DriveLog``). Without ``drive`` nothing but the answers is logged, whose
-    believed place gets a ``ring`` of this colour. Neither pictures nor scans are kept.
+    true poses are known, or those of a map (``DriveLog``). Without ``drive`` nothing but the answers is logged. Neither
+    pictures nor scans are kept.
 
     >>> watch = Watch(stream, [Layer("thesis", tuple(Stage), Places.of(sequence, reference.views))])
     >>> for view in views:
@@ -35,15 +34,11 @@ class Watch:
         *,
         framed: bool = True,
         drive: bool = True,
-        ring: colours.Colour | None = None,
         expect: int | None = None,
     ) -> None:
         self._stream = stream
         self._drive = DriveLog(stream, framed, *_settings(layers)) if drive else None
-        self._beliefs = {
-            layer.name: BeliefLog(stream, layer, ring=ring or ring_of(number), expect=expect)
-            for number, layer in enumerate(layers)
-        }
+        self._beliefs = {layer.name: BeliefLog(stream, layer, expect=expect) for layer in layers}
         self._view, self._distance = 0, 0.0
         self._begin()
 
@@ -66,11 +61,6 @@ class Watch:
         if name not in self._beliefs:
             raise RefseqError(f"localiser {name!r} was not told of; valid are {', '.join(self._beliefs) or 'none'}")
         return self._beliefs[name]
-
-
-def ring_of(number: int) -> colours.Colour:
-    """The colour of the ``number``-th localiser's ring in the plan."""
-    return colours.BELIEVED if number == 0 else colours.other(number - 1)
 
 
 def _settings(layers: Sequence[Layer]) -> tuple[WallSettings, DoorSettings]:
