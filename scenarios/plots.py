@@ -228,6 +228,8 @@ FINEST = 200, 320
 BELIEF, TRUTH = QUERY, REFERENCE
 SWATCHES = (0.01, 0.1, 0.5, 1.0)
 """Probabilities that a legend shows."""
+OVER_PLACES = 0.5
+"""Power of the colour: the square root, or a belief over hundreds of places could not be seen."""
 
 
 def posterior(
@@ -262,7 +264,7 @@ def posterior(
             _mark_drives(panels, comparison.drives)
         right = Patch(facecolor=TRUTH, alpha=0.35, edgecolor=TRUTH, linewidth=0.7, label="right answers")
         says_lost = Line2D([], [], color=INK, marker="v", markersize=4, linestyle="none", label="says lost")
-        belief_legend(figure, "P(place | on the path)", *([right] if path else []), says_lost)
+        belief_legend(figure, "P(place | on the path)", OVER_PLACES, *([right] if path else []), says_lost)
         return Plot(as_svg(figure), _coarser(places, len(comparison.query_views)))
 
 
@@ -279,19 +281,19 @@ def _mark_drives(panels: NDArray[Any], drives: Drives) -> None:
 
 
 def _draw_posterior(axes: Axes, beliefs: Sequence[Belief], places: int) -> None:
-    draw_belief(axes, np.stack([belief.places for belief in beliefs], axis=1))
+    draw_belief(axes, np.stack([belief.places for belief in beliefs], axis=1), OVER_PLACES)
     lost = [t for t, belief in enumerate(beliefs) if belief.lost > LOST_ABOVE]
     axes.plot(lost, [places * 1.025] * len(lost), "v", color=INK, markersize=3.5, markeredgewidth=0)
 
 
-def draw_belief(axes: Axes, shares: NDArray[np.float64]) -> None:
-    """Probabilities, (rows, views), as a colour that is the more opaque the higher they are: what lies below shows."""
+def draw_belief(axes: Axes, shares: NDArray[np.float64], power: float) -> None:
+    """Probabilities, (rows, views), as a colour as opaque as a ``power`` of them: what lies below shows through."""
     colours = ListedColormap([(*to_rgb(BELIEF), opacity) for opacity in np.linspace(0, 1, 256)])
     coarse = coarser(shares)
     each = np.ceil(np.array(shares.shape) / FINEST).clip(1)
     height, width = np.array(coarse.shape) * each
     axes.imshow(
-        coarse, norm=PowerNorm(0.5, 0, 1), cmap=colours, origin="lower", aspect="auto", interpolation="none",
+        coarse, norm=PowerNorm(power, 0, 1), cmap=colours, origin="lower", aspect="auto", interpolation="none",
         extent=(-0.5, width - 0.5, -0.5, height - 0.5), zorder=2,
     )  # fmt: skip
 
@@ -311,10 +313,10 @@ def _coarser(places: int, views: int) -> str:
     return f"Each cell is the highest of {' and '.join(told)}." if told else ""
 
 
-def belief_legend(figure: Figure, shown: str, *more: Artist) -> None:
+def belief_legend(figure: Figure, shown: str, power: float, *more: Artist) -> None:
     """A legend of probabilities, by what is ``shown``, and of whatever more there is."""
     handles = [
-        Patch(facecolor=BELIEF, alpha=share**0.5, linewidth=0, label=f"{'' if n else shown + ' = '}{share:g}")
+        Patch(facecolor=BELIEF, alpha=share**power, linewidth=0, label=f"{'' if n else shown + ' = '}{share:g}")
         for n, share in enumerate(SWATCHES)
     ]
     figure.legend(handles=[*handles, *more], loc="outside upper center", ncols=len(handles) + len(more))

@@ -35,6 +35,8 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 without colour."""
 ASIDE = 0.25
 """How far to the right of its way each further drive is drawn [m], or they would hide each other."""
+OVER_DRIVES = 1.0
+"""Power of the colour: as it is."""
 FAR_OFF = "#c4383b"
 
 
@@ -102,13 +104,13 @@ def which_drive(comparison: Comparison, methods: Sequence[str], within: Toleranc
         for axes, method in zip(panels, methods, strict=True):
             draw_passing(axes, by)
             found = shares(comparison.beliefs[method], path)
-            draw_belief(axes, np.vstack([found, 1 - found.sum(axis=0)]))
+            draw_belief(axes, np.vstack([found, 1 - found.sum(axis=0)]), OVER_DRIVES)
             axes.set_yticks(range(len(names)), names, fontsize=7)
             axes.set(ylim=(len(names) - 0.4, -0.6), title=method_label(method))
             axes.tick_params(axis="y", length=0)
         panels[-1].set(xlabel="query view", xlim=(-0.5, len(by) - 0.5))
         truth = Patch(facecolor=TRUTH, linewidth=0, label="truly there")
-        belief_legend(figure, "P(sequence)", truth)
+        belief_legend(figure, "P(sequence)", OVER_DRIVES, truth)
         return Plot(as_svg(figure))
 
 
