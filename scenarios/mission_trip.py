@@ -27,14 +27,12 @@ from scenarios.mission_strip import Bystander, Frame, strip_of
 from scenarios.outline import outline_of
 from scenarios.plots_mission import mission_plan
 from scenarios.record import Drive, open_bench, plan_of
+from scenarios.recorded import RECORD
 from scenarios.score import NARROW, WIDE
 from sim.bench import Bench
 from sim.mission import EVERY
 from sim.recorder import Trigger
 from sim.render import RendererKind
-
-RECORD = "mission.rrd"
-"""What a mission leaves for the viewer in its folder."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ import typer
 from scenarios.console import out, say
 from scenarios.errors import ScenarioError
 from scenarios.inputs import check_folder, check_output, read_atlas, read_drive, writing
+from scenarios.recorded import is_recorded, name_of, record_at
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -30,7 +31,8 @@ EXAMPLES = """Examples:
 * `refseq view query.mcap`
 * `refseq view map.refseq query.mcap beliefs.parquet --reference reference.mcap --save show.rrd`
 * `refseq view map.refseq query.mcap best.parquet thesis.parquet --layers show`
-* `refseq view atlas.refseq query.mcap beliefs.parquet --serve 9090`"""
+* `refseq view atlas.refseq query.mcap beliefs.parquet --serve 9090`
+* `refseq view out/second-door`"""
 MAP, TABLE = ".refseq", ".parquet"
 
 
@@ -38,7 +40,8 @@ def view(
     files: Annotated[
         list[Path],
         typer.Argument(
-            metavar="FILE…", help="A recording; a map or an atlas; or map, recording and tables of beliefs (.parquet)."
+            metavar="FILE…",
+            help="A recording; a map or an atlas; map, recording and beliefs (.parquet); a mission's folder; an .rrd.",
         ),
     ],
     reference: Annotated[Path | None, typer.Option(metavar="FILE", help="First drive, for its pictures.")] = None,
@@ -126,6 +129,17 @@ class Shown:
 
 
 @dataclass(frozen=True)
+class Recorded(Shown):
+    """What was recorded for the viewer before, with a layout of its own."""
+
+    path: Path = Path()
+
+    def send(self, stream: "rr.RecordingStream") -> None:
+        """Send the file as it is."""
+        stream.log_file_from_path(self.path)
+
+
+@dataclass(frozen=True)
 class _Files:
     """The files given, by what they are."""
 
@@ -160,6 +174,11 @@ def read_shown(files: Sequence[Path], reference: Path | None, views: str | None,
     """Read what the files hold. Raises ``ScenarioError`` for files that do not belong together."""
     from refseq.seeing.localise_tab import LocaliseTab
 
+    if len(files) == 1 and is_recorded(files[0]):
+        if reference is not None or views is not None or thin is not None:
+            raise ScenarioError(f"{files[0]}: is shown as it is; valid is without --reference, --views and --thin")
+        record = record_at(files[0])
+        return Recorded(name_of(record), (), path=record)
     found = _Files.sorted_out(files)
     learnt = [read_atlas(path) for path in found.maps]
     first = read_drive(reference, None, None).views if reference else ()
@@ -179,7 +198,7 @@ def _localised(
     reference: "tuple[Path | None, Sequence[View]]",
     drive: "Recording",
 ) -> Shown:
-    from refseq.seeing.belief_log import Layer
+    from refseq.seeing.belief_log import Layer, beside
     from refseq.seeing.localise_tab import LocaliseTab
 
     places = [_places(path, atlas, *reference) for path, atlas in zip(files.maps, learnt, strict=True)]
@@ -189,7 +208,7 @@ def _localised(
         answers[table.stem] = _beliefs(name, table, learnt[which], drive)
         layers.append(Layer(table.stem, tuple(answers[table.stem]), places[which]))
     tabs = _map_tabs(learnt[0], places[0], drive.views, answers[files.tables[0].stem])
-    return Shown(name, tabs, LocaliseTab(drive.views, layers, answers))
+    return Shown(name, tabs, LocaliseTab(drive.views, beside(layers), answers))
 
 
 def _beliefs(name: str, table: Path, learnt: "Atlas", drive: "Recording") -> "Mapping[str, Sequence[Belief]]":

@@ -7,16 +7,16 @@ import rerun as rr
 from refseq.seeing.colours import Colour
 
 PATHS: Sequence[Colour] = (
-    (86, 180, 233),
-    (230, 159, 0),
     (0, 158, 115),
     (204, 121, 167),
     (240, 228, 66),
     (0, 114, 178),
-    (213, 94, 0),
     (200, 200, 200),
+    (150, 110, 60),
+    (86, 180, 233),
+    (230, 159, 0),
 )
-"""Okabe and Ito's; when they are used up they come again."""
+"""Okabe and Ito's, those of the truth and the belief last; when they are used up they come again."""
 
 
 def of_path(number: int) -> Colour:

@@ -76,7 +76,7 @@ class Strips:
         spots = [
             self._spots(row)[self.atlas.numbered(path) == belief.best] for row, path in enumerate(self.atlas.paths)
         ]
-        rings = [spot + 0.25 * self._pitch * _RING for spot in np.concatenate(spots)]
+        rings = [spot + 0.15 * self._pitch * _RING for spot in np.concatenate(spots)]
         stream.log(f"{ORIGIN}/best", rr.LineStrips2D(rings, colors=BELIEVED, radii=-1.2))
 
     def _gone(self, path: Path) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ from refseq.profile import BEST
 from refseq.sequence import learn
 from scenarios.record import Drive, record
 from sim.render import RendererKind
-from tests.refseq.seeing.readback import values, verified
+from tests.refseq.seeing.readback import same, values, verified
 from tests.scenarios.conftest import Refseq
 
 BY_LASER = Drive(world="offices", renderer=RendererKind.NONE, behaviours=("MN:14",))
@@ -61,6 +61,24 @@ def test_a_mission_is_run_told_and_left_in_a_folder(refseq: Refseq, here: Path, 
     lost = values(record, "/mission/lost", "Scalars:scalars", "view")
     assert len(lost) > 10
     assert max(value for (value,) in lost) < 0.5
+
+
+def test_a_mission_s_folder_is_viewed_as_it_was_recorded(refseq: Refseq, here: Path, tmp_path: Path) -> None:
+    assert refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "--odometry", "-o", str(tmp_path / "out")).code == 0
+    record, copy = tmp_path / "out" / "mission.rrd", tmp_path / "copy.rrd"
+    for asked in (tmp_path / "out", record):
+        assert refseq("view", str(asked), "--save", str(copy)).code == 0
+        assert same(record, copy)
+    answer = refseq("view", str(tmp_path / "out"), "--thin", "2", "--save", str(copy))
+    assert answer.code == 2
+    assert "is shown as it is; valid is without --reference, --views and --thin" in answer.err
+    record.write_bytes(b"no recording")
+    for asked, told in ((record, "mission.rrd: cannot be read: "), (here, "holds nothing to show; valid is a folder ")):
+        answer = refseq("view", str(asked), "--save", str(tmp_path / "other.rrd"))
+        assert answer.code == 2
+        assert told in answer.err
+        assert len(answer.err.splitlines()) == 1
+    assert not (tmp_path / "other.rrd").exists()
 
 
 def test_who_is_not_told_where_he_begins_fails_by_the_odometer_alone(refseq: Refseq, here: Path) -> None:

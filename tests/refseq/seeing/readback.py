@@ -65,5 +65,14 @@ def empty_views(layout: rrb.Container, path: Path) -> list[str]:
 
 def verified(path: Path) -> bool:
     """Whether Rerun's own check finds nothing."""
-    check = subprocess.run([sys.executable, "-m", "rerun", "rrd", "verify", path], capture_output=True, check=False)
-    return check.returncode == 0
+    return _rrd("verify", path)
+
+
+def same(one: Path, other: Path) -> bool:
+    """Whether two recordings hold the same."""
+    return _rrd("compare", one, other)
+
+
+def _rrd(*words: str | Path) -> bool:
+    run = subprocess.run([sys.executable, "-m", "rerun", "rrd", *words], capture_output=True, check=False)
+    return run.returncode == 0
