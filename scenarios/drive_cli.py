@@ -1,7 +1,5 @@
 """The command ``refseq drive``: somebody leads the robot, by keys, a gamepad or a script."""
 
-import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -177,23 +175,16 @@ def ended_in_one_line(output: Path) -> Iterator[None]:
 def by_viewer(
     sitting: "Sitting", *, web: bool, port: int = 0, gamepad: Path | None = None, rate: float = 1.0
 ) -> "Controls":
-    """The controls in a viewer. Raises ``ScenarioError`` where there is no display for it."""
-    from sim.familiarise.window import Look, opened
+    """The controls in a viewer. Raises ``SimError`` where there is no display for it."""
+    from sim.familiarise.window import Look, check_display, opened
 
-    if not (web or _display()):
-        raise ScenarioError(
-            "no display: neither DISPLAY nor WAYLAND_DISPLAY is set; valid is --script FILE, --web, or a display"
-        )
+    if not web:
+        check_display()  # before the world is built
     from scenarios.record import sensors_of
 
     sensors = sensors_of(sitting.drive)
     look = Look(sitting.name, described_sampling(sitting.sampling), sensors, web=web, port=port, rate=rate)
     return lambda bench: opened(bench, look, gamepad)
-
-
-def _display() -> bool:
-    """Whether there is a screen to open a window on; only on Linux may there be none that tells."""
-    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def described_sampling(sampling: "Trigger | None") -> str:

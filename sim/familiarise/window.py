@@ -5,7 +5,12 @@ A viewer that has not told of its keys for a while is one that nobody looks at: 
 (deadman). One that was closed asks for stop.
 """
 
+import collections.abc
+import ctypes
+import ctypes.util
+import os
 import socket
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -28,6 +33,7 @@ from sim.serial_port import LOOPBACK
 
 DEADMAN = 0.5
 """Keys count as held for so long after the viewer told of them [s]; a choice."""
+ELSE = "valid is a desktop session, --web, or --script FILE"
 FRAME = 1 / 30
 """The viewer is told so often how things stand [s]."""
 
@@ -127,9 +133,11 @@ def _cameras(bench: Bench) -> tuple[str, ...]:
 @contextmanager
 def _launched(look: Look, plugins: list[Any]) -> Iterator[Handle]:
     """A viewer that runs; what it dies of while it starts, or later, is one line."""
-    launch = _in_browser if look.web else launch_native.launch
+    launch = _in_browser if look.web else _in_window
     if look.web and look.port:
         _check_free(look.port)
+    if not look.web:
+        check_display()
     config = viewer_protocol.ViewerConfig(
         title=f"refseq drive: {look.name}", gfx="web" if look.web else "", http_port=look.port, open_browser=look.web
     )
@@ -139,6 +147,14 @@ def _launched(look: Look, plugins: list[Any]) -> Iterator[Handle]:
     except RuntimeError as error:
         reason = " ".join(str(error).split())
         raise SimError(f"the viewer cannot go on: {reason}; valid without one is a script") from error
+
+
+def _in_window(config: viewer_protocol.ViewerConfig, *, plugins: list[Any]) -> Any:
+    """Launch a viewer in a window of its own."""
+    if sys.version_info < (3, 12):
+        # MuJoCo 4.0 takes the name from Python 3.12; it wants to know with it whether an array has a buffer.
+        collections.abc.Buffer = object  # type: ignore[attr-defined]
+    return launch_native.launch(config, plugins=plugins)
 
 
 def _in_browser(config: viewer_protocol.ViewerConfig, *, plugins: list[Any]) -> Any:
@@ -155,6 +171,27 @@ def _in_browser(config: viewer_protocol.ViewerConfig, *, plugins: list[Any]) -> 
         lambda endpoint: viewer_protocol.run_viewer_loop(Viewer(config, endpoint, plugins=of_viewer)),
         sim_plugins=of_bench,
     )
+
+
+def check_display() -> None:
+    """Raise ``SimError`` where there is no screen to open a window on: the viewer would end the whole program."""
+    if sys.platform != "linux":
+        return
+    name = os.environ.get("DISPLAY")
+    if not name:
+        raise SimError(f"no display: DISPLAY is not set; {ELSE}")
+    library = ctypes.util.find_library("X11")
+    if library is None:
+        raise SimError(f"no display: libX11 is missing, which windows need; {ELSE}")
+    x11 = ctypes.CDLL(library)
+    x11.XOpenDisplay.restype, x11.XOpenDisplay.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
+    display = x11.XOpenDisplay(None)
+    if not display:
+        raise SimError(
+            f"no display: nobody answers at DISPLAY={name}; valid is a desktop session, --web, or --script FILE"
+        )
+    x11.XCloseDisplay(display)
 
 
 def _check_free(port: int) -> None:
