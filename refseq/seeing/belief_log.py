@@ -12,7 +12,7 @@ from refseq.errors import RefseqError
 from refseq.seeing import colours
 from refseq.seeing.colours import Colour
 from refseq.seeing.history import History
-from refseq.seeing.keypoints import Keypoints
+from refseq.seeing.keypoints import Keypoints, Marked
 from refseq.seeing.pictures import drawing, frame
 from refseq.seeing.places import Places
 from refseq.seeing.plane import Points, circle, north_up
@@ -87,6 +87,8 @@ class BeliefLog:
     def __init__(self, stream: rr.RecordingStream, layer: Layer, *, expect: int | None = None) -> None:
         self._stream, self._layer, self._places = stream, layer, layer.places
         self._keypoints = Keypoints(layer.places)
+        self._worded = self._keypoints.cameras()
+        self._cameras: set[str] = set()
         self._histories = {method: History(len(layer.places), expect) for method in layer.methods}
 
     def begin(self) -> None:
@@ -138,14 +140,20 @@ class BeliefLog:
     def _log_place(self, view: View, belief: Belief) -> None:
         """Pictures of the believed place, and which keys of now's are words of it."""
         there = self._places.views[belief.best] if self._places.views else None
-        for camera in sorted(view.images):
+        self._cameras |= view.images.keys() | (there.images.keys() if there else set())
+        for camera in sorted(self._cameras):
             if there is not None:
                 self._stream.log(self._layer.path("place", camera), frame(there, camera))
-            marked = self._keypoints.marked(view, camera, belief.best) if self._places.sequences else None
-            if marked is not None:
-                path = self._layer.path("keys", camera)
-                self._stream.log(f"{path}/unmatched", _dots(marked.unmatched, colours.UNMATCHED, -1.2))
-                self._stream.log(f"{path}/matched", _dots(marked.matched, colours.MATCHED, -2.2))
+            if camera in self._worded:
+                self._log_keys(camera, self._keypoints.marked(view, camera, belief.best))
+
+    def _log_keys(self, camera: str, marked: Marked | None) -> None:
+        path = self._layer.path("keys", camera)
+        if marked is None:
+            self._stream.log(path, rr.Clear(recursive=True))
+            return
+        self._stream.log(f"{path}/unmatched", _dots(marked.unmatched, colours.UNMATCHED, -1.2))
+        self._stream.log(f"{path}/matched", _dots(marked.matched, colours.MATCHED, -2.2))
 
     def _log_plan(self, belief: Belief, pose: Pose | None) -> None:
         """Places that glow with their probability, a ring at the best one, and a line from there to the robot."""

@@ -30,7 +30,9 @@ class DriveLog:
     walls: WallSettings = field(default_factory=WallSettings)
     doors: DoorSettings = field(default_factory=DoorSettings)
     _odometry: Pose | None = None
+    _scanned: bool = False
     _trail: Trail = field(default_factory=Trail)
+    _cameras: set[str] = field(default_factory=set)
 
     def begin(self) -> None:
         """Log what does not change."""
@@ -43,10 +45,15 @@ class DriveLog:
 
     def update(self, view: View) -> Pose | None:
         """Log a view; gives back the pose that it was drawn at."""
-        for camera in view.images:
+        self._cameras |= view.images.keys()
+        for camera in sorted(self._cameras):
             self.stream.log(f"now/{camera}", frame(view, camera))
         if view.scan is not None:
             self._log_scan(view, view.scan)
+            self._scanned = True
+        elif self._scanned:
+            for part in ("scan", "walls", "doors"):
+                self.stream.log(f"laser/{part}", rr.Clear(recursive=False))
         pose = self._pose(view)
         self._log_plan(view, pose)
         return pose
@@ -74,7 +81,7 @@ class DriveLog:
             for part in ("scan", "robot"):
                 log(f"plan/{part}", rr.Clear(recursive=False))
             return
-        if view.scan is not None:
+        if self._scanned:
             scan = north_up(in_world(returns(view), pose))
             log("plan/scan", rr.Points2D(scan, colors=[colours.SCAN], radii=[-0.7]))
         log("plan/robot", rr.LineStrips2D([north_up(in_world(ROBOT, pose))], colors=[colours.TRUTH], radii=[-1.2]))
