@@ -1,0 +1,324 @@
+"""What the pages say holds: commands are the command line's, examples run, links lead somewhere, the site is built."""
+
+import importlib.util
+import os
+import re
+import shlex
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urldefrag, urlsplit
+
+import numpy as np
+import pytest
+import typer
+from typer.core import TyperGroup
+
+from refseq.logs.mcap import RecordingWriter
+from refseq.mapfile import save_map
+from refseq.sequence import learn
+from scenarios.cli import app
+from tests.pages import ASKED, ROOT, Example, Page, pages
+from tests.support import corridor_drive
+
+SCRIPTS = Path(sysconfig.get_path("scripts"))
+MISUSED = typer.BadParameter.__base__
+"""The family of errors for words that the command line does not take."""
+OTHERS = {"pip", "cd", "git", "export", "rerun", "uv", "apt-get"}
+"""Programs that are not ours, of which the pages tell."""
+
+BY_NAME = {page.name: page for page in pages()}
+EXAMPLES = [example for page in pages() for example in page.examples]
+SHELL = [example for example in EXAMPLES if example.language == "sh"]
+RECORDINGS = Path(os.environ.get("REFSEQ_RECORDINGS") or ROOT.parent / "shared" / "data")
+
+
+def named(example: Example) -> str:
+    return example.place
+
+
+# Commands
+
+
+def commands(code: str) -> Iterator[list[str]]:
+    """The words of each command of a block, without what comes after a pipe or a redirection."""
+    for line in code.replace("\\\n", " ").splitlines():
+        words = shlex.split(line.removeprefix("$ "), comments=True)
+        for end, word in enumerate(words):
+            if word in {"|", "&&", ";", ">", ">>"}:
+                words, rest = words[:end], words[end + 1 :]
+                if word == "&&":
+                    yield from commands(shlex.join(rest))
+                break
+        while words and re.fullmatch(r"[A-Z_]+=.*", words[0]):
+            del words[0]
+        if words and words[0] != ".":
+            yield words
+
+
+def own(words: list[str]) -> list[str] | None:
+    """The words behind ``refseq``, in whatever way that is called; None of another program."""
+    if words[:2] == ["./run", "refseq"]:
+        return words[2:]
+    return words[1:] if Path(words[0]).name == "refseq" else None
+
+
+def parse(words: list[str]) -> None:
+    """Have the real command line read the words, and do nothing. Raises ``MISUSED``."""
+    command, name, parent = typer.main.get_command(app), "refseq", None
+    while True:
+        try:
+            context = command.make_context(name, list(words), parent=parent)
+        except typer.Exit:  # --help
+            return
+        if not isinstance(command, TyperGroup):
+            return
+        rest = [*context._protected_args, *context.args]
+        name, found, words = command.resolve_command(context, rest)
+        assert found is not None
+        command, parent, name = found, context, name or ""
+
+
+@pytest.mark.parametrize(
+    "line", ["recrod hallway -o a.mcap", "record hallway", "record hallway --colour red -o a", "worlds paint", "learn"]
+)
+def test_the_command_line_refuses_what_it_does_not_know(line):
+    with pytest.raises(MISUSED):
+        parse(shlex.split(line))
+
+
+@pytest.mark.parametrize("example", SHELL, ids=named)
+def test_commands_are_those_of_the_command_line(example, capsys):
+    for words in commands(example.code):
+        ours = own(words)
+        program = Path(words[0]).name
+        if ours is not None:
+            parse(ours)
+        elif words[0] in {"./run", ".ci/run"}:
+            assert words[1:] == [] or words[1] in run_commands(), words
+        elif program.startswith("python") and words[1] == "-m":
+            assert importlib.util.find_spec(words[2]), words
+        else:
+            assert program in OTHERS, words
+
+
+def run_commands() -> list[str]:
+    """What ``run`` takes, by its own help."""
+    told = subprocess.run(["sh", ROOT / "run", "help"], capture_output=True, text=True, check=True).stdout
+    return re.findall(r"^  (\w+) ", told, re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.name)
+def test_commands_within_a_line_exist_with_their_options(page):
+    """They are often shortened, so that only names are looked at."""
+    for span in page.spans:
+        if re.match(r"(\./run )?refseq \w", span):
+            words = span.removeprefix("./run ").split()[1:]
+            command = typer.main.get_command(app)
+            while isinstance(command, TyperGroup) and words and words[0] in command.commands:
+                command = command.commands[words.pop(0)]
+            if isinstance(command, TyperGroup):
+                assert not words or words[0] in {"…", "..."} or words[0].startswith(("-", "|")), span
+            known = {name for parameter in command.params for name in parameter.opts} | {"--help"}
+            assert {word for word in words if re.match(r"--?[a-z]", word)} <= known, span
+
+
+# Examples
+
+
+def test_all_that_is_asked_of_an_example_is_known():
+    assert [example.place for example in EXAMPLES if example.asked not in ASKED] == []
+    assert [example.place for example in EXAMPLES if example.asked == "file" and not example.told] == []
+    assert [example.place for example in EXAMPLES if example.asked == "no" and example.language == "python"
+            and not example.told] == []  # fmt: skip
+
+
+def test_no_comment_about_an_example_stands_without_one():
+    for page in pages():
+        asked = [example for example in page.examples if f"<!-- example: {example.asked}" in page.text]
+        told = len(re.findall(r"^<!-- example: ", page.text, re.MULTILINE))
+        assert told <= len(asked), page.name
+
+
+@pytest.fixture(scope="session")
+def drives(tmp_path_factory) -> Path:
+    """A reference and a query by rule, and the map: what examples take for granted."""
+    folder = tmp_path_factory.mktemp("drives")
+    rng = np.random.default_rng(0)
+    for name in ("reference", "query"):
+        views = corridor_drive(rng, 12, size=120)
+        with RecordingWriter(folder / f"{name}.mcap", {"world": "made"}) as writer:
+            for view in views:
+                writer.write(view, view.truth)
+        if name == "reference":
+            save_map(learn(views), folder / "map.refseq")
+    return folder
+
+
+@pytest.fixture
+def stand(tmp_path, drives, monkeypatch) -> Path:
+    """A folder with those drives, as ``out`` of a checkout and where one stands."""
+    (tmp_path / "out").mkdir()
+    for file in drives.iterdir():
+        for place in (tmp_path, tmp_path / "out"):
+            (place / file.name).symlink_to(file)
+    (tmp_path / "run").write_text('#!/bin/sh\n[ "$1" = refseq ] && shift && exec refseq "$@"\n')
+    (tmp_path / "run").chmod(0o755)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def carry_out(page: Page, folder: Path, *asked: str) -> None:
+    """Execute a page's examples of some kinds one after the other; those in Python share their names."""
+    names: dict[str, object] = {"__name__": "example"}
+    for example in page.examples:
+        if example.asked == "file":
+            (folder / example.told).write_text(example.code)
+        elif example.asked in asked:
+            if example.language == "python":
+                # Lines before it, so that a trace names the page's own.
+                exec(compile("\n" * example.line + example.code, example.page, "exec"), names)
+            else:
+                shell(example, folder)
+
+
+def shell(example: Example, folder: Path) -> None:
+    """Execute a block of commands as somebody would who types it; each has to end with 0."""
+    environment = os.environ | {
+        "PATH": f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}",
+        "REFSEQ_CACHE": str(folder / "cache"),
+        "REFSEQ_RECORDINGS": str(RECORDINGS),
+        "OMP_NUM_THREADS": "1",
+    }
+    done = subprocess.run(
+        ["sh", "-e", "-c", example.code], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, f"{example.place}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+
+
+def asking(what: str) -> list[Page]:
+    return [page for page in pages() if any(example.asked == what for example in page.examples)]
+
+
+@pytest.mark.parametrize("page", asking("run"), ids=lambda page: page.name)
+def test_examples_run(page, stand):
+    carry_out(page, stand, "run")
+
+
+@pytest.mark.parametrize("page", asking("recordings"), ids=lambda page: page.name)
+def test_examples_on_real_recordings_run(page, stand):
+    if not RECORDINGS.is_dir():
+        pytest.skip(f"no recordings of real robots in {RECORDINGS}")
+    carry_out(page, stand, "recordings")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", asking("slow"), ids=lambda page: page.name)
+def test_slow_examples_run(page, stand):
+    carry_out(page, stand, "run", "slow")
+
+
+@pytest.mark.parametrize(
+    "example",
+    [one for one in EXAMPLES if one.language == "python" and one.asked != "run"],
+    ids=named,
+)
+def test_examples_that_are_not_run_are_python(example):
+    compile(example.code, example.place, "exec")
+
+
+# Links
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.name)
+def test_links_lead_to_what_is_there(page):
+    assert [link for link in page.links if not leads_somewhere(page, link)] == []
+
+
+def leads_somewhere(page: Page, link: str) -> bool:
+    """Whether there is such a file, and in a page such a heading; links to other places are taken at their word."""
+    target, anchor = urldefrag(unquote(link))
+    if urlsplit(target).scheme:
+        return True
+    path = (page.path.parent / target).resolve() if target else page.path
+    if not path.exists() or not anchor:
+        return path.exists()
+    return path.suffix == ".md" and anchor in BY_NAME[path.relative_to(ROOT).as_posix()].anchors
+
+
+def test_every_picture_is_shown_on_some_page():
+    shown = {(page.path.parent / link).resolve() for page in pages() for link in page.links}
+    assert [path.name for path in (ROOT / "docs" / "images").iterdir() if path not in shown] == []
+
+
+# The site
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    """The built site. A page outside the navigation, a link to nothing and a module without a name fail it."""
+    folder = tmp_path_factory.mktemp("site")
+    built = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", folder],
+        cwd=ROOT,
+        env=os.environ | {"NO_MKDOCS_2_WARNING": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stdout + built.stderr
+    return folder
+
+
+class Reader(HTMLParser):
+    """Collects what a page calls its parts, where it leads, and what a browser would load with it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.ids: set[str] = set()
+        self.links: list[str] = []
+        self.loaded: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        found = {name: value or "" for name, value in attributes}
+        self.ids |= {found[name] for name in ("id", "name") if name in found}
+        if tag == "a" and "href" in found:
+            self.links.append(found["href"])
+        if "src" in found:
+            self.loaded.append(found["src"])
+        if tag == "link" and found.get("rel") not in {"canonical", "next", "prev"}:
+            self.loaded.append(found["href"])
+
+
+def test_every_page_is_on_the_site(site):
+    below = [page.path.relative_to(ROOT / "docs") for page in pages() if page.name.startswith("docs/")]
+    assert [page for page in below if not (site / page.with_suffix(".html")).is_file()] == []
+
+
+def test_links_of_the_site_lead_to_what_is_there(site):
+    read = {path: Reader(path.read_text(encoding="utf-8")) for path in site.rglob("*.html")}
+    broken = []
+    for path, page in read.items():
+        if path.name == "404.html":  # its links begin at the server's root
+            continue
+        for link in (*page.links, *page.loaded):
+            target, anchor = urldefrag(unquote(link))
+            if urlsplit(target).scheme or target.startswith("data:"):
+                continue
+            there = (path.parent / target.partition("?")[0]).resolve() if target else path
+            there = there / "index.html" if there.is_dir() else there
+            if not there.is_file() or (anchor and there in read and anchor not in read[there].ids | {"__top"}):
+                broken.append(f"{path.relative_to(site)}: {link}")
+    assert broken == []
+
+
+def test_the_site_loads_nothing_from_elsewhere(site):
+    for path in site.rglob("*.html"):
+        loaded = Reader(path.read_text(encoding="utf-8")).loaded
+        assert [one for one in loaded if urlsplit(one).scheme not in {"", "data"} or one.startswith("//")] == []
+    for style in site.rglob("*.css"):
+        assert re.findall(r"""url\(["']?(?:https?:)?//[^)]*""", style.read_text(encoding="utf-8")) == []
