@@ -50,7 +50,8 @@ class LiveAsked:
 
     def check(self, query: Path | None, afterwards: Mapping[str, object]) -> None:
         """Raise ``ScenarioError`` for options that do not go together; ``afterwards`` are those of recordings."""
-        given = [one.name for one in fields(self) if getattr(self, one.name) not in (None, False)]
+        values = {one.name: getattr(self, one.name) for one in fields(self)}
+        given = [name for name, value in values.items() if value is not None and value is not False]
         if self.live is None:
             if given:
                 raise ScenarioError(f"--{_option(given[0])} goes with --live; valid is --live WORLD, or without it")
