@@ -5,6 +5,7 @@ send: all that is looked at here, and told in one line as a ``RefseqError``.
 """
 
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -33,26 +34,29 @@ SETTINGS = 4
 
 
 @contextmanager
-def connected(
-    url: str, recording: str, batches: rr.ChunkBatcherConfig = BATCH, process: "subprocess.Popen[bytes] | None" = None
-) -> Iterator[rr.RecordingStream]:
+def connected(url: str, recording: str, batches: rr.ChunkBatcherConfig = BATCH) -> Iterator[rr.RecordingStream]:
     """A stream to a viewer that runs already, as ``rerun+http://host:port/proxy``.
 
     Raises ``RefseqError`` for an address that is none, when nobody answers there, and at the end when the viewer went
     away before it had all. A viewer that goes away never stops the block itself: what it logs is dropped.
     """
     check_answers(url)
-    with new_stream(recording, batches) as stream:
-        try:
-            stream.connect_grpc(url)
-        except RuntimeError as error:
-            raise RefseqError(f"viewer {url}: {error}") from error
+    stream = new_stream(recording, batches)
+    try:
+        _connect(stream, url)
         yield stream
         if reason := gone(stream, FLUSH):
-            closed = process is not None and process.poll() is not None
-            why = "it was closed" if closed else reason
-            raise RefseqError(f"viewer {url}: went away before it had all of {recording!r}: {why}")
-        stream.disconnect()
+            raise RefseqError(f"viewer {url}: went away before it had all of {recording!r}: {reason}")
+    finally:
+        with suppress(RuntimeError):  # what could not be sent was told of above
+            stream.disconnect()
+
+
+def _connect(stream: rr.RecordingStream, url: str) -> None:
+    try:
+        stream.connect_grpc(url)
+    except RuntimeError as error:
+        raise RefseqError(f"viewer {url}: {error}") from error
 
 
 def gone(stream: rr.RecordingStream, patience: float = 1.0) -> str | None:
@@ -72,9 +76,14 @@ def spawned(
     check_display()
     port = free_port()
     process = _start("--port", str(port), "--memory-limit", memory, "--expect-data-soon")
-    _wait(process, port)
-    with connected(_address(port), recording, batches, process) as stream:
-        yield stream
+    try:
+        _wait(process, port)
+        with connected(_address(port), recording, batches) as stream:
+            yield stream
+    except RefseqError as error:
+        raise (_ended(process, recording) or error) from error
+    if ended := _ended(process, recording):  # it listens before it opens its window, and may fail to
+        raise ended
 
 
 @contextmanager
@@ -94,12 +103,12 @@ def served(
     try:
         _wait(process, inner)
         _wait(process, port)
-        with connected(_address(inner), recording, batches, process) as stream:
+        with connected(_address(inner), recording, batches) as stream:
             yield stream, f"http://{LOOPBACK}:{port}/?url={quote(_address(inner), safe='')}"
+    except RefseqError as error:
+        raise (_ended(process, recording) or error) from error
     finally:
-        process.terminate()
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(ANSWER)
+        _stop(process)
 
 
 def _address(port: int) -> str:
@@ -180,14 +189,31 @@ def _start(*words: str) -> "subprocess.Popen[bytes]":
 def _wait(process: "subprocess.Popen[bytes]", port: int) -> None:
     """Wait until Rerun listens at a port. Raises ``RefseqError`` when it ends, or takes too long."""
     end = time.monotonic() + START
-    while time.monotonic() < end:
-        if process.poll() is not None:
-            raise RefseqError(
-                f"the viewer ended at once with code {process.returncode}; 'rerun' alone tells why, and "
-                "'refseq doctor' what is missing"
-            )
+    while time.monotonic() < end and process.poll() is None:
         with suppress(OSError), socket.create_connection((LOOPBACK, port), timeout=1.0):
             return
         time.sleep(0.05)
-    process.terminate()
+    _stop(process)
     raise RefseqError(f"the viewer did not listen at port {port} within {START:g} s")
+
+
+def _ended(process: "subprocess.Popen[bytes]", recording: str) -> RefseqError | None:
+    """What is to be told of a viewer that is no longer there; ``None`` if it runs."""
+    with suppress(subprocess.TimeoutExpired):
+        code = process.wait(1.0)
+        return RefseqError(
+            f"the viewer could not start, or was closed before it had all of {recording!r} (exit code {code}); "
+            "'rerun' alone tells more, and 'refseq doctor' what is missing"
+        )
+    return None
+
+
+def _stop(process: "subprocess.Popen[bytes]") -> None:
+    """End Rerun: the process that was started and the one that it started itself."""
+    with suppress(ProcessLookupError):
+        if sys.platform == "win32":
+            process.terminate()
+        else:
+            os.killpg(process.pid, signal.SIGTERM)
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(ANSWER)

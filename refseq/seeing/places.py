@@ -59,8 +59,12 @@ class Places:
 
     def held(self, place: int) -> tuple[ReferenceSequence, int]:
         """The sequence that holds a place, and the number that it has there."""
-        sequence = int(np.searchsorted(self.first, place, side="right")) - 1
+        sequence = self.holder(place)
         return self.sequences[sequence], place - int(self.first[sequence])
+
+    def holder(self, place: int) -> int:
+        """Number of the sequence that holds a place."""
+        return int(np.searchsorted(self.first, place, side="right")) - 1
 
     @cached_property
     def known(self) -> NDArray[np.intp]:

@@ -134,7 +134,7 @@ class ReferenceTab:
         if self.places.sequences:
             sequence, number = self.places.held(place)
             x = (number + 0.5) * WIDTH / len(sequence)
-            name = self.names[self.places.sequences.index(sequence)]
+            name = self.names[self.places.holder(place)]
             line = rr.LineStrips2D([[(x, 0), (x, HEIGHT)]], colors=[colours.TEXT], radii=[-0.7])
             stream.log(f"reference/fim/{part(name)}/now", line)
         pose = self.places.poses[place]

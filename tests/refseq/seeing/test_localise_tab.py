@@ -51,7 +51,7 @@ def of_views(path: Path, entity: str, component: str) -> list[Any]:
 
 
 def pixels(blob: list[Any]) -> Any:
-    return cv2.imdecode(np.array(blob[0], np.uint8), cv2.IMREAD_GRAYSCALE).astype(float)
+    return np.asarray(cv2.imdecode(np.array(blob[0], np.uint8), cv2.IMREAD_GRAYSCALE), float)
 
 
 def test_no_view_is_empty_and_the_file_is_sound(tab: LocaliseTab, recording: Path) -> None:

@@ -9,10 +9,6 @@ from refseq.view import Pose
 from tests.support import certain, peaked
 
 
-def light(picture: np.ndarray, row: int, column: int) -> float:
-    return float(picture[row, column].astype(float).sum())
-
-
 def spot(places: int, views: int, place: float, view: float) -> tuple[int, int]:
     """Where the middle of a place and a view is drawn."""
     high = HEIGHT - MARGIN
@@ -67,7 +63,7 @@ def test_views_that_say_lost_are_marked_on_top() -> None:
 
 def test_without_a_number_to_expect_it_starts_with_a_column_a_view() -> None:
     history = History(10)
-    for view in range(CELLS // 2):
+    for _view in range(CELLS // 2):
         history.add(certain(10, 9), None)
     assert (history.picture()[MARGIN + 1, : WIDTH // 2].sum(axis=1) > 400).all()
     assert history.picture()[MARGIN:, WIDTH // 2 + 3 :].sum(axis=2).max() < 10
