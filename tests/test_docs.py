@@ -257,6 +257,20 @@ def test_every_picture_is_shown_on_some_page():
 # The site
 
 
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.name)
+def test_lists_are_written_as_code_hosts_and_the_site_read_them(page):
+    """The site wants four spaces before an inner list, and an empty line before one that follows a paragraph."""
+    lines = page.prose.splitlines()
+    assert [line for line in lines if re.match(r" {1,3}[*-] ", line)] == []
+    items = [bool(re.match(r" *([*-]|\d+\.) ", line)) for line in lines]
+    after = [
+        line
+        for line, before, item, was in zip(lines[1:], lines, items[1:], items, strict=False)
+        if item and before and not was and not before.startswith(" ")
+    ]
+    assert after == []
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory) -> Path:
     """The built site. A page outside the navigation, a link to nothing and a module without a name fail it."""
