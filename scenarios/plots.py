@@ -260,7 +260,7 @@ def posterior(
             lowest.tick_params(labelbottom=True)
         for axes in panels[:, 0]:
             axes.set_ylabel("reference place")
-        if comparison.drives is not None:
+        if comparison.drives is not None and len(comparison.stretches) > 1:
             _mark_drives(panels, comparison.drives)
         right = Patch(facecolor=TRUTH, alpha=0.35, edgecolor=TRUTH, linewidth=0.7, label="right answers")
         says_lost = Line2D([], [], color=INK, marker="v", markersize=4, linestyle="none", label="says lost")

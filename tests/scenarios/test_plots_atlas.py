@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from scenarios.atlas_score import passing
 from scenarios.comparison import Comparison
 from scenarios.figures import NONE, figures
+from scenarios.plots import FINEST, coarser, posterior
 from scenarios.plots_atlas import ASIDE as APART
 from scenarios.plots_atlas import draw_passing, joined_plan, shares, which_drive
 from scenarios.score import WIDE, Tolerance, path_of
@@ -140,6 +141,37 @@ def test_drives_may_have_any_names_and_be_many(names: list[str]) -> None:
     comparison = compared(AHEAD[:3], {"m": known(0, 1, 2, count=3 * len(names))}, drives=drives)
     assert which_drive(comparison, ["m"], WIDE).svg.startswith("<svg")
     assert joined_plan(comparison, merging(drives=drives), WIDE, None).svg.startswith("<svg")
+
+
+def test_places_are_named_by_their_drives_where_there_are_several(run: Comparison) -> None:
+    told = texts(posterior(run, path_of(run), WIDE).svg)
+    assert [told.count(name) for name in DRIVES] == [1, 1, 1]
+    assert "reference place" not in told
+    alone = compared(AHEAD, {"m": known(*range(21), count=21)}, drives={"ahead": AHEAD})
+    told = texts(posterior(alone, path_of(alone), WIDE).svg)
+    assert "reference place" in told
+    assert "ahead" not in told
+
+
+@given(st.integers(1, 3 * FINEST[0]), st.integers(1, 2 * FINEST[1]), st.integers(0, 2**32 - 1))
+def test_no_peak_is_lost_in_a_coarser_picture(places: int, views_asked: int, seed: int) -> None:
+    shares_there = np.random.default_rng(seed).random((places, views_asked)) ** 8
+    found = coarser(shares_there)
+    each = [math.ceil(count / finest) for count, finest in zip(shares_there.shape, FINEST, strict=True)]
+    assert found.shape == tuple(math.ceil(count / n) for count, n in zip(shares_there.shape, each, strict=True))
+    assert all(count <= finest for count, finest in zip(found.shape, FINEST, strict=True))
+    for row, column in [(0, 0), (places // 2, views_asked // 2), (places - 1, views_asked - 1)]:
+        top, left = row // each[0] * each[0], column // each[1] * each[1]
+        cell = shares_there[top : top + each[0], left : left + each[1]]
+        assert found[row // each[0], column // each[1]] == cell.max()
+
+
+def test_a_picture_that_is_coarser_says_so(run: Comparison) -> None:
+    many = {"a": views(*((float(x), 0.0, 0.0) for x in range(FINEST[0] + 1)))}
+    count = FINEST[0] + 1
+    large = compared(AHEAD[:3], {"m": known(0, 1, 2, count=count)}, drives=many)
+    assert posterior(large, path_of(large), WIDE).note == "Each cell is the highest of 2 places."
+    assert posterior(run, path_of(run), WIDE).note == ""
 
 
 # --- the part of a page ---
