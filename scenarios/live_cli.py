@@ -103,6 +103,8 @@ def localised_live(
 
     What is shown stays: a server goes on until Ctrl-C.
     """
+    # Before Rerun is imported: it tells what goes wrong in several lines of its own.
+    os.environ.setdefault("RUST_LOG", "off")
     from refseq.seeing.belief_log import Layer
     from refseq.seeing.places import Places
     from scenarios.evaluate import answers_in_atlas
@@ -151,7 +153,6 @@ def _screen(name: str, asked: LiveAsked) -> "Iterator[rr.RecordingStream]":
     from refseq.seeing.recording import saved
     from scenarios.live import LIVE
 
-    os.environ.setdefault("RUST_LOG", "off")  # Rerun's own words, in several lines
     if asked.save is not None:
         with writing(asked.save), saved(asked.save, name) as stream:
             yield stream

@@ -36,8 +36,15 @@ CLEAR, NEAREST = 0.15, 0.8
 """One stands so far from walls, and not nearer to the robot [m]."""
 ASIDE = 0.5
 """It is looked past the robot so far to its left [m], where the form is."""
-FLAGS = int(imgui.WindowFlags.NoNav) | int(imgui.WindowFlags.AlwaysAutoResize) | int(imgui.WindowFlags.NoSavedSettings)
-"""Keys lead the robot, not the form; it is where it was put, and as large as what is in it."""
+FLAGS = sum(
+    int(flag)
+    for flag in (
+        imgui.WindowFlags.NoNav,  # keys lead the robot, not the form
+        imgui.WindowFlags.NoTitleBar,  # with a cross that would close the form alone
+        imgui.WindowFlags.AlwaysAutoResize,
+        imgui.WindowFlags.NoSavedSettings,
+    )
+)
 
 
 @dataclass(frozen=True)

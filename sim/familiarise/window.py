@@ -36,6 +36,8 @@ DEADMAN = 0.5
 ELSE = "valid is a desktop session, --web, or --script FILE"
 FRAME = 1 / 30
 """The viewer is told so often how things stand [s]."""
+PAGE_FRAME = 1 / 15
+"""A page in the browser is drawn so often [s]; a choice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +167,13 @@ def _in_browser(config: viewer_protocol.ViewerConfig, *, plugins: list[Any]) -> 
         """MuJoCo's own listens on all of the machine's addresses, and lets anybody in."""
 
         _host = property(lambda self: LOOPBACK, lambda self, _: None)
+        _drawn = 0.0
+
+        def prepare_next_frame(self) -> bool:
+            """Draw no more often than a browser without a graphics card may take: what it does not, piles up."""
+            time.sleep(max(0.0, self._drawn + PAGE_FRAME - time.monotonic()))
+            self._drawn = time.monotonic()
+            return bool(super().prepare_next_frame())
 
     of_viewer, of_bench = plugin.split_plugins(plugins)
     return launch_thread.launch_thread(
