@@ -131,7 +131,7 @@ class BeliefLog:
         """The belief of now as bars, a mark below them where the robot is, and all beliefs so far."""
         bars = self._layer.path("posterior", method)
         at = rr.Clear(recursive=False) if truth is None else _mark(truth, belief)
-        self._stream.log(f"{bars}/belief", rr.BarChart(belief.places, color=self._layer.colour(method)))
+        self._stream.log(f"{bars}/belief", rr.BarChart(belief.places, color=colours.BELIEVED))
         self._stream.log(f"{bars}/truth", at)
         history = self._histories[method]
         history.add(belief, truth)

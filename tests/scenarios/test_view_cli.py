@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +37,10 @@ def record(path: Path, views: tuple[View, ...]) -> None:
             writer.write(view, Pose(0.85 * number, 0.0, 0.0))
 
 
+def by_name(answers: Mapping[Stage, list[Belief]]) -> dict[str, Sequence[Belief]]:
+    return {stage.value: found for stage, found in answers.items()}
+
+
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two drives, the map and an atlas of the first, and what two localisers made of the second."""
@@ -48,10 +52,10 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     save_map(sequence, home / "map.refseq")
     atlas = beside(["there", "again"], [sequence, learn(drives.query_views)])
     save_atlas(atlas, home / "atlas.refseq")
-    answers: dict[str, Sequence[Belief]] = {**localise(sequence, drives.query_views)}
+    answers = by_name(localise(sequence, drives.query_views))
     write_beliefs(home / "all.parquet", drives.query_views, answers)
     write_beliefs(home / "prior.parquet", drives.query_views, {Stage.PRIOR: answers[Stage.PRIOR]})
-    write_beliefs(home / "atlas.parquet", drives.query_views, {**localise_in(atlas, drives.query_views)})
+    write_beliefs(home / "atlas.parquet", drives.query_views, by_name(localise_in(atlas, drives.query_views)))
     return home
 
 
