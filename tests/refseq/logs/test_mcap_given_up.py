@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from refseq.logs import RecordingWriter, read_recording
-from refseq.view import Pose, View
+from refseq.view import Pose, Scan, View
 
-VIEW, POSE = View(1.0, truth=Pose(0.0, 0.0, 0.0)), Pose(0.0, 0.0, 0.0)
+VIEW = View(1.0, scan=Scan(np.full(361, 2.0, np.float32)), truth=Pose(0.0, 0.0, 0.0))
+POSE = Pose(0.0, 0.0, 0.0)
 
 
 def test_what_is_given_up_leaves_nothing_and_keeps_what_was_there(tmp_path: Path) -> None:
@@ -33,7 +35,11 @@ def test_what_is_noted_later_adds_to_what_was_told_first(tmp_path: Path) -> None
 
 
 def test_what_went_wrong_first_is_told_though_it_was_given_up(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="first"), RecordingWriter(tmp_path / "drive.mcap", {}) as writer:
-        writer.discard()
-        raise ValueError("first")
+    def fail() -> None:
+        with RecordingWriter(tmp_path / "drive.mcap", {}) as writer:
+            writer.discard()
+            raise ValueError("first")
+
+    with pytest.raises(ValueError, match="first"):
+        fail()
     assert not list(tmp_path.iterdir())
