@@ -227,7 +227,7 @@ FINEST = 200, 320
 """Rows and columns that a heat map has at most: more would be finer than what a screen shows."""
 BELIEF, TRUTH = QUERY, REFERENCE
 SWATCHES = (0.01, 0.1, 0.5, 1.0)
-"""Probabilities that a legend shows."""
+"""Probabilities that a legend shows, as far as they can be seen."""
 OVER_PLACES = 0.5
 """Power of the colour: the square root, or a belief over hundreds of places could not be seen."""
 
@@ -265,7 +265,7 @@ def posterior(
         right = Patch(facecolor=TRUTH, alpha=0.35, edgecolor=TRUTH, linewidth=0.7, label="right answers")
         says_lost = Line2D([], [], color=INK, marker="v", markersize=4, linestyle="none", label="says lost")
         belief_legend(figure, "P(place | on the path)", OVER_PLACES, *([right] if path else []), says_lost)
-        return Plot(as_svg(figure), _coarser(places, len(comparison.query_views)))
+        return Plot(as_svg(figure), coarser_note(places, len(comparison.query_views)))
 
 
 def _mark_drives(panels: NDArray[Any], drives: Drives) -> None:
@@ -306,7 +306,7 @@ def coarser(shares: NDArray[np.float64]) -> NDArray[np.float64]:
     return shares
 
 
-def _coarser(places: int, views: int) -> str:
+def coarser_note(places: int, views: int) -> str:
     """What a reader must know where a heat map is coarser than what it shows."""
     each = [math.ceil(count / finest) for count, finest in zip((places, views), FINEST, strict=True)]
     told = [f"{n} {what}" for n, what in zip(each, ("places", "views"), strict=True) if n > 1]
@@ -317,7 +317,7 @@ def belief_legend(figure: Figure, shown: str, power: float, *more: Artist) -> No
     """A legend of probabilities, by what is ``shown``, and of whatever more there is."""
     handles = [
         Patch(facecolor=BELIEF, alpha=share**power, linewidth=0, label=f"{'' if n else shown + ' = '}{share:g}")
-        for n, share in enumerate(SWATCHES)
+        for n, share in enumerate(share for share in SWATCHES if share**power > 0.05)
     ]
     figure.legend(handles=[*handles, *more], loc="outside upper center", ncols=len(handles) + len(more))
 

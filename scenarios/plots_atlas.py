@@ -21,6 +21,7 @@ from scenarios.plots import (
     around,
     as_svg,
     belief_legend,
+    coarser_note,
     draw_belief,
     draw_walls,
     page_look,
@@ -111,7 +112,7 @@ def which_drive(comparison: Comparison, methods: Sequence[str], within: Toleranc
         panels[-1].set(xlabel="query view", xlim=(-0.5, len(by) - 0.5))
         truth = Patch(facecolor=TRUTH, linewidth=0, label="truly there")
         belief_legend(figure, "P(sequence)", OVER_DRIVES, truth)
-        return Plot(as_svg(figure))
+        return Plot(as_svg(figure), coarser_note(len(names), len(by)))
 
 
 def shares(beliefs: Sequence[Belief], path: ReferencePath) -> NDArray[np.float64]:

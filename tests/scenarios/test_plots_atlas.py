@@ -113,7 +113,7 @@ def test_views_without_a_pose_are_left_out_and_nothing_else() -> None:
 
 def test_each_method_has_a_panel_and_each_drive_a_row(run: Comparison) -> None:
     told = texts(which_drive(run, ["best/chain", "vlad"], WIDE).svg)
-    assert {"best/chain", "vlad", "truly there", "P(sequence) = 0.01"} <= set(told)
+    assert {"best/chain", "vlad", "truly there", "P(sequence) = 0.1"} <= set(told)
     for name in (*DRIVES, "lost"):
         assert told.count(name) == 2  # a row in each panel
     assert texts(which_drive(run, ["vlad"], WIDE).svg).count("ahead") == 1
