@@ -10,7 +10,7 @@ from robots import Stop
 from scenarios.errors import ScenarioError
 from scenarios.record import Drive, Told, check_recording, described, open_bench, scans, write_drive
 from sim.bench import Bench
-from sim.familiarise.orders import Hand, Orders, Status
+from sim.familiarise.orders import Hand, Orders, Phase, Status
 from sim.familiarise.script import Moment, Noting, parse, printed
 from sim.familiarise.sitting import familiarise
 from sim.recorder import Trigger
@@ -36,7 +36,7 @@ class Sitting:
 
 @dataclass
 class Heard:
-    """A hand that keeps why the robot stopped, each reason once, and how far it came."""
+    """A hand that keeps why the robot stopped, each reason once, from the start on, and how far it came."""
 
     hand: Hand
     stops: dict[tuple[str, float], Stop] = field(default_factory=dict)
@@ -45,8 +45,9 @@ class Heard:
     def orders(self, status: Status) -> Orders:
         """What the other hand asks for now."""
         self.last = status
-        for stop in status.stops:
-            self.stops.setdefault((stop.cause.value, stop.since), stop)
+        if status.phase is not Phase.READY:  # while nobody has begun, nobody commands
+            for stop in status.stops:
+                self.stops.setdefault((stop.cause.value, stop.since), stop)
         return self.hand.orders(status)
 
 

@@ -36,7 +36,7 @@ OTHER_LOOK = "C"
 LEVELS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5)
 """Shares of the usual speeds among which faster and slower choose."""
 LEGEND = (
-    ("W A S D", "or arrows, held: lead the robot; let go: it halts"),
+    ("W A S D", "or arrows, held: lead the robot"),
     ("Space", "start, pause, resume sampling"),
     ("V", "take a view"),
     ("+ -", "faster, slower"),
