@@ -24,6 +24,7 @@ USUAL = {"ahead": SPEED, "turn": TURN_RATE}
 WORDS = (*AXES, HALT, AWAY, *Button)
 MOST = 10.0
 """The largest number that a motion takes [m/s, rad/s]: no robot goes so fast."""
+LEAST = 1e-9
 SOON = 1e-6
 """A moment that is no further away [s] is now: noted times are rounded."""
 
@@ -144,32 +145,36 @@ def _moment(first: _Word, words: Sequence[_Word], after: float) -> Moment:
     return Moment(time, _motion(words), tuple(Button(word.text) for word in words if word.text in set(Button)))
 
 
+def _paired(words: Sequence[_Word]) -> list[tuple[_Word, _Word | None]]:
+    """Each word with the number behind it; raises ``SimError`` for a number that stands elsewhere."""
+    pairs: list[tuple[_Word, _Word | None]] = []
+    for word in words:
+        if not word.numeric:
+            pairs.append((word, None))
+        elif pairs and pairs[-1][0].text in AXES and pairs[-1][1] is None:
+            pairs[-1] = pairs[-1][0], word
+        else:
+            raise word.error("is not valid; valid is a number after forward, back, left or right")
+    return pairs
+
+
 def _motion(words: Sequence[_Word]) -> Twist | Literal["away"] | None:
     """The motion that a line asks for."""
+    moves = [(word, number) for word, number in _paired(words) if word.text in (*AXES, HALT, AWAY)]
+    if not moves:
+        return None
+    if any(word.text in (HALT, AWAY) for word, _ in moves):
+        if len(moves) > 1:
+            raise moves[1][0].error("does not go with the motion before it; valid is halt or away alone")
+        return AWAY if moves[0][0].text == AWAY else Twist()
     asked: dict[str, float] = {}
-    whole: _Word | None = None
-    before: _Word | None = None
-    for word in words:
-        if word.numeric:
-            if before is None or before.text not in AXES:
-                raise word.error("is not valid; valid is a number after forward, back, left or right")
-            axis, sign = AXES[before.text]
-            asked[axis] = sign * word.number(f"valid is a number above 0, up to {_shown(MOST)}", MOST, 1e-9)
-            before = None
-            continue
-        if word.text in AXES:
-            axis, sign = AXES[word.text]
-            if axis in asked:
-                raise word.error("is the second motion along its axis; valid is one a line")
-            asked[axis] = sign * USUAL[axis]
-        elif word.text in (HALT, AWAY):
-            whole = word
-        if whole is not None and asked:
-            raise word.error("does not go with the motion before it; valid is halt or away alone")
-        before = word
-    if whole is not None:
-        return AWAY if whole.text == AWAY else Twist()
-    return Twist(asked.get("ahead", 0.0), asked.get("turn", 0.0)) if asked else None
+    for word, number in moves:
+        axis, sign = AXES[word.text]
+        if axis in asked:
+            raise word.error("is the second motion along its axis; valid is one a line")
+        valid = f"valid is a number above 0, up to {_shown(MOST)}"
+        asked[axis] = sign * (USUAL[axis] if number is None else number.number(valid, MOST, LEAST))
+    return Twist(asked.get("ahead", 0.0), asked.get("turn", 0.0))
 
 
 def _followed(words: Sequence[_Word], phase: Phase) -> Phase:

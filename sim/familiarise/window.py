@@ -75,9 +75,9 @@ def opened(bench: Bench, look: Look, gamepad: Path | None = None) -> Iterator[Ha
     Raises ``SimError`` where the viewer, its port or the gamepad cannot be opened.
     """
     with ExitStack() as stack:
-        pad = None
-        if gamepad is not None or FIRST.exists():
-            pad = stack.enter_context(Gamepad(gamepad or FIRST))
+        pad = _pad(gamepad)
+        if pad is not None:
+            stack.enter_context(pad)
         ears = Ears()
         heading = Heading(look.name, look.sampling, ", ".join(look.sensors), str(pad.path) if pad else None)
         form = Form(heading, f"{bench.robot.name}/{bench.robot.base}", _cameras(bench))
@@ -126,6 +126,16 @@ class ViewerHand:
         self._shadow.follow()
         self._handle.send_to_viewer(StatusSnapshot(status, self._keyboard.speed, self._pictures[1]))
         self._handle.sync(self._shadow.model, self._shadow.data)
+
+
+def _pad(asked: Path | None) -> Gamepad | None:
+    """The gamepad that is asked for, or the first if there is one that may be read."""
+    if asked is not None:
+        return Gamepad(asked)
+    try:
+        return Gamepad(FIRST)
+    except SimError:
+        return None
 
 
 def _cameras(bench: Bench) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
@@ -305,18 +306,23 @@ def test_a_gamepad_that_is_asked_for_has_to_be_there(bench: Bench, tmp_path: Pat
 
 
 def test_the_copy_of_the_world_is_lit_and_has_its_roof_apart(bench: Bench) -> None:
+    before = bench.model.light_intensity.copy(), bench.model.light_active.copy()
     shadow = Shadow(bench)
-    lit = shadow.model.light_intensity.sum()
-    assert lit > 10 * bench.model.light_intensity.sum()
+    image = bench.model.light_type == mujoco.mjtLightType.mjLIGHT_IMAGE
+    assert image.any()
+    assert ((shadow.model.light_active != 0) == image).all()
+    assert (shadow.model.light_intensity[image] > 1000).all()
+    assert (bench.model.light_intensity == before[0]).all()
+    assert (bench.model.light_active == before[1]).all()
     roof = [geom for geom in range(bench.model.ngeom) if "ceiling" in bench.model.geom(geom).name]
     assert roof
     assert {int(group) for group in shadow.model.geom_group[roof]} == {1}
     assert 1 not in bench.model.geom_group
-    before = float(shadow.data.qpos[0])
+    where = float(shadow.data.qpos[0])
     for _ in range(30):
         bench.drive(Twist(0.4, 0.0))
     shadow.follow()
-    assert shadow.data.qpos[0] > before + 0.1
+    assert shadow.data.qpos[0] > where + 0.1
     assert (shadow.data.qpos == bench.data.qpos).all()
 
 

@@ -84,6 +84,7 @@ def test_a_script_as_a_person_writes_it() -> None:
         ("1 forward back\n2 stop", "keys.txt, line 1, column 11: 'back' is the second motion along its axis"),
         ("1 left halt\n2 stop", "keys.txt, line 1, column 8: 'halt' does not go with"),
         ("1 away left\n2 stop", "keys.txt, line 1, column 8: 'left' does not go with"),
+        ("1 halt away\n2 stop", "keys.txt, line 1, column 8: 'away' does not go with"),
         ("1\n2 stop", "keys.txt, line 1, column 1: '1' is alone on its line"),
         ("1 resume\n2 stop", "keys.txt, line 1, column 3: 'resume' does nothing while sampling; valid are pause"),
         ("1 sample\n2 start\n3 stop", "keys.txt, line 1, column 3: 'sample' does nothing while ready"),
