@@ -1,5 +1,6 @@
 """How alike all paths of an atlas are as one square picture, with what was joined and what was refused drawn on it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,9 +20,11 @@ from refseq.seeing.pictures import drawing, inferno
 JOINED: Colour = TRUTH
 REFUSED: Colour = (255, 255, 255)
 TICKS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-MOST_TICKS = 14
+MOST_TICKS = 16
 LIFT = 0.02
 """A label hangs below its point on the screen: beside a row it is lifted by so much of the picture's height."""
+LETTER = 0.018
+"""About how wide a letter of a label is, in shares of the picture's width."""
 ORIGIN = "atlas/alike"
 
 
@@ -39,7 +42,10 @@ class Square:
     def view(self) -> rrb.View:
         """The panel."""
         side = self._mosaic.side
-        bounds = rrb.VisualBounds2D(x_range=[-0.2 * side, 1.04 * side], y_range=[-0.04 * side, 1.12 * side])
+        bounds = rrb.VisualBounds2D(
+            x_range=[-(0.07 + self._longest) * side, 1.04 * side],
+            y_range=[-0.04 * side, (1.07 + 0.05 * self._levels) * side],
+        )
         marks = [text for text, there in (("blue: joined", self._joined), ("white: refused", self._refused)) if there]
         name = "; ".join(["P(place ↑ | view →), one view alone", *marks])
         return rrb.Spatial2DView(origin=ORIGIN, name=name, visual_bounds=bounds)
@@ -63,11 +69,23 @@ class Square:
         stream.log(f"{ORIGIN}/borders", rr.LineStrips2D(lines, colors=TEXT, radii=-0.6), static=True)
         for number, path in enumerate(paths):
             middle = (edges[number] + edges[number + 1]) / 2
-            spots = [(middle, 1.06 * side), (-0.13 * side, (1 - LIFT) * side - middle)]
+            level = 1.06 + 0.05 * (number % self._levels)
+            spots = [(middle, level * side), (-(0.06 + self._longest / 2) * side, (1 - LIFT) * side - middle)]
             send_labels(stream, f"{ORIGIN}/names/{number}", spots, [path.name] * 2, of_path(number))
         ticks = [(edges[n] + view / unit, str(view)) for n, path in enumerate(paths) for view in self._ticks(len(path))]
         spots = [spot for at, _ in ticks for spot in ((at, 1.02 * side), (-0.03 * side, (1 - LIFT) * side - at))]
         send_labels(stream, f"{ORIGIN}/ticks", spots, [word for _, word in ticks for _ in range(2)], TEXT)
+
+    @property
+    def _longest(self) -> float:
+        """About how wide the longest name is, in shares of the picture."""
+        return LETTER * max(len(path.name) for path in self.atlas.paths)
+
+    @property
+    def _levels(self) -> int:
+        """In how many rows the names stand below the picture, so that they do not cover each other."""
+        narrowest = min(len(path) for path in self.atlas.paths) / self._mosaic.size
+        return min(len(self.atlas.paths), max(1, math.ceil(self._longest / narrowest)))
 
     def _ticks(self, views: int) -> range:
         """Views of a path that are told by number: a round step apart, those of all paths not too many."""

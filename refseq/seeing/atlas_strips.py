@@ -16,6 +16,8 @@ from refseq.sequence import ReferenceSequence
 
 HEIGHT = 0.45
 """All strips together are about so many times as high as the longest is wide."""
+LETTER = 0.025
+"""About how wide a letter of a label is, in shares of the strips' length."""
 SAME = 1e-6
 """Views nearer to each other than this are one [m]."""
 ORIGIN = "atlas/strips"
@@ -41,6 +43,11 @@ class Strips:
         return max(float(path.along[-1]) for path in self.atlas.paths) or 1.0
 
     @property
+    def _longest(self) -> float:
+        """About how wide the longest name is, in shares of the strips' length."""
+        return LETTER * max(len(path.name) for path in self.atlas.paths)
+
+    @property
     def _pitch(self) -> float:
         """From one strip to the next."""
         return HEIGHT * self._length / max(len(self.atlas.paths), 2)
@@ -49,7 +56,7 @@ class Strips:
         """The panel."""
         low = self._pitch * (len(self.atlas.paths) - 0.1)
         bounds = rrb.VisualBounds2D(
-            x_range=[-0.2 * self._length, 1.04 * self._length], y_range=[-0.8 * self._pitch, low]
+            x_range=[-(0.05 + self._longest) * self._length, 1.04 * self._length], y_range=[-0.8 * self._pitch, low]
         )
         name = "who holds each view's place, by colour [m]"
         return rrb.Spatial2DView(origin=ORIGIN, name=name, visual_bounds=bounds)
@@ -65,7 +72,7 @@ class Strips:
             if len(gone := self._gone(path)):
                 lost = np.stack([gone, np.full(len(gone), row * self._pitch)], axis=1)
                 stream.log(f"{ORIGIN}/gone/{row}", rr.Points2D(lost, colors=DIM, radii=-2.0), static=True)
-            label = [(-0.1 * self._length, row * self._pitch - 0.03 * self._length)]
+            label = [(-(0.03 + self._longest / 2) * self._length, row * self._pitch - 0.03 * self._length)]
             send_labels(stream, f"{ORIGIN}/names/{row}", label, [path.name], of_path(row))
         metres = _round_metres(self._length)
         low = self._pitch * (len(self.atlas.paths) - 0.4)

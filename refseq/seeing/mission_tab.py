@@ -79,7 +79,7 @@ class MissionTab:
         seen = [rrb.Vertical(*cameras)] if cameras else []
         plan = [] if extent is None else [self._plan.view(extent)]
         if extent is None or extent.wide:
-            below = rrb.Horizontal(*seen, told, over_time)
+            below = rrb.Horizontal(*seen, told, over_time, column_shares=[*[0.7] * len(seen), 1.2, 1.0])
             return rrb.Vertical(*plan, below, row_shares=[*[1.0] * len(plan), 1.6])
         left = rrb.Vertical(*plan, rrb.Horizontal(*cameras), row_shares=[1.6, 1.0]) if cameras else plan[0]
         return rrb.Horizontal(left, rrb.Vertical(told, over_time, row_shares=[1.2, 1.0]))
