@@ -20,8 +20,12 @@ from typer.core import TyperGroup
 from refseq.logs.mcap import RecordingWriter
 from refseq.mapfile import save_map
 from refseq.sequence import learn
+from scenarios.campaign.cases import find, names
+from scenarios.campaign.page_tables import blocks
+from scenarios.campaign.schema import LAMP, ODOMETRY
 from scenarios.cli import app
-from tests.pages import ASKED, ROOT, Example, Page, pages
+from scenarios.methods import check_methods
+from tests.pages import ASKED, FENCE, ROOT, Example, Page, pages
 from tests.support import corridor_drive
 
 SCRIPTS = Path(sysconfig.get_path("scripts"))
@@ -228,6 +232,22 @@ def test_slow_examples_run(page, stand):
 )
 def test_examples_that_are_not_run_are_python(example):
     compile(example.code, example.place, "exec")
+
+
+# Tables of figures
+
+TABLES = [block for page in pages() for block in blocks(FENCE.sub("", page.text), page.name)]
+
+
+@pytest.mark.parametrize("block", TABLES, ids=lambda block: block.name)
+def test_tables_of_figures_name_cases_of_the_library_and_are_filled(block):
+    choices = [block.form, *block.form.rows.values(), *block.form.columns.values()]
+    cases = {case.name for case in find(names())}
+    assert {choice.case for choice in choices} - {None} <= cases
+    check_methods({choice.method for choice in choices} - {None, ODOMETRY, LAMP})
+    rows = [line for line in block.body.splitlines() if line.startswith("| ")]
+    assert len(rows) == 2 + len(block.form.rows)
+    assert "*Run on " in block.body
 
 
 # Links
