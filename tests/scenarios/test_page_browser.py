@@ -7,13 +7,13 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Locator, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Locator, Route, sync_playwright
 from playwright.sync_api import Page as Tab
 
 from scenarios.campaign.cases import load
@@ -69,10 +69,10 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="session")
-def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """A page of each kind."""
+def pages(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A page of each kind; none are made where there is no browser to open them."""
     folder = tmp_path_factory.mktemp("pages")
-    runs = [replace(corridor_comparison(seed, count=30, size=48)) for seed in range(2)]
+    runs = [corridor_comparison(seed, count=30, size=48) for seed in range(2)]
     write_report(folder / "report.html", runs, title="Two seeds", outline=CORRIDOR)
     beliefs = {"best/chain": known(*range(11), *range(32, 40)), "vlad": known(*range(19))}
     fork = compared(PARTING, beliefs, {"best/chain": merging(RIGHTLY, SHARED, FALSE)})
@@ -171,6 +171,7 @@ def test_a_page_fits_every_width_and_asks_for_nothing(opened: Opened, pages: dic
     opened.go(pages[kind])
     for width in WIDTHS.values():
         opened.tab.set_viewport_size({"width": width, "height": 900})
+        assert opened.tab.evaluate("innerWidth") == width
         assert opened.tab.evaluate("document.documentElement.scrollWidth") <= width
         assert opened.tab.evaluate(SPILT) == []
     assert opened.tab.evaluate(CUT) == []
@@ -371,7 +372,12 @@ def test_what_is_smuggled_into_a_page_is_not_run_and_not_fetched(opened: Opened,
     bad = f'<script>{run}</script><img src="http://127.0.0.1:9/x.png" onerror="{run}">'
     page.write_text(pages["report"].read_text().replace("</h1>", f"</h1>{bad}"))
     fetched: list[str] = []
-    opened.tab.route("http://**", lambda route: (fetched.append(route.request.url), route.abort()))
+
+    def note(route: Route) -> None:
+        fetched.append(route.request.url)
+        route.abort()
+
+    opened.tab.route("http://**", note)
     opened.go(page)
     assert opened.tab.title() == "Two seeds"
     assert sum("Content Security Policy" in line for line in opened.complaints) == 3
