@@ -40,7 +40,7 @@ def view(
     files: Annotated[
         list[Path],
         typer.Argument(
-            metavar="FILE…",
+            metavar="FILES",
             help="A recording; a map or an atlas; map, recording and beliefs (.parquet); a mission's folder; an .rrd.",
         ),
     ],

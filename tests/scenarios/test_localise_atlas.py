@@ -133,11 +133,6 @@ def test_an_atlas_of_one_map_answers_as_the_map_bit_for_bit(refseq: Refseq, here
         ("localise cut.refseq query.mcap", "cut.refseq: is not a .refseq map, or is damaged"),
         ("localise spoilt.refseq query.mcap", "spoilt.refseq"),
         ("matrix atlas.refseq", "atlas.refseq: is an atlas of several sequences; valid is a map of one"),
-        ("view atlas.refseq --save x.rrd", "atlas.refseq: is an atlas of several sequences; valid is a map of one"),
-        (
-            "view atlas.refseq query.mcap right.parquet --save x.rrd",
-            "atlas.refseq: is an atlas of several sequences; valid is a map of one",
-        ),
         (
             "report atlas.refseq query.mcap right.parquet --reference query.mcap -o x.html",
             "query.mcap: has the pictures of one drive, atlas.refseq is an atlas of several; valid is no reference",
@@ -159,13 +154,20 @@ def test_what_is_wrong_is_told_in_one_line(refseq: Refseq, here: Path, words: st
     assert not list(here.glob("x.*"))
 
 
+def test_an_atlas_is_shown_alone_or_with_a_drive(refseq: Refseq, here: Path) -> None:
+    refseq("localise", "atlas.refseq", "query.mcap", "--stage", "chain", "-o", "seen.parquet")
+    for number, files in enumerate((["atlas.refseq"], ["atlas.refseq", "query.mcap", "seen.parquet"])):
+        assert refseq("view", *files, "--save", f"seen-{number}.rrd").code == 0
+    assert (here / "seen-1.rrd").stat().st_size > (here / "seen-0.rrd").stat().st_size > 0
+
+
 def test_a_report_shows_which_sequence_was_recognised(refseq: Refseq, here: Path) -> None:
     refseq("localise", "atlas.refseq", "query.mcap", "--stage", "chain", "-o", "told.parquet")
     answer = refseq("report", "atlas.refseq", "query.mcap", "told.parquet", "-o", "page.html")
     assert (answer.code, answer.err, answer.out) == (0, "", "page.html\n")
     page = (here / "page.html").read_text()
-    assert "truth: which drives pass" in page
-    assert "P(sequence)" in page
+    assert "truly there" in page
+    assert "P(sequence) = " in page
     assert page.count(">west<")
     assert page.count(">east<")
     assert "west, east" in page, "metadata of both drives"
