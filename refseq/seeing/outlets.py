@@ -75,7 +75,7 @@ def spawned(
     """A stream to a viewer that is started for it and stays open. Raises ``RefseqError`` without a display."""
     check_display()
     port = free_port()
-    process = _start("--port", str(port), "--memory-limit", memory, "--expect-data-soon")
+    process = _start("--bind", LOOPBACK, "--port", str(port), "--memory-limit", memory, "--expect-data-soon")
     try:
         _wait(process, port)
         with connected(_address(port), recording, batches) as stream:
