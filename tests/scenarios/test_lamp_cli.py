@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 
 from refseq.missions.lamp import parse_lamp, print_lamp
 from refseq.missions.language import MissionError
+from scenarios.console import out
 from scenarios.errors import ScenarioError
 from scenarios.lamp_cli import LIBRARY, lamp, read_program
 from sim.errors import SimError
@@ -17,11 +18,17 @@ APP = typer.Typer()
 APP.command()(lamp)
 
 
+@pytest.fixture(autouse=True)
+def wide(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A terminal that wraps no reason, whoever has used it before."""
+    monkeypatch.setattr(out, "width", 120)
+
+
 def answer(folder: Path, program: str, *words: str) -> tuple[int, str]:
     """Exit code and what was said of a program; what is wrong is raised, as the command line tells it."""
     path = folder / "mine.lamp"
     path.write_text(program)
-    result = CliRunner().invoke(APP, [str(path), *words], env={"COLUMNS": "120"})
+    result = CliRunner().invoke(APP, [str(path), *words])
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     return result.exit_code, result.output
