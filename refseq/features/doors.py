@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import betainc
 
 from refseq.features.scan_bits import ScanBits
-from refseq.features.walls import WallSettings, count_bits, find_lines
+from refseq.features.walls import Lines, WallSettings, count_bits, find_lines
 from refseq.view import Scan
 
 COUNTS = (1, 2)
@@ -99,7 +99,11 @@ def find_doors(scan: Scan, settings: DoorSettings, walls: WallSettings | None = 
     one is kept.
     """
     walls = walls or WallSettings()
-    lines = find_lines(scan, walls)
+    return doors_in(find_lines(scan, walls), scan, settings, walls)
+
+
+def doors_in(lines: Lines, scan: Scan, settings: DoorSettings, walls: WallSettings) -> list[Door]:
+    """As ``find_doors``, where the scan's ``lines`` are known already."""
     lines = lines[lines.length >= settings.wall]
     points = scan.points[np.isfinite(scan.ranges)]
     found = [
