@@ -10,6 +10,7 @@ import typer
 from scenarios.console import bars_on_terminal, err, out, say
 from scenarios.errors import ScenarioError
 from scenarios.inputs import assignments, words
+from scenarios.options import Sensors
 
 if TYPE_CHECKING:
     from scenarios.driving import Controls, Led, Sitting
@@ -59,10 +60,7 @@ def drive(
     ] = None,
     turn: Annotated[float | None, typer.Option(metavar="RADIANS", help="By motion: a view after such a turn.")] = None,
     by_hand: Annotated[bool, typer.Option("--by-hand", help="Views only where they are asked for.")] = False,
-    sensors: Annotated[
-        str | None,
-        typer.Option(metavar="NAMES", help="Only these, commas between, of camera-1,camera-2,laser. [default: all]"),
-    ] = None,
+    sensors: Sensors = None,
     camera: Annotated[
         list[str] | None, typer.Option(metavar="NAME=MODEL", help="Another model of a camera, as for `refseq record`.")
     ] = None,

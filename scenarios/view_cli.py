@@ -13,6 +13,7 @@ import typer
 from scenarios.console import out, say
 from scenarios.errors import ScenarioError
 from scenarios.inputs import check_folder, check_output, read_atlas, read_drive, writing
+from scenarios.options import Thin, Views
 from scenarios.recorded import is_recorded, name_of, record_at
 
 if TYPE_CHECKING:
@@ -68,12 +69,8 @@ def view(
             metavar="LIMIT", help="Memory of a viewer started or served, 4GB or 50%; then the oldest is dropped."
         ),
     ] = "50%",
-    views: Annotated[
-        str | None, typer.Option(metavar="FROM:TO", help="Only these views of the recording, TO not among them: 0:160.")
-    ] = None,
-    thin: Annotated[
-        float | None, typer.Option(min=0.0, metavar="METRES", help="Keep one view every so many metres. [default: all]")
-    ] = None,
+    views: Views = None,
+    thin: Thin = None,
 ) -> None:
     """Show a drive, a map, or a localised drive in the Rerun viewer, which is started unless told otherwise."""
     given = {"--save": save, "--layers": layers, "--connect": connect, "--serve": serve}

@@ -117,7 +117,11 @@ class Lines:
 
 def find_walls(scan: Scan, settings: WallSettings) -> Lines:
     """The walls of a scan: lines of at least ``settings.length``."""
-    lines = find_lines(scan, settings)
+    return walls_in(find_lines(scan, settings), settings)
+
+
+def walls_in(lines: Lines, settings: WallSettings) -> Lines:
+    """As ``find_walls``, where the scan's ``lines`` are known already."""
     return lines[lines.length >= settings.length]
 
 

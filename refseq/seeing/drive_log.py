@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 
 from refseq.features.doors import Door, DoorSettings, doors_in
-from refseq.features.walls import WallSettings, find_lines
+from refseq.features.walls import WallSettings, find_lines, walls_in
 from refseq.seeing import colours
 from refseq.seeing.pictures import frame
 from refseq.seeing.plane import ORIGIN, ROBOT, Points, circle, in_world, north_up, returns, robot_up
@@ -67,11 +67,11 @@ class DriveLog:
     def _log_scan(self, view: View, scan: Scan) -> None:
         log = self.stream.log
         log("laser/scan", rr.Points2D(robot_up(returns(view)), colors=[colours.SCAN], radii=[-1.5]))
-        every = find_lines(scan, self.walls)
-        lines = every[every.length >= self.walls.length]
-        walls = [robot_up(np.stack(ends)) for ends in zip(lines.start, lines.end, strict=True)]
+        lines = find_lines(scan, self.walls)
+        long = walls_in(lines, self.walls)
+        walls = [robot_up(np.stack(ends)) for ends in zip(long.start, long.end, strict=True)]
         log("laser/walls", rr.LineStrips2D(walls, colors=[colours.WALL], radii=[-1.5], draw_order=40))
-        doors = doors_in(every, scan, self.doors, self.walls)
+        doors = doors_in(lines, scan, self.doors, self.walls)
         sills = [robot_up(sill(door)) for door in doors]
         labels = [f"door, {'free' if door.passable else 'blocked'}" for door in doors]
         log("laser/doors", rr.LineStrips2D(sills, labels=labels, colors=[colours.DOOR], radii=[-2.5], draw_order=50))
