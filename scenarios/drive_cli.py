@@ -21,7 +21,7 @@ BELOW, INTERRUPTED = 1, 130
 EXAMPLES = """Examples:
 
 * `refseq drive hallway -o reference.mcap`
-* `refseq drive hallway --web --light 18:00 --sensors laser -o query.mcap`
+* `refseq drive hallway --light 18:00 --sensors laser -o query.mcap`
 * `refseq drive hallway --by-hand --gamepad /dev/input/js0 -o places.mcap`
 * `refseq drive hallway --script keys.txt -o out/drive.mcap`
 * `refseq drive hallway --script reference.mcap --light 18:00 -o again.mcap`
@@ -46,10 +46,11 @@ def drive(
         str | None, typer.Option(metavar="NAME", help="What the sequence is called. [default: the file's name]")
     ] = None,
     script: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Controls from a file, without a display; see below.")
+        Path | None, typer.Option(metavar="FILE", help="Controls from a file, without a viewer; see below.")
     ] = None,
-    web: Annotated[bool, typer.Option("--web", help="A viewer in the browser, on this machine only.")] = False,
-    port: Annotated[int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of --web; 0: any free one.")] = 0,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the viewer's page; 0: any free one.")
+    ] = 0,
     gamepad: Annotated[
         Path | None,
         typer.Option(metavar="DEVICE", help="Joystick device. [default: /dev/input/js0 if there is one]"),
@@ -103,10 +104,10 @@ def drive(
     sitting = Sitting(name or output.stem, asked, sampling_of(every, distance, turn, by_hand=by_hand))
     with ended_in_one_line(output):
         if script is not None:
-            _check_alone(script, web=web, gamepad=gamepad)
+            _check_alone(script, gamepad)
             led = _by_script(sitting, output, script)
         else:
-            led = lead(sitting, output, by_viewer(sitting, web=web, port=port, gamepad=gamepad, rate=rate))
+            led = lead(sitting, output, by_viewer(sitting, port=port, gamepad=gamepad, rate=rate))
     sensed = ", ".join(sorted(led.recording.sensors))
     views = len(led.recording.views)
     say(out, f"{output}: {views} views of {sensed}, {led.way:.1f} m in {led.time:.1f} s")
@@ -129,10 +130,9 @@ def sampling_of(
     return Trigger(distance=distance, turn=turn, time=every) if asked else Trigger()
 
 
-def _check_alone(script: Path, *, web: bool, gamepad: Path | None) -> None:
-    if web or gamepad is not None:
-        other = "web" if web else f"gamepad {gamepad}"
-        raise ScenarioError(f"script {script} and {other} both say who leads; valid is one of them")
+def _check_alone(script: Path, gamepad: Path | None) -> None:
+    if gamepad is not None:
+        raise ScenarioError(f"script {script} and gamepad {gamepad} both say who leads; valid is one of them")
 
 
 def _by_script(sitting: "Sitting", output: Path, script: Path) -> "Led":
@@ -170,18 +170,12 @@ def ended_in_one_line(output: Path) -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def by_viewer(
-    sitting: "Sitting", *, web: bool, port: int = 0, gamepad: Path | None = None, rate: float = 1.0
-) -> "Controls":
-    """The controls in a viewer. Raises ``SimError`` where there is no display for it."""
-    from sim.familiarise.window import Look, check_display, opened
-
-    if not web:
-        check_display()  # before the world is built
+def by_viewer(sitting: "Sitting", *, port: int = 0, gamepad: Path | None = None, rate: float = 1.0) -> "Controls":
+    """The controls in a viewer."""
     from scenarios.record import sensors_of
+    from sim.familiarise.viewer import Look, opened
 
-    sensors = sensors_of(sitting.drive)
-    look = Look(sitting.name, described_sampling(sitting.sampling), sensors, web=web, port=port, rate=rate)
+    look = Look(sitting.name, described_sampling(sitting.sampling), sensors_of(sitting.drive), port, rate)
     return lambda bench: opened(bench, look, gamepad)
 
 

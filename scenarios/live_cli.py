@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scenarios.live import LiveRun
     from scenarios.record import Drive
 
-LEADERS = ("script", "keys", "web")
+LEADERS = ("script", "keys")
 SCREENS = ("save", "connect", "serve")
 
 
@@ -42,7 +42,6 @@ class LiveAsked:
     every: float | None
     script: Path | None
     keys: bool
-    web: bool
     record: Path | None
     save: Path | None
     connect: str | None
@@ -128,11 +127,11 @@ def _driven(drive: "Drive", asked: LiveAsked, run: "LiveRun") -> "Recording":
     from sim.familiarise.script import ScriptHand
 
     with _status_line(f"{drive.world} at {drive.light}") as run.told:
-        if asked.script is None and not (asked.keys or asked.web):
+        if asked.script is None and not asked.keys:
             return record(drive, asked.record, told=run.take)
         sitting = Sitting(asked.record.stem if asked.record else "live", drive, drive.trigger)
         if asked.script is None:
-            controls = by_viewer(sitting, web=asked.web)
+            controls = by_viewer(sitting)
         else:
             moments = controls_in(asked.script)
             controls = lambda bench: nullcontext(ScriptHand(moments))  # noqa: E731

@@ -62,10 +62,8 @@ def localise(
     every: Annotated[float | None, _with_live("A view every so many metres. [default: 0.85]", "METRES")] = None,
     script: Annotated[Path | None, _with_live("Led by a script, as for `refseq drive`.", "FILE")] = None,
     keys: Annotated[
-        bool, typer.Option("--keys", help="Led by keys in a window, as by `refseq drive`.", rich_help_panel=WITH_LIVE)
-    ] = False,
-    web: Annotated[
-        bool, typer.Option("--web", help="Led by keys in the browser, so too.", rich_help_panel=WITH_LIVE)
+        bool,
+        typer.Option("--keys", help="Led by keys in the browser, as by `refseq drive`.", rich_help_panel=WITH_LIVE),
     ] = False,
     record: Annotated[Path | None, _with_live("Keep the drive as a recording (.mcap).", "FILE")] = None,
     save: Annotated[
@@ -99,9 +97,7 @@ def localise(
 
     if output is not None:
         check_output(output)
-    asked = LiveAsked(
-        live, light, change, robot, route, drive_seed, every, script, keys, web, record, save, connect, serve
-    )
+    asked = LiveAsked(live, light, change, robot, route, drive_seed, every, script, keys, record, save, connect, serve)
     asked.check(query, {"views": views, "thin": thin, "odometry-noise": odometry_noise or None})
     wanted, chosen = stages(stage), words(sensors, "sensors")
     atlas = read_atlas(map_file)

@@ -1,7 +1,6 @@
 """``refseq drive``: led by a script it is a recording as any other, the same each time; nothing half-written."""
 
 import json
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -156,26 +155,10 @@ def test_stopped_before_the_first_view_nothing_is_written(plan: str, tmp_path: P
     assert not path.parent.exists()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only on Linux may there be none")
-@pytest.mark.parametrize(("display", "told"), [("", "DISPLAY is not set"), (":987", "nobody answers at DISPLAY=:987")])
-def test_without_a_display_one_line_names_the_script(
-    plan: str, tmp_path: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch, display: str, told: str
-) -> None:
-    monkeypatch.setenv("DISPLAY", display)
-    answer = refseq("drive", plan, "-o", tmp_path / "drive.mcap")
-    assert answer.code == 2
-    assert len(answer.err.splitlines()) == 1
-    assert "no display" in answer.err
-    assert told in answer.err or "libX11 is missing" in answer.err
-    assert "--script FILE" in answer.err
-    assert not list(tmp_path.glob("*.mcap"))
-
-
 @pytest.mark.parametrize(
     ("words", "told"),
     [
         (("--script", "missing.txt"), "missing.txt: is no file; valid is a script of controls"),
-        (("--script", "KEYS", "--web"), "and web both say who leads"),
         (("--script", "KEYS", "--gamepad", "/dev/input/js0"), "and gamepad /dev/input/js0 both say who leads"),
         (("--script", "KEYS", "--by-hand", "--every", "2"), "by-hand and every 2 exclude each other"),
         (("--script", "KEYS", "--every", "0"), "trigger: time = 0.0 is not positive"),

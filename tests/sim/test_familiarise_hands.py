@@ -26,7 +26,7 @@ from sim.familiarise.pictures import REACH, SIZE, pictures_of, scan_picture
 from sim.familiarise.shadow import Shadow
 from sim.familiarise.sitting import familiarise
 from sim.familiarise.steady import Steady
-from sim.familiarise.window import DEADMAN, Look, ViewerHand, opened
+from sim.familiarise.viewer import DEADMAN, Look, ViewerHand, opened
 from sim.render import RendererKind
 from tests.sim.behaving_in import corridor
 

@@ -12,7 +12,7 @@ from sim.bench import Bench, BenchSettings
 from sim.errors import SimError
 from sim.familiarise.orders import Button, Orders, Status
 from sim.familiarise.sitting import familiarise
-from sim.familiarise.window import Look, opened
+from sim.familiarise.viewer import Look, opened
 from sim.render import RendererKind
 from tests.sim.behaving_in import corridor
 
@@ -33,14 +33,23 @@ def free_port() -> int:
 
 
 def look(port: int) -> Look:
-    return Look("x", "by hand", ("laser",), web=True, port=port, rate=100.0)
+    return Look("x", "by hand", ("laser",), port=port, rate=100.0)
 
 
-def test_a_page_is_served_on_this_machine_alone(bench: Bench) -> None:
+def test_a_page_is_served_on_this_machine_alone_and_a_drive_does_not_need_it(bench: Bench) -> None:
+    """One viewer for both: of a second one in a process, MuJoCo 4.0's thread may not end."""
     port = free_port()
     with opened(bench, look(port)) as hand:
         asked = [hand.orders(Status(time=0.04 * n)) for n in range(5)]
         assert asked == [Orders(None)] * 5, "no browser, nobody at the controls"
+
+        class Person:
+            def orders(self, status: Status) -> Orders:
+                hand.orders(status)
+                buttons = {0: (Button.START,), 25: (Button.STOP,)}
+                return Orders(robots.Twist(0.3, 0.0), buttons.get(round(status.time / 0.04), ()))
+
+        assert len(list(familiarise(bench, Person(), None))) == 1, "the drive ends as ever"
         for _ in range(600):
             try:
                 page = urllib.request.urlopen(f"http://{LOOPBACK}:{port}/", timeout=10).read()
@@ -64,15 +73,3 @@ def test_a_port_that_is_taken_is_told_in_a_line(bench: Bench) -> None:
         told = rf"^port {port}: cannot be listened at: .*; valid is a free port, or 0$"
         with pytest.raises(SimError, match=told), opened(bench, look(port)):
             pass
-
-
-def test_a_drive_goes_on_to_its_end_with_a_page_that_nobody_opens(bench: Bench) -> None:
-    with opened(bench, look(free_port())) as hand:
-
-        class Person:
-            def orders(self, status: Status) -> Orders:
-                hand.orders(status)
-                buttons = {0: (Button.START,), 25: (Button.STOP,)}
-                return Orders(robots.Twist(0.3, 0.0), buttons.get(round(status.time / 0.04), ()))
-
-        assert len(list(familiarise(bench, Person(), None))) == 1

@@ -1,16 +1,11 @@
-"""The controls in a viewer of MuJoCo Studio: a window, or a page in the browser that this machine alone can open.
+"""The controls in MuJoCo Studio's viewer: a page in the browser, that this machine alone can open.
 
 The viewer has a thread and a copy of the world of its own, so that nothing done in it changes the drive but the keys.
 A viewer that has not told of its keys for a while is one that nobody looks at: nobody is at the controls then
 (deadman). One that was closed asks for stop.
 """
 
-import collections.abc
-import ctypes
-import ctypes.util
-import os
 import socket
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -18,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from mujoco.studio import launch_native, launch_thread, viewer_protocol
+from mujoco.studio import launch_thread, plugin, viewer_protocol, web_viewer
 
 from sim.bench import Bench
 from sim.errors import SimError
@@ -33,24 +28,22 @@ from sim.serial_port import LOOPBACK
 
 DEADMAN = 0.5
 """Keys count as held for so long after the viewer told of them [s]; a choice."""
-ELSE = "valid is a desktop session, --web, or --script FILE"
 FRAME = 1 / 30
 """The viewer is told so often how things stand [s]."""
 PAGE_FRAME = 1 / 15
-"""A page in the browser is drawn so often [s]; a choice."""
+"""The page is drawn so often [s]; a choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What the form tells: a name, when views are taken, of which sensors; and the viewer: ``web``, at a ``port``.
+    """What the form tells: a name, when views are taken, of which sensors; and the page's ``port``, 0: any free one.
 
-    Port 0 is any free one. ``rate`` is simulated over real time.
+    ``rate`` is simulated over real time.
     """
 
     name: str
     sampling: str
     sensors: tuple[str, ...]
-    web: bool = False
     port: int = 0
     rate: float = 1.0
 
@@ -72,7 +65,8 @@ class Handle(Protocol):
 def opened(bench: Bench, look: Look, gamepad: Path | None = None) -> Iterator[Hand]:
     """Open the viewer of a bench, and a gamepad: that one, or None, the first if there is one.
 
-    Raises ``SimError`` where the viewer, its port or the gamepad cannot be opened.
+    Open one in a process: the thread of a second may not end (MuJoCo 4.0 waits in it for a browser, for ever). Raises
+    ``SimError`` where the viewer, its port or the gamepad cannot be opened.
     """
     with ExitStack() as stack:
         pad = _pad(gamepad)
@@ -145,33 +139,21 @@ def _cameras(bench: Bench) -> tuple[str, ...]:
 @contextmanager
 def _launched(look: Look, plugins: list[Any]) -> Iterator[Handle]:
     """A viewer that runs; what it dies of while it starts, or later, is one line."""
-    launch = _in_browser if look.web else _in_window
-    if look.web and look.port:
+    if look.port:
         _check_free(look.port)
-    if not look.web:
-        check_display()
     config = viewer_protocol.ViewerConfig(
-        title=f"refseq drive: {look.name}", gfx="web" if look.web else "", http_port=look.port, open_browser=look.web
+        title=f"refseq drive: {look.name}", gfx="web", http_port=look.port, open_browser=True
     )
     try:
-        with launch(config, plugins=plugins) as handle:
+        with _in_browser(config, plugins) as handle:
             yield handle
     except RuntimeError as error:
         reason = " ".join(str(error).split())
         raise SimError(f"the viewer cannot go on: {reason}; valid without one is a script") from error
 
 
-def _in_window(config: viewer_protocol.ViewerConfig, *, plugins: list[Any]) -> Any:
-    """Launch a viewer in a window of its own."""
-    if sys.version_info < (3, 12):
-        # MuJoCo 4.0 takes the name from Python 3.12; it wants to know with it whether an array has a buffer.
-        collections.abc.Buffer = object  # type: ignore[attr-defined]
-    return launch_native.launch(config, plugins=plugins)
-
-
-def _in_browser(config: viewer_protocol.ViewerConfig, *, plugins: list[Any]) -> Any:
+def _in_browser(config: viewer_protocol.ViewerConfig, plugins: list[Any]) -> Any:
     """Launch a viewer in the browser, as ``mujoco.studio.launch_web`` does, but for this machine only."""
-    from mujoco.studio import plugin, web_viewer
 
     class Viewer(web_viewer.WebViewer):  # type: ignore[misc]
         """MuJoCo's own listens on all of the machine's addresses, and lets anybody in."""
@@ -190,27 +172,6 @@ def _in_browser(config: viewer_protocol.ViewerConfig, *, plugins: list[Any]) -> 
         lambda endpoint: viewer_protocol.run_viewer_loop(Viewer(config, endpoint, plugins=of_viewer)),
         sim_plugins=of_bench,
     )
-
-
-def check_display() -> None:
-    """Raise ``SimError`` where there is no screen to open a window on: the viewer would end the whole program."""
-    if sys.platform != "linux":
-        return
-    name = os.environ.get("DISPLAY")
-    if not name:
-        raise SimError(f"no display: DISPLAY is not set; {ELSE}")
-    library = ctypes.util.find_library("X11")
-    if library is None:
-        raise SimError(f"no display: libX11 is missing, which windows need; {ELSE}")
-    x11 = ctypes.CDLL(library)
-    x11.XOpenDisplay.restype, x11.XOpenDisplay.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
-    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
-    display = x11.XOpenDisplay(None)
-    if not display:
-        raise SimError(
-            f"no display: nobody answers at DISPLAY={name}; valid is a desktop session, --web, or --script FILE"
-        )
-    x11.XCloseDisplay(display)
 
 
 def _check_free(port: int) -> None:
