@@ -193,7 +193,7 @@ class _Judge:
             yield f"only {met:.0%} of the views lead to each other; valid is {valid.met:.0%}"
         surely = np.minimum(self.there.on[pairs[:, 0]], self.back.on[pairs[:, 1]]).mean()
         if surely < valid.surely:
-            yield f"on each other with probability {surely:.2f} only; valid is {valid.surely:g}"
+            yield f"on each other with probability {surely:.4f} only; valid is {valid.surely:g}"
 
 
 def _in_words(told: Mapping[str, float]) -> str:

@@ -48,6 +48,13 @@ class MissionTab:
     def _cameras(self) -> list[str]:
         return sorted({camera for glance in self.record.glances for camera in glance.frames})
 
+    @property
+    def _to_go(self) -> tuple[float, float]:
+        """The least and the most that was left to go, 0 among them, and a little more to either side [m]."""
+        left = [0.0, *(self.record.plan.goal - instant.along for instant in self.record.instants)]
+        margin = 0.05 * (max(left) - min(left)) or 1.0
+        return min(left) - margin, max(left) + margin
+
     # --- layout ---
 
     def layout(self) -> rrb.Container:
@@ -61,7 +68,14 @@ class MissionTab:
             columns=rrb.TextLogColumns(timeline_columns=[], text_log_columns=["loglevel", "body"]),
             format_options=rrb.TextLogFormat(monospace_body=True),
         )
-        curves = [rrb.TimeSeriesView(origin="mission/to_go", name="believed to be left to go [m]", plot_legend=_NONE)]
+        curves = [
+            rrb.TimeSeriesView(
+                origin="mission/to_go",
+                name="believed to be left to go [m]",
+                axis_y=rrb.ScalarAxis(range=self._to_go),
+                plot_legend=_NONE,
+            )
+        ]
         if self.record.glances:
             curves.append(
                 rrb.TimeSeriesView(
