@@ -1,13 +1,20 @@
-"""Running the command line in this process."""
+"""Running the command line in this process, and a browser to open its pages in."""
 
+import os
+import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from playwright.sync_api import Browser, sync_playwright
 
 from scenarios import cli
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+DRAWN_BY_CPU = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+"""So that a page that draws a world does so without a graphics card."""
 
 
 class Answer(NamedTuple):
@@ -37,3 +44,17 @@ def refseq(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) 
         return Answer(code, said.out, said.err)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium, without a window."""
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None:
+        pytest.skip(f"needs one of {', '.join(BROWSERS)}")
+    # Chromium's sandbox refuses to start for root.
+    alone = ["--no-sandbox"] if os.geteuid() == 0 else []
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=found, args=[*alone, *DRAWN_BY_CPU])
+        yield started
+        started.close()

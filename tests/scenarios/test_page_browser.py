@@ -3,9 +3,7 @@
 Skipped where there is no Chromium. What needs no browser: test_style.py.
 """
 
-import os
 import re
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from importlib.resources import files
@@ -13,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Locator, Route, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Locator, Route
 from playwright.sync_api import Page as Tab
 
 from scenarios.campaign.cases import load
@@ -28,7 +26,6 @@ from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
 from tests.scenarios.forks import FALSE, PARTING, RIGHTLY, SHARED, compared, known, merging
 from tests.support import CORRIDOR, corridor_comparison
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 WIDTHS = {"desktop": 1280, "tablet": 800, "phone": 390}
 PAPER = 690
 """Width of A4 less its margins of 14 mm [CSS pixels], rounded up."""
@@ -54,18 +51,6 @@ name = "near"
 name = "far"
 "mission.goal" = [9.5, 0.0]
 """
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    found = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if found is None:
-        pytest.skip(f"needs one of {', '.join(BROWSERS)}")
-    # Chromium's sandbox refuses to start for root.
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"] if os.geteuid() == 0 else [])
-        yield started
-        started.close()
 
 
 @pytest.fixture(scope="session")
