@@ -1,7 +1,6 @@
 """``refseq drive`` in the browser: its keys lead the robot, and what it senses is recorded. Needs Chromium."""
 
 import os
-import socket
 import subprocess
 import sys
 import time
@@ -12,6 +11,7 @@ import pytest
 from playwright.sync_api import Browser, Error, Page
 
 from refseq.logs import read_recording
+from refseq.seeing.outlets import free_port
 from tests.worlds.conftest import SMALL
 
 PATIENCE = 60.0
@@ -23,9 +23,7 @@ def driven(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path]
     """A drive in a short corridor that waits for somebody to lead the robot, its page, and its recording to be."""
     plan, path = tmp_path / "small.toml", tmp_path / "drive.mcap"
     plan.write_text(SMALL.format(top="", end=""))
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     words = ["drive", plan, "--sensors", "laser", "--distance", "0.2", "--port", port, "-o", path]
     command = [sys.executable, "-c", "from scenarios.cli import main; main()", *map(str, words)]
     headless = {name: value for name, value in os.environ.items() if name not in {"DISPLAY", "WAYLAND_DISPLAY"}}

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 import robots
+from refseq.seeing.outlets import free_port
 from sim.bench import Bench, BenchSettings
 from sim.errors import SimError
 from sim.familiarise.orders import Button, Orders, Status
@@ -24,12 +25,6 @@ def bench() -> Iterator[Bench]:
     settings = BenchSettings(RendererKind.NONE, cameras=())
     with Bench(corridor(), robots.load("robuter"), seed=3, settings=settings) as bench:
         yield bench
-
-
-def free_port() -> int:
-    with socket.socket() as found:
-        found.bind((LOOPBACK, 0))
-        return int(found.getsockname()[1])
 
 
 def look(port: int) -> Look:
