@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from refseq.chain import entropy
 from refseq.errors import RefseqError
+from refseq.inference.chain.chain import entropy
 from refseq.view import View
 
 LOST = -1

@@ -8,7 +8,7 @@ import numpy as np
 
 from refseq.belief import Belief, Stage, Timings
 from refseq.view import Pose, Scan, View
-from scenarios.comparison import Comparison
+from scenarios.scoring.comparison import Comparison
 
 CAMERAS = ("forward", "lateral")
 CORRIDOR = (np.array([[0.0, -1.2], [100.0, -1.2]]), np.array([[0.0, 1.2], [100.0, 1.2]]))

@@ -2,8 +2,8 @@
 
 import pytest
 
+from sim.bench.serial_port import TerminalOutlet
 from sim.errors import SimError
-from sim.serial_port import TerminalOutlet
 
 
 def _there_are_some() -> bool:

@@ -18,13 +18,13 @@ import typer
 from typer.core import TyperGroup
 
 from refseq.logs.mcap import RecordingWriter
-from refseq.mapfile import save_map
-from refseq.sequence import learn
-from scenarios.campaign.cases import find, names
-from scenarios.campaign.page_tables import blocks
-from scenarios.campaign.schema import LAMP, ODOMETRY
-from scenarios.cli import app
-from scenarios.methods import check_methods
+from refseq.map.file import save_map
+from refseq.map.sequence import learn
+from scenarios.campaign.declare.cases import find, names
+from scenarios.campaign.declare.schema import LAMP, ODOMETRY
+from scenarios.campaign.pages.tables import blocks
+from scenarios.cli.app import app
+from scenarios.methods.by_name import check_methods
 from tests.pages import ASKED, FENCE, ROOT, Example, Page, pages
 from tests.support import corridor_drive
 

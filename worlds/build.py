@@ -22,7 +22,7 @@ from worlds.parts.people import place_people
 from worlds.parts.shell import raise_shell
 from worlds.parts.site import Site
 from worlds.parts.stairs import raise_stairs
-from worlds.schema import FloorPlan, Material
+from worlds.plans.schema import FloorPlan, Material
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from worlds.arrays import Floats
 from worlds.build import build
 from worlds.light import LightSetting
-from worlds.schema import TABLES, FloorPlan
+from worlds.plans.schema import TABLES, FloorPlan
 
 TOLERANCE = 0.01
 """Things may stand so far in each other [m]: what is drawn to the centimetre may be off by one. A choice."""

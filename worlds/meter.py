@@ -21,7 +21,7 @@ from worlds.lighting.open_air import CONE, INNER, axial, head_of
 from worlds.lighting.photometry import Photometry, outlook, photometry
 from worlds.lighting.radiosity import light_up, window_factors
 from worlds.lighting.sunlight import shaded, sunlit
-from worlds.schema import FloorPlan
+from worlds.plans.schema import FloorPlan
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from refseq.features.walls import WallLines
 from refseq.view import LASER
 
 if TYPE_CHECKING:
-    from refseq.profile import Profile
+    from refseq.map.profile import Profile
 
 __all__ = [
     "FEATURES",

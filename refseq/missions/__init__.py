@@ -14,8 +14,8 @@ from refseq.missions.language import (
 )
 from refseq.missions.path import Way, way_along, way_of
 from refseq.missions.plan import Errand, Landmarks, Order, Plan, as_learnt, compiled
+from refseq.missions.progress import Trust, Whereabouts, Word
 from refseq.missions.tasks import Call, Photograph, Task, Wait
-from refseq.missions.whereabouts import Trust, Whereabouts, Word
 
 __all__ = [
     "ADMITTED",

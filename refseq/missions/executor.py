@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from enum import Enum, StrEnum
 
 from refseq.belief import Belief
+from refseq.missions.behaviour_codes import lengthened
 from refseq.missions.plan import Order, Plan
+from refseq.missions.progress import Trust, Whereabouts, Word
 from refseq.missions.tasks import Task, Wait
-from refseq.missions.whereabouts import Trust, Whereabouts, Word
-from refseq.missions.words import lengthened
 
 
 class Status(Enum):

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas import Atlas, Path
-from refseq.guide import Guide, PathDoor
-from refseq.routes import Route
-from refseq.sequence import ReferenceSequence
+from refseq.atlas.atlas import Atlas, Path
+from refseq.atlas.routes import Route
+from refseq.map.annotations import Guide, PathDoor
+from refseq.map.sequence import ReferenceSequence
 
 
 @dataclass(frozen=True)

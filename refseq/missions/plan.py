@@ -8,11 +8,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
-from refseq.guide import PathDoor, Side
+from refseq.map.annotations import PathDoor, Side
+from refseq.missions.behaviour_codes import GOING_ON, code_of, travels
 from refseq.missions.language import Action, Behaviour, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import Way
 from refseq.missions.tasks import Task
-from refseq.missions.words import GOING_ON, code_of, travels
 
 BEFORE_DOOR = 1.2
 """Crossing a door begins so far before the robot is abreast of it [m]: a choice, where the laser sees all of it."""

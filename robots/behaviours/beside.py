@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from robots.behaviours.behaviour import Frame, Senses, Step, finished
 from robots.behaviours.follow_wall import Side
-from robots.behaviours.frames import out_of
 from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.hearing import abeam
-from robots.behaviours.line import Line
-from robots.behaviours.room import SIDE_MARGIN, swing
+from robots.behaviours.sensing.frames import out_of
+from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.room import SIDE_MARGIN, swing
+from robots.behaviours.sensing.sonar_filter import abeam
 from robots.behaviours.steering import turn_rate_onto
 from robots.behaviours.until import Until
 from robots.motion import Pose, Twist

@@ -4,13 +4,13 @@ import math
 
 from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.lanes import choose_lane, lanes
-from robots.behaviours.line import Line
 from robots.behaviours.moves import driven
 from robots.behaviours.phases import ARRIVED, Travelled
+from robots.behaviours.sensing.lanes import choose_lane, lanes
+from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.surroundings import Surroundings
+from robots.behaviours.sensing.wall import Wall, Window, find_wall
 from robots.behaviours.steering import turn_rate_onto
-from robots.behaviours.surroundings import Surroundings
-from robots.behaviours.wall import Wall, Window, find_wall
 from robots.motion import Pose
 
 BACK, FORTH = -1.0, 5.0

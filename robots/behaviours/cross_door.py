@@ -12,11 +12,11 @@ from enum import Enum
 import numpy as np
 
 from robots.behaviours.behaviour import Frame, Senses, Step, failed, finished, waiting
-from robots.behaviours.doorway import LOOKS, DoorFinder, DoorWatch, Passage, Way, way_through
 from robots.behaviours.guarded import Guarded
-from robots.behaviours.room import SIDE_MARGIN, blocks_turn
+from robots.behaviours.sensing.doorway import LOOKS, DoorFinder, DoorWatch, Passage, Way, way_through
+from robots.behaviours.sensing.room import SIDE_MARGIN, blocks_turn
+from robots.behaviours.sensing.surroundings import Surroundings
 from robots.behaviours.steering import TURN_GAIN, speed_for
-from robots.behaviours.surroundings import Surroundings
 from robots.motion import Pose, Twist
 
 STILL = 0.05

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.behaviours.behaviour import Frame, Step, waiting
-from robots.behaviours.room import LOOK, MARGIN, blocks_turn, free_ahead
+from robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead
 from robots.behaviours.steering import speed_for, speed_to_stop, turn_speed
 from robots.motion import Twist
 

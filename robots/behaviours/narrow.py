@@ -6,9 +6,9 @@ import numpy as np
 
 from robots.behaviours.behaviour import Frame, Senses, Step, failed, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.hearing import Hearing, abeam
-from robots.behaviours.line import Line
 from robots.behaviours.phases import Travelled
+from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.sonar_filter import Hearing, abeam
 from robots.behaviours.steering import turn_rate_onto
 from robots.motion import Twist
 

@@ -6,11 +6,11 @@ from typing import Protocol
 import numpy as np
 
 from robots.behaviours.behaviour import Frame, Senses, Step, waiting
-from robots.behaviours.echoes import Echoes
-from robots.behaviours.line import Line
 from robots.behaviours.moves import driven, turned
+from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.sonar_ring import Echoes
+from robots.behaviours.sensing.surroundings import Surroundings
 from robots.behaviours.steering import turn_rate_onto
-from robots.behaviours.surroundings import Surroundings
 
 ARRIVED = 0.01
 """A way is driven when no more than this is left of it [m]: a choice."""

@@ -4,9 +4,9 @@ import math
 
 from robots.behaviours.behaviour import Frame, Senses, Step, finished
 from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.line import Line
 from robots.behaviours.phases import ARRIVED, Phase, Straight, Turning
-from robots.behaviours.surroundings import Surroundings
+from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.surroundings import Surroundings
 from robots.motion import Pose
 
 ASIDE = math.radians(20)

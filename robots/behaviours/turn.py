@@ -5,7 +5,7 @@ import math
 from robots.behaviours.behaviour import Frame, Senses, Step, finished
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.phases import Turning
-from robots.behaviours.surroundings import Surroundings
+from robots.behaviours.sensing.surroundings import Surroundings
 
 
 class Turn(Guarded):

@@ -7,8 +7,8 @@ import math
 from typing import Protocol
 
 from robots.behaviours.behaviour import Frame, Senses
-from robots.behaviours.hearing import Hearing
 from robots.behaviours.phases import SETTLED, TURNED
+from robots.behaviours.sensing.sonar_filter import Hearing
 from robots.behaviours.steering import speed_for, turn_speed
 from robots.motion import Limits, Twist
 

@@ -10,9 +10,9 @@ from robots.behaviours.behaviour import Behaviour, Frame
 from robots.behaviours.carry_on import CarryOn
 from robots.behaviours.cross_door import CrossDoor
 from robots.behaviours.cross_door import Side as DoorSide
-from robots.behaviours.doorway import DoorFinder
 from robots.behaviours.follow_wall import FIRST_REACH, FollowWall, Side, closest
 from robots.behaviours.halt import Halt
+from robots.behaviours.sensing.doorway import DoorFinder
 from robots.behaviours.set_point import SetPoint
 from robots.behaviours.turn import Turn
 from robots.errors import RobotsError

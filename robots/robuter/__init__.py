@@ -4,11 +4,18 @@ from pathlib import Path
 
 import mujoco
 
-from robots.head import CAMERA_FORWARD, CAMERA_LATERAL, LASER_SITE, LATERAL_HEIGHT, add_camera_mast, add_laser_scanner
 from robots.motion import DifferentialDrive, Limits
 from robots.robot import Robot, Shape
 from robots.robuter.control import RobuterControl
 from robots.robuter.sonars import FRONT_SONARS, SONARS, add_sonars
+from robots.sensor_mast import (
+    CAMERA_FORWARD,
+    CAMERA_LATERAL,
+    LASER_SITE,
+    LATERAL_HEIGHT,
+    add_camera_mast,
+    add_laser_scanner,
+)
 
 BASE = "base"
 WHEEL_JOINTS = ("wheel-left", "wheel-right")

@@ -12,7 +12,7 @@ from robots.state import Blocked
 MARGIN = 0.25
 """What is left in front of the sonars when it has stopped [m]: a choice; the front bumper stands 6 cm further out."""
 ROUND = 0.4
-"""No sonar is silent for so long [s]: a round of all groups takes 0.373 s (``sim.sonar``)."""
+"""No sonar is silent for so long [s]: a round of all groups takes 0.373 s (``sim.sensors.sonar``)."""
 REACTION = 0.5
 """How long the robot goes on before it brakes [s]: a round of the sonars, two ticks, the motors' lag."""
 HYSTERESIS = 0.1

@@ -6,15 +6,6 @@ from pathlib import Path
 
 import mujoco
 
-from robots.head import (
-    CAMERA_FORWARD,
-    CAMERA_LATERAL,
-    LASER_SITE,
-    LATERAL_HEIGHT,
-    SCAN_HEIGHT,
-    add_camera_mast,
-    add_laser_scanner,
-)
 from robots.motion import DifferentialDrive, Limits
 from robots.mounting import Mounting
 from robots.odometry import Geometry
@@ -24,6 +15,15 @@ from robots.segway_rmp.control import SegwayControl
 from robots.segway_rmp.firmware import Build
 from robots.segway_rmp.plant import plant_of
 from robots.segway_rmp.protocol import COUNTS_PER_METRE, Mode
+from robots.sensor_mast import (
+    CAMERA_FORWARD,
+    CAMERA_LATERAL,
+    LASER_SITE,
+    LATERAL_HEIGHT,
+    SCAN_HEIGHT,
+    add_camera_mast,
+    add_laser_scanner,
+)
 
 BASE = "base"
 WHEEL_JOINTS = ("wheel-left", "wheel-right")

@@ -8,7 +8,7 @@ from robots.odometry import Encoders, Geometry, Odometry, Pulses
 from robots.robot import Shape
 from robots.segway_rmp.firmware import ACCELERATION, Build, Firmware
 from robots.segway_rmp.jam import JamWatch
-from robots.segway_rmp.lookout import Lookout
+from robots.segway_rmp.obstacle_monitor import Lookout
 from robots.segway_rmp.protocol import (
     COUNTS_PER_RADIAN,
     COUNTS_PER_SPEED,

@@ -12,20 +12,20 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from refseq.files import replace_text
-from scenarios.campaign.cases import Case
-from scenarios.campaign.dial import DialShown, dial_of
-from scenarios.campaign.index_page import index_page
-from scenarios.campaign.judging import Judged
-from scenarios.campaign.junit import write_junit
-from scenarios.campaign.keys import packages
-from scenarios.campaign.kinds import case_page, case_record
-from scenarios.campaign.machine import this_machine
-from scenarios.campaign.records import open_record
-from scenarios.campaign.result_file import CampaignRecord, write_result
-from scenarios.campaign.store import Store
-from scenarios.campaign.tasks import ANSWER_PACKAGES
+from scenarios.campaign.case_types import case_page, case_record
+from scenarios.campaign.declare.cases import Case
+from scenarios.campaign.judge.drives import Judged
+from scenarios.campaign.judge.records import open_record
+from scenarios.campaign.pages.index import index_page
+from scenarios.campaign.pages.junit import write_junit
+from scenarios.campaign.pages.sweep_plot import DialShown, dial_of
+from scenarios.campaign.run.machine import this_machine
+from scenarios.campaign.run.tasks import ANSWER_PACKAGES
+from scenarios.campaign.store.cache import Store
+from scenarios.campaign.store.keys import packages
+from scenarios.campaign.store.result_file import CampaignRecord, write_result
+from scenarios.drives.inputs import writing
 from scenarios.errors import ScenarioError
-from scenarios.inputs import writing
 
 INDEX, PAGE = "index.html", "report.html"
 VERSIONS = ("refseq-bench", "mujoco", *ANSWER_PACKAGES)

@@ -9,9 +9,9 @@ from typing import Any
 
 import gymnasium as gym
 
-from sim.envs.acting import ByBehaviour, ByTwist
+from sim.envs.episodes.actions import ByBehaviour, ByTwist
 from sim.envs.robot_env import RobotEnv
-from sim.envs.rooms import FORMS
+from sim.envs.worlds.rooms import FORMS
 
 __all__ = ["IDS", "RobotEnv"]
 

@@ -11,9 +11,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
 from numpy.typing import NDArray
 
+from sim.envs.episodes.observations import Arrays
 from sim.envs.robot_env import RobotEnv, Stepped
-from sim.envs.sensing import Arrays
-from sim.envs.together import Together
+from sim.envs.vector import Together
 from sim.errors import SimError
 
 Flags = NDArray[np.bool_]

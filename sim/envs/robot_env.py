@@ -9,22 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robots
-from sim.behaving import frame_of
-from sim.bench import BenchSettings
-from sim.envs.acting import Acting, ByBehaviour, ByTwist
-from sim.envs.cross_door import CrossDoor
-from sim.envs.follow_corridor import FollowCorridor
-from sim.envs.localising import familiar
-from sim.envs.reach_place import ReachPlace
-from sim.envs.recover import Recover
-from sim.envs.sensing import Arrays, Known, Sensing
-from sim.envs.stage import Setting, Stage
-from sim.envs.task import Judgement, Task
-from sim.envs.worlds import check_light, plan_named, world_named
+from sim.bench.bench import BenchSettings
+from sim.drives.behaviour_runner import frame_of
+from sim.drives.chase_camera import Onlooker
+from sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
+from sim.envs.episodes.episode import Setting, Stage
+from sim.envs.episodes.localising import familiar
+from sim.envs.episodes.observations import Arrays, Known, Sensing
+from sim.envs.tasks.cross_door import CrossDoor
+from sim.envs.tasks.follow_corridor import FollowCorridor
+from sim.envs.tasks.reach_place import ReachPlace
+from sim.envs.tasks.recover import Recover
+from sim.envs.tasks.task import Judgement, Task
+from sim.envs.worlds.named import check_light, plan_named, world_named
 from sim.errors import SimError
-from sim.onlooker import Onlooker
 from sim.physics import Due, alone
-from sim.render import RendererKind, open_renderer
+from sim.rendering.render import RendererKind, open_renderer
 
 TASKS: Mapping[str, type[Task]] = {
     "follow-corridor": FollowCorridor,

@@ -10,10 +10,10 @@ from typing import Annotated
 
 import typer
 
-from sim.envs.exam import PLAYERS, examine, margin, returns
-from sim.envs.learning import learn, stable_baselines
-from sim.envs.learnt_files import write
-from sim.envs.lesson import Lesson
+from sim.envs.learning.evaluation import PLAYERS, examine, margin, returns
+from sim.envs.learning.files import write
+from sim.envs.learning.ppo import learn, stable_baselines
+from sim.envs.learning.training_config import Lesson
 from sim.errors import SimError
 
 BELOW, BAD_INPUT = 1, 2

@@ -14,17 +14,17 @@ import cv2
 import numpy as np
 import pytest
 
-import refseq.merge
-from refseq.atlas import beside
-from refseq.atlas_localiser import AtlasLocaliser
+import refseq.atlas.merge
+from refseq.atlas.atlas import beside
+from refseq.atlas.localiser import AtlasLocaliser
+from refseq.atlas.merge import merge
+from refseq.atlas.overlap import overlaps
+from refseq.atlas.similarity import view_similarity
 from refseq.belief import Belief, Timings
-from refseq.localiser import SequenceLocaliser
-from refseq.merge import merge
-from refseq.overlap import overlaps
-from refseq.profile import BEST
-from refseq.reduction import reduced
-from refseq.sequence import ReferenceSequence, learn
-from refseq.similarity import view_similarity
+from refseq.map.localiser import SequenceLocaliser
+from refseq.map.profile import BEST
+from refseq.map.reduction import reduced
+from refseq.map.sequence import ReferenceSequence, learn
 from refseq.view import View
 from tests.benchmarks.stopwatch import Stopwatch
 
@@ -132,7 +132,7 @@ def test_merging_eight_costs_what_comparing_them_two_by_two_does(
     maps = [stretch((whole, again)[n % 2], EVERY * n, MERGED) for n in range(8)]
     apart = math.fsum(seconds(overlaps, *pair) for pair in combinations(maps, 2))
     watch = Stopwatch()
-    watch.watch(monkeypatch, refseq.merge, "overlaps", "comparing")
+    watch.watch(monkeypatch, refseq.atlas.merge, "overlaps", "comparing")
     unused = [replace(sequence) for sequence in maps]
     with watch.counting("the rest"):
         merged = merge(NAMES, unused)

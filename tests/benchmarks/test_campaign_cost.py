@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.cases import Case, load
-from scenarios.campaign.judging import Judged
-from scenarios.campaign.outcomes import Outcome
-from scenarios.campaign.run import Quiet, run_campaign
-from scenarios.campaign.store import Store
-from scenarios.campaign.workers import Executor, LocalWorkers
+from scenarios.campaign.campaign import Quiet, run_campaign
+from scenarios.campaign.declare.cases import Case, load
+from scenarios.campaign.declare.outcomes import Outcome
+from scenarios.campaign.judge.drives import Judged
+from scenarios.campaign.run.workers import Executor, LocalWorkers
+from scenarios.campaign.store.cache import Store
 from tests.scenarios.campaign.chores import Chore
 
 pytestmark = pytest.mark.benchmark

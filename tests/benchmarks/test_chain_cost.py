@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 from hmmlearn.base import BaseHMM
 
-from refseq.chain import Chain, ChainSettings, Observation
-from refseq.forward import ForwardFilter
-from refseq.motion import MotionSettings
-from refseq.trajectory import trajectory_entropy
-from refseq.viterbi import SlidingViterbi, viterbi
+from refseq.inference.chain.chain import Chain, ChainSettings, Observation
+from refseq.inference.chain.forward import ForwardFilter
+from refseq.inference.chain.motion import MotionSettings
+from refseq.inference.chain.trajectory import trajectory_entropy
+from refseq.inference.chain.viterbi import SlidingViterbi, viterbi
 from tests.refseq.chains import dense_transitions, log_likelihoods
 
 pytestmark = pytest.mark.benchmark

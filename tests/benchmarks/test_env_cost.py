@@ -17,11 +17,11 @@ from mujoco.batch import Batch
 
 import sim.envs
 from robots.robuter.control import RobuterControl
-from sim.drivers import gl_backend, vulkan_device
-from sim.envs.acting import ByBehaviour
-from sim.envs.together import Alike
-from sim.laser import Laser
-from sim.sonar import SonarRing
+from sim.envs.episodes.actions import ByBehaviour
+from sim.envs.vector import Alike
+from sim.rendering.drivers import gl_backend, vulkan_device
+from sim.sensors.laser import Laser
+from sim.sensors.sonar import SonarRing
 from tests.benchmarks.stopwatch import Stopwatch
 
 pytestmark = pytest.mark.benchmark

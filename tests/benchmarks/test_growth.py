@@ -20,12 +20,12 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.belief import Stage
-from refseq.emissions import Emissions
 from refseq.features.extractor import Observer
-from refseq.incidence import IncidenceMatrix
-from refseq.localiser import Matcher, SequenceLocaliser, tracker_for
-from refseq.profile import BEST, THESIS, Matching, Profile
-from refseq.sequence import ReferenceSequence
+from refseq.inference.chain.emissions import Emissions
+from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.map.localiser import Matcher, SequenceLocaliser, tracker_for
+from refseq.map.profile import BEST, THESIS, Matching, Profile
+from refseq.map.sequence import ReferenceSequence
 from refseq.view import Scan, View
 
 pytestmark = pytest.mark.benchmark

@@ -13,21 +13,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from refseq import detection, evidence
 from refseq.belief import Stage
-from refseq.chain import ChainSettings
-from refseq.evidence import Calibration
 from refseq.features import Observed
-from refseq.localiser import Matcher, tracker_for
+from refseq.inference.chain.chain import ChainSettings
+from refseq.inference.chain.motion import MotionSettings
+from refseq.inference.matching import detection, log_ratio
+from refseq.inference.matching.log_ratio import Calibration
+from refseq.inference.matching.mixture import MixtureSettings
 from refseq.logs import read_recording
-from refseq.mixture import MixtureSettings
-from refseq.motion import MotionSettings
-from refseq.profile import BEST, THESIS, Decoder, Matching, MethodSettings, Profile
-from refseq.sequence import learn
+from refseq.map.localiser import Matcher, tracker_for
+from refseq.map.profile import BEST, THESIS, Decoder, Matching, MethodSettings, Profile
+from refseq.map.sequence import learn
 from refseq.view import View
-from scenarios.comparison import Comparison
-from scenarios.record import Drive, record
-from scenarios.score import NARROW, WIDE, Outcome, auroc, pool, score
+from scenarios.drives.record import Drive, record
+from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.score import NARROW, WIDE, Outcome, auroc, pool, score
 
 pytestmark = pytest.mark.benchmark
 
@@ -163,7 +163,7 @@ def equally_common(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def fixed_calibrator(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evidence, "log_calibrated", lambda p: np.log(0.5 / np.sqrt(p)))
+    monkeypatch.setattr(log_ratio, "log_calibrated", lambda p: np.log(0.5 / np.sqrt(p)))
 
 
 CHANGES: Mapping[str, Callable[[pytest.MonkeyPatch], None]] = {

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from refseq.belief import Stage, Timings
-from refseq.localiser import localise
 from refseq.logs import read_recording
-from refseq.profile import PROFILES
-from refseq.sequence import ReferenceSequence, learn
+from refseq.map.localiser import localise
+from refseq.map.profile import PROFILES
+from refseq.map.sequence import ReferenceSequence, learn
 from refseq.view import View
 from tests.support import corridor_drive
 

@@ -6,8 +6,8 @@ import time
 import numpy as np
 import pytest
 
-from refseq.columns import Rows, distinct_columns
-from refseq.mixture import MixtureForm, MixtureSettings, match_view
+from refseq.inference.matching.columns import Rows, distinct_columns
+from refseq.inference.matching.mixture import MixtureForm, MixtureSettings, match_view
 
 pytestmark = pytest.mark.benchmark
 SIZES = (100, 1_000, 10_000, 100_000)

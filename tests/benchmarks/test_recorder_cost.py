@@ -14,21 +14,21 @@ import pytest
 from numpy.typing import NDArray
 
 import robots
-import sim.bench
+import sim.bench.bench
 from refseq.logs import RecordingWriter
-from scenarios.record import Drive, open_bench
-from sim.bench import Bench, BenchSettings
-from sim.camera import Camera
-from sim.drivers import vulkan_device
-from sim.laser import Laser
-from sim.operator import Operator
-from sim.recorder import Trigger, drive_and_sense, operator_for
-from sim.render import RendererKind
-from sim.sensor import Sensor
+from scenarios.drives.record import Drive, open_bench
+from sim.bench.bench import Bench, BenchSettings
+from sim.cameras.camera import Camera
+from sim.cameras.sensor import Sensor
+from sim.drives.operator import Operator
+from sim.drives.recorder import Trigger, drive_and_sense, operator_for
+from sim.rendering.drivers import vulkan_device
+from sim.rendering.render import RendererKind
+from sim.sensors.laser import Laser
 from tests.benchmarks.stopwatch import Stopwatch
 from worlds.build import build
 from worlds.light import light_named
-from worlds.plan import load_plan
+from worlds.plans.plan import load_plan
 
 pytestmark = pytest.mark.benchmark
 VIEWS = 8
@@ -48,8 +48,8 @@ PARTS: tuple[tuple[object, str, str], ...] = (
     (Camera, "adapt", "meter"),
     (Sensor, "read", "noise"),
     (Camera, "expose", "rest of the camera"),
-    (sim.bench, "paths", "paths of the blur"),
-    (sim.bench, "smeared", "blur"),
+    (sim.bench.bench, "paths", "paths of the blur"),
+    (sim.bench.bench, "smeared", "blur"),
     (Laser, "scan", "laser"),
     (Operator, "command", "operator"),
     (Bench, "drive", "drive"),

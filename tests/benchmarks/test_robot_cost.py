@@ -10,12 +10,12 @@ import pytest
 
 import robots
 from robots import Twist
-from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
-from sim.render import RendererKind
+from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.rendering.render import RendererKind
 from tests.benchmarks.stopwatch import Stopwatch
 from worlds.build import World, build
 from worlds.light import light_named
-from worlds.plan import load_plan
+from worlds.plans.plan import load_plan
 
 pytestmark = pytest.mark.benchmark
 LAP, LAPS = 4.0, 6

@@ -13,14 +13,14 @@ from pathlib import Path
 import pytest
 
 from refseq.belief import Belief, Stage
-from refseq.localiser import SequenceLocaliser
-from refseq.seeing.belief_log import Layer
-from refseq.seeing.places import Places
-from refseq.seeing.recording import saved
-from refseq.seeing.watch import Watch
-from refseq.sequence import learn
+from refseq.map.localiser import SequenceLocaliser
+from refseq.map.sequence import learn
 from refseq.view import View
-from scenarios.record import Drive, record
+from refseq.viewer.belief_log import Layer
+from refseq.viewer.live_logger import Watch
+from refseq.viewer.places import Places
+from refseq.viewer.recording import saved
+from scenarios.drives.record import Drive, record
 
 pytestmark = pytest.mark.benchmark
 SHARE = 0.05
@@ -99,10 +99,10 @@ LONG_DRIVE = """
 import resource, sys
 from pathlib import Path
 from tests.benchmarks.test_viewer_cost import long_drive, long_answers, PLACES
-from refseq.seeing.belief_log import Layer
-from refseq.seeing.places import Places
-from refseq.seeing.recording import saved
-from refseq.seeing.watch import Watch
+from refseq.viewer.belief_log import Layer
+from refseq.viewer.places import Places
+from refseq.viewer.recording import saved
+from refseq.viewer.live_logger import Watch
 from refseq.view import Pose
 count, path = int(sys.argv[1]), Path(sys.argv[2])
 places = Places([Pose(0.85 * k, 0.0, 0.0) for k in range(PLACES)])

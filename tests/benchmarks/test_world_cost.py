@@ -11,15 +11,15 @@ from typing import NamedTuple
 import pytest
 
 import robots
-from scenarios.record import Drive
-from scenarios.stills import places_on, pose_along
-from sim.bench import Bench, BenchSettings
-from sim.drivers import gl_backend, vulkan_device
-from sim.render import RendererKind
+from scenarios.drives.record import Drive
+from scenarios.world_views.snapshots import places_on, pose_along
+from sim.bench.bench import Bench, BenchSettings
+from sim.rendering.drivers import gl_backend, vulkan_device
+from sim.rendering.render import RendererKind
 from tests.benchmarks.stopwatch import Stopwatch
 from worlds.build import build
 from worlds.light import light_named
-from worlds.plan import load_plan, names
+from worlds.plans.plan import load_plan, names
 
 pytestmark = pytest.mark.benchmark
 LIGHTS = ("16:00", "late-evening")

@@ -10,15 +10,15 @@ import pytest
 
 import robots
 from refseq.view import LASER
-from sim.beams import SEEN_GROUPS
-from sim.bench import Bench, BenchSettings
-from sim.recorder import operator_for
-from sim.render import RendererKind
+from sim.bench.bench import Bench, BenchSettings
+from sim.drives.recorder import operator_for
+from sim.rendering.render import RendererKind
+from sim.sensors.beams import SEEN_GROUPS
 from worlds.build import World, build
-from worlds.change import change_named, changed
+from worlds.change.change import change_named, changed
 from worlds.light import light_named, light_names
-from worlds.plan import load_plan
-from worlds.plan import names as world_names
+from worlds.plans.plan import load_plan
+from worlds.plans.plan import names as world_names
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
 BODILY = ("geom_type", "geom_size", "geom_pos", "geom_quat", "geom_contype", "geom_conaffinity", "body_mass")

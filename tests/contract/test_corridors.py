@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from worlds.areas import Rectangle, rectangles
 from worlds.build import build
 from worlds.light import light_named
-from worlds.plan import load_plan, names
+from worlds.plans.areas import Rectangle, rectangles
+from worlds.plans.plan import load_plan, names
 
 INDOORS = [name for name in (*names(), "corridor:1", "corridor:2", "corridor:3") if load_plan(name).ceiling]
 BELOW_CEILING, THICK = 0.05, 0.2

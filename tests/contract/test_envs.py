@@ -11,7 +11,7 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env, data_equivalence
 
 import sim.envs
-from sim.drivers import gl_backend, vulkan_device
+from sim.rendering.drivers import gl_backend, vulkan_device
 
 IDS = sorted(name for name, spec in gym.registry.items() if spec.namespace == "RefSeq")
 BALANCING = ("RefSeq/CrossDoor-v0", "RefSeq/FollowCorridorTwist-v0")

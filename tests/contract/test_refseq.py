@@ -7,9 +7,9 @@ import pytest
 
 from refseq.belief import LOST, Belief, Localiser, Stage
 from refseq.features import FEATURES, Extractor, make_extractor, make_extractors
-from refseq.localiser import SequenceLocaliser
-from refseq.profile import Profile
-from refseq.sequence import ReferenceSequence, learn
+from refseq.map.localiser import SequenceLocaliser
+from refseq.map.profile import Profile
+from refseq.map.sequence import ReferenceSequence, learn
 from refseq.view import View
 from tests.refseq.floors import Leaf, wall_with_doors
 from tests.refseq.rooms import cast

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sim.drivers import gl_backend, vulkan_device
 from sim.errors import RendererError
-from sim.render import Renderer, RendererKind, open_renderer, prepare_spec
+from sim.rendering.drivers import gl_backend, vulkan_device
+from sim.rendering.render import Renderer, RendererKind, open_renderer, prepare_spec
 
 KINDS = [
     pytest.param(RendererKind.FILAMENT, marks=pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")),

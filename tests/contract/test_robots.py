@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 import robots
 from refseq.view import Scan
 from robots import Cause, Inertial, Robot, Signals, Twist
-from robots.head import COLLISION_GROUP, VISUAL_GROUP
 from robots.odometry import Pulses, true_geometry
+from robots.sensor_mast import COLLISION_GROUP, VISUAL_GROUP
 
 every_robot = pytest.mark.parametrize("name", robots.names())
 

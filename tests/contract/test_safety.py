@@ -12,12 +12,12 @@ import robots
 from refseq.view import Pose
 from robots import Cause, Inertial, Signals, Twist
 from robots.odometry import Pulses
-from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
-from sim.render import RendererKind
+from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.rendering.render import RendererKind
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build
 from worlds.light import light_named
-from worlds.plan import parse_plan
+from worlds.plans.plan import parse_plan
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
 WALKABLE = ("robuter", "segway_rmp")

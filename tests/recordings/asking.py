@@ -14,14 +14,14 @@ from types import MappingProxyType
 import pytest
 
 from refseq.belief import Belief
-from refseq.localiser import localise
-from refseq.profile import BEST, THESIS, Profile
-from refseq.sequence import ReferenceSequence, learn
+from refseq.map.localiser import localise
+from refseq.map.profile import BEST, THESIS, Profile
+from refseq.map.sequence import ReferenceSequence, learn
 from refseq.view import View
-from scenarios.comparison import Comparison
-from scenarios.inputs import read_drive
-from scenarios.outcome import Outcome
-from scenarios.score import WIDE, Score, Tolerance, pool, score
+from scenarios.drives.inputs import read_drive
+from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.outcome import Outcome
+from scenarios.scoring.score import WIDE, Score, Tolerance, pool, score
 
 SEEDS = range(5)
 DATA = Path(os.environ.get("REFSEQ_RECORDINGS") or Path(__file__).resolve().parents[2].parent / "shared" / "data")

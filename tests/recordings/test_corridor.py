@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from refseq.view import Pose, View
-from scenarios.comparison import Comparison
-from scenarios.score import ReferencePath, Tolerance
+from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.score import ReferencePath, Tolerance
 from tests.recordings.asking import PROFILES, ask, print_scores, recording, scores
 
 ALLOWED = Tolerance(2.0)

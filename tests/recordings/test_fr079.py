@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import pytest
 
-from scenarios.comparison import Comparison
-from scenarios.score import NARROW
+from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.score import NARROW
 from tests.recordings.asking import laser_revisit, print_scores, recording, scores
 
 LOG = "fr079/fr079.log"

@@ -7,8 +7,8 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.special import logsumexp
 
-from refseq.chain import Chain, ChainSettings, Observation
-from refseq.motion import MotionSettings
+from refseq.inference.chain.chain import Chain, ChainSettings, Observation
+from refseq.inference.chain.motion import MotionSettings
 
 MOTION = MotionSettings()
 SPREAD = MotionSettings(0.1, 0.1, 0.02, spread=True)

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.extractor import Observer
-from refseq.incidence import IncidenceMatrix
-from refseq.profile import Profile
-from refseq.sequence import ReferenceSequence
+from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.map.profile import Profile
+from refseq.map.sequence import ReferenceSequence
 from refseq.view import Pose, Scan, View
 
 Wall = tuple[float, float, float, float]

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.profile import Profile
-from refseq.sequence import ReferenceSequence
+from refseq.map.profile import Profile
+from refseq.map.sequence import ReferenceSequence
 from refseq.view import Pose, View
 from tests.refseq.rooms import bits_drive, bits_sequence
 

@@ -10,10 +10,10 @@ import numpy as np
 import robots
 from robots import Signals, Twist
 from robots.odometry import true_geometry
-from sim.hardware import Hardware
-from sim.inertial import InertialModel, tilt
-from sim.laser import Laser, LaserModel
-from sim.sonar import SonarModel
+from sim.bench.hardware import Hardware
+from sim.sensors.inertial import InertialModel, tilt
+from sim.sensors.laser import Laser, LaserModel
+from sim.sensors.sonar import SonarModel
 
 COMMAND_PERIOD = 0.04
 SCAN_PERIOD = 0.2

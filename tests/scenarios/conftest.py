@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 from playwright.sync_api import Browser, sync_playwright
 
-from scenarios import cli
+from scenarios.cli import app
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 DRAWN_BY_CPU = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
@@ -37,7 +37,7 @@ def refseq(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) 
         monkeypatch.setattr(sys, "argv", ["refseq", *map(str, words)])
         code = 0
         try:
-            cli.main()
+            app.main()
         except SystemExit as left:
             code = int(left.code or 0)
         said = capsys.readouterr()

@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from refseq.atlas.merge import Decision
 from refseq.belief import Belief, belief_from
-from refseq.merge import Decision
 from refseq.view import Pose, View
-from scenarios.comparison import Comparison, Drives
-from scenarios.merging import Merging
+from scenarios.scoring.comparison import Comparison, Drives
+from scenarios.scoring.merging import Merging
 from tests.support import certain
 
 UP = math.pi / 2

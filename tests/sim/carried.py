@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.beams import GLASS_GROUPS, SEEN_GROUPS, Hits, cast, sweep
-from sim.echoes import Echoes
-from sim.laser import Laser, LaserModel
+from sim.sensors.beams import GLASS_GROUPS, SEEN_GROUPS, Hits, cast, sweep
+from sim.sensors.laser import Laser, LaserModel
+from sim.sensors.laser_echoes import Echoes
 
 ROOM = (8.0, 5.0)
 REACH = 100.0

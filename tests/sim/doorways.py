@@ -14,13 +14,13 @@ from refseq.view import Pose
 from robots.behaviours import Frame, Outcome
 from robots.behaviours.cross_door import CrossDoor, Side
 from robots.behaviours.guarded import PATIENCE
-from sim.behaving import Moment, frame_of, run
-from sim.bench import Bench, BenchSettings
-from sim.doors import doors_to_cross
-from sim.render import RendererKind
+from sim.bench.bench import Bench, BenchSettings
+from sim.drives.behaviour_runner import Moment, frame_of, run
+from sim.drives.doors import doors_to_cross
+from sim.rendering.render import RendererKind
 from worlds.build import World, build
 from worlds.light import light_named
-from worlds.plan import parse_plan
+from worlds.plans.plan import parse_plan
 
 THICK = 0.15
 BLIND = BenchSettings(renderer=RendererKind.NONE)

@@ -11,14 +11,14 @@ import pytest
 import robots
 from refseq.view import Pose
 from robots import Cause, Twist
-from sim.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.errors import SimError
 from sim.physics import Physics
-from sim.render import RendererKind
+from sim.rendering.render import RendererKind
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build
 from worlds.light import light_named
-from worlds.plan import parse_plan
+from worlds.plans.plan import parse_plan
 
 BALL = """
 <mujoco><worldbody>

@@ -5,7 +5,7 @@ import pytest
 
 from worlds.build import World, build
 from worlds.light import light_named
-from worlds.plan import load_plan
+from worlds.plans.plan import load_plan
 
 SMALL = """
 name = "small"

@@ -6,10 +6,10 @@ import pytest
 
 from tests.worlds.conftest import SMALL, corner
 from worlds.build import World, build
-from worlds.frame import quaternion
 from worlds.light import light_named
 from worlds.parts.site import GLASS, SEEN, SOLID, TOUCHED
-from worlds.plan import parse_plan
+from worlds.plans.frame import quaternion
+from worlds.plans.plan import parse_plan
 
 
 def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[float, float, float]) -> set[str]:

@@ -11,8 +11,8 @@ from worlds.build import build
 from worlds.check import RobotBox, check_world
 from worlds.light import light_named
 from worlds.parts.site import SOLID, TOUCHED
-from worlds.plan import load_plan
-from worlds.schema import FloorPlan
+from worlds.plans.plan import load_plan
+from worlds.plans.schema import FloorPlan
 
 ROBOT = RobotBox("robuter", front=0.4, back=0.75, half_width=0.4, height=0.75)
 

@@ -6,7 +6,7 @@ import pytest
 
 from worlds.check import TOLERANCE, Checkup, RobotBox, check_world, geom_boxes
 from worlds.light import light_named
-from worlds.plan import load_plan, names, parse_plan
+from worlds.plans.plan import load_plan, names, parse_plan
 
 Text = Callable[..., str]
 LIGHT = light_named("16:00")

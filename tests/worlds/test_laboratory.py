@@ -8,13 +8,13 @@ import pytest
 from numpy.typing import ArrayLike
 
 import robots
-from sim.bench import Bench, BenchSettings
-from sim.recorder import Trigger, drive_and_sense, operator_for
-from sim.render import RendererKind, frustum
+from sim.bench.bench import Bench, BenchSettings
+from sim.drives.recorder import Trigger, drive_and_sense, operator_for
+from sim.rendering.render import RendererKind, frustum
 from worlds.build import World, build
 from worlds.light import light_named
 from worlds.parts.site import SEEN
-from worlds.plan import load_plan
+from worlds.plans.plan import load_plan
 
 LENGTH, WIDTH, MARGIN = 1.1, 0.8, 0.2
 """A robot and the room that it should have on each side [m]."""

@@ -3,8 +3,8 @@
 import itertools
 import math
 
-from worlds.plan import load_plan
-from worlds.schema import ON_WALL
+from worlds.plans.plan import load_plan
+from worlds.plans.schema import ON_WALL
 
 ANNEX = load_plan("annex")
 

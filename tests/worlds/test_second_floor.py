@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from worlds.areas import enclosing, rectangles
 from worlds.build import build
 from worlds.check import RobotBox, check_world, geom_boxes
-from worlds.frame import Frame
 from worlds.light import light_named
 from worlds.parts.site import SOLID
-from worlds.plan import load_plan
-from worlds.schema import ON_WALL, OnWall
+from worlds.plans.areas import enclosing, rectangles
+from worlds.plans.frame import Frame
+from worlds.plans.plan import load_plan
+from worlds.plans.schema import ON_WALL, OnWall
 
 PLAN = load_plan("second-floor")
 FOUR = ("path-1", "path-2", "path-3", "path-4")

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from worlds.areas import Rectangle, rectangles
 from worlds.arrays import Floats
 from worlds.lighting.form_factors import SKIN, Cards
 from worlds.lighting.photometry import Spot, spot_illuminance
-from worlds.schema import FloorPlan
+from worlds.plans.areas import Rectangle, rectangles
+from worlds.plans.schema import FloorPlan
 
 AXES = np.array([axis * sign for axis in np.eye(3) for sign in (1.0, -1.0)])
 """The six directions that are asked, (6, 3): +x −x +y −y +z −z."""

@@ -13,7 +13,7 @@ from astral import Observer
 from astral import sun as astral_sun
 
 from worlds.arrays import Floats
-from worlds.schema import Place
+from worlds.plans.schema import Place
 
 SOLAR_CONSTANT = 127_500.0
 """Illuminance of the sun above the air, yearly mean [lx]."""

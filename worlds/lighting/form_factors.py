@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csr_array
 
 from worlds.arrays import Floats
-from worlds.frame import Frame
-from worlds.schema import FloorPlan, Wall
+from worlds.plans.frame import Frame
+from worlds.plans.schema import FloorPlan, Wall
 
 SIGHT = 20.0
 """Farther rectangles are not looked at [m]; a choice: in a corridor 2.4 m wide they fill less than 1 % of the view."""

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.optimize import nnls
 
 from worlds.arrays import Floats
-from worlds.frame import UP, Frame
 from worlds.lighting.ambient import Ambient
 from worlds.lighting.colour import camera_weight
 from worlds.lighting.daylight import sun_direction
@@ -18,10 +17,11 @@ from worlds.lighting.photometry import LAMPS_BELOW, Photometry, outlook
 from worlds.lighting.sky import BEND, HIGHEST, LOWEST, panorama
 from worlds.parts import scenery
 from worlds.parts.facets import grid, show
+from worlds.parts.greyscale import encode
 from worlds.parts.outdoors import ARM, HEAD
 from worlds.parts.site import Site
-from worlds.parts.tones import encode
-from worlds.schema import FloorPlan, Material, Post, Window
+from worlds.plans.frame import UP, Frame
+from worlds.plans.schema import FloorPlan, Material, Post, Window
 
 DOME = 230.0
 """Radius of the dome that shows the sky [m]: what is drawn on its horizon moves as if it stood so far away."""

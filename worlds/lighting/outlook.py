@@ -5,7 +5,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from worlds.parts.tones import Image, around, cloud, encode
+from worlds.parts.greyscale import Image, around, cloud, encode
 
 SKY_BY_DAY, SKY_BY_NIGHT = 0.9, 0.004
 """Luminance of the sky over the brightest thing outside, by day and by night."""

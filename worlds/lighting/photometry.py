@@ -10,12 +10,12 @@ from types import MappingProxyType
 import numpy as np
 
 from worlds.arrays import Floats
-from worlds.frame import UP, Frame
 from worlds.light import Lamps, LightSetting
 from worlds.lighting.colour import camera_weight
 from worlds.lighting.daylight import Daylight, daylight
 from worlds.lighting.form_factors import Faces
-from worlds.schema import FloorPlan, LampRow, Post, Window
+from worlds.plans.frame import UP, Frame
+from worlds.plans.schema import FloorPlan, LampRow, Post, Window
 
 GLAZING = MappingProxyType({"4mm": 0.89, "6mm": 0.87, "double": 0.76})
 """Share of light that each glazing lets through (facts: ESP-r)."""

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from worlds.areas import enclosing, rectangles
 from worlds.arrays import Floats
-from worlds.frame import Frame
 from worlds.lighting.daylight import Daylight, sun_direction
 from worlds.lighting.form_factors import Cards, Faces, configuration_factor, form_factors, pairs_in_sight
 from worlds.lighting.photometry import FRAME_SHARE, Photometry, Sources, frame_face, sources
 from worlds.lighting.sunlight import sunlit
-from worlds.schema import Door, FloorPlan, Wall
+from worlds.plans.areas import enclosing, rectangles
+from worlds.plans.frame import Frame
+from worlds.plans.schema import Door, FloorPlan, Wall
 
 PATCH = 1.0
 """Longest side of a patch [m]; a choice."""

@@ -6,7 +6,7 @@ from numpy.random import Generator
 
 from worlds.arrays import Floats
 from worlds.lighting.daylight import Daylight
-from worlds.parts.tones import cloud
+from worlds.parts.greyscale import cloud
 
 LOWEST, BEND, HIGHEST = np.radians((-4.0, 22.0, 90.0))
 """Elevations [rad] at the lower edge, in the middle and at the upper edge of the picture of the sky: finer below."""

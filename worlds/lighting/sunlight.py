@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worlds.arrays import Floats
-from worlds.frame import Frame
 from worlds.lighting.form_factors import SKIN, hidden
 from worlds.lighting.photometry import GLAZING
-from worlds.schema import FloorPlan, Window
+from worlds.plans.frame import Frame
+from worlds.plans.schema import FloorPlan, Window
 
 
 def sunlit(plan: FloorPlan, points: Floats, beam: Floats) -> Floats:

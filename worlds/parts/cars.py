@@ -11,12 +11,12 @@ from types import MappingProxyType
 import numpy as np
 
 from worlds.arrays import Floats, Span
-from worlds.frame import Frame
 from worlds.parts import scenery
 from worlds.parts.facets import Facets, add_mesh, fan, joined, quad
 from worlds.parts.scenery import ATLAS
 from worlds.parts.site import SEEN, Site
-from worlds.schema import Car, FloorPlan, Material
+from worlds.plans.frame import Frame
+from worlds.plans.schema import Car, FloorPlan, Material
 
 PROUD = 0.006
 """How far glass, lamps and plates stand out from the hull [m]."""

@@ -12,7 +12,7 @@ from numpy.random import Generator
 
 from worlds.arrays import Floats
 from worlds.parts.facets import Facets, grid
-from worlds.parts.tones import Image, cloud, encode
+from worlds.parts.greyscale import Image, cloud, encode
 
 HEIGHT = 1.74
 """Height of the figure before it is scaled [m]."""

@@ -4,12 +4,12 @@ import mujoco
 import numpy as np
 
 from worlds.arrays import Block
-from worlds.footprints import OFF_WALL
-from worlds.frame import Frame
-from worlds.parts import prints, textures
+from worlds.parts import posters, textures
 from worlds.parts.shell import PROUD
 from worlds.parts.site import Site
-from worlds.schema import Bin, Board, Cabinet, Fixture, FloorPlan, Material, OnWall, Poster
+from worlds.plans.footprints import OFF_WALL
+from worlds.plans.frame import Frame
+from worlds.plans.schema import Bin, Board, Cabinet, Fixture, FloorPlan, Material, OnWall, Poster
 
 PAPER = Material(albedo=0.8, roughness=0.7)
 CORK = Material(albedo=0.28, roughness=0.9)
@@ -37,13 +37,13 @@ def hang_fittings(site: Site, plan: FloorPlan) -> None:
 def _poster(site: Site, frame: Frame, poster: Poster) -> None:
     key = f"poster_{poster.name}"
     size, rng = (poster.width, poster.height), site.rng(key)
-    image = prints.whiteboard(size, rng) if poster.style == "whiteboard" else prints.poster(size, poster.style, rng)
+    image = posters.whiteboard(size, rng) if poster.style == "whiteboard" else posters.poster(size, poster.style, rng)
     site.panel(key, frame, poster.extent, PROUD, poster.rise, site.picture(key, image, PAPER))
 
 
 def _board(site: Site, frame: Frame, board: Board) -> None:
     key = f"board_{board.name}"
-    image = prints.notice_board((board.width, board.height), board.sheets, site.rng(key))
+    image = posters.notice_board((board.width, board.height), board.sheets, site.rng(key))
     site.panel(key, frame, board.extent, 2 * PROUD, board.rise, site.picture(key, image, CORK))
 
 
@@ -71,7 +71,7 @@ def _fixture(site: Site, frame: Frame, fixture: Fixture) -> None:
     if fixture.kind == "radiator":
         site.lattice(f"{key}_fins", frame, _fins(fixture), fixture.material, cast=False)
     if fixture.kind == "sign":
-        image = prints.sign((fixture.width, fixture.height), site.rng(key))
+        image = posters.sign((fixture.width, fixture.height), site.rng(key))
         material = site.picture(f"{key}_face", image, ENAMEL)
         site.panel(f"{key}_face", frame, fixture.extent, fixture.depth + PROUD, fixture.rise, material)
 

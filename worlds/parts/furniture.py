@@ -11,24 +11,24 @@ import numpy as np
 from numpy.random import Generator
 
 from worlds.arrays import Block, Span
-from worlds.frame import Frame
-from worlds.parts import textures, things
+from worlds.parts import clutter, textures
+from worlds.parts.clutter import TONES, Maker, Thing
+from worlds.parts.greyscale import Image
 from worlds.parts.shell import PROUD
 from worlds.parts.site import Site
-from worlds.parts.things import TONES, Maker, Thing
-from worlds.parts.tones import Image
-from worlds.schema import FloorPlan, Furniture, Material
+from worlds.plans.frame import Frame
+from worlds.plans.schema import FloorPlan, Furniture, Material
 
 Draw = Callable[[tuple[float, float], float, Generator], Image]
 """Draws a surface of (width, height) [m] and some albedo."""
 
 BENCH_THINGS: tuple[Maker, ...] = (
-    *(things.instrument, things.instrument, things.rack, things.monitor, things.arm, things.rover, things.vice),
-    *(things.pile, things.carton, things.papers, things.cables, things.laptop, things.pot),
+    *(clutter.instrument, clutter.instrument, clutter.rack, clutter.monitor, clutter.arm, clutter.rover, clutter.vice),
+    *(clutter.pile, clutter.carton, clutter.papers, clutter.cables, clutter.laptop, clutter.pot),
 )
-TABLE_THINGS: tuple[Maker, ...] = (things.workplace, things.workplace, things.laptop, things.papers, things.pile)
-SHELF_THINGS: tuple[Maker, ...] = (things.binders, things.binders, things.carton, things.books, things.computer)
-LIGHT_THINGS: tuple[Maker, ...] = (things.carton, things.books, things.pile, things.pot, things.instrument)
+TABLE_THINGS: tuple[Maker, ...] = (clutter.workplace, clutter.workplace, clutter.laptop, clutter.papers, clutter.pile)
+SHELF_THINGS: tuple[Maker, ...] = (clutter.binders, clutter.binders, clutter.carton, clutter.books, clutter.computer)
+LIGHT_THINGS: tuple[Maker, ...] = (clutter.carton, clutter.books, clutter.pile, clutter.pot, clutter.instrument)
 ASKEW = np.radians(7.0)
 """How far what people put down is from square (standard deviation); a choice."""
 BUMPED = 0.8
@@ -82,7 +82,7 @@ class _Pile:
         spans = np.array(room)
         (s, out, _), z = spans.mean(axis=1), spans[2, 0]
         width, depth, height = np.diff(spans, axis=1)[:, 0]
-        for placed in things.row(makers, (width, depth, height), gap, 0.0 if solid else ASKEW, rng):
+        for placed in clutter.row(makers, (width, depth, height), gap, 0.0 if solid else ASKEW, rng):
             self.stand(placed.thing, s + placed.s, out + placed.out, z, placed.turn, solid)
 
     def front(self, s: Span, out: float, z: Span, draw: Draw) -> None:
@@ -160,7 +160,7 @@ def _table(pile: _Pile, item: Furniture, rng: Generator) -> None:
     pile.solid(_tone("dark"), *_legs(w - 0.02, d - 0.02, leg, under))
     pile.shown(_tone("dark"), ((-w + 0.04, w - 0.04), (-d + 0.03, -d + 0.06), (under - 0.08, under)))
     pile.fill(TABLE_THINGS, ((-w + 0.04, w - 0.04), (-d + 0.03, d - 0.03), (h, h + 0.6)), 0.08, rng)
-    tower = things.computer(rng)
+    tower = clutter.computer(rng)
     if item.width > 1.0 and item.depth > 0.55 and under > tower.size[2]:
         side = w - 0.25 if rng.random() < 0.5 else -w + 0.25
         pile.stand(tower, side, 0.0, 0.0, solid=True)
@@ -214,7 +214,7 @@ def _pillar(pile: _Pile, item: Furniture, _: Generator) -> None:
 def _box(pile: _Pile, item: Furniture, rng: Generator) -> None:
     """A carton on the floor."""
     size = (item.width, item.depth, item.height)
-    pile.stand(Thing(size, tuple(things.carton_parts(*size, rng))), 0.0, 0.0, 0.0, solid=True)
+    pile.stand(Thing(size, tuple(clutter.carton_parts(*size, rng))), 0.0, 0.0, 0.0, solid=True)
 
 
 _MAKERS: dict[str, Callable[[_Pile, Furniture, Generator], None]] = {

@@ -3,12 +3,12 @@
 import numpy as np
 
 from worlds.arrays import Block
-from worlds.footprints import ROOM_SIDE, ROOM_WALL
-from worlds.frame import Frame
-from worlds.parts import prints, textures
+from worlds.parts import posters, textures
 from worlds.parts.shell import PROUD
 from worlds.parts.site import Site
-from worlds.schema import Door, FloorPlan, Material, Wall, Window
+from worlds.plans.footprints import ROOM_SIDE, ROOM_WALL
+from worlds.plans.frame import Frame
+from worlds.plans.schema import Door, FloorPlan, Material, Wall, Window
 
 PLATE = Material(albedo=0.75, roughness=0.4)
 
@@ -91,6 +91,6 @@ def _room_behind(site: Site, frame: Frame, door: Door, wall: Wall, height: float
 
 def _number_plate(site: Site, frame: Frame, door: Door) -> None:
     key, size = f"door_{door.name}_plate", (0.16, 0.12)
-    material = site.picture(key, prints.number_plate(door.label, site.rng(key)), PLATE)
+    material = site.picture(key, posters.number_plate(door.label, site.rng(key)), PLATE)
     s = door.extent[1] + 0.17
     site.panel(key, frame, (s - size[0] / 2, s + size[0] / 2), PROUD, (1.5, 1.5 + size[1]), material)

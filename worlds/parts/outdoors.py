@@ -7,13 +7,13 @@ import mujoco
 import numpy as np
 
 from worlds.arrays import Floats
-from worlds.footprints import POST_RADIUS
-from worlds.frame import Frame, quaternion
 from worlds.parts import scenery
 from worlds.parts.facets import Facets, joined, quad, show
 from worlds.parts.shell import PROUD
 from worlds.parts.site import Site
-from worlds.schema import FloorPlan, Kerb, Marking, Material, Post, Tree
+from worlds.plans.footprints import POST_RADIUS
+from worlds.plans.frame import Frame, quaternion
+from worlds.plans.schema import FloorPlan, Kerb, Marking, Material, Post, Tree
 
 AROUND = 500.0
 """Side of the land around the plan [m]: beyond it there is only the picture of the horizon."""

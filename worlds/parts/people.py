@@ -13,7 +13,7 @@ from worlds.parts.facets import add_mesh
 from worlds.parts.figure import HEIGHT, HIP, PARTS, Part, clothes, skin
 from worlds.parts.site import Site
 from worlds.parts.walk import STEP, Stance, Walk
-from worlds.schema import FloorPlan, Material, Person
+from worlds.plans.schema import FloorPlan, Material, Person
 
 STRIDE = math.asin(STEP / 2 / HIP)
 """Angle of a leg from upright in the middle of a step [rad]."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.random import Generator
 
 from worlds.arrays import Floats
-from worlds.parts.tones import FONT, Image, cloud, encode, srgb, tone
+from worlds.parts.greyscale import FONT, Image, cloud, encode, srgb, tone
 
 ATLAS = MappingProxyType(
     {

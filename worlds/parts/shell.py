@@ -7,12 +7,12 @@ from types import MappingProxyType
 import mujoco
 import numpy as np
 
-from worlds.areas import Rectangle, rectangles
 from worlds.arrays import Block, Floats, Span
-from worlds.frame import LEVEL, Frame, quaternion
 from worlds.parts import scenery, textures
 from worlds.parts.site import TOUCHED, Site
-from worlds.schema import Door, FloorPlan, Point, Wall, Window
+from worlds.plans.areas import Rectangle, rectangles
+from worlds.plans.frame import LEVEL, Frame, quaternion
+from worlds.plans.schema import Door, FloorPlan, Point, Wall, Window
 
 PROUD = 0.004
 """How far a picture stands in front of what is behind it [m]: enough for the depth buffer at 100 m."""

@@ -14,9 +14,9 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from worlds.arrays import Block, Floats, Span
-from worlds.frame import Frame
-from worlds.parts.tones import Image, srgb
-from worlds.schema import Material
+from worlds.parts.greyscale import Image, srgb
+from worlds.plans.frame import Frame
+from worlds.plans.schema import Material
 
 SOLID, SEEN, TOUCHED, GLASS = 0, 2, 3, 4
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)

@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 
 from worlds.arrays import Block
-from worlds.frame import Frame, quaternion
 from worlds.parts.site import SEEN, Site
-from worlds.schema import FloorPlan, Stairs
+from worlds.plans.frame import Frame, quaternion
+from worlds.plans.schema import FloorPlan, Stairs
 
 NOSING, PROUD = 0.045, 0.003
 """How far the dark strip reaches back from a step's edge and down it, and how far it stands out [m]."""

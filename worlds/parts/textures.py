@@ -8,8 +8,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from worlds.parts.prints import printed
-from worlds.parts.tones import Image, cloud, encode, noise, paste, tone
+from worlds.parts.greyscale import Image, cloud, encode, noise, paste, tone
+from worlds.parts.posters import printed
 
 
 def plaster(size: tuple[float, float], albedo: float, rng: Generator, density: int = 100) -> Image:

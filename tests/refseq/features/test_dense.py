@@ -4,7 +4,7 @@ import pytest
 
 from refseq.features import make_extractor
 from refseq.features.dense import DenseSettings, DenseWords, describe_patches, local_deviation
-from refseq.profile import BEST
+from refseq.map.profile import BEST
 from refseq.view import View
 
 A_VIEW = 8 * 6 * 8

@@ -13,11 +13,11 @@ from typing import cast
 import cv2
 
 from refseq.view import View
-from scenarios.campaign.cases import Case
-from scenarios.campaign.judging import Judged
-from scenarios.campaign.outcomes import Outcome, Verdict
-from scenarios.campaign.store import ANSWERS, DamagedError, Store
-from scenarios.campaign.tasks import AnswerTask, RecordTask, Task, perform
+from scenarios.campaign.declare.cases import Case
+from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.judge.drives import Judged
+from scenarios.campaign.run.tasks import AnswerTask, RecordTask, Task, perform
+from scenarios.campaign.store.cache import ANSWERS, DamagedError, Store
 from tests.worlds.conftest import SMALL
 
 WHOLE = b"PAR1 what was made PAR1"

@@ -7,11 +7,11 @@ import numpy as np
 
 from refseq.logs.mcap import RecordingWriter
 from refseq.view import Pose
-from scenarios.campaign.cases import Case, load
-from scenarios.campaign.judging import Judged, judged, tasks_of
-from scenarios.campaign.outcomes import Outcome
-from scenarios.campaign.store import Store
-from scenarios.campaign.tasks import distinct, perform
+from scenarios.campaign.declare.cases import Case, load
+from scenarios.campaign.declare.outcomes import Outcome
+from scenarios.campaign.judge.drives import Judged, judged, tasks_of
+from scenarios.campaign.run.tasks import distinct, perform
+from scenarios.campaign.store.cache import Store
 from tests.support import corridor_drive
 
 SCENARIO = """

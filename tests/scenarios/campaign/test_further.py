@@ -10,16 +10,15 @@ import pytest
 
 from refseq.logs.mcap import RecordingWriter
 from refseq.view import View
-from scenarios.campaign.cases import Case, load
-from scenarios.campaign.chosen import asking
-from scenarios.campaign.freight import order_for
-from scenarios.campaign.judging import Judged, tasks_of
-from scenarios.campaign.outcomes import Verdict
-from scenarios.campaign.result_file import read_result
+from scenarios.campaign.declare.cases import Case, load
+from scenarios.campaign.declare.expand import put
+from scenarios.campaign.declare.outcomes import Verdict
+from scenarios.campaign.declare.overrides import asking
+from scenarios.campaign.declare.sources import DATA, Images, Log, names_of
+from scenarios.campaign.judge.drives import Judged, tasks_of
 from scenarios.campaign.results import Results
-from scenarios.campaign.sources import DATA, Images, Log, names_of
-from scenarios.campaign.store import MAP, RECORDING, Store
-from scenarios.campaign.tasks import (
+from scenarios.campaign.run.remote_payload import order_for
+from scenarios.campaign.run.tasks import (
     AnswerTask,
     RecordTask,
     answers_of,
@@ -28,10 +27,11 @@ from scenarios.campaign.tasks import (
     mergings_of,
     perform,
 )
-from scenarios.campaign.vary import put
+from scenarios.campaign.store.cache import MAP, RECORDING, Store
+from scenarios.campaign.store.result_file import read_result
+from scenarios.drives.record import QUERY_SEEDS, Drive
 from scenarios.errors import ScenarioError
-from scenarios.methods import Learnt
-from scenarios.record import QUERY_SEEDS, Drive
+from scenarios.methods.by_name import Learnt
 from tests.scenarios.campaign.made import carried_out
 from tests.support import corridor_drive
 
@@ -365,7 +365,7 @@ def test_each_map_is_learnt_once_whoever_learns_it_first(
     assert outcome.verdict is Verdict.PASSED, outcome.reason
     assert {path: path.read_bytes() for path in kept} == kept
     assert len(list(tmp_path.glob(f"*{MAP}"))) == 2
-    monkeypatch.setattr("scenarios.baselines.learn", None)
+    monkeypatch.setattr("scenarios.methods.baselines.learn", None)
     apart = replace(both, merge=False)
     assert perform(apart, store).verdict is Verdict.PASSED
     whole, unmerged = (mergings_of(task, store)["thesis/uniform"] for task in (both, apart))

@@ -13,20 +13,20 @@ from hypothesis import strategies as st
 from junitparser import JUnitXml
 
 from refseq.logs import read_recording
-from scenarios.campaign.cases import Case
-from scenarios.campaign.judging import Judged
-from scenarios.campaign.outcomes import Outcome, Verdict
-from scenarios.campaign.result_file import CampaignRecord, JudgementRecord, read_result
+from scenarios.campaign.declare.cases import Case
+from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.sources import DATA
+from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.results import Results, slugs
-from scenarios.campaign.sources import DATA
-from scenarios.campaign.store import Store
+from scenarios.campaign.store.cache import Store
+from scenarios.campaign.store.result_file import CampaignRecord, JudgementRecord, read_result
 from scenarios.errors import ScenarioError
-from scenarios.figures import figures_record
-from scenarios.page import picture
-from scenarios.score import WIDE, score
-from scenarios.worst import worst_failures
+from scenarios.report.page import picture
+from scenarios.scoring.figures import figures_record
+from scenarios.scoring.score import WIDE, score
+from scenarios.scoring.worst_failures import worst_failures
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
-from tests.scenarios.test_report import Page
+from tests.scenarios.report.test_document import Page
 
 
 @pytest.fixture(scope="module")

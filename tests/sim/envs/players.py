@@ -9,7 +9,7 @@ import numpy as np
 
 from refseq.view import Pose
 from sim.envs.robot_env import RobotEnv
-from sim.envs.way import Way
+from sim.envs.tasks.path import Way
 
 Policy = Callable[[Any, dict[str, Any]], str]
 """From an observation and the info to a behaviour as it is written."""

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 from tests.worlds.conftest import box, corner
-from worlds.areas import Rectangle
 from worlds.build import World, build
 from worlds.light import light_named
 from worlds.lighting.ambient import AXES, CLEARANCE, EYE, Ambient, ambient
 from worlds.lighting.form_factors import Cards
 from worlds.lighting.photometry import photometry, spot_illuminance, spots
 from worlds.meter import Meter
-from worlds.plan import parse_plan
+from worlds.plans.areas import Rectangle
+from worlds.plans.plan import parse_plan
 
 Floats = np.ndarray
 

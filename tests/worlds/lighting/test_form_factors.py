@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from tests.worlds.conftest import box, corner
 from worlds.lighting.form_factors import Cards, Faces, configuration_factor, form_factors, hidden
 from worlds.lighting.radiosity import lay_patches
-from worlds.plan import parse_plan
+from worlds.plans.plan import parse_plan
 
 BOX = parse_plan(box(4, 2))
 UP = np.array([[0.0, 0.0, 1.0]])

@@ -2,15 +2,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.drivers import vulkan_device
-from sim.render import open_renderer, prepare_spec
+from sim.rendering.drivers import vulkan_device
+from sim.rendering.render import open_renderer, prepare_spec
 from worlds.build import World, build
-from worlds.frame import quaternion
 from worlds.light import light_named
 from worlds.lighting.photometry import transmission, window_luminance
 from worlds.meter import Meter
-from worlds.parts.tones import srgb
-from worlds.plan import load_plan
+from worlds.parts.greyscale import srgb
+from worlds.plans.frame import quaternion
+from worlds.plans.plan import load_plan
 
 PLAN = load_plan("hallway")
 

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.render import open_renderer, prepare_spec
+from sim.rendering.render import open_renderer, prepare_spec
 from tests.worlds.conftest import in_the_open
 from worlds.build import World, build
 from worlds.light import light_named
@@ -15,8 +15,8 @@ from worlds.lighting.daylight import Daylight, sun_direction
 from worlds.lighting.open_air import CONE, FACE_SHARES, INNER, axial, face_luminances, head_of
 from worlds.lighting.sky import elevations, sky
 from worlds.meter import illuminance
-from worlds.plan import parse_plan
-from worlds.schema import FloorPlan
+from worlds.plans.plan import parse_plan
+from worlds.plans.schema import FloorPlan
 
 YARD = """
 [[wall]]

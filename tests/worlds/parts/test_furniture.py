@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from tests.worlds.conftest import SMALL
 from worlds.build import build
 from worlds.errors import PlanError
-from worlds.frame import Frame
 from worlds.light import light_named
-from worlds.parts import prints, textures, things, tones
+from worlds.parts import clutter, greyscale, posters, textures
 from worlds.parts.furniture import BENCH_THINGS, LIGHT_THINGS, SHELF_THINGS, TABLE_THINGS, furnish
 from worlds.parts.site import SEEN, SOLID, TOUCHED, Site
-from worlds.plan import parse_plan
-from worlds.schema import SMALLEST, Furniture
+from worlds.plans.frame import Frame
+from worlds.plans.plan import parse_plan
+from worlds.plans.schema import SMALLEST, Furniture
 
 SCAN = 0.35
 """Height of the robot's laser [m]."""
@@ -179,7 +179,7 @@ def test_a_cupboard_has_doors_and_a_pillar_has_plaster() -> None:
 def test_furniture_is_built_with_the_world() -> None:
     text = plan_with(kind="box", width=0.5, depth=0.4, height=0.4)
     spec = build(parse_plan(text), light_named("18:00"), seed=0).spec
-    assert spec.geom("box_it_0").userdata[0] == pytest.approx(things.TONES["grey"])
+    assert spec.geom("box_it_0").userdata[0] == pytest.approx(clutter.TONES["grey"])
 
 
 @pytest.mark.parametrize(
@@ -213,7 +213,7 @@ def test_furniture_that_does_not_fit_is_one_line(item: dict[str, object], messag
 
 
 @pytest.mark.parametrize("maker", MAKERS, ids=lambda maker: maker.__name__)
-def test_a_thing_keeps_within_its_size(maker: things.Maker) -> None:
+def test_a_thing_keeps_within_its_size(maker: clutter.Maker) -> None:
     for seed in range(40):
         thing = maker(np.random.default_rng(seed))
         spans = np.array([part.block for part in thing.parts])
@@ -224,14 +224,14 @@ def test_a_thing_keeps_within_its_size(maker: things.Maker) -> None:
         assert np.all(spans[..., 1] <= room[:, 1] + 1e-9), seed
         assert spans[:, 2, 0].min() == pytest.approx(0.0, abs=0.021), seed  # it stands, and does not float
         np.testing.assert_allclose(thing.hull, np.stack([spans[..., 0].min(axis=0), spans[..., 1].max(axis=0)], axis=1))
-        assert {part.tone for part in thing.parts} <= set(things.TONES)
+        assert {part.tone for part in thing.parts} <= set(clutter.TONES)
 
 
 @given(seed=st.integers(0, 10_000), width=st.floats(0.3, 4.0), depth=st.floats(0.1, 0.8), height=st.floats(0.1, 0.6))
 def test_things_in_a_row_stand_side_by_side_within_the_room(
     seed: int, width: float, depth: float, height: float
 ) -> None:
-    placed = list(things.row(SHELF_THINGS, (width, depth, height), 0.1, 0.0, np.random.default_rng(seed)))
+    placed = list(clutter.row(SHELF_THINGS, (width, depth, height), 0.1, 0.0, np.random.default_rng(seed)))
     edges = np.array([(p.s - p.thing.size[0] / 2, p.s + p.thing.size[0] / 2) for p in placed]).reshape(-1, 2)
     assert np.all(np.diff(edges.ravel()) > 0.0)
     assert np.all(np.abs(edges) <= width / 2 + 1e-9)
@@ -244,15 +244,15 @@ def test_things_in_a_row_stand_side_by_side_within_the_room(
 
 
 @pytest.mark.parametrize("draw", [textures.carpet, textures.parquet])
-def test_a_floor_has_the_albedo_of_its_material(draw: Callable[..., tones.Image]) -> None:
+def test_a_floor_has_the_albedo_of_its_material(draw: Callable[..., greyscale.Image]) -> None:
     image = draw((8, 6), 0.3, np.random.default_rng(0))
     assert image.shape == (6 * 48, 8 * 48)
-    assert tones.linear(image).mean() == pytest.approx(0.3, rel=0.08)
+    assert greyscale.linear(image).mean() == pytest.approx(0.3, rel=0.08)
 
 
 @pytest.mark.parametrize("draw", [textures.carpet, textures.parquet])
-def test_neighbouring_squares_of_a_floor_run_across_each_other(draw: Callable[..., tones.Image]) -> None:
-    field = tones.linear(draw((8, 6), 0.3, np.random.default_rng(0)))
+def test_neighbouring_squares_of_a_floor_run_across_each_other(draw: Callable[..., greyscale.Image]) -> None:
+    field = greyscale.linear(draw((8, 6), 0.3, np.random.default_rng(0)))
     for row in range(6):
         for column in range(8):
             square = field[row * 48 + 3 : row * 48 + 46, column * 48 + 3 : column * 48 + 46]
@@ -262,8 +262,8 @@ def test_neighbouring_squares_of_a_floor_run_across_each_other(draw: Callable[..
 
 def test_a_whiteboard_is_mostly_white_with_some_writing() -> None:
     for seed in range(3):
-        image = prints.whiteboard((1.5, 1.0), np.random.default_rng(seed))
-        assert np.median(image) > tones.tone(0.7)
+        image = posters.whiteboard((1.5, 1.0), np.random.default_rng(seed))
+        assert np.median(image) > greyscale.tone(0.7)
         assert len(cv2.SIFT_create().detect(image, None)) > 50
 
 

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from tests.worlds.conftest import in_the_open
 from worlds.build import build
 from worlds.errors import PlanError
-from worlds.footprints import CAR_SIZES
 from worlds.light import light_named
 from worlds.parts.cars import CARS, hull, trim
 from worlds.parts.facets import Facets
+from worlds.parts.greyscale import linear
 from worlds.parts.scenery import shade_under
 from worlds.parts.site import SEEN, SOLID, TOUCHED
-from worlds.parts.tones import linear
-from worlds.plan import parse_plan
-from worlds.schema import Tree
+from worlds.plans.footprints import CAR_SIZES
+from worlds.plans.plan import parse_plan
+from worlds.plans.schema import Tree
 
 LOT = """
 [[wall]]

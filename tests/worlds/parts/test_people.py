@@ -8,14 +8,14 @@ import pytest
 from tests.worlds.conftest import SMALL
 from worlds.build import build
 from worlds.errors import PlanError
-from worlds.footprints import PERSON_RADIUS
 from worlds.light import light_named
 from worlds.parts.figure import PARTS, skin
 from worlds.parts.people import Crowd
 from worlds.parts.site import SOLID
 from worlds.parts.walk import Walk
-from worlds.plan import parse_plan
-from worlds.schema import FloorPlan
+from worlds.plans.footprints import PERSON_RADIUS
+from worlds.plans.plan import parse_plan
+from worlds.plans.schema import FloorPlan
 
 Text = Callable[..., str]
 TWO = """person = [

@@ -9,7 +9,7 @@ from worlds.build import build
 from worlds.errors import PlanError
 from worlds.light import light_named
 from worlds.parts.site import SEEN, SOLID
-from worlds.plan import parse_plan
+from worlds.plans.plan import parse_plan
 
 FOOT, WIDTH, STEPS, RISE, RUN = (3.0, 0.0), 0.8, 4, 0.17, 0.28
 HEADINGS = (0.0, 90.0, 37.0, -140.0)

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from worlds.parts import textures, tones
+from worlds.parts import greyscale, textures
 
 
 def keypoints(image: np.ndarray) -> int:
@@ -22,11 +22,11 @@ def test_blank_plaster_has_nearly_none() -> None:
 
 
 def test_plaster_has_the_albedo_of_its_paint() -> None:
-    assert tones.linear(textures.plaster((4.0, 2.8), 0.7, rng())).mean() == pytest.approx(0.7, abs=0.01)
+    assert greyscale.linear(textures.plaster((4.0, 2.8), 0.7, rng())).mean() == pytest.approx(0.7, abs=0.01)
 
 
 @pytest.mark.parametrize("draw", [textures.tiles, textures.ceiling_panels])
-def test_tiles_repeat_without_a_seam(draw: Callable[..., tones.Image]) -> None:
+def test_tiles_repeat_without_a_seam(draw: Callable[..., greyscale.Image]) -> None:
     image = draw((8, 4), 0.5, rng())
     assert image.shape[1] % 8 == 0
     assert image.shape[0] % 4 == 0

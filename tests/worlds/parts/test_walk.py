@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worlds.parts.walk import HALF_TURN, STEP, Stance, Walk
-from worlds.schema import Person
+from worlds.plans.schema import Person
 
 coordinate = st.integers(-50, 50).map(lambda k: k / 2)
 points = st.lists(st.tuples(coordinate, coordinate), min_size=2, max_size=5).filter(

@@ -1,0 +1,1 @@
+"""Several paths in one map: similarity, overlap, merging, routes (chapter 4)."""

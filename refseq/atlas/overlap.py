@@ -1,0 +1,200 @@
+"""Where two sequences run through the same places: stretches that both find in each other (4.4.1, 4.4.2).
+
+Localising the views of one sequence in the other says where it runs along it, but a chain may be wrong about where it
+comes off. So each is localised in the other, and only what both say alike counts.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.atlas.alignment import Alignment, align
+from refseq.atlas.similarity import Translation, translated
+from refseq.errors import MapError
+from refseq.map.sequence import ReferenceSequence
+from refseq.view import LASER
+
+
+@dataclass(frozen=True, slots=True)
+class OverlapSettings:
+    """What counts as running through the same places, all lengths in metres along the sequences.
+
+    A view is matched where it is on the other sequence with probability above ``sure``, and the place that it is at
+    leads back to within ``near`` of it. Matched views no farther apart than ``bridge`` make one stretch; it is cut to
+    the part in which the cameras tell most beyond ``told`` [nats a view], so that it ends where they fall silent.
+
+    It is an overlap where it is at least ``least`` long in both sequences, and neither length more than ``stretched``
+    times the other; where at least the share ``met`` of its views is matched, in either; where they are on the other
+    sequence with a mean probability of ``surely``, whichever is asked; and where each camera tells ``told`` for it:
+    look-alikes deceive one camera, and the laser takes a corridor for its reverse. Without cameras the laser has to
+    tell as much. ``surely`` and ``told`` were chosen in the world ``annex``, see docs/atlas.md.
+    """
+
+    sure: float = 0.5
+    near: float = 2.5
+    bridge: float = 3.0
+    least: float = 5.0
+    stretched: float = 1.5
+    met: float = 0.6
+    surely: float = 0.95
+    told: float = 0.3
+
+    def __post_init__(self) -> None:
+        """Raise ``MapError`` for what is no probability or length."""
+        if not 0 <= self.sure < 1:
+            raise MapError(f"overlap.sure is {self.sure}; valid is at least 0 and less than 1")
+        for name in ("near", "bridge", "least"):
+            if not 0 <= getattr(self, name) < np.inf:
+                raise MapError(f"overlap.{name} is {getattr(self, name)} m; valid is 0 or more")
+        for name in ("met", "surely"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise MapError(f"overlap.{name} is {getattr(self, name)}; valid is 0 to 1")
+        if not 1 <= self.stretched < np.inf:
+            raise MapError(f"overlap.stretched is {self.stretched}; valid is 1 or more")
+
+
+@dataclass(frozen=True, slots=True)
+class Overlap:
+    """A stretch of one sequence beside a stretch of another: ``pairs`` (n, 2) of places, rising in both.
+
+    ``lengths`` are those of the two stretches [m]; ``told`` is what each sensor tells for it [nats a view], the mean of
+    log(likelihood · K) of the places that the views were matched with. ``objection`` says why it is none, if it is.
+    """
+
+    pairs: NDArray[np.intp]
+    lengths: tuple[float, float]
+    told: dict[str, float]
+    objection: str = ""
+
+
+Told = Callable[[str, NDArray[np.intp]], NDArray[np.float64]]
+"""What a sensor tells for pairs of places (n, 2): (n,) [nats]."""
+
+
+def overlaps(
+    one: ReferenceSequence, other: ReferenceSequence, settings: OverlapSettings | None = None
+) -> list[Overlap]:
+    """All stretches that two sequences seem to share, those that are objected to among them.
+
+    Raises ``MapError`` for maps of other features or settings.
+    """
+    settings = settings or OverlapSettings()
+    ways = translated(one, other), translated(other, one)
+    there, back = map(align, ways)
+    telling = told_by(*ways)
+    found = stretches(matched(one, there, back, settings), one.along, other.along, settings.bridge)
+    judge = _Judge(one, other, there, back, telling, settings)
+    return [judge.overlap(trimmed(pairs)) for pairs in found]
+
+
+def matched(one: ReferenceSequence, there: Alignment, back: Alignment, settings: OverlapSettings) -> NDArray[np.intp]:
+    """Places of one sequence and of the other that lead to each other, (n, 2)."""
+    places = np.arange(len(one))
+    returned = one.along[back.places[there.places]]
+    agree = (there.on > settings.sure) & (back.on[there.places] > settings.sure)
+    agree &= np.abs(returned - one.along) <= settings.near
+    return np.stack([places[agree], there.places[agree]], axis=1)
+
+
+def trimmed(pairs: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Pairs without those at the ends that repeat a place: there the other sequence had already ended."""
+    new = np.append(True, np.diff(pairs[:, 1]) > 0)
+    first = int(np.flatnonzero(pairs[:, 1] == pairs[0, 1])[-1])
+    last = int(np.flatnonzero(new)[-1])
+    return pairs[first : last + 1] if first <= last else pairs[:1]
+
+
+def stretches(
+    pairs: NDArray[np.intp], along: NDArray[np.float64], other: NDArray[np.float64], bridge: float
+) -> list[NDArray[np.intp]]:
+    """Pairs in runs: in a run both sequences go on, neither by more than ``bridge`` [m] without a pair."""
+    if not len(pairs):
+        return []
+    steps = np.diff(along[pairs[:, 0]]), np.diff(other[pairs[:, 1]])
+    broken = (steps[0] > bridge) | (steps[1] > bridge) | (steps[1] < 0)
+    return np.split(pairs, np.flatnonzero(broken) + 1)
+
+
+def told_by(there: Translation, back: Translation) -> Told:
+    """What the sensors of two maps tell for pairs of their places: the mean of both ways; each is looked for once."""
+
+    @cache
+    def likelihoods(sensor: str) -> tuple[NDArray[np.float64], ...]:
+        return tuple(np.array([seen.likelihood for seen in way.sightings(sensors=[sensor])]) for way in (there, back))
+
+    def told(sensor: str, pairs: NDArray[np.intp]) -> NDArray[np.float64]:
+        to, fro = likelihoods(sensor)
+        i, j = pairs.T
+        both = np.log(to[i, j] * to.shape[1]) + np.log(fro[j, i] * fro.shape[1])
+        return np.asarray(both / 2, np.float64)
+
+    return told
+
+
+def most_beyond(values: NDArray[np.float64], bar: float) -> slice:
+    """The part of some values whose sum is most beyond a bar for each (Kadane's maximal segment); the first of equals.
+
+    Empty where none is above the bar.
+    """
+    sums = np.concatenate([[0.0], np.cumsum(values - bar)])
+    lowest = np.minimum.accumulate(sums)
+    end = int(np.argmax(sums - lowest))
+    return slice(int(np.argmin(sums[: end + 1])), end)
+
+
+@dataclass(frozen=True, slots=True)
+class _Judge:
+    """What makes of matched pairs an overlap, or objects."""
+
+    one: ReferenceSequence
+    other: ReferenceSequence
+    there: Alignment
+    back: Alignment
+    telling: Told
+    settings: OverlapSettings
+
+    def overlap(self, pairs: NDArray[np.intp]) -> Overlap:
+        """The part of a stretch for which the witnesses tell, and what speaks against it."""
+        if objection := next(self._objections(pairs), ""):
+            return Overlap(pairs, self._lengths(pairs), {}, objection)
+        witnesses = sorted(self.one.sensors - {LASER}) or sorted(self.one.sensors)
+        nats = np.mean([self.telling(sensor, pairs) for sensor in witnesses], axis=0)
+        part = pairs[most_beyond(nats, self.settings.told)]
+        if (shorter := min(self._lengths(part))) < self.settings.least:
+            found = self._told(pairs)
+            return replace(found, objection=f"only {shorter:.1f} m of it tell anything: {_in_words(found.told)}")
+        found = self._told(part)
+        if min(found.told[sensor] for sensor in witnesses) < self.settings.told:
+            return replace(
+                found, objection=f"it tells too little, valid is {self.settings.told:g}: {_in_words(found.told)}"
+            )
+        return found
+
+    def _told(self, pairs: NDArray[np.intp]) -> Overlap:
+        told = {sensor: float(self.telling(sensor, pairs).mean()) for sensor in sorted(self.one.sensors)}
+        return Overlap(pairs, self._lengths(pairs), told)
+
+    def _lengths(self, pairs: NDArray[np.intp]) -> tuple[float, float]:
+        if not len(pairs):
+            return 0.0, 0.0
+        return float(np.ptp(self.one.along[pairs[:, 0]])), float(np.ptp(self.other.along[pairs[:, 1]]))
+
+    def _objections(self, pairs: NDArray[np.intp]) -> Iterator[str]:
+        valid, lengths = self.settings, self._lengths(pairs)
+        if min(lengths) < valid.least:
+            yield f"only {min(lengths):.1f} m long; valid is {valid.least:g} m"
+        if max(lengths) > valid.stretched * min(lengths):
+            yield f"{lengths[0]:.1f} m beside {lengths[1]:.1f} m: not the same way"
+        met = len(pairs) / (1 + max(np.ptp(pairs, axis=0)))
+        if met < valid.met:
+            yield f"only {met:.0%} of the views lead to each other; valid is {valid.met:.0%}"
+        surely = np.minimum(self.there.on[pairs[:, 0]], self.back.on[pairs[:, 1]]).mean()
+        if surely < valid.surely:
+            yield f"on each other with probability {surely:.4f} only; valid is {valid.surely:g}"
+
+
+def _in_words(told: Mapping[str, float]) -> str:
+    return ", ".join(f"{sensor} {nats:.2f}" for sensor, nats in told.items()) + " nats a view"

@@ -1,0 +1,147 @@
+"""Shortest routes over an atlas: along which of its paths a robot comes from one place to another.
+
+Paths are driven one way only. What a camera sees on the way back is another path, which has to be learnt; a robot
+cannot be led along one backwards.
+
+A route is planned as a traveller plans a journey by train: on board at a place, along a path from view to view, off
+again at a place, and on board of the next path through it.
+"""
+
+import math
+import re
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.atlas.atlas import Atlas, Path
+from refseq.errors import MapError
+
+CHANGE = 5.0
+"""What a change of paths must save to be worth it [m]; a choice: the length of the shortest stretch that is joined.
+
+Views lie up to half a view's distance from the place that they share. Where changing were free, a route would hop from
+path to path and gain that much, on paper, at every hop.
+"""
+
+
+class NoRouteError(MapError):
+    """The atlas is as it should be, but no path leads on from one place to the other."""
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A path that is followed, by its name, from view ``first`` to view ``last``: ``length`` [m] by its odometry."""
+
+    path: str
+    first: int
+    last: int
+    length: float
+
+
+@dataclass(frozen=True)
+class Route:
+    """The way from a place to another: its ``legs`` one after the other, and the ``places`` that it runs through.
+
+    ``places`` (n,) are counted through all sequences (``Atlas.numbered``), start and goal among them; each leg begins
+    at the place where the last one ended. To where one is already there is one place and no leg.
+    """
+
+    places: NDArray[np.intp]
+    legs: tuple[Leg, ...]
+
+    @property
+    def length(self) -> float:
+        """Sum of the legs' lengths [m]."""
+        return math.fsum(leg.length for leg in self.legs)
+
+
+def shortest_route(atlas: Atlas, start: int, goal: int, *, change: float = CHANGE) -> Route:
+    """The shortest route from a place to another, both counted through all sequences.
+
+    A change of paths counts as much as ``change`` more metres, so that a route stays on a path unless leaving it is
+    worth it; the route's own length is without them. Raises ``MapError`` for a place that is not there and a change
+    below 0, ``NoRouteError`` where no path leads from the one to the other.
+    """
+    for place in (start, goal):
+        if not 0 <= place < len(atlas):
+            raise MapError(f"place {place} is unknown; valid is 0 to {len(atlas) - 1}")
+    if not (math.isfinite(change) and change >= 0):
+        raise MapError(f"change is {change} m; valid is 0 or more")
+    try:
+        nodes = nx.dijkstra_path(_journeys(atlas, change), start, goal)
+    except nx.NetworkXNoPath:
+        names = place_name(atlas, start), place_name(atlas, goal)
+        raise NoRouteError(f"no path leads from {names[0]} to {names[1]}: paths are driven one way only") from None
+    positions = [n - len(atlas) for n in nodes if n >= len(atlas)]
+    at = np.concatenate([atlas.numbered(path) for path in atlas.paths])
+    places = [place for place, _ in groupby([start, *at[positions].tolist()])]
+    return Route(np.array(places, np.intp), _legs(atlas, nodes))
+
+
+def place_of(atlas: Atlas, name: str) -> int:
+    """The place that people call PATH:VIEW, as ``east:3``: where view 3 of that path lies, counted through.
+
+    Views are numbered as the path was learnt, from 0. Raises ``MapError`` for what is no such name, a path that the
+    atlas does not have, and a view that the path does not have.
+    """
+    paths = {path.name: path for path in atlas.paths}
+    found = re.fullmatch(r"(.+):(-?[0-9]{1,9})", name, re.DOTALL)
+    if found is None:
+        raise MapError(f"place {name!r} is no PATH:VIEW; valid is a path and a view of it: {atlas.paths[0].name}:0")
+    path, view = found[1], int(found[2])
+    if path not in paths:
+        raise MapError(f"place {name!r}: path {path!r} is unknown; valid are {', '.join(paths)}")
+    if not 0 <= view < len(paths[path]):
+        raise MapError(
+            f"place {name!r}: path {path!r} has {len(paths[path])} views; valid is 0 to {len(paths[path]) - 1}"
+        )
+    return int(atlas.numbered(paths[path])[view])
+
+
+def place_name(atlas: Atlas, place: int) -> str:
+    """A place as people call it: by the first path through it, and its first view there."""
+    for path in atlas.paths:
+        if len(views := np.flatnonzero(atlas.numbered(path) == place)):
+            return f"{path.name}:{views[0]}"
+    return f"place {place}"  # of an atlas made by hand, where no path runs through it
+
+
+def _journeys(atlas: Atlas, change: float) -> nx.DiGraph:
+    """What can be done next, and what it costs [m].
+
+    Nodes are the atlas's places, and after them the positions of all paths, path behind path: a place twice on a path,
+    as where a robot dawdled, is two positions. On board is free; off costs a change, for the last leg too, of which
+    every route has one.
+    """
+    graph = nx.DiGraph()
+    graph.add_nodes_from(range(len(atlas)))
+    first = len(atlas)
+    for path in atlas.paths:
+        positions = range(first, first + len(path))
+        places = atlas.numbered(path).tolist()
+        graph.add_weighted_edges_from(zip(places, positions, [0.0] * len(path), strict=True))
+        graph.add_weighted_edges_from(zip(positions, places, [change] * len(path), strict=True))
+        steps = zip(pairwise(positions), np.diff(path.along).tolist(), strict=True)
+        graph.add_weighted_edges_from((here, there, step) for (here, there), step in steps)
+        first += len(path)
+    return graph
+
+
+def _legs(atlas: Atlas, nodes: list[int]) -> tuple[Leg, ...]:
+    """The runs of positions between the places of a journey."""
+    ends = np.cumsum([len(atlas), *map(len, atlas.paths)])
+    legs = []
+    for on_board, run in groupby(nodes, key=lambda node: node >= len(atlas)):
+        if on_board:
+            positions = list(run)
+            number = int(np.searchsorted(ends, positions[0], side="right")) - 1
+            first, last = positions[0] - int(ends[number]), positions[-1] - int(ends[number])
+            legs.append(_leg(atlas.paths[number], first, last))
+    return tuple(legs)
+
+
+def _leg(path: Path, first: int, last: int) -> Leg:
+    return Leg(path.name, first, last, float(path.along[last] - path.along[first]))

@@ -1,0 +1,80 @@
+"""What each state of the chain is likely to see (card H3): the similarity of the reference views, and the Lost View."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from refseq.inference.chain.chain import ChainSettings, normalised_entropy
+
+MOST_ALIKE = 256
+"""How many places a row of the similarity keeps at most: enough to be exact for paths as long as the thesis'."""
+
+
+@dataclass(frozen=True, slots=True)
+class Emissions:
+    """P(observed symbol | place), the similarity of the reference views among themselves, made non-zero.
+
+    The symbols are the K views and the Lost View. Row i of the similarity is the mixture's posterior of reference view
+    i: few places stand out from a level ``floor`` (K,) that the others have, so ``above`` (K, K) holds sparsely by
+    how much they do. Rows sum to 1.
+    """
+
+    above: Any
+    floor: NDArray[np.float64]
+    settings: ChainSettings
+
+    @classmethod
+    def from_posteriors(cls, rows: Iterable[NDArray[np.float64]], settings: ChainSettings) -> Self:
+        """Take the K posteriors (K,) one by one, so that no matrix of K² numbers is needed."""
+        kept = [_peaks(row) for row in rows]
+        K = len(kept)
+        floor = np.array([level for _, _, level in kept])
+        pointers = np.cumsum([0, *(len(places) for places, _, _ in kept)])
+        places = np.concatenate([places for places, _, _ in kept])
+        heights = np.concatenate([heights for _, heights, _ in kept])
+        return cls(csr_array((heights, places, pointers), shape=(K, K)), floor, settings)
+
+    @property
+    def similarity(self) -> NDArray[np.float64]:
+        """The similarity as a dense matrix (K, K), to look at."""
+        dense: NDArray[np.float64] = self.above.toarray() + self.floor[:, None]
+        return dense
+
+    def log_likelihood(self, posterior: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+        """Of an observed view's posterior (K,): the log-likelihood of each place (K,), and of any Lost_Place.
+
+        The posterior is soft evidence on which of the views is seen, so a place's likelihood is the mean of its row
+        under it; the thesis' hard symbol is the case of a posterior that is sure.
+        """
+        K, s = len(posterior), self.settings
+        if is_lost_view(posterior, s):
+            return np.full(K, np.log(s.lost_view_at_place)), float(np.log(s.lost_view_at_lost))
+        alike = self.above @ posterior + self.floor * posterior.sum()
+        seen = (1 - s.noise) * alike + s.noise / K
+        return np.log((1 - s.lost_view_at_place) * seen), float(np.log((1 - s.lost_view_at_lost) / K))
+
+
+def is_lost_view(posterior: NDArray[np.float64], settings: ChainSettings) -> bool:
+    """Whether the posterior says too little to be any view of the sequence."""
+    return normalised_entropy(posterior) > settings.lost_view_entropy
+
+
+def _peaks(row: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.float64], float]:
+    """The places that stand out from a posterior's floor, by how much, and the floor.
+
+    The floor is the lowest value, which most places share where features are sparse, and what stands above it is kept
+    exactly. Where that is more than ``MOST_ALIKE`` places, only those above the uniform 1 / K are kept, the highest
+    first, and the floor is the mean of the others, so that the row still sums to 1.
+    """
+    K, floor = len(row), float(row.min())
+    places = np.flatnonzero(row > floor)
+    if len(places) > MOST_ALIKE:
+        places = np.flatnonzero(row > 1 / K)
+        if len(places) > MOST_ALIKE:
+            places = np.sort(places[np.argpartition(-row[places], MOST_ALIKE)[:MOST_ALIKE]])
+        floor = float(np.delete(row, places).mean())
+    return places.astype(np.int32), row[places] - floor, floor

@@ -1,0 +1,145 @@
+"""Probabilities of all states, summed over all paths: view by view, and in hindsight (card H4).
+
+Everything is kept as logarithms, since views can tell places apart by a factor of e^500 and more.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.inference.chain.chain import Observation
+
+BAND = 400.0
+"""States are moved together while they differ by less than e^400: far from the limits of a float, e^±708."""
+
+
+class Moves(Protocol):
+    """Linear moves of states (2, K) over a distance."""
+
+    def forward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Probabilities after the move."""
+
+    def backward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The transpose of ``forward``."""
+
+
+class StateSpace(Protocol):
+    """What is filtered on: a chain, or a network of paths."""
+
+    @property
+    def K(self) -> int:
+        """Number of places; there are 2 K states."""
+
+    def start(self) -> NDArray[np.float64]:
+        """Log-probability of each state at the first view, (2, K)."""
+
+    def transitions(self, distance: float) -> Moves:
+        """The moves over a travelled distance [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Posterior:
+    """Where the robot was at a view: the places (K,) and Lost_Places (K,), sum 1 over both.
+
+    ``log_evidence`` is log P(view | views before), on the scale of the observation's log-likelihoods.
+    """
+
+    places: NDArray[np.float64]
+    lost: NDArray[np.float64]
+    log_evidence: float
+
+
+class ForwardFilter:
+    """P(state | views up to now), from Lost_0 (3.9): the sum-product beside Viterbi's max-product, without a window."""
+
+    def __init__(self, chain: StateSpace) -> None:
+        self._chain = chain
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._log_states: NDArray[np.float64] | None = None
+
+    def update(self, observation: Observation) -> Posterior:
+        """Take the next view and answer from the views up to it."""
+        self._log_states, log_evidence = filtered(self._log_states, observation, self._chain)
+        return _posterior(self._log_states, log_evidence)
+
+
+def smooth(observations: Sequence[Observation], chain: StateSpace) -> list[Posterior]:
+    """P(state | all views of the drive) at each view, by the forward-backward recursion.
+
+    It holds all views' states at once, 16 K bytes a view.
+    """
+    forward: list[tuple[NDArray[np.float64], float]] = []
+    for observation in observations:
+        forward.append(filtered(forward[-1][0] if forward else None, observation, chain))
+    smoothed: list[Posterior] = []
+    later = np.zeros((2, chain.K))  # log P(later views | state), but for a factor
+    for t in reversed(range(len(observations))):
+        log_states, log_evidence = forward[t]
+        both = log_states + later
+        smoothed.append(_posterior(both - _log_sum(both), log_evidence))
+        if t:
+            later, _ = weighed(later, observations[t])
+            later = log_moved(chain.transitions(observations[t].distance).backward, later)
+    return smoothed[::-1]
+
+
+def filtered(
+    log_states: NDArray[np.float64] | None, observation: Observation, chain: StateSpace
+) -> tuple[NDArray[np.float64], float]:
+    """A step of the forward recursion: log P(state | views), (2, K), and log P(view | views before).
+
+    ``log_states`` are those at the view before; None: there was none.
+    """
+    if log_states is None:
+        return weighed(chain.start(), observation)
+    return weighed(log_moved(chain.transitions(observation.distance).forward, log_states), observation)
+
+
+def log_moved(
+    move: Callable[[NDArray[np.float64]], NDArray[np.float64]], log_states: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Log move(exp(log_states)), for a linear move of numbers ≥ 0 that never become much larger, (2, K).
+
+    Numbers too far apart for one floating-point exponent are moved in bands, the largest first, and added up as
+    logarithms. States that lie together, as nearly always, are one band.
+    """
+    moved, left = None, log_states
+    while (top := left.max()) > -np.inf:
+        with np.errstate(divide="ignore"):  # the logarithm of 0 is −∞, as it should be
+            band = top + np.log(move(_exp_within_band(left - top)))
+        moved = band if moved is None else np.logaddexp(moved, band)
+        left = np.where(left > top - BAND, -np.inf, left)
+    return np.full_like(log_states, -np.inf) if moved is None else moved
+
+
+def _exp_within_band(logs: NDArray[np.float64]) -> NDArray[np.float64]:
+    numbers: NDArray[np.float64] = np.exp(logs)
+    numbers[logs <= -BAND] = 0.0
+    return numbers
+
+
+def weighed(log_states: NDArray[np.float64], observation: Observation) -> tuple[NDArray[np.float64], float]:
+    """The states' logarithms under an observation, normalised, and the logarithm of what they summed to."""
+    joint = log_states.copy()
+    joint[0] += observation.places
+    joint[1] += observation.lost
+    log_sum = _log_sum(joint)
+    joint -= log_sum
+    return joint, log_sum
+
+
+def _log_sum(logs: NDArray[np.float64]) -> float:
+    """Log Σ exp(logs)."""
+    top = logs.max()
+    return float(top + np.log(np.exp(logs - top).sum()))
+
+
+def _posterior(log_states: NDArray[np.float64], log_evidence: float) -> Posterior:
+    places, lost = np.exp(log_states)
+    return Posterior(places, lost, log_evidence)

@@ -1,0 +1,100 @@
+"""Several paths as one chain: laid far behind each other, and linked where they run through the same places.
+
+The thesis removes a common stretch from one of two sequences and keeps each as a chain of its own (4.4.2). Here every
+path stays whole: a view of the removed stretch is a *link* to the place of the other sequence that it is the same as.
+A robot on the stretch may come off it along any of the paths that use it, whichever it came on.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.inference.chain.chain import Chain, ChainSettings, Transitions
+from refseq.inference.chain.motion import MotionSettings
+
+APART = 10_000.0
+"""How far behind each other paths are laid [m]: no window and no nearness reaches so far."""
+
+
+@dataclass(frozen=True)
+class Network:
+    """The chain over the positions of all paths, path after path.
+
+    ``paths`` are each path's distances [m] from its first position, rising; ``places`` (K,) says which place each
+    position is. Positions at the same place are linked: of a belief in one of them the share ``crossing`` is, at every
+    view, shared out evenly among them.
+    """
+
+    paths: tuple[NDArray[np.float64], ...]
+    places: NDArray[np.intp]
+    motion: MotionSettings
+    settings: ChainSettings
+    crossing: float = 0.5
+    _latest: "dict[float, LinkedTransitions]" = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @property
+    def K(self) -> int:
+        """Number of positions; there are 2 K states."""
+        return len(self.places)
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The chain without the links."""
+        ends = np.cumsum([len(path) for path in self.paths]) - 1
+        return Chain(laid_behind(self.paths), self.motion, self.settings, tuple(ends.tolist()))
+
+    @cached_property
+    def linked(self) -> NDArray[np.float64]:
+        """How many positions are at the same place as each, itself among them, (K,)."""
+        return np.bincount(self.places)[self.places].astype(float)
+
+    def start(self) -> NDArray[np.float64]:
+        """Log-probability of each state at the first view, (2, K): as many paths as use a place, it is but one."""
+        start = self.chain.start()
+        weights = 1 / self.linked
+        with np.errstate(divide="ignore"):
+            start[0] += np.log(weights * len(weights) / weights.sum())
+        return start
+
+    def transitions(self, distance: float) -> "LinkedTransitions":
+        """The moves over a travelled distance [m]; the last ones made are kept."""
+        if distance not in self._latest:
+            self._latest.clear()
+            self._latest[distance] = LinkedTransitions(self, self.chain.transitions(distance))
+        return self._latest[distance]
+
+
+class LinkedTransitions:
+    """The moves of the chain, and after them those between linked positions."""
+
+    def __init__(self, network: Network, moves: Transitions) -> None:
+        self._network, self._moves = network, moves
+
+    def forward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Σ_i p_i a_ij for every state j: probabilities after the move, with the same sum."""
+        moved = self._moves.forward(states)
+        moved[0] = self._crossed(moved[0])
+        return moved
+
+    def backward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Σ_j a_ij q_j for every state i: the transpose of ``forward``."""
+        return self._moves.backward(np.stack([self._crossed(states[0]), states[1]]))
+
+    def _crossed(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Its own transpose: what two linked positions give each other is alike."""
+        n = self._network
+        mean = np.bincount(n.places, positions)[n.places] / n.linked
+        crossed: NDArray[np.float64] = (1 - n.crossing) * positions + n.crossing * mean
+        return crossed
+
+
+def laid_behind(paths: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Distances of all paths' positions, each path ``APART`` [m] behind the last one."""
+    laid, start = [], 0.0
+    for path in paths:
+        laid.append(start + path - path[0])
+        start = laid[-1][-1] + APART
+    return np.concatenate(laid)

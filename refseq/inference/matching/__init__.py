@@ -1,0 +1,1 @@
+"""Matching one view with all places: incidence matrix, Bernoulli mixture, log-likelihood ratios."""

@@ -1,0 +1,140 @@
+"""How features show up: each at its own places with some chance, and anywhere with another (docs/best.md).
+
+A Bernoulli model of one extractor's features, whose rates are learnt from the reference drive itself. Feature i shows
+up in a view at place k with probability f_i + d s_ik (1 − f_i): by *false alarm* with f_i, how common it is in the
+drive; by *detection* with d s_ik, where s_ik is 1 at the places that showed it and falls off at the places beside them
+as fast as neighbouring reference views lose each other's features. What light leaves of the detections, d, is not known
+and is averaged over a few values, for every view anew.
+
+Nothing is kept but the rows themselves and a few numbers a place: what lies beside a row's places is found anew for
+the features of each view.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+
+from refseq.inference.matching.columns import Rows
+
+RATES = np.array([0.05, 0.2, 0.5, 0.9])
+"""Detection rates that are averaged over."""
+REACH = 3
+"""Places to both sides that may share a place's features."""
+PRIOR = 1.0
+"""Feature i's false alarm rate is (n_i + 1) / (K + 2): seen once and missed once more (Laplace's rule)."""
+LEAST = 0.01
+"""Places that share less than this of a place's features are not worth keeping."""
+PIECE = 1_000_000
+"""Entries of the rows that are looked at in one go."""
+
+
+class Detection:
+    """The model of one extractor's features: log-likelihood ratios of places against anywhere else."""
+
+    def __init__(self, rows: Rows) -> None:
+        self._rows, self._counts, self._K = rows, np.diff(rows.pointers), rows.K
+        self.fading = fading(rows)
+        self._L = int(np.count_nonzero(self.fading >= LEAST))
+        missable = np.zeros((self._L, rows.K))
+        for piece in rows.pieces(PIECE):
+            for level, beside in spread(piece, self._L):
+                missable[level] += np.bincount(beside.places, minlength=rows.K)
+        self._all_missed = missable.T @ np.log1p(-np.outer(self.fading[: self._L], RATES))  # (K, rates)
+
+    def log_ratios(
+        self, ids: NDArray[np.intp], held_out: bool = False, places: NDArray[np.intp] | slice = slice(None)
+    ) -> NDArray[np.float64]:
+        """Log P(view | place) / P(view | anywhere), (K,) or of ``places``, of a view that shows the features ``ids``.
+
+        With ``held_out`` the view is one of the reference's own and does not count as an example of what is common.
+        Ratios at places farther than ``REACH`` from it are then those of a drive without it, but for ``fading``, which
+        stays the whole drive's.
+        """
+        alarm = ((self._counts[ids] - held_out + PRIOR) / (self._K - held_out + 2 * PRIOR))[:, None, None]
+        rate = self.fading[: self._L, None] * RATES
+        gain = np.log1p(rate * (1 - alarm) / alarm) - np.log1p(-rate)  # (n, L, rates)
+        by_rate = self._all_missed.copy()
+        for level, beside in spread(self._rows.select(ids), self._L):
+            at = csc_array((np.ones(len(beside.places)), beside.places, beside.pointers), shape=(self._K, len(ids)))
+            by_rate += at @ gain[:, level]
+        return _log_mean(by_rate[places])
+
+
+def _log_mean(logs: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithm of the mean over the rates, (K, rates) to (K,)."""
+    by_rate = np.ascontiguousarray(logs.T)  # sums along places are much faster
+    top = by_rate.max(axis=0)
+    mean: NDArray[np.float64] = top + np.log(np.exp(by_rate - top).mean(axis=0))
+    return mean
+
+
+def fading(rows: Rows) -> NDArray[np.float64]:
+    """How much of a place's features the places 0 to ``REACH`` away still show, (REACH + 1,), the first 1, falling.
+
+    Shares that neighbours have in common by chance, as places farther apart have, are taken off. Where no more than
+    that is left, nothing fades: a ratio of two such rests would be any number. What two views at the very same place
+    have in common no drive tells; it is carried on from one and two places away, as for a share that falls by the same
+    factor.
+    """
+    K = rows.K
+    pairs, chances = np.zeros(REACH), np.zeros(REACH)
+    for piece in rows.pieces(PIECE):
+        pairs += pairs_apart(piece)
+        chances += [np.count_nonzero(piece.places + away < K) for away in range(1, REACH + 1)]
+    chances = np.maximum(chances, 1.0)
+    by_chance = _shared_afar(rows, int(pairs.sum()))
+    excess = pairs / chances - by_chance
+    share = np.clip(excess / max(1 - by_chance, LEAST), 0.0, 1.0)
+    standard_error = np.sqrt(by_chance * (1 - by_chance) / chances[0])
+    if excess[0] <= 2 * standard_error or share[0] < LEAST:
+        return np.append(1.0, np.zeros(REACH))
+    same = min(1.0, max(share[0] ** 2 / share[1], share[0])) if share[1] > 0 else 1.0
+    return np.minimum.accumulate(np.concatenate([[1.0], share / same]))
+
+
+def _shared_afar(rows: Rows, pairs_near: int) -> float:
+    """Share of a place's features that one more than ``REACH`` away has too; ``pairs_near`` of all pairs are nearer."""
+    counts = np.diff(rows.pointers)
+    pairs = int((counts**2).sum() - counts.sum()) - 2 * pairs_near
+    places = np.arange(rows.K)
+    far = np.maximum(places - REACH, 0) + np.maximum(rows.K - 1 - REACH - places, 0)
+    return pairs / max(int(far @ np.bincount(rows.places, minlength=rows.K)), 1)
+
+
+def pairs_apart(rows: Rows) -> NDArray[np.float64]:
+    """How often a row has two places 1, 2, … ``REACH`` apart, (REACH,)."""
+    # Rows are laid one behind the other, farther apart than that.
+    laid = rows.numbers() * (rows.K + REACH) + rows.places
+    pairs = np.zeros(REACH)
+    for step in range(1, REACH + 1):  # places are distinct: two that are 3 apart have at most 2 between them
+        apart = laid[step:] - laid[:-step]
+        pairs += np.bincount(apart[apart <= REACH], minlength=REACH + 1)[1:]
+    return pairs
+
+
+def spread(rows: Rows, levels: int) -> Iterator[tuple[int, Rows]]:
+    """The places that are 0, 1, … ``levels`` − 1 away from the nearest one of their row, each once, with that level.
+
+    There are several such pieces a level. A place amid two of its row's is the earlier one's neighbour.
+    """
+    yield 0, rows
+    if levels < 2:
+        return
+    none = np.int32(2 * rows.K)
+    gap = np.full(len(rows.places) + 1, none)  # from the place before; there is none before a row's first
+    np.subtract(rows.places[1:], rows.places[:-1], out=gap[1:-1])
+    gap[rows.pointers] = none
+    # The farther away, the fewer entries have room beside them: each level looks at those of the last alone.
+    ahead, behind = np.flatnonzero(gap[1:] >= 2), np.flatnonzero(gap[:-1] > 2)
+    for level in range(1, levels):
+        ahead = ahead[(gap[ahead + 1] >= 2 * level) & (rows.places[ahead] < rows.K - level)]
+        behind = behind[(gap[behind] > 2 * level) & (rows.places[behind] >= level)]
+        yield level, _moved(rows, ahead, level)
+        yield level, _moved(rows, behind, -level)
+
+
+def _moved(rows: Rows, entries: NDArray[np.intp], by: int) -> Rows:
+    """Some entries of the rows, in rising order, moved along the path."""
+    return Rows(np.searchsorted(entries, rows.pointers), rows.places[entries] + np.int32(by), rows.K)

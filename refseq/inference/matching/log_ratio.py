@@ -1,0 +1,117 @@
+"""What a view says for each place against being elsewhere, on a scale that can be trusted (docs/best.md).
+
+Features are not independent: a door seen again brings a hundred words that agree with each other. The model of
+``detection`` counts each of them, so its ratios are far too sure. They are therefore read as scores only. How
+surprising a score is, the reference drive tells: its own views, each against the places far from it, show what a place
+looks like that is not the one. The share p of such scores that are as high is a p-value, and a p-value becomes evidence
+by a calibrator, a function that averages 1 when p is uniform (V. Vovk and R. Wang, "E-values", Annals of Statistics 49,
+2021). So a view like those brings evidence above x for a place that is not the one in no more than 1 of x cases.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.inference.matching.detection import REACH, Detection
+from refseq.inference.matching.incidence import IncidenceMatrix
+
+
+@dataclass(frozen=True, slots=True)
+class EvidenceSettings:
+    """``blind`` is the chance that a view tells nothing of its place: something covers it, lamps are off, it changed.
+
+    Reference views are compared with places at least ``apart`` [m] away, ``views`` of them at most, spread evenly, for
+    a sample of ``scores`` at most.
+    """
+
+    blind: float = 0.2
+    apart: float = 4.0
+    views: int = 400
+    scores: int = 200_000
+
+    def __post_init__(self) -> None:
+        """Raise ``ValueError`` for what is no chance to be blind."""
+        if not 0 <= self.blind < 1:
+            raise ValueError(f"evidence.blind is {self.blind}; valid is at least 0 and less than 1")
+
+
+class Calibration:
+    """Scores to evidence, by the scores of places that are not it."""
+
+    def __init__(self, elsewhere: NDArray[np.float64]) -> None:
+        self._elsewhere = np.sort(elsewhere)
+
+    def p_values(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Share of the places elsewhere that score as high, the place itself counted among them."""
+        n = len(self._elsewhere)
+        order = np.argsort(scores)  # many numbers are found much faster one after the other
+        as_high = np.empty(len(scores), np.intp)
+        as_high[order] = n - np.searchsorted(self._elsewhere, scores[order], side="left")
+        p: NDArray[np.float64] = (as_high + 1) / (n + 1)
+        return p
+
+    def log_evidence(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Logarithm of the evidence that scores are for their places."""
+        return log_calibrated(self.p_values(scores))
+
+
+def log_calibrated(p: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Logarithm of (1 − p + p ln p) / (p ln² p), the mean of all calibrators κ p^(κ − 1), 0 < κ < 1."""
+    log_p = np.log(np.minimum(p, 1 - 1e-4))  # its limit at 1 is a half; nearer, differences of small numbers
+    p = np.exp(log_p)
+    calibrated: NDArray[np.float64] = np.log((1 - p + p * log_p) / (p * log_p**2))
+    return calibrated
+
+
+class Evidence:
+    """The evidence of a reference sequence's features, block by block."""
+
+    def __init__(self, matrix: IncidenceMatrix, along: NDArray[np.float64], settings: EvidenceSettings) -> None:
+        self._K, self._blind = matrix.K, settings.blind
+        chosen = np.unique(np.linspace(0, matrix.K - 1, min(matrix.K, int(settings.views))).round().astype(int))
+        columns = matrix.columns_of(chosen)
+        self._blocks: dict[str, tuple[Detection, Calibration]] = {}
+        for key, block in matrix.blocks.items():
+            model = Detection(matrix.block(key))
+            views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
+            self._blocks[key] = model, Calibration(_elsewhere(model, views, along, settings))
+
+    def log_evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
+        """Logarithm of the evidence for each place against elsewhere, (K,); ``observed`` has the ids seen by block.
+
+        Blocks are taken as independent. One that is not observed, its sensor being away, says nothing. The mean of
+        their evidence and of 1, what a view brings that may be of any place, is evidence too: no place falls below
+        ``blind``.
+        """
+        total = np.zeros(self._K)
+        for key, ids in observed.items():
+            model, calibration = self._blocks[key]
+            total += calibration.log_evidence(model.log_ratios(ids))
+        if not self._blind:
+            return total
+        mixed: NDArray[np.float64] = np.logaddexp(np.log(self._blind), np.log1p(-self._blind) + total)
+        return mixed
+
+
+def _within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:
+    """A place's features of one block, numbered from the block's start."""
+    low, high = np.searchsorted(column, [block.start, block.stop])
+    return column[low:high] - block.start
+
+
+def _elsewhere(
+    model: Detection,
+    views: list[tuple[int, NDArray[np.intp]]],
+    along: NDArray[np.float64],
+    settings: EvidenceSettings,
+) -> NDArray[np.float64]:
+    """Scores of reference views at places far from them, those of views that show nothing among them."""
+    kept = max(1, int(settings.scores) // max(len(views), 1))
+    scores = []
+    for k, ids in views:
+        far = np.flatnonzero((np.abs(along - along[k]) > settings.apart) & (np.abs(np.arange(len(along)) - k) > REACH))
+        if len(far):
+            scores.append(model.log_ratios(ids, held_out=True, places=far[:: -(-len(far) // kept)]))
+    return np.concatenate(scores) if scores else np.zeros(0)

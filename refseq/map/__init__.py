@@ -1,0 +1,1 @@
+"""The map: what is learnt from drives, saved, and localised in."""

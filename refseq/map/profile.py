@@ -1,0 +1,125 @@
+"""All parameters of the localiser in one place; a map carries the profile that it was learnt with."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Any, Self, get_type_hints
+
+from refseq.errors import MapError
+from refseq.features.dense import DenseSettings
+from refseq.features.doors import DoorSettings
+from refseq.features.hu import HuSettings
+from refseq.features.sectors import SectorSettings
+from refseq.features.sift import SiftSettings
+from refseq.features.walls import WallSettings
+from refseq.inference.chain.chain import ChainSettings
+from refseq.inference.chain.motion import MotionSettings
+from refseq.inference.matching.log_ratio import EvidenceSettings
+from refseq.inference.matching.mixture import MixtureSettings
+
+
+class Matching(StrEnum):
+    """How a view is compared with the places."""
+
+    MIXTURE = "mixture"
+    EVIDENCE = "evidence"
+
+
+class Decoder(StrEnum):
+    """How the chain answers."""
+
+    VITERBI = "viterbi"
+    FORWARD = "forward"
+
+
+@dataclass(frozen=True, slots=True)
+class MethodSettings:
+    """Which of the methods there are is used: the thesis' are the mixture, and Viterbi over a sliding window."""
+
+    matching: Matching = Matching.MIXTURE
+    decoding: Decoder = Decoder.VITERBI
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The defaults are the thesis' values where it gives any; each part says which are choices.
+
+    ``features`` are what is learnt where nothing else is asked for, names of ``refseq.features.FEATURES``.
+    """
+
+    features: tuple[str, ...] = ("sift", "walls", "doors", "boundary", "hu")
+    method: MethodSettings = field(default_factory=MethodSettings)
+    sift: SiftSettings = field(default_factory=SiftSettings)
+    dense: DenseSettings = field(default_factory=DenseSettings)
+    walls: WallSettings = field(default_factory=WallSettings)
+    doors: DoorSettings = field(default_factory=DoorSettings)
+    hu: HuSettings = field(default_factory=HuSettings)
+    sectors: SectorSettings = field(default_factory=SectorSettings)
+    mixture: MixtureSettings = field(default_factory=MixtureSettings)
+    evidence: EvidenceSettings = field(default_factory=EvidenceSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    chain: ChainSettings = field(default_factory=ChainSettings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, words and truth values, for a map's header."""
+        return asdict(self) | {"features": list(self.features)}
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+        """The inverse of ``to_dict``; ``ValueError`` for a part or parameter that is missing, unknown or not valid."""
+        features = content.get("features")
+        if not isinstance(features, list) or not all(isinstance(name, str) for name in features):
+            raise ValueError(f"profile.features is {features!r:.60}; valid is a list of names")
+        parts = {part.name: _part(part.name, part.default_factory, content) for part in fields(cls)[1:]}
+        return cls(features=tuple(features), **parts)
+
+
+THESIS = Profile()
+"""The thesis' localiser, with its values."""
+
+BEST = Profile(
+    features=("sift", "dense", "walls", "doors", "boundary", "sectors"),
+    method=MethodSettings(Matching.EVIDENCE, Decoder.FORWARD),
+    sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, halved=True, root=True),
+    motion=MotionSettings(slack=0.1, drift=0.1, thin=0.02, spread=True),
+    chain=ChainSettings(
+        lost_per_metre=0.01, leaves_at_end=True, stay_lost=0.92, lost_at_start=0.1, restart=0.3, near=5.0
+    ),
+)
+"""Ours: every value was chosen on the world ``annex`` and on a real recording, see docs/best.md."""
+
+PROFILES: Mapping[str, Profile] = MappingProxyType({"thesis": THESIS, "best": BEST})
+"""The named profiles."""
+
+
+def profile_named(name: str) -> Profile:
+    """One of ``PROFILES``; ``MapError`` for another name."""
+    if name not in PROFILES:
+        raise MapError(f"profile {name!r} is unknown; valid are {', '.join(PROFILES)}")
+    return PROFILES[name]
+
+
+def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
+    values = content.get(name)
+    types = get_type_hints(kind)
+    if not isinstance(values, dict) or set(values) != set(types):
+        raise ValueError(f"profile.{name} is {values!r:.60}; valid is a table of {', '.join(sorted(types))}")
+    return kind(**{key: _value(f"profile.{name}.{key}", value, types[key]) for key, value in values.items()})
+
+
+def _value(where: str, value: object, kind: type) -> object:
+    """A parameter as its dataclass has it: a choice, yes or no, or a number."""
+    if issubclass(kind, StrEnum):
+        if value not in list(kind):  # not in a set: a list in a damaged file has no hash
+            raise ValueError(f"{where} is {value!r:.60}; valid are {', '.join(kind)}")
+        return kind(str(value))
+    valid = {bool: "true or false", int: "a whole number"}.get(kind, "a number")
+    if isinstance(value, bool) or kind is bool:
+        right = isinstance(value, bool) and kind is bool
+    else:
+        right = isinstance(value, int if kind is int else int | float) and math.isfinite(value)
+    if not right:
+        raise ValueError(f"{where} is {value!r:.60}; valid is {valid}")
+    return value

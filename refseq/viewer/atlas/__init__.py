@@ -1,0 +1,1 @@
+"""The atlas tab, a file a panel."""

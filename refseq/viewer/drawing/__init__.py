@@ -1,0 +1,1 @@
+"""Pictures, colours and points of the plane that several tabs draw with."""

@@ -1,0 +1,51 @@
+"""Which keys of a picture are words that the map has seen at a place: what makes the robot believe that it is there."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.features import SiftWords
+from refseq.map.sequence import ReferenceSequence
+from refseq.view import View
+from refseq.viewer.places import Places
+
+
+class Marked(NamedTuple):
+    """Points of a picture [pixels]: ``matched`` (m, 2) are words of the place, ``unmatched`` (n, 2) are not."""
+
+    matched: NDArray[np.float32]
+    unmatched: NDArray[np.float32]
+
+
+@dataclass
+class Keypoints:
+    """SIFT keys of pictures, told apart by the words of a place."""
+
+    places: Places
+    _columns: dict[int, list[NDArray[np.intp]]] = field(default_factory=dict)
+
+    def cameras(self) -> frozenset[str]:
+        """Cameras whose words the map knows."""
+        return frozenset(e.sensor for s in self.places.sequences for e in s.extractors if isinstance(e, SiftWords))
+
+    def marked(self, view: View, camera: str, place: int) -> Marked | None:
+        """The keys of a view's picture, by the words of ``place``; ``None`` without picture or words.
+
+        If the map's own extractor has just looked at this very picture, as when a localiser of this map is at work,
+        its keys are used and not found again.
+        """
+        sequence, number = self.places.held(place)
+        key, image = f"sift/{camera}", view.images.get(camera)
+        words = next((e for e in sequence.extractors if e.key == key), None)
+        if image is None or not isinstance(words, SiftWords):
+            return None
+        points, descriptors = words.drawn(image)
+        block = sequence.matrix.blocks[key]
+        there = np.isin(words.vocabulary.find(descriptors) + block.start, self._words(sequence)[number])
+        return Marked(points[there], points[~there])
+
+    def _words(self, sequence: ReferenceSequence) -> list[NDArray[np.intp]]:
+        """Features of each place of a sequence, unpacked when one is first asked for."""
+        return self._columns.setdefault(id(sequence), sequence.matrix.columns())

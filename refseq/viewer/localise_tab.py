@@ -1,0 +1,180 @@
+"""The thesis' localisation form: what the robot sees, where it is, where it believes it is, and why."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from refseq.belief import Belief, Stage
+from refseq.errors import RefseqError
+from refseq.view import View
+from refseq.viewer.belief_log import Layer
+from refseq.viewer.drawing.history import HEIGHT, WIDTH
+from refseq.viewer.drawing.keypoints import Keypoints
+from refseq.viewer.live_logger import Watch
+from refseq.viewer.scene import Scene, scene_of
+
+Answers = Mapping[str, Sequence[Belief]]
+"""Beliefs by method: a ``Stage``, which is a word, or any other name."""
+
+
+@dataclass(frozen=True)
+class LocaliseTab:
+    """A drive, and what one or several localisers answered to it; without any it shows the drive alone.
+
+    ``views`` are gone through twice and need not be in memory at once: whatever can be iterated again will do.
+    ``answers`` are those of each layer by its name, as many as there are views. Raises ``RefseqError`` where they do
+    not fit.
+    """
+
+    views: Iterable[View]
+    layers: Sequence[Layer] = ()
+    answers: Mapping[str, Answers] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for layer in self.layers:
+            for method, beliefs in self.answers[layer.name].items():
+                _check(layer, method, beliefs, self.scene.count or 0)
+
+    @property
+    def name(self) -> str:
+        """What stands on the tab."""
+        return "Localise" if self.layers else "Drive"
+
+    @cached_property
+    def scene(self) -> Scene:
+        """What there is to see."""
+        return scene_of(self.views, self.layers)
+
+    def layout(self) -> rrb.Container:
+        """Panels of the tab."""
+        return localise_layout(self.scene, self.layers)
+
+    def send(self, stream: rr.RecordingStream) -> None:
+        """Log view by view."""
+        self._send(Watch(stream, self.layers, framed=self.scene.framed, expect=self.scene.count), self.layers)
+
+    def send_drive(self, stream: rr.RecordingStream) -> None:
+        """Log the drive alone, without any answer to it."""
+        self._send(Watch(stream, framed=self.scene.framed), ())
+
+    def send_layer(self, stream: rr.RecordingStream, layer: Layer) -> None:
+        """Log what one localiser answers, without the drive."""
+        self._send(Watch(stream, [layer], drive=False, expect=self.scene.count), [layer])
+
+    def _send(self, watch: Watch, layers: Sequence[Layer]) -> None:
+        for number, view in enumerate(self.views):
+            asked = {layer.name: self.answers[layer.name] for layer in layers}
+            watch.update(view, {name: {m: b[number] for m, b in methods.items()} for name, methods in asked.items()})
+
+
+def _check(layer: Layer, method: str, beliefs: Sequence[Belief], count: int) -> None:
+    """Raise ``RefseqError`` for answers that do not fit the views or the places."""
+    places = len(layer.places)
+    sizes = {len(belief.places) for belief in beliefs} | {places}
+    if len(beliefs) != count or len(sizes) != 1:
+        kind = "stage" if method in set(Stage) else "method"
+        raise RefseqError(
+            f"{kind} {str(method)!r}: {len(beliefs)} answers over {sorted(sizes)} places; valid is one answer for each "
+            f"of {count} views over {places} places"
+        )
+
+
+# --- layout ---
+
+
+def localise_layout(scene: Scene, layers: Sequence[Layer]) -> rrb.Container:
+    """Cameras and laser on top, the plan as a strip, beliefs below; a plan that is no strip goes on top."""
+    plan = list(_plan(scene, layers))
+    wide = scene.extent is not None and scene.extent.wide
+    top = [*_cameras(scene, layers), *_laser(scene), *([] if wide else plan)]
+    rows: list[tuple[rrb.Container | rrb.View, float]] = []
+    if top:
+        rows.append((rrb.Horizontal(*top), 2.6))
+    if wide:
+        rows += [(view, 1.2) for view in plan]
+    if layers:
+        rows.append((_beliefs(layers), 3.6))
+    return rrb.Vertical(*(row for row, _ in rows), row_shares=[share for _, share in rows])
+
+
+def _cameras(scene: Scene, layers: Sequence[Layer]) -> Iterator[rrb.View]:
+    """Each camera with its keys, and beside it the picture of the place that each localiser believes in."""
+    first = layers[0] if layers else None
+    for camera in scene.cameras:
+        marked = first is not None and camera in Keypoints(first.places).cameras()
+        keys = [f"{first.path('keys', camera)}/**"] if first and marked else []
+        bounds = _frame(scene, camera)
+        yield rrb.Spatial2DView(
+            origin=f"now/{camera}", contents=["$origin/**", *keys], name=f"{camera} now", visual_bounds=bounds
+        )
+        for layer in layers:
+            if any(camera in view.images for view in layer.places.views):
+                name = f"{layer.name}: {camera}" if len(layers) > 1 else f"{camera} believed"
+                yield rrb.Spatial2DView(origin=layer.path("place", camera), name=name, visual_bounds=bounds)
+
+
+def _frame(scene: Scene, camera: str) -> rrb.VisualBounds2D | None:
+    """The whole picture, and no more, where its size is known."""
+    size = scene.sizes.get(camera)
+    return rrb.VisualBounds2D(x_range=[0, size[0]], y_range=[0, size[1]]) if size else None
+
+
+def _laser(scene: Scene) -> Iterator[rrb.View]:
+    """The scan as the robot sees it."""
+    if scene.laser:
+        reach = scene.reach
+        bounds = rrb.VisualBounds2D(x_range=[-reach * 0.7, reach * 0.7], y_range=[-reach, reach * 0.15])
+        yield rrb.Spatial2DView(origin="laser", name="laser: walls, doors", visual_bounds=bounds)
+
+
+def _plan(scene: Scene, layers: Sequence[Layer]) -> Iterator[rrb.View]:
+    """The plan, as wide as the path; of several localisers the first shows its places, all show where they believe."""
+    if scene.extent is None:
+        return
+    (west, south), (east, north) = scene.extent.low, scene.extent.high
+    bounds = rrb.VisualBounds2D(x_range=[west, east], y_range=[-north, -south])
+    hidden = [f"- {layer.path('plan', 'places')}" for layer in layers[1:]]
+    believed = "rings" if len(layers) > 1 else "orange"
+    name = f"plan [m]: blue where it is, {believed} where it believes it is" if layers else "plan [m]"
+    yield rrb.Spatial2DView(origin="plan", contents=["$origin/**", *hidden], name=name, visual_bounds=bounds)
+
+
+def _beliefs(layers: Sequence[Layer]) -> rrb.Container:
+    """A row for each localiser, its methods side by side; P(lost) and entropy beside all."""
+    rows = [
+        rrb.Horizontal(*(_posterior(layer, method, len(layers) > 1) for method in layer.methods)) for layer in layers
+    ]
+    columns = max(len(layer.methods) for layer in layers)
+    lines = rrb.Vertical(_lines("lost", layers), _lines("entropy", layers))
+    return rrb.Horizontal(rrb.Vertical(*rows), lines, column_shares=[columns, 1.2])
+
+
+def _posterior(layer: Layer, method: str, several: bool) -> rrb.Container | rrb.View:
+    """All beliefs so far, and below them the belief of now, for which several localisers leave no room."""
+    bounds = rrb.VisualBounds2D(x_range=[0, WIDTH], y_range=[0, HEIGHT])
+    history = rrb.Spatial2DView(
+        origin=layer.path("history", method), name=f"{layer.label(method)}: place ↑ view →", visual_bounds=bounds
+    )
+    if several:
+        return history
+    bars = rrb.BarChartView(
+        origin=layer.path("posterior", method), name="P(place) now", plot_legend=rrb.PlotLegend(visible=False)
+    )
+    return rrb.Vertical(history, bars, row_shares=[2.2, 1.0])
+
+
+def _lines(group: str, layers: Sequence[Layer]) -> rrb.View:
+    """Lines of all methods; of several localisers only of the method that each of them is shown by."""
+    several = len(layers) > 1
+    contents = [layer.path(f"/{group}", layer.foremost) for layer in layers] if several else ["$origin/**"]
+    lost = group == "lost"
+    return rrb.TimeSeriesView(
+        origin=group,
+        contents=contents,
+        name="P(lost)" if lost else "entropy [nats]",
+        axis_y=rrb.ScalarAxis(range=(-0.03, 1.03), zoom_lock=True) if lost else None,
+        plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop) if lost else rrb.PlotLegend(visible=False),
+    )

@@ -1,0 +1,1 @@
+"""The mission tab and what is kept of a mission for it."""

@@ -1,0 +1,160 @@
+"""What is kept of a mission to be seen afterwards: how it stood from moment to moment, its views, its log."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import rerun as rr
+from numpy.typing import NDArray
+
+from refseq.belief import Belief, Localiser
+from refseq.missions import Executor, Plan, Status
+from refseq.missions.executor import Entry
+from refseq.view import Pose, View
+from refseq.viewer.drawing.pictures import frame
+
+EVERY = 0.2
+"""How a mission stands is noted so often [s], and whenever something changes: a choice."""
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """How a mission stood at a ``time`` [s], when the odometer had gone ``travelled`` [m].
+
+    ``truth`` is where the robot truly was, ``along`` where it believed itself to be [m along its way]. The order in
+    force is the one with this number; ``doing`` is the behaviour that ran, empty when the robot stood, and ``tasks``
+    are those that it still had to do there.
+    """
+
+    time: float
+    travelled: float
+    truth: Pose | None
+    along: float
+    status: Status
+    order: int
+    doing: str
+    tasks: tuple[str, ...]
+
+    @classmethod
+    def of(cls, executor: Executor, truth: Pose | None) -> "Instant":
+        """As the executor has it."""
+        doing = executor.do.behaviour if executor.status is Status.RUNNING else ""
+        return cls(
+            time=executor.time,
+            travelled=executor.travelled,
+            truth=truth,
+            along=executor.along,
+            status=executor.status,
+            order=executor.number,
+            doing=doing,
+            tasks=tuple(map(str, executor.tasks)),
+        )
+
+    def unlike(self, other: "Instant") -> bool:
+        """Whether something else was done."""
+        ours, its = ((one.status, one.order, one.doing, one.tasks) for one in (self, other))
+        return ours != its
+
+
+@dataclass(frozen=True)
+class Glance:
+    """A view on the way, without its images, what was believed of it, and its ``frames``, by camera."""
+
+    instant: Instant
+    view: View
+    belief: Belief
+    frames: Mapping[str, rr.EncodedImage]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the log, how far the odometer had gone by then [m], and the number of the last view, None without."""
+
+    entry: Entry
+    travelled: float
+    view: int | None
+
+
+@dataclass(frozen=True)
+class MissionRecord:
+    """A mission that was run.
+
+    ``places`` (n, 2) are the true positions of the places of the plan's way [m], or nothing where nobody knows them;
+    ``outline`` are walls and the like, lines (m, 2) [m].
+    """
+
+    plan: Plan
+    instants: Sequence[Instant]
+    glances: Sequence[Glance]
+    log: Sequence[Line]
+    places: NDArray[np.float64]
+    outline: Sequence[NDArray[np.float64]] = ()
+
+
+class Recorder:
+    """Keeps what a mission shows: the ``localiser`` that it is given is heard, and ``note`` is called every period.
+
+    Of images only the small files are kept that are to be shown.
+    """
+
+    def __init__(self) -> None:
+        self._instants: list[Instant] = []
+        self._glances: list[Glance] = []
+        self._log: list[Line] = []
+        self._seen: list[tuple[View, Belief, dict[str, rr.EncodedImage]]] = []
+        self._began: float | None = None
+        self._executor: Executor | None = None
+
+    def heard(self, localiser: Localiser) -> Localiser:
+        """The localiser, of which each answer is heard."""
+        return _Heard(localiser, self)
+
+    def saw(self, view: View, belief: Belief) -> None:
+        """A view was taken, and this is believed of it."""
+        frames = {name: made for name in view.images if isinstance(made := frame(view, name), rr.EncodedImage)}
+        self._seen.append((replace(view, images={}), belief, frames))
+
+    def note(self, executor: Executor, truth: Pose | None) -> None:
+        """A period has gone by; the robot truly is there."""
+        self._executor, now = executor, Instant.of(executor, truth)
+        if not self._instants or now.time - self._instants[-1].time >= EVERY or now.unlike(self._instants[-1]):
+            self._instants.append(now)
+        for view, belief, frames in self._seen:
+            # The first view is taken before anything moves, when the mission's clock begins.
+            self._began = view.time if self._began is None else self._began
+            self._glances.append(Glance(replace(now, time=view.time - self._began), view, belief, frames))
+        self._seen.clear()
+        self._hear(executor)
+
+    def record(
+        self, plan: Plan, places: NDArray[np.float64], outline: Sequence[NDArray[np.float64]] = ()
+    ) -> MissionRecord:
+        """All of it. What the log was told after the last period, when it was aborted, is its end."""
+        if self._executor is not None and self._instants:
+            last = Instant.of(self._executor, self._instants[-1].truth)
+            if last.unlike(self._instants[-1]):
+                self._instants.append(last)
+            self._hear(self._executor)
+        return MissionRecord(plan, tuple(self._instants), tuple(self._glances), tuple(self._log), places, outline)
+
+    def _hear(self, executor: Executor) -> None:
+        view = len(self._glances) - 1 if self._glances else None
+        new = executor.log[len(self._log) :]
+        self._log += [Line(entry, executor.travelled, view) for entry in new]
+
+
+class _Heard:
+    """A localiser whose answers somebody hears."""
+
+    def __init__(self, inner: Localiser, recorder: Recorder) -> None:
+        self._inner, self._recorder = inner, recorder
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._inner.reset()
+
+    def update(self, view: View) -> Belief:
+        """Take the next view and answer."""
+        belief = self._inner.update(view)
+        self._recorder.saw(view, belief)
+        return belief

@@ -1,0 +1,219 @@
+"""Where a recording goes but into a file: to a viewer of its own, to one that runs elsewhere, or to a browser.
+
+Rerun itself connects without saying whether anybody is there, listens on every network, and drops what it could not
+send: all that is looked at here, and told in one line as a ``RefseqError``.
+"""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
+from urllib.parse import quote, urlsplit
+
+import rerun as rr
+
+from refseq.errors import RefseqError
+from refseq.viewer.recording import BATCH, new_stream
+
+LOOPBACK = "127.0.0.1"
+MEMORY = "50%"
+"""What a viewer or server takes of the machine's memory before it drops the oldest."""
+START = 30.0
+"""Seconds that a viewer may take to start."""
+ANSWER = 5.0
+"""Seconds in which a viewer elsewhere answers, and in which it takes the last of what was sent."""
+FLUSH = 60.0
+"""Seconds in which a viewer takes all that is under way."""
+PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, 4, 0, 0, 0, 0, 0])
+"""How HTTP/2, which gRPC runs over, begins: a fixed text, and empty settings (RFC 9113, 3.4)."""
+SETTINGS = 4
+
+
+@contextmanager
+def connected(url: str, recording: str, batches: rr.ChunkBatcherConfig = BATCH) -> Iterator[rr.RecordingStream]:
+    """A stream to a viewer that runs already, as ``rerun+http://host:port/proxy``.
+
+    Raises ``RefseqError`` for an address that is none, when nobody answers there, and at the end when the viewer went
+    away before it had all. A viewer that goes away never stops the block itself: what it logs is dropped.
+    """
+    check_answers(url)
+    stream = new_stream(recording, batches)
+    try:
+        _connect(stream, url)
+        yield stream
+        if reason := gone(stream, FLUSH):
+            raise RefseqError(f"viewer {url}: went away before it had all of {recording!r}: {reason}")
+    finally:
+        with suppress(RuntimeError):  # what could not be sent was told of above
+            stream.disconnect()
+
+
+def _connect(stream: rr.RecordingStream, url: str) -> None:
+    try:
+        stream.connect_grpc(url)
+    except RuntimeError as error:
+        raise RefseqError(f"viewer {url}: {error}") from error
+
+
+def gone(stream: rr.RecordingStream, patience: float = 1.0) -> str | None:
+    """Why the viewer does not take what is sent, within so many seconds; ``None`` while it does."""
+    try:
+        stream.flush(timeout_sec=patience)
+    except (RuntimeError, ValueError) as error:
+        return str(error).partition(", uri")[0]
+    return None
+
+
+@contextmanager
+def spawned(
+    recording: str, memory: str = MEMORY, batches: rr.ChunkBatcherConfig = BATCH
+) -> Iterator[rr.RecordingStream]:
+    """A stream to a viewer that is started for it and stays open. Raises ``RefseqError`` without a display."""
+    check_display()
+    port = free_port()
+    process = _start("--bind", LOOPBACK, "--port", str(port), "--memory-limit", memory, "--expect-data-soon")
+    try:
+        _wait(process, port)
+        with connected(_address(port), recording, batches) as stream:
+            yield stream
+    except RefseqError as error:
+        raise (_ended(process, recording) or error) from error
+    if ended := _ended(process, recording):  # it listens before it opens its window, and may fail to
+        raise ended
+
+
+@contextmanager
+def served(
+    port: int, recording: str, memory: str = MEMORY, batches: rr.ChunkBatcherConfig = BATCH
+) -> Iterator[tuple[rr.RecordingStream, str]]:
+    """A stream to a server for browsers on this machine alone, and the page to open; it ends with the block.
+
+    Raises ``RefseqError`` for a port that is taken.
+    """
+    check_free(port)
+    inner = free_port()
+    process = _start(
+        *("--serve-web", "--bind", LOOPBACK, "--port", str(inner), "--web-viewer-port", str(port)),
+        *("--server-memory-limit", memory),
+    )
+    try:
+        _wait(process, inner)
+        _wait(process, port)
+        with connected(_address(inner), recording, batches) as stream:
+            yield stream, f"http://{LOOPBACK}:{port}/?url={quote(_address(inner), safe='')}"
+    except RefseqError as error:
+        raise (_ended(process, recording) or error) from error
+    finally:
+        _stop(process)
+
+
+def _address(port: int) -> str:
+    return f"rerun+http://{LOOPBACK}:{port}/proxy"
+
+
+# --- ports ---
+
+
+def free_port() -> int:
+    """A port of this machine that nobody listens at."""
+    with closing(socket.socket()) as found:
+        found.bind((LOOPBACK, 0))
+        return int(found.getsockname()[1])
+
+
+def check_free(port: int) -> None:
+    """Raise ``RefseqError`` when somebody listens at a port of this machine already, or it is not ours to take."""
+    with closing(socket.socket()) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # one that was served from a minute ago is free
+        try:
+            probe.bind((LOOPBACK, port))
+        except (OSError, OverflowError) as error:
+            reason = error.strerror if isinstance(error, OSError) else str(error)
+            raise RefseqError(f"port {port} cannot be served from: {reason}; valid is a free port") from error
+
+
+def check_answers(url: str) -> None:
+    """Raise ``RefseqError`` unless something that speaks gRPC answers at a viewer's address."""
+    parts = urlsplit(url)
+    try:
+        port = parts.port
+    except ValueError:
+        port = None
+    if parts.scheme not in ("rerun", "rerun+http", "rerun+https") or not parts.hostname or parts.path != "/proxy":
+        raise RefseqError(f"viewer {url!r}: is no viewer's address; valid is rerun+http://HOST:PORT/proxy")
+    if port is None:
+        raise RefseqError(f"viewer {url!r}: has no port from 1 to 65535; valid is rerun+http://HOST:PORT/proxy")
+    try:
+        with socket.create_connection((parts.hostname, port), timeout=ANSWER) as probe:
+            if parts.scheme == "rerun+http":
+                probe.sendall(PREFACE)
+                speaks = probe.recv(9)[3:4] == bytes([SETTINGS])
+            else:
+                speaks = True  # behind encryption it cannot be asked without a library
+    except OSError as error:
+        raise RefseqError(
+            f"viewer {url}: nobody answers ({error.strerror or error}); start one there with 'rerun', "
+            "and see that its port is open to this machine"
+        ) from error
+    if not speaks:
+        raise RefseqError(f"viewer {url}: what answers there is no Rerun viewer")
+
+
+# --- processes ---
+
+
+def check_display() -> None:
+    """Raise ``RefseqError`` where no window can be opened."""
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise RefseqError(
+            "no display: DISPLAY and WAYLAND_DISPLAY are unset; valid is a desktop session, or saving a file, "
+            "serving a browser, or connecting to a viewer elsewhere"
+        )
+
+
+def _start(*words: str) -> "subprocess.Popen[bytes]":
+    """Start Rerun as a process that outlives this one, without a word on the terminal."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "rerun", *words],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+
+
+def _wait(process: "subprocess.Popen[bytes]", port: int) -> None:
+    """Wait until Rerun listens at a port. Raises ``RefseqError`` when it ends, or takes too long."""
+    end = time.monotonic() + START
+    while time.monotonic() < end and process.poll() is None:
+        with suppress(OSError), socket.create_connection((LOOPBACK, port), timeout=1.0):
+            return
+        time.sleep(0.05)
+    _stop(process)
+    raise RefseqError(f"the viewer did not listen at port {port} within {START:g} s")
+
+
+def _ended(process: "subprocess.Popen[bytes]", recording: str) -> RefseqError | None:
+    """What is to be told of a viewer that is no longer there; ``None`` if it runs."""
+    with suppress(subprocess.TimeoutExpired):
+        code = process.wait(1.0)
+        return RefseqError(
+            f"the viewer could not start, or was closed before it had all of {recording!r} (exit code {code}); "
+            "'rerun' alone tells more, and 'refseq doctor' what is missing"
+        )
+    return None
+
+
+def _stop(process: "subprocess.Popen[bytes]") -> None:
+    """End Rerun: the process that was started and the one that it started itself."""
+    with suppress(ProcessLookupError):
+        if sys.platform == "win32":
+            process.terminate()
+        else:
+            os.killpg(process.pid, signal.SIGTERM)
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(ANSWER)

@@ -1,0 +1,1 @@
+"""Perception of the behaviours: walls, doorways, free room, sonar and scans."""

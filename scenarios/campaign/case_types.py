@@ -1,0 +1,51 @@
+"""What is done with a case: localising and missions have each their own tasks, judging, record and page.
+
+Here, and nowhere else, it is chosen which; what a scenario may say: ``scenarios.campaign.declare.schema_types``.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import cast
+
+from scenarios.campaign.declare.cases import Case
+from scenarios.campaign.declare.outcomes import Outcome
+from scenarios.campaign.declare.schema import MissionScenario
+from scenarios.campaign.judge import drives, records
+from scenarios.campaign.judge.drives import Judged
+from scenarios.campaign.judge.missions import JudgedMissions, judged_missions, mission_tasks, missions_record
+from scenarios.campaign.pages import case as localising_page
+from scenarios.campaign.pages.mission import mission_page
+from scenarios.campaign.run.mission_task import MissionTask
+from scenarios.campaign.run.tasks import AnswerTask, Question
+from scenarios.campaign.store.cache import Store
+from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
+
+
+def tasks_of(case: Case) -> dict[int, list[Question]]:
+    """The questions of a case by seed. Raises ``AbsentError``."""
+    found = mission_tasks(case) if _is_mission(case) else drives.tasks_of(case)
+    return {seed: list(tasks) for seed, tasks in found.items()}
+
+
+def judged(
+    case: Case, tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, Outcome], store: Store
+) -> Judged:
+    """Judge a case by what its tasks left in the store; ``outcomes`` are by key, those of recordings among them."""
+    if _is_mission(case):
+        return judged_missions(case, cast(Mapping[int, Sequence[MissionTask]], tasks), outcomes, store)
+    return drives.judged(case, cast(Mapping[int, Sequence[AnswerTask]], tasks), outcomes, store)
+
+
+def case_record(result: Judged, page: str) -> CaseRecord:
+    """The record of a case; its ``page`` lies beside the file."""
+    return missions_record(result, page) if isinstance(result, JudgedMissions) else records.case_record(result, page)
+
+
+def case_page(result: Judged, record: CaseRecord, campaign: CampaignRecord, store: Store) -> str:
+    """The page of a case that was judged; ``campaign`` tells of the versions and the machine."""
+    if isinstance(result, JudgedMissions):
+        return mission_page(result, record, campaign)
+    return localising_page.case_page(result, record, campaign, store)
+
+
+def _is_mission(case: Case) -> bool:
+    return isinstance(case.scenario, MissionScenario)

@@ -1,0 +1,1 @@
+"""Scenario files: schema, expansion into cases, checks before the first drive."""

@@ -1,0 +1,237 @@
+"""Scenario files to cases: reading, expanding, and checking all that can be checked before the first drive."""
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from refseq.errors import RefseqError
+from robots.errors import RobotsError
+from scenarios.campaign.declare.drivable import check_drive, named
+from scenarios.campaign.declare.expand import Values, put, variations
+from scenarios.campaign.declare.expectations import Expectation
+from scenarios.campaign.declare.schema import Declared, DriveTable, LogTable, SourceTable, kind_of
+from scenarios.campaign.declare.schema_types import Form, form_of
+from scenarios.campaign.declare.sources import Images, Log, Source
+from scenarios.campaign.declare.validation_errors import first_mistake
+from scenarios.drives.record import QUERY_SEEDS, Drive
+from scenarios.errors import ScenarioError
+from scenarios.library import LIBRARY
+from sim.bench.bench import CONTROL_PERIOD
+from sim.drives.operator import OperatorStyle
+from sim.drives.recorder import Trigger
+from sim.errors import SimError
+from sim.sensors.laser import RangeMode
+from worlds.errors import WorldsError
+
+"""Folder of the scenarios that come with the bench."""
+SOURCE_KEYS = {"world", "log", "images"}
+"""Keys of which each says what kind of source a table is; a query of another kind takes over nothing."""
+FURTHER_SEEDS = 2 * QUERY_SEEDS
+"""Added to the seed for each further reference drive: neither the same drive as another, nor as a query."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One case of a scenario file: its name, what it varies, and all that it declares.
+
+    ``name`` is the file's, and after a stroke the case's own where the file makes several.
+    """
+
+    name: str
+    file: Path
+    varied: Values
+    scenario: Declared
+    expectations: tuple[Expectation, ...]
+
+    def sources(self, seed: int) -> tuple[Source, ...]:
+        """The references of a seed, and last the query."""
+        return tuple(self.source(side, seed) for side in self.sides)
+
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """The keys of the references, and last of the query."""
+        return ("reference", *(f"further.{number}" for number in range(len(self.scenario.further))), "query")
+
+    def source(self, side: str, seed: int) -> Source:
+        """The reference or query of a seed that is declared under a key."""
+        number = self.sides.index(side)
+        query = side == "query"
+        table = self.scenario.query if query else self.scenario.references[number]
+        own = seed + (QUERY_SEEDS if query else number * FURTHER_SEEDS)
+        return _source(table, own, self.scenario.limits.steps, self.file)
+
+
+def names() -> tuple[str, ...]:
+    """Scenarios of the library."""
+    files = ((path, path.stat().st_mtime_ns) for path in LIBRARY.glob("*.toml"))
+    return tuple(sorted(path.stem for path, changed_ns in files if _is_scenario(path, changed_ns)))
+
+
+@cache
+def _is_scenario(path: Path, changed_ns: int) -> bool:
+    """Not a floor plan that lies beside the scenarios that drive in it."""
+    return "reference" in _table(path)
+
+
+def find(names_or_files: Sequence[str]) -> list[Case]:
+    """The cases of scenarios by their names, tags, files, or names of single cases; each once.
+
+    Raises ``ScenarioError`` for a name that is none of these, for a file that is no scenario, and for two files of one
+    name, whose cases nobody could tell apart.
+    """
+    found: dict[str, Case] = {}
+    for case in (case for wanted in names_or_files for case in _found(wanted)):
+        first = found.setdefault(case.name, case)
+        if first.file.resolve() != case.file.resolve():
+            raise ScenarioError(
+                f"{first.file} and {case.file}: both make a case {case.name!r}; valid are names that differ"
+            )
+    return list(found.values())
+
+
+def _found(wanted: str) -> list[Case]:
+    if wanted.endswith(".toml"):
+        return load(Path(wanted))
+    name, stroke, _ = wanted.partition("/")
+    if name in names():
+        cases = load(LIBRARY / f"{name}.toml")
+        chosen = [case for case in cases if not stroke or case.name == wanted]
+        if not chosen:
+            raise ScenarioError(f"case {wanted!r} is unknown; valid are {', '.join(case.name for case in cases)}")
+        return chosen
+    tags = {each: _table(LIBRARY / f"{each}.toml").get("tags", []) for each in names()}
+    tagged = [each for each, of_file in tags.items() if wanted in of_file]
+    if not tagged:
+        valid = ", ".join(sorted({tag for of_file in tags.values() for tag in of_file}))
+        raise ScenarioError(
+            f"scenario {wanted!r} is unknown; valid are {', '.join(names())}, a tag ({valid}), or a path "
+            "that ends in .toml"
+        )
+    return [case for each in tagged for case in load(LIBRARY / f"{each}.toml")]
+
+
+def load(path: Path) -> list[Case]:
+    """The cases of a scenario file. Raises ``ScenarioError`` with the file, the key and what is valid."""
+    table = _table(path)
+    try:
+        cases = [_case(path, name, values, put(table, values)) for name, values in variations(table.pop("vary", None))]
+    except (ScenarioError, SimError, WorldsError, RobotsError, RefseqError) as error:
+        raise ScenarioError(f"{path}: {' '.join(str(error).split())}") from error
+    return cases
+
+
+def _table(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be read: {error.strerror}; valid is a scenario (.toml)") from error
+    except UnicodeDecodeError as error:
+        raise ScenarioError(f"{path}: is no TOML: {error}; valid is UTF-8") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{path}: is no TOML: {error}") from error
+    except RecursionError as error:
+        raise ScenarioError(f"{path}: is no TOML: its arrays or tables are too deep in each other") from error
+
+
+def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
+    for side in ("reference", "query"):
+        if not isinstance(table.get(side, {}), dict):
+            raise ScenarioError(f"{side}: is no table; valid is [{side}]")
+    further = table.get("further", [])
+    if not isinstance(further, list) or not all(isinstance(one, dict) for one in further):
+        raise ScenarioError("further: is no list of tables; valid is [[further]], once for each further reference")
+    reference = table.get("reference", {})
+    form = form_of(table)
+    table["query"] = {**form.usual, **_completed(table.get("query", {}), reference, form.own)}
+    table["further"] = [_completed(one, reference, ("faults",)) for one in further]
+    try:
+        scenario = form.model.model_validate(table)
+    except ValidationError as error:
+        raise ScenarioError(first_mistake(error, form.model)) from error
+    expectations = tuple(form.expectation(text, scenario) for text in scenario.expect)
+    full = f"{path.stem}/{name}" if name else path.stem
+    case = Case(full, path, values, scenario, expectations)
+    _check(case, form)
+    return case
+
+
+def _completed(source: dict[str, Any], reference: Mapping[str, Any], own: Sequence[str]) -> dict[str, Any]:
+    """A source with all that it does not say as in the reference, but its ``own``, if it is of the same kind."""
+    if SOURCE_KEYS & set(source) and kind_of(source) != kind_of(reference):
+        return source
+    return {**{key: value for key, value in reference.items() if key not in own}, **source}
+
+
+# --- what is declared, as what is simulated or read ---
+
+
+def _source(table: SourceTable, seed: int, steps: int, file: Path) -> Source:
+    if isinstance(table, LogTable):
+        return Log(table.log, table.views, table.thin, seed if table.odometry_noise else None)
+    if isinstance(table, DriveTable):
+        return _drive(table, seed, steps, file)
+    return Images(table.images, table.spacing, table.width)
+
+
+def _drive(table: DriveTable, seed: int, steps: int, file: Path) -> Drive:
+    trigger = table.trigger
+    return Drive(
+        world=_beside(table.world, file),
+        light=table.light,
+        change=table.change,
+        change_seed=table.change_seed,
+        robot=table.robot,
+        route=table.route,
+        seed=seed,
+        world_seed=table.world_seed,
+        renderer=table.renderer,
+        trigger=Trigger(trigger.distance or None, math.radians(trigger.turn) or None, trigger.time or None),
+        style=OperatorStyle(strength=table.operator),
+        cameras={camera: _beside(model, file) for camera, model in table.cameras.items()},
+        laser=RangeMode[f"METRES_{table.laser_range}"],
+        waypoints=table.waypoints,
+        start=table.start,
+        end=table.end,
+        faults=table.faults,
+        behaviours=table.behaviours,
+        patience=steps * CONTROL_PERIOD,
+    )
+
+
+def _beside(name: str, file: Path) -> str:
+    """A file that a scenario names, as seen from the scenario's own folder; other names as they are."""
+    return str(file.resolve().parent / name) if name.endswith(".toml") else name
+
+
+# --- what can be told before the first drive ---
+
+
+def _check(case: Case, form: Form) -> None:
+    scenario = case.scenario
+    form.check_methods(scenario)
+    for expectation in case.expectations:
+        for method in expectation.methods:
+            if method not in scenario.methods:
+                valid = ", ".join(scenario.methods)
+                raise ScenarioError(f"expect: {expectation.text!r}: {method!r} does not run here; valid are {valid}")
+        if expectation.seeds > len(scenario.seeds):
+            raise ScenarioError(
+                f"expect: {expectation.text!r}: there are {len(scenario.seeds)} seeds; valid is 'over' so many at most"
+            )
+    if scenario.judged not in scenario.methods:
+        valid = ", ".join(scenario.methods)
+        raise ScenarioError(f"localise.judged: {scenario.judged!r} does not run here; valid are {valid}")
+    if len(set(scenario.seeds)) < len(scenario.seeds):
+        raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
+    for side in case.sides:
+        with named(side):
+            source = case.source(side, scenario.seeds[0])
+            if isinstance(source, Drive):
+                check_drive(source, scenario.localise.sensors)
+    form.check(scenario, case.file, case.sources(scenario.seeds[0])[:-1])

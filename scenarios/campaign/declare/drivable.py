@@ -1,0 +1,97 @@
+"""Whether a drive can be driven: all that can be told of it before anything is simulated."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import robots
+from refseq.view import LASER
+from robots.behaviours.written import parse
+from robots.errors import RobotsError
+from scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
+from scenarios.errors import ScenarioError
+from sim.bench.faults import check_fault
+from sim.cameras.library import load_camera
+from sim.drives.operator import Operator
+from sim.errors import SimError
+from sim.rendering.render import RendererKind
+from worlds.errors import WorldsError
+from worlds.light import light_named
+
+
+@contextmanager
+def named(table: str) -> Iterator[None]:
+    """Name the table in which something is wrong."""
+    try:
+        yield
+    except (ScenarioError, SimError, WorldsError, RobotsError) as error:
+        raise ScenarioError(f"{table}: {error}") from error
+
+
+def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
+    """Raise the rooms' own errors for a drive that cannot be driven, or shows nothing to those ``sensors``."""
+    robot = robots.load(drive.robot)
+    check_sensors(tuple(sensors or ()), robot)
+    if drive.renderer is RendererKind.NONE and LASER not in (sensors or (LASER,)):
+        raise ScenarioError(
+            f"renderer 'none' takes no images, and sensors are {', '.join(sensors or ())}; valid is to "
+            "render, or to look at the laser as well"
+        )
+    light_named(drive.light)
+    if len(drive.waypoints) == 1:
+        raise ScenarioError("one of waypoints is no route; valid are two or more, or none for a route of the world")
+    for words in drive.behaviours:
+        parse(words)
+    for camera, model in drive.cameras.items():
+        check_sensors((camera,), robot)
+        load_camera(model)
+    length = check_route(drive)
+    for fault in drive.faults:
+        check_fault(fault, robot, length)
+
+
+def check_route(drive: Drive) -> float:
+    """Length of what is driven [m]. Raises ``WorldsError``, ``SimError``, ``ScenarioError`` for what cannot be."""
+    plan = Path(drive.world)
+    changed_ns = plan.stat().st_mtime_ns if plan.suffix == ".toml" and plan.is_file() else 0
+    return _length(
+        _Route(drive.world, changed_ns, drive.change, drive.day, drive.route, drive.waypoints, drive.start, drive.end)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Route:
+    """All that decides how long a drive is; ``changed_ns`` is when the plan was last written."""
+
+    world: str
+    changed_ns: int
+    change: str
+    change_seed: int
+    route: str
+    waypoints: tuple[tuple[float, float], ...]
+    start: float
+    end: float | None
+
+
+@cache
+def _length(asked: _Route) -> float:
+    """Length of a route as the operator drives it [m]; many cases drive the same."""
+    drive = Drive(
+        world=asked.world,
+        change=asked.change,
+        change_seed=asked.change_seed,
+        route=asked.route,
+        waypoints=asked.waypoints,
+        start=asked.start,
+        end=asked.end,
+    )
+    plan = plan_of(drive)
+    name = OWN_ROUTE if drive.waypoints else drive.route
+    if name not in plan.routes:
+        raise ScenarioError(f"unknown route {name!r} in world {plan.name!r}: valid are {', '.join(plan.routes)}")
+    route = driven(np.array(plan.routes[name]), drive)
+    return Operator(route, drive.style, np.random.default_rng(0)).length

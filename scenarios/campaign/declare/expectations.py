@@ -1,0 +1,185 @@
+"""Expectations: what a scenario demands of its figures, written as people say it.
+
+``success_hmm >= 80 % over 5 seeds``, ``lost_auroc of topometric >= 0.9``, ``to_lost <= 5 m``, ``failures of best/chain
+<= 0.5 * failures of thesis/chain``. A figure's name is one of ``FIGURES``; after it may stand whose it is meant, else
+it is that of the judged method. ``_uniform``, ``_prior`` and ``_hmm`` behind a name mean the stage of the scenario's
+profile. Missions have figures of their own (``mission_expected``), and no stages. A share may be written in per cent,
+and behind a number may stand the figure's unit. ``over N seeds`` says of how many it has to be, at least.
+"""
+
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+from refseq.belief import Stage
+from scenarios.campaign.declare.figures import FIGURES, Figure, Unit
+from scenarios.campaign.store.result_file import JudgementRecord
+from scenarios.errors import ScenarioError
+
+Vocabulary = Mapping[str, Figure[Any]]
+"""Figures by name: all that can be expected of a kind of scenario."""
+OPERATORS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType(
+    {">=": operator.ge, "<=": operator.le, ">": operator.gt, "<": operator.lt}
+)
+SUFFIXES: Mapping[str, Stage] = MappingProxyType(
+    {"_uniform": Stage.UNIFORM, "_prior": Stage.PRIOR, "_hmm": Stage.CHAIN}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """A figure of a method, None: of the judged one, times ``factor``."""
+
+    figure: str
+    method: str | None
+    factor: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """What is written, and what it means: ``left`` stands in a relation to a number or to another figure.
+
+    ``seeds`` is the least number of seeds that it is to be judged over.
+    """
+
+    text: str
+    left: Term
+    relation: str
+    right: Term | float
+    seeds: int = 1
+
+    @property
+    def methods(self) -> tuple[str, ...]:
+        """The methods that it names."""
+        terms = [self.left, *([self.right] if isinstance(self.right, Term) else [])]
+        return tuple(term.method for term in terms if term.method is not None)
+
+
+_NAME = r"[a-z_0-9]+"
+_METHOD = r"[^\s*<>≤≥=]+"
+_TERM = rf"({_NAME})(?:\s+of\s+({_METHOD}))?"
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
+_FORM = re.compile(
+    rf"\s*{_TERM}\s*(>=|<=|>|<|≥|≤)\s*"
+    rf"(?:({_NUMBER})\s*(%|ms|m|s|views?)?(?:\s*(?:\*|(?<=%)\s*of\s)\s*{_TERM})?|{_TERM})"
+    r"(?:\s+over\s+(\d+)\s+seeds?)?\s*",
+    re.ASCII,
+)
+FORM = "FIGURE [of METHOD] >=|<=|>|< NUMBER [UNIT], [NUMBER *] FIGURE [of METHOD], and after it [over N seeds]"
+_SIGNS = {"≥": ">=", "≤": "<="}
+
+
+def parse(text: str, profile: str | None, known: Vocabulary = FIGURES) -> Expectation:
+    """Read an expectation of ``known`` figures.
+
+    ``profile`` is the one whose stages ``_hmm`` and its like mean; None: they mean nothing. Raises ``ScenarioError``.
+    """
+    found = _FORM.fullmatch(text)
+    if not found:
+        raise ScenarioError(f"{text!r} is no expectation; valid is {FORM}, as in 'success_hmm >= 80 % over 5 seeds'")
+    figure, method, sign, number, unit, scaled, scaled_method, other, other_method, seeds = found.groups()
+    reader = _Reader(text, profile, known)
+    left = reader.term(figure, method)
+    if scaled or other:
+        factor = 1.0 if number is None else _factor(text, float(number), unit)
+        right: Term | float = reader.term(scaled or other, scaled_method or other_method, factor)
+    else:
+        right = reader.bound(left.figure, float(number), unit)
+    if seeds is not None and int(seeds) < 1:
+        raise ScenarioError(f"{text!r}: over {seeds} seeds is not valid; it should be 1 or more")
+    return Expectation(text, left, _SIGNS.get(sign, sign), right, int(seeds or 1))
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Reads the parts of one text."""
+
+    text: str
+    profile: str | None
+    known: Vocabulary
+
+    def bound(self, figure: str, number: float, unit: str | None) -> float:
+        """A number as its figure has it; its unit, where one is written, must be the figure's."""
+        wanted = self.known[figure].unit
+        if unit is not None and not (unit == wanted or (wanted is Unit.VIEWS and unit == "view")):
+            raise ScenarioError(f"{self.text!r}: {figure} is not told in {unit}; valid is {wanted.value}")
+        if wanted is not Unit.SHARE:
+            return number
+        share = number / 100 if unit else number
+        if not 0 <= share <= 1:
+            raise ScenarioError(f"{self.text!r}: {figure} is a share; valid is 0 to 1, or 0 % to 100 %")
+        return share
+
+    def term(self, figure: str, method: str | None, factor: float = 1.0) -> Term:
+        """A figure by its name, with a suffix read as the stage that it means."""
+        for suffix, stage in SUFFIXES.items() if self.profile else ():
+            plain = figure.removesuffix(suffix)
+            if figure not in self.known and plain != figure and plain in self.known:
+                if method is not None:
+                    raise ScenarioError(
+                        f"{self.text!r}: {figure} is that of {self.profile}/{stage} already; valid is {plain} of "
+                        f"{method}"
+                    )
+                figure, method = plain, f"{self.profile}/{stage}"
+        if figure not in self.known:
+            also = ", each also with _uniform, _prior, _hmm" if self.profile else ""
+            raise ScenarioError(f"{self.text!r}: figure {figure!r} is unknown; valid are {', '.join(self.known)}{also}")
+        return Term(figure, method, factor)
+
+
+def _factor(text: str, number: float, unit: str | None) -> float:
+    if unit not in (None, Unit.SHARE.value):
+        raise ScenarioError(f"{text!r}: {number:g} {unit} times a figure is not valid; it should be a number or in %")
+    return number / 100 if unit else number
+
+
+def told(expectation: Expectation) -> str:
+    """An expectation written out: ``parse`` makes the same of it."""
+    right = expectation.right
+    bound = f"{right.factor!r} * {_told_term(right)}" if isinstance(right, Term) else repr(right)
+    return f"{_told_term(expectation.left)} {expectation.relation} {bound} over {expectation.seeds} seeds"
+
+
+def _told_term(term: Term) -> str:
+    return term.figure if term.method is None else f"{term.figure} of {term.method}"
+
+
+def about(expectation: Expectation, method: str) -> Expectation:
+    """The same expectation of a method, where it names none; its text says so."""
+    left = replace(expectation.left, method=expectation.left.method or method)
+    right = expectation.right
+    if isinstance(right, Term):
+        right = replace(right, method=right.method or method)
+    changed = replace(expectation, left=left, right=right)
+    return changed if changed == expectation else replace(changed, text=told(changed))
+
+
+def judge(
+    expectation: Expectation, found: Mapping[str, Any], judged: str, seeds: int, known: Vocabulary = FIGURES
+) -> JudgementRecord:
+    """Decide by the figures of each method, of which ``known`` takes one; they are pooled over so many seeds."""
+    text = expectation.text
+    if seeds < expectation.seeds:
+        return JudgementRecord(text=text, met=None, reason=f"{seeds} of {expectation.seeds} seeds were run")
+    whole = about(expectation, judged)
+    away = [name for name in whole.methods if name not in found]
+    if away:
+        return JudgementRecord(text=text, met=None, reason=f"{away[0]} has no answers")
+    value = _value(whole.left, found, known)
+    right = whole.right
+    bound = _value(right, found, known) if isinstance(right, Term) else right
+    if math.isnan(value) or math.isnan(bound):
+        # What cannot be told was not reached: no view off the map, say, and so no P(lost) to judge.
+        nothing = "there is no such figure: nothing to take it from"
+        return JudgementRecord(text=text, met=False, value=value, bound=bound, reason=nothing)
+    met = OPERATORS[expectation.relation](value, bound)
+    unit = known[whole.left.figure].unit
+    return JudgementRecord(text=text, met=met, value=value, bound=bound, unit="" if unit is Unit.NONE else unit.value)
+
+
+def _value(term: Term, found: Mapping[str, Any], known: Vocabulary) -> float:
+    return term.factor * known[term.figure].take(found[str(term.method)])

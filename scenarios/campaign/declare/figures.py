@@ -1,0 +1,136 @@
+"""The figures that a scenario can expect something of: by name, with their unit and what they mean.
+
+Those of missions are told in ``scenarios.campaign.declare.mission_figures``.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from scenarios.scoring.atlas import JoinScore
+from scenarios.scoring.figures import Figures
+from scenarios.scoring.outcome import Outcome
+from scenarios.scoring.recovery import Way
+from scenarios.scoring.score import Retrieval
+
+
+class Unit(StrEnum):
+    """What a figure is told in, as it may be written behind a number."""
+
+    SHARE = "%"
+    METRES = "m"
+    VIEWS = "views"
+    MILLISECONDS = "ms"
+    SECONDS = "s"
+    NONE = "no unit"
+
+
+Of = TypeVar("Of")
+
+
+@dataclass(frozen=True)
+class Figure(Generic[Of]):
+    """What can be expected: how it is taken from a method's figures (nan where there is none), its unit, its meaning.
+
+    A share is a number from 0 to 1.
+    """
+
+    take: Callable[[Of], float]
+    unit: Unit
+    meaning: str
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def _median(ways: Sequence[Way]) -> float:
+    """Median way [m]; one that never got there is longer than all others, nan without any."""
+    return float(np.median([math.inf if way is None else way for way in ways])) if ways else math.nan
+
+
+def _retrieved(found: Figures, take: Callable[[Retrieval], float]) -> float:
+    return take(found.wide.retrieval) if found.wide.retrieval else math.nan
+
+
+def _harm(found: Figures) -> float:
+    return math.nan if found.harm is None else float(found.harm.successes)
+
+
+def _joined(found: Figures, take: Callable[[JoinScore], float]) -> float:
+    return take(found.atlas.joined) if found.atlas and found.atlas.joined else math.nan
+
+
+def _share(take: Callable[[Figures], float], meaning: str) -> Figure[Figures]:
+    return Figure(take, Unit.SHARE, meaning)
+
+
+def _views(take: Callable[[Figures], int], meaning: str) -> Figure[Figures]:
+    return Figure(lambda found: float(take(found)), Unit.VIEWS, meaning)
+
+
+def _metres(take: Callable[[Figures], float], meaning: str) -> Figure[Figures]:
+    return Figure(take, Unit.METRES, meaning)
+
+
+def _plain(take: Callable[[Figures], float | None], meaning: str) -> Figure[Figures]:
+    return Figure(lambda found: _or_nan(take(found)), Unit.NONE, meaning)
+
+
+FIGURES: Mapping[str, Figure[Figures]] = MappingProxyType(
+    {
+        "success": _share(lambda f: f.wide.success.value, "right within score.within, of the views on the map"),
+        "success_narrow": _share(lambda f: f.narrow.success.value, "right within score.narrow, of those on the map"),
+        "within_1_place": _share(lambda f: f.wide.within_places(1).value, "at most one place from the right one"),
+        "within_2_places": _share(lambda f: f.wide.within_places(2).value, "at most two places from the right one"),
+        "within_5_places": _share(lambda f: f.wide.within_places(5).value, "at most five places from the right one"),
+        "failures": _views(lambda f: f.wide.failures, "wrong and missed"),
+        "failures_narrow": _views(lambda f: f.narrow.failures, "the same within score.narrow"),
+        "wrong": _views(lambda f: f.wide.count(Outcome.WRONG), "answered elsewhere, on the map"),
+        "missed": _views(lambda f: f.wide.count(Outcome.MISSED), "said to be lost, on the map"),
+        "false_fixes": _views(lambda f: f.wide.count(Outcome.FALSE_FIX), "answered off the map"),
+        "harm": Figure(_harm, Unit.VIEWS, "wrong where the same method's single view is right"),
+        "recall_1": _share(lambda f: f.wide.recall(1).value, "right place most probable, lost or not"),
+        "recall_5": _share(lambda f: f.wide.recall(5).value, "right place among the 5 most probable"),
+        "recall_10": _share(lambda f: f.wide.recall(10).value, "right place among the 10 most probable"),
+        "auc": _plain(lambda f: _retrieved(f, lambda curve: curve.auc), "area under precision and recall"),
+        "recall_at_100": _share(lambda f: _retrieved(f, lambda c: c.recall_at(1.0)), "recall at 100 % precision"),
+        "recall_at_99": _share(lambda f: _retrieved(f, lambda c: c.recall_at(0.99)), "recall at 99 % precision"),
+        "lost_auroc": _plain(lambda f: f.wide.auroc, "area under the ROC curve of P(lost)"),
+        "lost_fpr": _share(lambda f: _or_nan(f.wide.false_alarms), "false alarms to catch 95 % of what is off the map"),
+        "lost_ece": _plain(lambda f: f.wide.lost_reliability.error, "calibration error of P(lost)"),
+        "ece": _plain(lambda f: f.wide.top_reliability.error, "calibration error of the top place's probability"),
+        "entropy_auroc": _plain(lambda f: f.wide.entropy_auroc, "chance that a wrong belief has more entropy"),
+        "error_median": _metres(lambda f: f.wide.error_quantile(0.5), "error along the path, median"),
+        "error_p95": _metres(lambda f: f.wide.error_quantile(0.95), "error along the path, 95th percentile"),
+        "worst_false_fix": _metres(lambda f: f.wide.worst_false_fix, "farthest that an answer off the map lay"),
+        "to_lost": _metres(lambda f: _median(f.wide.episodes.to_lost), "way to say lost, median"),
+        "to_recover": _metres(lambda f: _median(f.wide.episodes.to_recover), "way to be right again, median"),
+        "to_first_fix": _metres(lambda f: _median(f.wide.first_fixes), "way to the first right answer, median"),
+        "to_settle": _metres(
+            lambda f: _median(f.atlas.forks) if f.atlas else math.nan, "way after a fork to P(right) > 0.9, median"
+        ),
+        "jumps": Figure(
+            lambda f: float(f.atlas.jumps) if f.atlas else math.nan, Unit.VIEWS, "answers that no drive led to"
+        ),
+        "join_precision": _share(
+            lambda f: _joined(f, lambda j: j.precision.value), "rightly joined, of views taken out"
+        ),
+        "join_recall": _share(lambda f: _joined(f, lambda j: j.recall.value), "joined, of views that drives share"),
+        "false_joins": Figure(lambda f: _joined(f, lambda j: j.false_joins), Unit.NONE, "joins of different places"),
+        "duplicates": Figure(lambda f: _joined(f, lambda j: j.duplicates), Unit.NONE, "places that are there twice"),
+        "places_left": _share(
+            lambda f: _joined(f, lambda j: j.places / j.views), "places of the atlas, of views learnt"
+        ),
+        "bytes_left": _share(
+            lambda f: _joined(f, lambda j: j.bytes_after / j.bytes_before), "size of the atlas, of all its maps"
+        ),
+        "milliseconds": Figure(lambda f: f.cost, Unit.MILLISECONDS, "time a view without features, median"),
+    }
+)
+"""What can be expected."""

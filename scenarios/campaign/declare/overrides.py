@@ -1,0 +1,66 @@
+"""Asking otherwise than a scenario says: a localiser of one's own, fewer methods, other seeds."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from scenarios.campaign.declare.cases import Case
+from scenarios.campaign.declare.drivable import named
+from scenarios.campaign.declare.expectations import about
+from scenarios.campaign.declare.schema_types import form_for
+from scenarios.errors import ScenarioError
+from scenarios.methods.by_name import written_out
+
+NOBODY = "none"
+"""Stands for no method, where methods are named."""
+
+
+def asking(cases: Sequence[Case], localisers: Sequence[str], methods: Sequence[str] | None) -> list[Case]:
+    """The same cases with ``localisers`` judged, and beside them ``methods`` only; None: those of each scenario.
+
+    What an expectation says without naming a method is then meant of the first localiser, and once more of each other
+    one. Those that name a method which does not run are left to be told as not judged.
+
+    Raises ``ScenarioError`` for a name that is no method's, and for a method that a case cannot ask, before anything is
+    run.
+    """
+    judged = tuple(dict.fromkeys(localisers))
+    forms = {form_for(case.scenario) for case in cases}
+    others = None if methods is None else written_out(name for name in methods if name != NOBODY)
+    for form in forms:
+        form.check_names((*judged, *(others or ())))
+    if not judged and others == ():
+        raise ScenarioError("methods 'none': nobody is left to be asked; valid is to name a localiser or a method")
+    return [_asking(case, judged, others) for case in cases] if judged or methods is not None else list(cases)
+
+
+def _asking(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> Case:
+    scenario = case.scenario
+    running = written_out((*(scenario.methods if others is None else others), *judged))
+    # Who was judged is named, for it may not run now, and nobody else's figures are to be taken for its.
+    meant = judged or (scenario.judged,)
+    first = case.expectations if judged else tuple(about(one, meant[0]) for one in case.expectations)
+    again = [about(one, name) for name in meant[1:] for one in case.expectations]
+    localise = scenario.localise.model_copy(
+        update={"methods": running, "judged": next(iter(judged), None)},
+    )
+    asked = scenario.model_copy(update={"localise": localise})
+    form = form_for(asked)
+    with named(case.name):
+        form.check_methods(asked)
+        form.check(asked, case.file, case.sources(asked.seeds[0])[:-1])
+    return replace(
+        case,
+        scenario=asked,
+        expectations=tuple(dict.fromkeys((*first, *again))),
+    )
+
+
+def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:
+    """The same cases with other seeds, written with commas between; None: their own. Raises ``ScenarioError``."""
+    if seeds is None:
+        return list(cases)
+    texts = [text.strip() for text in seeds.split(",")]
+    if not all(text.isascii() and text.isdigit() for text in texts) or len({int(text) for text in texts}) < len(texts):
+        raise ScenarioError(f"--seeds {seeds!r} is not valid; it should be whole numbers that differ, commas between")
+    numbers = {"seeds": tuple(map(int, texts))}
+    return [replace(case, scenario=case.scenario.model_copy(update=numbers)) for case in cases]

@@ -1,0 +1,139 @@
+"""The forms that a scenario may have: localising a drive, or carrying out a mission. What each may say is checked here.
+
+What is done with a case of each form: ``scenarios.campaign.case_types``.
+"""
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Protocol
+
+from refseq.map.profile import profile_named
+from scenarios.campaign.declare.drivable import named
+from scenarios.campaign.declare.expectations import Expectation, parse
+from scenarios.campaign.declare.mission_checks import check_leaders, check_mission
+from scenarios.campaign.declare.mission_figures import MISSION_FIGURES
+from scenarios.campaign.declare.schema import Declared, MissionScenario, Scenario
+from scenarios.campaign.declare.sources import Source
+from scenarios.errors import ScenarioError
+from scenarios.methods.by_name import HINDSIGHT, check_methods
+from sim.missions.mission import EVERY
+
+
+class Form(Protocol):
+    """What a scenario of a form may say."""
+
+    name: str
+    model: type[Declared]
+    own: tuple[str, ...]
+    """Keys that the query does not take over from the reference."""
+    usual: Mapping[str, Any]
+    """What the query has of these, where the file does not say."""
+
+    @abstractmethod
+    def expectation(self, text: str, scenario: Any) -> Expectation:
+        """Read an expectation of a scenario. Raises ``ScenarioError``."""
+
+    @abstractmethod
+    def check_methods(self, scenario: Any) -> None:
+        """Raise the rooms' own errors for a method that there is not."""
+
+    @abstractmethod
+    def check_names(self, names: Sequence[str]) -> None:
+        """Raise ``ScenarioError`` for a method that a user names and that no scenario of this form can ask."""
+
+    @abstractmethod
+    def told(self, scenario: Any) -> list[str]:
+        """What only scenarios of this form declare, a line each."""
+
+    @abstractmethod
+    def check(self, scenario: Any, file: Path, references: Sequence[Source]) -> None:
+        """Raise the rooms' own errors for what cannot be done; ``file`` is the scenario's."""
+
+
+class Localising(Form):
+    """A query is driven, and methods are asked where the robot was."""
+
+    name = "localising"
+    model = Scenario
+    own = ("faults",)
+    usual: Mapping[str, Any] = MappingProxyType({})
+
+    def expectation(self, text: str, scenario: Scenario) -> Expectation:
+        """Of the figures of answers."""
+        return parse(text, scenario.localise.profile)
+
+    def check_methods(self, scenario: Scenario) -> None:
+        """Localisers only."""
+        profile_named(scenario.localise.profile)
+        with named("localise"):
+            check_methods(scenario.methods)
+
+    def check_names(self, names: Sequence[str]) -> None:
+        """Localisers only."""
+        check_methods(names)
+
+    def told(self, scenario: Scenario) -> list[str]:
+        """What is right."""
+        terms = scenario.score
+        tolerance = f"within {terms.within:g} m and {terms.heading:g} degrees"
+        return [f"  right: {tolerance}; told beside it: {terms.narrow:g} m"]
+
+    def check(self, scenario: Scenario, file: Path, references: Sequence[Source]) -> None:
+        """What is not done with several references."""
+        if not scenario.further:
+            return
+        if scenario.localise.places is not None:
+            raise ScenarioError(
+                f"localise.places = {scenario.localise.places!r}; valid with [[further]] is to learn all"
+            )
+        for method in set(scenario.methods) & set(HINDSIGHT):
+            raise ScenarioError(f"localise: {method!r} knows one reference only; valid are methods without hindsight")
+
+
+class Missions(Form):
+    """The robot is set down, and methods lead it."""
+
+    name = "mission"
+    model = MissionScenario
+    own = ("faults", "behaviours", "trigger")
+    usual: Mapping[str, Any] = MappingProxyType({"trigger": {"distance": EVERY}})
+
+    def expectation(self, text: str, scenario: MissionScenario) -> Expectation:
+        """Of the figures of missions."""
+        return parse(text, None, MISSION_FIGURES)
+
+    def check_methods(self, scenario: MissionScenario) -> None:
+        """Localisers, and those that need none."""
+        check_leaders(scenario.methods, programmed=scenario.mission.lamp is not None)
+
+    def check_names(self, names: Sequence[str]) -> None:
+        """Localisers, and those that need none; whether there is a program, each scenario tells."""
+        check_leaders(names, programmed=True)
+
+    def told(self, scenario: MissionScenario) -> list[str]:
+        """What is to be done, and what counts as done."""
+        said = scenario.mission.model_dump(mode="json", exclude_defaults=True)
+        terms = scenario.score
+        return [
+            *(f"  mission, {key}: {value}" for key, value in said.items()),
+            f"  completed: within {terms.within:g} m of the goal; told beside it: {terms.narrow:g} m",
+        ]
+
+    def check(self, scenario: MissionScenario, file: Path, references: Sequence[Source]) -> None:
+        """What cannot be a mission."""
+        check_mission(scenario, file, references)
+
+
+LOCALISING, MISSIONS = Localising(), Missions()
+
+
+def form_of(table: Mapping[str, Any]) -> Form:
+    """The form of a file's table, by the table that only missions have."""
+    return MISSIONS if "mission" in table else LOCALISING
+
+
+def form_for(scenario: Declared) -> Form:
+    """The form of a scenario."""
+    return MISSIONS if isinstance(scenario, MissionScenario) else LOCALISING

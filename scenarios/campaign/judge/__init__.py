@@ -1,0 +1,1 @@
+"""Verdicts: figures of a case against its expectations."""

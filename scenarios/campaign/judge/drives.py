@@ -1,0 +1,190 @@
+"""Judging a case: the answers of all its seeds, the figures, the expectations, the verdict."""
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from refseq.belief import Belief
+from refseq.view import View
+from scenarios.campaign.declare.cases import Case
+from scenarios.campaign.declare.expectations import judge
+from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.sources import names_of
+from scenarios.campaign.run.tasks import AnswerTask, Question, answers_of, asked_views, learnt_drives, mergings_of
+from scenarios.campaign.store.cache import Store
+from scenarios.campaign.store.result_file import JudgementRecord
+from scenarios.methods.by_name import family
+from scenarios.scoring.comparison import Comparison, Drives
+from scenarios.scoring.cost import Cost
+from scenarios.scoring.figures import Figures, figures
+from scenarios.scoring.merging import Merging
+from scenarios.scoring.score import Tolerance
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A case that was run: its verdict, why, and all that decided.
+
+    ``reasons`` are one line each: what kept methods from answering, what was missed, what could not be judged.
+    ``costs`` and ``digests`` (of the beliefs, bit for bit, times aside) are by method, one entry a seed that was
+    answered. ``comparisons`` hold one entry a seed with all methods that answered; ``seconds`` is what the tasks took
+    on the wall clock, those that were kept from an earlier run not counted.
+
+    ``mishaps`` are the tasks that did not end well, each reason once. ``answered`` are by seed the tasks that did, of
+    those seeds that have a comparison, in their order.
+    """
+
+    case: Case
+    verdict: Verdict
+    reasons: tuple[str, ...]
+    judgements: tuple[JudgementRecord, ...]
+    figures: tuple[Figures, ...]
+    comparisons: tuple[Comparison, ...]
+    costs: Mapping[str, tuple[Cost, ...]]
+    digests: Mapping[str, tuple[str, ...]]
+    seconds: float
+    mishaps: tuple[Outcome, ...] = ()
+    answered: Mapping[int, tuple[AnswerTask, ...]] = field(default_factory=dict)
+
+    @property
+    def verdict_alone(self) -> "Judged":
+        """The same without what only its page needs: that of a whole campaign would fill the memory."""
+        return replace(self, comparisons=())
+
+
+def tasks_of(case: Case) -> dict[int, list[AnswerTask]]:
+    """The questions of a case by seed, a task for each family of methods. Raises ``AbsentError``."""
+    scenario = case.scenario
+    families: dict[str, list[str]] = {}
+    for method in scenario.methods:
+        families.setdefault(family(method), []).append(method)
+    return {seed: [_task(case, seed, tuple(methods)) for methods in families.values()] for seed in scenario.seeds}
+
+
+def _task(case: Case, seed: int, methods: tuple[str, ...]) -> AnswerTask:
+    reference, *further, query = case.sources(seed)
+    asked, limits = case.scenario.localise, case.scenario.limits
+    return AnswerTask(
+        methods,
+        reference,
+        query,
+        case.scenario.places,
+        asked.sensors,
+        seed,
+        limits.seconds,
+        tuple(further),
+        asked.merge,
+    )
+
+
+def judged(
+    case: Case, tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, Outcome], store: Store
+) -> Judged:
+    """Judge a case by what its tasks left in the store; ``outcomes`` are by key, those of recordings among them."""
+    mishaps = mishaps_of(tasks, outcomes)
+    good = {seed: tuple(task for task in of_seed if outcomes[task.key].good) for seed, of_seed in tasks.items()}
+    answered = {seed: done for seed, done in good.items() if done}
+    runs = {seed: _run(case, done, store) for seed, done in answered.items()}
+    comparisons = tuple(run.comparison for run in runs.values())
+    found = figures(comparisons, *tolerances(case)) if comparisons else []
+    by_method = {one.method: one for one in found}
+    judgements = tuple(judge(one, by_method, case.scenario.judged, len(runs)) for one in case.expectations)
+    methods = [one.method for one in found]
+    return Judged(
+        case=case,
+        verdict=verdict_of(mishaps, judgements),
+        reasons=reasons_of(mishaps, judgements),
+        judgements=judgements,
+        figures=tuple(found),
+        comparisons=comparisons,
+        costs=MappingProxyType({m: tuple(run.costs[m] for run in runs.values()) for m in methods}),
+        digests=MappingProxyType({m: tuple(run.digests[m] for run in runs.values()) for m in methods}),
+        seconds=math.fsum(outcomes[task.key].seconds for of_seed in tasks.values() for task in of_seed),
+        mishaps=tuple(mishaps),
+        answered=MappingProxyType(answered),
+    )
+
+
+def mishaps_of(tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, Outcome]) -> list[Outcome]:
+    """What did not end well, each reason once."""
+    found = [outcomes[task.key] for of_seed in tasks.values() for task in of_seed]
+    return list({one.reason: one for one in found if not one.good}.values())
+
+
+def reasons_of(mishaps: Sequence[Outcome], judgements: Sequence[JudgementRecord]) -> tuple[str, ...]:
+    """Why a case has its verdict, a line each."""
+    missed = [f"missed: {one.text} ({one.told})" for one in judgements if one.met is False]
+    open_ = [f"not judged: {one.text} ({one.reason})" for one in judgements if one.met is None]
+    return (*(outcome.reason for outcome in mishaps), *missed, *open_)
+
+
+def verdict_of(mishaps: Sequence[Outcome], judgements: Sequence[JudgementRecord]) -> Verdict:
+    """An error weighs more than a failure, a failure more than what was not there to be run.
+
+    A case of which no expectation could be judged has not passed: fewer seeds were run, or other methods.
+    """
+    kinds = {one.verdict for one in mishaps}
+    if any(one.met is False for one in judgements):
+        kinds.add(Verdict.FAILED)
+    if judgements and all(one.met is None for one in judgements):
+        kinds.add(Verdict.SKIPPED)
+    return next((kind for kind in (Verdict.ERROR, Verdict.FAILED, Verdict.SKIPPED) if kind in kinds), Verdict.PASSED)
+
+
+def tolerances(case: Case) -> tuple[Tolerance, Tolerance]:
+    """How near an answer must be, and the narrower tolerance told beside it."""
+    asked = case.scenario.score
+    heading = math.radians(asked.heading)
+    return Tolerance(asked.within, heading), Tolerance(asked.narrow, heading)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One seed: what was answered, what it cost, and the digest of the beliefs, by method."""
+
+    comparison: Comparison
+    costs: Mapping[str, Cost]
+    digests: Mapping[str, str]
+
+
+def _run(case: Case, tasks: Sequence[AnswerTask], store: Store) -> _Run:
+    drives, query = learnt_drives(tasks[0], store), asked_views(tasks[0], store)
+    mergings: dict[str, Merging] = {}
+    beliefs: dict[str, list[Belief]] = {}
+    costs: dict[str, Cost] = {}
+    for task in tasks:
+        answers, cost = answers_of(task, store)
+        beliefs |= answers
+        costs |= dict.fromkeys(answers, cost)
+        mergings |= mergings_of(task, store)
+    order = [method for method in case.scenario.methods if method in beliefs]
+    comparison = Comparison(
+        case.name,
+        [_without_images(view) for drive in drives for view in drive.views],
+        drives[0].metadata,
+        [_without_images(view) for view in query.views],
+        query.metadata,
+        {method: beliefs[method] for method in order},
+        Drives(names_of(tasks[0].references), tuple(len(drive.views) for drive in drives)),
+        mergings,
+    )
+    return _Run(comparison, costs, {method: digest(beliefs[method]) for method in order})
+
+
+def _without_images(view: View) -> View:
+    """Ten drives with their images would fill the memory; whoever shows one reads it again."""
+    return replace(view, images={})
+
+
+def digest(beliefs: Sequence[Belief]) -> str:
+    """Digest of some beliefs, bit for bit, but for the time that they took."""
+    found = hashlib.sha256()
+    for belief in beliefs:
+        found.update(np.asarray(belief.places, np.float64).tobytes())
+        found.update(np.array([belief.lost, belief.entropy], np.float64).tobytes())
+        found.update(np.array([belief.best, *belief.path], np.int64).tobytes())
+    return found.hexdigest()[:24]

@@ -1,0 +1,161 @@
+"""Judging a case of missions: what the missions of all seeds came to, the figures, the expectations, the verdict."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+from scenarios.campaign.declare.cases import Case
+from scenarios.campaign.declare.expectations import judge
+from scenarios.campaign.declare.mission_checks import asked_mission, program_of, target_of
+from scenarios.campaign.declare.mission_figures import MISSION_FIGURES
+from scenarios.campaign.declare.outcomes import Outcome
+from scenarios.campaign.declare.schema import MissionScenario
+from scenarios.campaign.judge.drives import Judged, mishaps_of, reasons_of, verdict_of
+from scenarios.campaign.judge.records import mishap_records, open_record, share_record
+from scenarios.campaign.run.mission_task import Assignment, MissionTask, mission_of
+from scenarios.campaign.store.cache import Store
+from scenarios.campaign.store.missions import Kept
+from scenarios.campaign.store.result_file import CaseRecord, MethodRecord, SeedRecord
+from scenarios.report.plot_selection import MOST
+from scenarios.scoring.missions import MissionFigures, MissionScore, mission_record, score_mission
+
+
+@dataclass(frozen=True)
+class JudgedMissions(Judged):
+    """A case of missions that was run; figures and comparisons of localising there are none.
+
+    ``missions`` are the figures of each method, ``kept`` what was run, by method and seed, ``led`` the tasks likewise.
+    """
+
+    missions: tuple[MissionFigures, ...] = ()
+    kept: Mapping[str, Mapping[int, Kept]] = field(default_factory=dict)
+    led: Mapping[str, Mapping[int, MissionTask]] = field(default_factory=dict)
+
+    @property
+    def verdict_alone(self) -> Judged:
+        """The same without what only its page needs."""
+        return replace(self, kept={}, led={})
+
+    def score(self, method: str, seed: int) -> MissionScore:
+        """One mission's score."""
+        return _score(self.case, self.kept[method][seed])
+
+
+def mission_tasks(case: Case) -> dict[int, list[MissionTask]]:
+    """The missions of a case by seed, one a method."""
+    return {seed: [_task(case, seed, method) for method in case.scenario.methods] for seed in case.scenario.seeds}
+
+
+def _task(case: Case, seed: int, method: str) -> MissionTask:
+    reference, *further, query = case.sources(seed)
+    asked, limits = case.scenario.localise, case.scenario.limits
+    return MissionTask(
+        (method,),
+        reference,
+        query,
+        None,
+        asked.sensors,
+        seed,
+        limits.seconds,
+        tuple(further),
+        asked.merge,
+        assignment=assignment_of(case),
+    )
+
+
+def assignment_of(case: Case) -> Assignment:
+    """What is to be done in a case."""
+    scenario = case.scenario
+    assert isinstance(scenario, MissionScenario)
+    table = scenario.mission
+    return Assignment(asked_mission(table, case.file), target_of(table), program_of(table, case.file), table.goal)
+
+
+def judged_missions(
+    case: Case, tasks: Mapping[int, Sequence[MissionTask]], outcomes: Mapping[str, Outcome], store: Store
+) -> JudgedMissions:
+    """Judge a case by what its tasks left in the store; ``outcomes`` are by key, those of recordings among them."""
+    mishaps = mishaps_of(tasks, outcomes)
+    led: dict[str, dict[int, MissionTask]] = {}
+    for seed, of_seed in tasks.items():
+        for task in of_seed:
+            if outcomes[task.key].good:
+                led.setdefault(task.method, {})[seed] = task
+    kept = {m: {seed: mission_of(task, store) for seed, task in of_method.items()} for m, of_method in led.items()}
+    order = [method for method in case.scenario.methods if method in kept]
+    found = [MissionFigures(m, tuple(_score(case, one) for one in kept[m].values())) for m in order]
+    by_method = {one.method: one for one in found}
+    seeds = min((len(kept[method]) for method in order), default=0)
+    judgements = tuple(judge(one, by_method, case.scenario.judged, seeds, MISSION_FIGURES) for one in case.expectations)
+    return JudgedMissions(
+        case=case,
+        verdict=verdict_of(mishaps, judgements),
+        reasons=reasons_of(mishaps, judgements),
+        judgements=judgements,
+        figures=(),
+        comparisons=(),
+        costs=MappingProxyType({m: tuple(one.cost for one in kept[m].values()) for m in order}),
+        digests=MappingProxyType({m: tuple(one.digest for one in kept[m].values()) for m in order}),
+        seconds=math.fsum(outcomes[task.key].seconds for of_seed in tasks.values() for task in of_seed),
+        mishaps=tuple(mishaps),
+        missions=tuple(found),
+        kept=MappingProxyType({method: kept[method] for method in order}),
+        led=MappingProxyType({method: led[method] for method in order}),
+    )
+
+
+def _score(case: Case, one: Kept) -> MissionScore:
+    return score_mission(one.run, case.scenario.score.within, case.scenario.score.narrow)
+
+
+def missions_record(result: JudgedMissions, page: str) -> CaseRecord:
+    """The record of a case; its ``page`` lies beside the result file."""
+    names = [one.method for one in result.missions]
+    shown = sorted(names, key=lambda name: name != result.case.scenario.judged)[:MOST]
+    found = {
+        "verdict": result.verdict,
+        "page": page,
+        "reasons": result.reasons,
+        "judgements": result.judgements,
+        "mishaps": mishap_records(result.mishaps),
+        "views": sum(one.views for one in result.missions),
+        "methods": tuple(_method(one, result, drawn=one.method in shown) for one in result.missions),
+        "seeds": _seeds(result),
+        "seconds": result.seconds,
+    }
+    return open_record(result.case).model_copy(update=found)
+
+
+def _method(one: MissionFigures, result: JudgedMissions, *, drawn: bool) -> MethodRecord:
+    kept, terms = result.kept[one.method], result.case.scenario.score
+    return MethodRecord(
+        method=one.method,
+        drawn=drawn,
+        within_m=terms.within,
+        narrow_m=terms.narrow,
+        success=share_record(one.completed),
+        success_narrow=share_record(one.completed_narrow),
+        figures=mission_record(one),
+        costs={seed: each.cost for seed, each in kept.items()},
+        digests={seed: each.digest for seed, each in kept.items()},
+    )
+
+
+def _seeds(result: JudgedMissions) -> Mapping[int, SeedRecord]:
+    found: dict[int, SeedRecord] = {}
+    for seed in result.case.scenario.seeds:
+        of_seed = {method: tasks[seed] for method, tasks in result.led.items() if seed in tasks}
+        if not of_seed:
+            continue
+        # What is judged drove in the light that was asked for; a method that sees nothing was spared the images.
+        sources = of_seed.get(result.case.scenario.judged, next(iter(of_seed.values()))).sources
+        found[seed] = SeedRecord(
+            reference=sources[0],
+            further=sources[1:-1],
+            query=sources[-1],
+            answers={method: task.key for method, task in of_seed.items()},
+            learnt_views=max(result.kept[method][seed].cost.places for method in of_seed),
+            asked_views=sum(result.kept[method][seed].run.views for method in of_seed),
+        )
+    return found

@@ -1,0 +1,98 @@
+"""From a case that was judged to its record in the result file."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from scenarios.campaign.declare.cases import Case
+from scenarios.campaign.declare.outcomes import Outcome
+from scenarios.campaign.declare.schema_types import form_for
+from scenarios.campaign.judge.drives import Judged
+from scenarios.campaign.run.tasks import AnswerTask
+from scenarios.campaign.store.result_file import CaseRecord, MethodRecord, MishapRecord, SeedRecord, ShareRecord
+from scenarios.report.plot_selection import drawn
+from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.figures import Figures, figures_record
+from scenarios.scoring.score import Proportion
+
+
+def open_record(case: Case) -> CaseRecord:
+    """The record of a case that has no verdict yet."""
+    return CaseRecord(
+        form=form_for(case.scenario).name,
+        name=case.name,
+        scenario=case.file.stem,
+        file=_below_here(case.file),
+        title=case.scenario.title,
+        blocking=case.scenario.blocking,
+        judged=case.scenario.judged,
+        varied=dict(case.varied),
+        resolved=case.scenario.model_dump(mode="json", exclude_none=True),
+    )
+
+
+def _below_here(file: Path) -> str | None:
+    """A file as a CI server that started the campaign knows it; None of one that lies elsewhere."""
+    there, here = file.resolve(), Path.cwd()
+    return there.relative_to(here).as_posix() if there.is_relative_to(here) else None
+
+
+def case_record(result: Judged, page: str) -> CaseRecord:
+    """The record of a case; its ``page`` lies beside the file."""
+    shown = drawn(
+        [one.method for one in result.figures],
+        result.case.scenario.judged,
+        {one.method: one.wide for one in result.figures},
+    )
+    found = {
+        "verdict": result.verdict,
+        "page": page,
+        "reasons": result.reasons,
+        "judgements": result.judgements,
+        "mishaps": mishap_records(result.mishaps),
+        "views": sum(len(one.query_views) for one in result.comparisons),
+        "methods": tuple(_method(one, result, drawn=one.method in shown) for one in result.figures),
+        "seeds": _seeds(result.answered, result.comparisons),
+        "seconds": result.seconds,
+    }
+    return open_record(result.case).model_copy(update=found)
+
+
+def mishap_records(mishaps: Sequence[Outcome]) -> tuple[MishapRecord, ...]:
+    """The records of what did not end well."""
+    return tuple(MishapRecord(verdict=one.verdict, reason=one.reason, details=one.details) for one in mishaps)
+
+
+def _method(one: Figures, result: Judged, *, drawn: bool) -> MethodRecord:
+    seeds = list(result.answered)
+    costs = result.costs.get(one.method, ())
+    return MethodRecord(
+        method=one.method,
+        drawn=drawn,
+        within_m=one.wide.tolerance.distance,
+        narrow_m=one.narrow.tolerance.distance,
+        success=share_record(one.wide.success),
+        success_narrow=share_record(one.narrow.success),
+        figures=figures_record(one),
+        costs=dict(zip(seeds, costs, strict=False)),
+        digests=dict(zip(seeds, result.digests.get(one.method, ()), strict=False)),
+    )
+
+
+def share_record(share: Proportion) -> ShareRecord:
+    """A share with its interval."""
+    low, high = share.interval
+    return ShareRecord(right=share.successes, of=share.trials, low=low, high=high)
+
+
+def _seeds(answered: Mapping[int, Sequence[AnswerTask]], comparisons: Sequence[Comparison]) -> Mapping[int, SeedRecord]:
+    return {
+        seed: SeedRecord(
+            reference=tasks[0].sources[0],
+            further=tasks[0].sources[1:-1],
+            query=tasks[0].sources[-1],
+            answers={method: task.key for task in tasks for method in task.methods},
+            learnt_views=len(run.reference_views),
+            asked_views=len(run.query_views),
+        )
+        for (seed, tasks), run in zip(answered.items(), comparisons, strict=True)
+    }

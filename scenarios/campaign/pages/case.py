@@ -1,0 +1,95 @@
+"""The page of a case: its verdict, what decided, what was answered and seen."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from scenarios.campaign.declare.outcomes import Verdict
+from scenarios.campaign.judge.drives import Judged, tolerances
+from scenarios.campaign.run.tasks import AnswerTask, asked_views, learnt_drives
+from scenarios.campaign.store.cache import Store
+from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
+from scenarios.drives.record import Drive, plan_of
+from scenarios.report.document import details, facts
+from scenarios.report.page import duration_text, rendered
+from scenarios.report.plots.drive import FloorOutline
+from scenarios.report.sections.experiment import Section, Terms, section
+from scenarios.report.sections.frames import Encoded, Side, Wanted, encoded
+from worlds.drawing.outline import outline_of
+from worlds.errors import WorldsError
+
+
+@dataclass(frozen=True)
+class ExpectationRow:
+    """An expectation in words: its verdict, what is written, what decided."""
+
+    verdict: str
+    text: str
+    told: str
+
+
+def case_page(result: Judged, record: CaseRecord, campaign: CampaignRecord, store: Store) -> str:
+    """The page of a case that was judged; ``campaign`` tells of the versions and the machine."""
+    return rendered(
+        "case.html.j2",
+        title=f"{record.name}: {record.verdict_word}",
+        case=record,
+        scenario=result.case.scenario,
+        expectations=[expectation_row(one) for one in record.judgements],
+        traces=[(one.reason, one.details) for one in record.mishaps if one.details],
+        it=_section(result, store),
+        facts=facts(result.comparisons),
+        details=details(result.comparisons),
+        resolved=json.dumps(record.resolved, indent=2, ensure_ascii=False),
+        seconds=duration_text(record.seconds),
+        campaign=campaign,
+    )
+
+
+def expectation_row(one: JudgementRecord) -> ExpectationRow:
+    """An expectation and what decided, in words."""
+    verdict = {True: Verdict.PASSED, False: Verdict.FAILED, None: Verdict.SKIPPED}[one.met]
+    return ExpectationRow(verdict.value, one.text, ("not judged: " if one.met is None else "") + one.told)
+
+
+def _section(result: Judged, store: Store) -> Section | None:
+    """What was driven and answered; None where no drive was answered."""
+    if not result.comparisons:
+        return None
+    terms = Terms(
+        *tolerances(result.case),
+        judged=result.case.scenario.judged,
+        costs=result.costs,
+        pictures=FromStore([tasks[0] for tasks in result.answered.values()], store),
+        outline=_outline(result),
+        figures=result.figures,
+    )
+    return section(result.case.name, result.comparisons, terms)
+
+
+def _outline(result: Judged) -> FloorOutline | None:
+    """The walls, where the query was driven in a floor plan; doors and things as on its day."""
+    query = result.case.sources(next(iter(result.answered)))[-1]
+    if not isinstance(query, Drive):
+        return None
+    try:
+        return outline_of(plan_of(query))
+    except WorldsError:
+        return None  # a plan that was taken away after the drive
+
+
+class FromStore:
+    """Frames that lie in the store, of runs by their ``tasks``; all drives at once would fill the memory."""
+
+    def __init__(self, tasks: Sequence[AnswerTask], store: Store) -> None:
+        self._tasks, self._store = tasks, store
+
+    def __call__(self, wanted: Sequence[Wanted]) -> Encoded:
+        """The frames of some views, by camera."""
+        found: dict[Wanted, dict[str, str]] = {}
+        for run, side in dict.fromkeys((one.run, one.side) for one in wanted):
+            task = self._tasks[run]
+            drives = learnt_drives(task, self._store) if side is Side.REFERENCE else [asked_views(task, self._store)]
+            views = [view for drive in drives for view in drive.views]
+            found |= encoded(views, [one for one in wanted if (one.run, one.side) == (run, side)])
+        return found

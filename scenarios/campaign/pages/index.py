@@ -1,0 +1,80 @@
+"""The index of a campaign: its verdicts, and the way to each case."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from scenarios.campaign.declare.outcomes import Verdict
+from scenarios.campaign.pages.sweep_plot import DialShown
+from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
+from scenarios.report.page import duration_text, rendered
+from scenarios.scoring.comparison import method_label
+from scenarios.scoring.figures import NONE
+
+
+@dataclass(frozen=True)
+class IndexRow:
+    """A case in words; ``within`` and ``narrow`` are the tolerances of the successes, empty where there are none."""
+
+    name: str
+    page: str | None
+    verdict: str
+    judged: str
+    success: str
+    within: str
+    success_narrow: str
+    narrow: str
+    failures: str
+    met: str
+    reason: str
+    seconds: str
+
+
+def index_page(record: CampaignRecord, dials: Sequence[DialShown]) -> str:
+    """The page of a campaign."""
+    blocking = [case for case in record.cases if case.blocking]
+    others = [case for case in record.cases if not case.blocking]
+    return rendered(
+        "campaign.html.j2",
+        title=f"Campaign: {verdict_line(record)}",
+        groups=[
+            (heading, [index_row(case) for case in cases])
+            for heading, cases in (("Cases that decide", blocking), ("Not blocking", others))
+            if cases
+        ],
+        campaign=record,
+        seconds=duration_text(record.seconds),
+        dials=dials,
+    )
+
+
+def verdict_line(record: CampaignRecord) -> str:
+    """The verdicts of the cases that decide, counted; then those that do not."""
+    parts = []
+    for blocking, after in ((True, ""), (False, " (not blocking)")):
+        counts = [(record.count(verdict, blocking=blocking), verdict.value) for verdict in Verdict]
+        left = sum(case.verdict is None and case.blocking is blocking for case in record.cases)
+        words = ", ".join(f"{count} {word}" for count, word in [*counts, (left, "not judged")] if count)
+        parts += [words + after] if words else []
+    return "; ".join(parts) or "no case"
+
+
+def index_row(case: CaseRecord) -> IndexRow:
+    """A case's row in the table of verdicts."""
+    judged = case.method(case.judged)
+    met, expected = case.met
+    return IndexRow(
+        name=case.name,
+        page=case.page,
+        verdict=case.verdict_word,
+        judged=method_label(case.judged),
+        success=judged.success.told if judged else NONE,
+        within=f"{judged.within_m:g} m" if judged else "",
+        success_narrow=judged.success_narrow.told if judged else NONE,
+        narrow=f"{judged.narrow_m:g} m" if judged else "",
+        failures=judged.success.failed if judged else NONE,
+        met=f"{met} of {expected}" if expected else NONE,
+        reason=case.reasons[0] + (f" (and {len(case.reasons) - 1} more)" if len(case.reasons) > 1 else "")
+        if case.reasons
+        else "",
+        seconds=duration_text(case.seconds),
+    )

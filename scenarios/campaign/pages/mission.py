@@ -1,0 +1,167 @@
+"""The page of a case of missions: verdict, figures, what became of each mission, plans, orders, logs."""
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from scenarios.campaign.judge.missions import JudgedMissions
+from scenarios.campaign.pages.case import expectation_row
+from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
+from scenarios.drives.record import Drive, plan_of
+from scenarios.report.page import duration_text, metres, rendered
+from scenarios.report.plots.drive import FloorOutline, Plot
+from scenarios.report.plots.mission import mission_plan
+from scenarios.scoring.figures import NONE
+from scenarios.scoring.missions import MissionFigures, MissionRun, MissionScore, outcome_words
+from worlds.drawing.outline import outline_of
+from worlds.errors import WorldsError
+
+
+@dataclass(frozen=True)
+class MethodRow:
+    """One method's figures, in words."""
+
+    label: str
+    judged: bool
+    completed: str
+    narrow: str
+    goal: str
+    wrong: str
+    touched: str
+    time: str
+    over_ideal: str
+    barn: str
+    lost: str
+    views: str
+
+
+@dataclass(frozen=True)
+class OutcomeRow:
+    """What became of one mission, in words; ``good`` says whether it was completed."""
+
+    seed: int
+    method: str
+    good: bool
+    told: str
+    touched: str
+    wrong: str
+
+
+@dataclass(frozen=True)
+class OrderRow:
+    """An order of a plan: from where on, what, why, and when it was begun."""
+
+    at: str
+    behaviour: str
+    why: str
+    begun: str
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A mission that is shown whole."""
+
+    title: str
+    good: bool
+    plan: Plot
+    orders: tuple[OrderRow, ...]
+    log: str
+
+
+def mission_page(result: JudgedMissions, record: CaseRecord, campaign: CampaignRecord) -> str:
+    """The page of a case that was judged; ``campaign`` tells of the versions and the machine."""
+    return rendered(
+        "mission.html.j2",
+        title=f"{record.name}: {record.verdict_word}",
+        case=record,
+        scenario=result.case.scenario,
+        expectations=[expectation_row(one) for one in record.judgements],
+        traces=[(one.reason, one.details) for one in record.mishaps if one.details],
+        it=None,
+        table=[_row(one, result) for one in result.missions],
+        outcomes=[_outcome(result, method, seed) for method, seed in _all(result)],
+        shown=_shown(result),
+        terms=result.case.scenario.score,
+        facts=(),
+        details=(),
+        resolved=json.dumps(record.resolved, indent=2, ensure_ascii=False),
+        seconds=duration_text(record.seconds),
+        campaign=campaign,
+    )
+
+
+def _all(result: JudgedMissions) -> Iterator[tuple[str, int]]:
+    return ((method, seed) for method, of_method in result.kept.items() for seed in of_method)
+
+
+def _row(one: MissionFigures, result: JudgedMissions) -> MethodRow:
+    runs = len(one.scores)
+    return MethodRow(
+        label=one.method,
+        judged=one.method == result.case.scenario.judged,
+        completed=f"{one.completed.successes} of {runs}",
+        narrow=f"{one.completed_narrow.successes} of {runs}",
+        goal=metres(one.goal_distance),
+        wrong=NONE if math.isnan(one.wrong_switches) else f"{one.wrong_switches:.0f} of {one.switches}",
+        touched=str(one.collisions),
+        time=NONE if math.isnan(one.time) else f"{one.time:.0f} s",
+        over_ideal=NONE if math.isnan(one.time_over_ideal) else f"{one.time_over_ideal:.2f}",
+        barn=f"{one.barn:.3f}",
+        lost=str(one.lost),
+        views=str(one.views),
+    )
+
+
+def _outcome(result: JudgedMissions, method: str, seed: int) -> OutcomeRow:
+    run, score = result.kept[method][seed].run, result.score(method, seed)
+    wrong = NONE if score.wrong is None else ", ".join(_wrong(run, score)) or "none"
+    told = outcome_words(run, score)
+    return OutcomeRow(seed, method, score.completed, told, ", ".join(run.touched) or "nothing", wrong)
+
+
+def _wrong(run: MissionRun, score: MissionScore) -> Iterator[str]:
+    """The switches that were wrong ones, as they are numbered in the plan."""
+    for number, ((order, time), wrong) in enumerate(zip(run.switches, score.wrong or (), strict=True), 1):
+        if wrong:
+            yield f"{number} ({run.orders[order].behaviour}, {time:.0f} s)"
+
+
+def _shown(result: JudgedMissions) -> list[Shown]:
+    """Every mission that was not completed, and one that was: the judged method's, if there is one."""
+    outline, within = _outline(result), result.case.scenario.score.within
+    good = sorted(
+        (pair for pair in _all(result) if result.score(*pair).completed),
+        key=lambda pair: pair[0] != result.case.scenario.judged,
+    )
+    chosen = [*good[:1], *(pair for pair in _all(result) if not result.score(*pair).completed)]
+    return [_whole(result, method, seed, within, outline) for method, seed in chosen]
+
+
+def _whole(result: JudgedMissions, method: str, seed: int, within: float, outline: FloorOutline | None) -> Shown:
+    run, score = result.kept[method][seed].run, result.score(method, seed)
+    begun: dict[int, list[str]] = {}
+    for number, (order, time) in enumerate(run.switches, 1):
+        begun.setdefault(order, []).append(f"{number} at {time:.0f} s")
+    return Shown(
+        title=f"{method}, seed {seed}: {outcome_words(run, score)}",
+        good=score.completed,
+        plan=mission_plan(run, score, within, outline),
+        orders=tuple(
+            OrderRow(
+                NONE if math.isnan(one.at) else f"{one.at:.1f} m", one.behaviour, one.why, ", ".join(begun.get(n, ()))
+            )
+            for n, one in enumerate(run.orders)
+        ),
+        log="\n".join(map(str, run.log)),
+    )
+
+
+def _outline(result: JudgedMissions) -> FloorOutline | None:
+    """The walls; doors and things as on the first seed's day."""
+    query = result.case.source("query", result.case.scenario.seeds[0])
+    assert isinstance(query, Drive)
+    try:
+        return outline_of(plan_of(query))
+    except WorldsError:
+        return None  # a plan that was taken away after the drive

@@ -1,0 +1,260 @@
+"""Tables of a Markdown page that campaigns fill, so that no figure on the page is typed.
+
+A table stands between two comments. The first says in TOML what is in it, the second ends it; what lies between is
+replaced::
+
+    <!-- table evening
+    show = "{failures} ({failures_narrow})"
+    [columns]
+    "single views".method = "thesis/uniform"
+    "chain".method = "thesis/chain"
+    [rows]
+    "by day".case = "fig-3.11-daylight"
+    "late evening".case = "fig-3.12-evening/thesis"
+    -->
+    <!-- end table -->
+
+Each cell needs a ``case``, a ``method`` and what to ``show`` of it; each of the three is named once: for the whole
+table, by the row or by the column.
+"""
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from scenarios.campaign.pages.text_report import markdown_table
+from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
+from scenarios.errors import ScenarioError
+from scenarios.scoring.figures import NONE
+
+END = "<!-- end table -->"
+OPENS = re.compile(r"^<!-- table\b.*$", re.MULTILINE)
+BLOCK = re.compile(
+    rf"(?P<head><!-- table (?P<name>\S+)\n(?P<toml>.*?)^-->\n)(?P<body>.*?)^{re.escape(END)}$", re.MULTILINE | re.DOTALL
+)
+
+
+class Choice(BaseModel):
+    """What a row, a column or the whole table names of a cell."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    case: str | None = None
+    method: str | None = None
+    show: str | None = None
+
+
+class Form(Choice):
+    """A table as it is declared: ``rows`` and ``columns`` by their headings, ``corner`` above the rows' headings."""
+
+    corner: str = ""
+    columns: Mapping[str, Choice]
+    rows: Mapping[str, Choice]
+
+
+@dataclass(frozen=True)
+class Block:
+    """A table on a page: its name, what stands between its comments, and where that is in the page's text."""
+
+    name: str
+    form: Form
+    body: str
+    span: tuple[int, int]
+    place: str
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a cell's figures are from: a method's in a case of a campaign."""
+
+    campaign: CampaignRecord
+    case: CaseRecord
+    method: MethodRecord
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Several campaigns; where two asked a method in the same case, the later one counts."""
+
+    campaigns: Sequence[CampaignRecord]
+
+    @cached_property
+    def found(self) -> Mapping[tuple[str, str], Source]:
+        """All there is, by the names of case and method."""
+        return {
+            (case.name, method.method): Source(campaign, case, method)
+            for campaign in self.campaigns
+            for case in campaign.cases
+            for method in case.methods
+        }
+
+    @cached_property
+    def cases(self) -> Sequence[str]:
+        """All cases that some method answered, in their order."""
+        return list(dict.fromkeys(case for case, _ in self.found))
+
+    @cached_property
+    def methods(self) -> Sequence[str]:
+        """All methods that answered some case, in their order."""
+        return list(dict.fromkeys(method for _, method in self.found))
+
+
+def blocks(text: str, page: str) -> list[Block]:
+    """The tables that a page declares, in their order.
+
+    Raises ``ScenarioError`` with the line for one that is not ended, has no name or one that is taken, or is declared
+    wrongly.
+    """
+    by_start = {match.start(): match for match in BLOCK.finditer(text)}
+    found: list[Block] = []
+    for opening in OPENS.finditer(text):
+        line = text.count("\n", 0, opening.start()) + 1
+        match = by_start.get(opening.start())
+        if match is None or OPENS.search(match["toml"] + match["body"]):
+            raise ScenarioError(
+                f"{page}: line {line}: {opening.group()!r} opens no whole table; valid is <!-- table NAME, lines of "
+                f"TOML, -->, the table, {END}"
+            )
+        place = f"{page}: line {line}: table {match['name']}"
+        if match["name"] in {block.name for block in found}:
+            raise ScenarioError(f"{place}: the name is taken by an earlier table; valid is another one")
+        found.append(
+            Block(match["name"], _form("\n" * line + match["toml"], place), match["body"], match.span("body"), place)
+        )
+    return found
+
+
+def _form(toml: str, place: str) -> Form:
+    """What the TOML declares; its lines are counted as the page's."""
+    try:
+        return Form.model_validate(tomllib.loads(toml))
+    except tomllib.TOMLDecodeError as error:
+        raise ScenarioError(f"{place}: is no TOML: {error}") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(map(str, first["loc"]))
+        raise ScenarioError(
+            f"{place}: {key}: {first['msg']}; valid are case, method, show, corner, and tables of rows and columns"
+        ) from error
+
+
+def chosen(found: Sequence[Block], wanted: Sequence[str], page: str) -> list[Block]:
+    """The tables that are asked for by name, none: all. Raises ``ScenarioError`` for one that is not on the page."""
+    names = [block.name for block in found]
+    for name in wanted:
+        if name not in names:
+            raise ScenarioError(f"--table {name!r} is not in {page}; valid are {', '.join(names) or 'none'}")
+    if not found:
+        raise ScenarioError(f"{page}: declares no table; valid is a page with <!-- table NAME ... --> and {END}")
+    return [block for block in found if not wanted or block.name in wanted]
+
+
+def replaced(text: str, bodies: Sequence[tuple[Block, str]]) -> str:
+    """The page with other texts between the comments of some of its tables."""
+    for block, body in sorted(bodies, key=lambda pair: -pair[0].span[0]):
+        start, end = block.span
+        text = text[:start] + body + text[end:]
+    return text
+
+
+def filled(block: Block, runs: Runs) -> str:
+    """What should stand between a table's comments: the table, and a line that says of which runs it is.
+
+    Raises ``ScenarioError`` for a case, a method or a figure that the runs do not have, and for a cell that lacks one
+    of them or is told one twice.
+    """
+    form = block.form
+    sources: list[Source] = []
+    rows = []
+    for heading, row in form.rows.items():
+        cells = [heading]
+        for title, column in form.columns.items():
+            place = f"{block.place}: row {heading!r}, column {title!r}"
+            case, method, show = (_one(name, (form, row, column), place) for name in ("case", "method", "show"))
+            source = _source(case, method, runs, place)
+            cells.append(_shown(show, source, place) if source else "")
+            sources += [source] if source else []
+        rows.append(cells)
+    table = markdown_table((form.corner, *form.columns), rows)
+    return f"{table}\n*{_origin(sources)}*\n" if sources else table
+
+
+def _one(name: str, named_by: Sequence[Choice], place: str) -> str:
+    told = [value for choice in named_by if (value := getattr(choice, name)) is not None]
+    if len(told) != 1:
+        how = f"is told {' and '.join(map(repr, told))}" if told else "is not told"
+        raise ScenarioError(f"{place}: {name} {how}; valid is one of the table, the row and the column that tells it")
+    return str(told[0])
+
+
+def _source(case: str, method: str, runs: Runs, place: str) -> Source | None:
+    """Where a cell's figures are; None where this case, unlike others, did not ask the method."""
+    for what, name, valid in (("case", case, runs.cases), ("method", method, runs.methods)):
+        if name not in valid:
+            raise ScenarioError(
+                f"{place}: {what} {name!r} was not judged in these campaigns; valid are {', '.join(valid) or 'none'}"
+            )
+    return runs.found.get((case, method))
+
+
+def _shown(show: str, source: Source, place: str) -> str:
+    """A cell's text."""
+    values = _values(source.method, len(source.case.seeds))
+    try:
+        return show.format_map({name: _Absent() if value is None else value for name, value in values.items()})
+    except (KeyError, AttributeError) as error:
+        raise ScenarioError(f"{place}: {show!r} shows {error}; valid are {', '.join(values)}") from error
+    except (ValueError, IndexError) as error:
+        raise ScenarioError(
+            f"{place}: {show!r} cannot be shown: {error}; valid is as in '{{success:.1f}} %'"
+        ) from error
+
+
+class _Absent:
+    """A figure that there is none of, however it should be written."""
+
+    def __format__(self, _form: str) -> str:
+        return NONE
+
+
+def _values(one: MethodRecord, seeds: int) -> Mapping[str, float | int | str | None]:
+    """All that can be shown of a method: counts of views (of missions: of runs), and the file's figures."""
+    counts: dict[str, float | int | str | None] = {"seeds": seeds, "of": one.success.of}
+    for share, name in ((one.success, ""), (one.success_narrow, "_narrow")):
+        failures = share.of - share.right
+        counts |= {
+            f"right{name}": share.right,
+            f"failures{name}": failures,
+            f"failures{name}_a_seed": failures / seeds if seeds else None,
+            f"success{name}": 100 * share.share if share.of else None,
+        }
+    return counts | {name: value for name, value in one.figures.items() if name.isidentifier()}
+
+
+def _origin(sources: Sequence[Source]) -> str:
+    """When and by what the figures came to be, and over how many seeds."""
+    runs = [source.campaign for source in sources]
+    days = sorted({run.started[:10] for run in runs})
+    versions = dict.fromkeys(
+        f"refseq-bench {run.versions.get('refseq-bench', '?')} with MuJoCo {run.versions.get('mujoco', '?')}"
+        for run in runs
+    )
+    seeds = sorted({len(source.case.seeds) for source in sources})
+    told = f"{_span(seeds)} seed{'s' if seeds != [1] else ''}"
+    return f"Run on {_span(days)} by {' and '.join(versions)}; {told} a case."
+
+
+def _span(ordered: Sequence[object]) -> str:
+    """The only one, or the first and the last."""
+    return str(ordered[0]) if len(ordered) == 1 else f"{ordered[0]} to {ordered[-1]}"
+
+
+def stale(wanted: Sequence[Block], runs: Runs) -> Iterator[tuple[Block, str]]:
+    """The tables that do not stand as the runs have them, and what should stand there."""
+    for block in wanted:
+        body = filled(block, runs)
+        if body != block.body:
+            yield block, body

@@ -1,0 +1,157 @@
+"""What came of a campaign, on the terminal and as Markdown, from its result file alone."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from scenarios.campaign.pages.index import index_row, verdict_line
+from scenarios.campaign.pages.summary import Across, plain
+from scenarios.campaign.results import INDEX
+from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
+from scenarios.cli.compare import print_whole
+from scenarios.cli.console import say
+from scenarios.report.page import duration_text
+from scenarios.scoring.figures import NONE
+
+STYLES = {"passed": "green", "failed": "bold red", "error": "bold magenta", "skipped": "dim", "open": "dim"}
+FIGURES = {
+    "localising": {
+        "AUC": "auc",
+        "ECE": "ece",
+        "lost AUROC": "lost_auroc",
+        "error, median [m]": "error_median_m",
+        "error, p95 [m]": "error_p95_m",
+        "ms a view": "total_median_ms",
+    },
+    "mission": {
+        "to the goal [m]": "goal_distance_median_m",
+        "wrong switches": "wrong_switches",
+        "touched": "collisions",
+        "time [s]": "time_median_s",
+        "time over ideal": "time_over_ideal_median",
+        "BARN": "barn_mean",
+        "lost": "lost_times",
+    },
+}
+"""Figures of the result file that the table of methods shows beside success, by the form of the scenario."""
+
+
+def print_report(record: CampaignRecord, folder: Path, console: Console, *, figures: bool) -> None:
+    """Print the verdicts, those that decide first, why some did not pass, and where to look; with ``figures`` all."""
+    say(console, f"{verdict_line(record)}; {duration_text(record.seconds)}, started {record.began}")
+    if not record.complete:
+        say(console, "not complete: the campaign still runs, or was ended before; the same command goes on")
+    for blocking, title in ((True, "cases that decide"), (False, "not blocking")):
+        cases = [case for case in record.cases if case.blocking is blocking]
+        if cases:
+            print_whole(console, _verdicts(title, cases))
+            for line in _reasons(cases):
+                say(console, line)
+    if figures:
+        for case in _with_figures(record):
+            headings, *rows = _figures(case)
+            judged = [method.method == case.judged for method in case.methods]
+            print_whole(console, _table(_title(case), headings, rows, judged))
+    say(console, f"look at {folder / INDEX}")
+
+
+def print_across(found: Across, console: Console) -> None:
+    """Print one figure of all methods over all cases."""
+    rows = [(method, *cells) for method, cells in found.rows]
+    print_whole(console, _table(found.figure, ("method", *found.cases), rows, [False] * len(rows)))
+
+
+def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], bold: Sequence[bool]) -> Table:
+    """Names to the left, figures to the right; some rows stand out."""
+    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
+    for column, heading in enumerate(headings):
+        table.add_column(Text(heading.replace("/", "/\n")), justify="right" if column else "left", no_wrap=True)
+    for cells, stands_out in zip(rows, bold, strict=True):
+        table.add_row(*map(Text, cells), style="bold" if stands_out else "")
+    return table
+
+
+def _verdicts(title: str, cases: list[CaseRecord]) -> Table:
+    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
+    for heading in ("verdict", "case", "judged method"):
+        table.add_column(heading, no_wrap=True)
+    for heading in ("success", "failures", "met"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in map(index_row, cases):
+        verdict = Text(row.verdict, style=STYLES[row.verdict])
+        cells = (row.name, row.judged, _within(row.success, row.within), row.failures, row.met)
+        table.add_row(verdict, *map(Text, cells))
+    return table
+
+
+def _within(share: str, tolerance: str) -> str:
+    """A success rate and its tolerance, in one cell."""
+    return f"{share} in {tolerance}" if tolerance else share
+
+
+def _reasons(cases: list[CaseRecord]) -> Iterator[str]:
+    for case in cases:
+        for reason in case.reasons:
+            yield f"  {case.name}: {reason}"
+
+
+def _with_figures(record: CampaignRecord) -> list[CaseRecord]:
+    return [case for case in record.cases if case.methods]
+
+
+def _title(case: CaseRecord) -> str:
+    return f"{case.name}: {len(case.seeds)} seed{'s' if len(case.seeds) != 1 else ''}, {case.views} views"
+
+
+def _figures(case: CaseRecord) -> list[tuple[str, ...]]:
+    """All methods of a case: the headings, and a row each."""
+    first, shown = case.methods[0], FIGURES[case.form]
+    headings = ("method", f"within {first.within_m:g} m", f"within {first.narrow_m:g} m", "failed", *shown)
+    return [headings, *((one.method, *_method_cells(one, list(shown.values()))) for one in case.methods)]
+
+
+def _method_cells(one: MethodRecord, names: Sequence[str]) -> list[str]:
+    figures = [one.figures.get(name) for name in names]
+    failed = str(one.success.of - one.success.right)
+    return [_of(one.success), _of(one.success_narrow), failed, *map(plain, figures)]
+
+
+def _of(share: ShareRecord) -> str:
+    """A share with the number of its views."""
+    return f"{share.told} of {share.of}" if share.of else NONE
+
+
+def report_markdown(record: CampaignRecord, *, figures: bool) -> str:
+    """The verdicts as a table in Markdown; with ``figures`` also a table of all methods for each case."""
+    rows = []
+    for case in sorted(record.cases, key=lambda one: not one.blocking):
+        row = index_row(case)
+        verdict = case.verdict_word + ("" if case.blocking else " (not blocking)")
+        rows.append((verdict, row.name, row.judged, _within(row.success, row.within), row.met, row.reason))
+    headings = ("verdict", "case", "judged method", "success", "met", "why not")
+    parts = [f"**{verdict_line(record)}**, {duration_text(record.seconds)}\n", markdown_table(headings, rows)]
+    if figures:
+        for case in _with_figures(record):
+            of_methods, *methods = _figures(case)
+            parts += [f"**{escaped(_title(case))}**\n", markdown_table(of_methods, methods)]
+    return "\n".join(parts)
+
+
+def across_markdown(found: Across) -> str:
+    """One figure of all methods over all cases, as a table in Markdown."""
+    return markdown_table((found.figure, *found.cases), [(method, *cells) for method, cells in found.rows])
+
+
+def markdown_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table that no text in it can break."""
+    lines = [headings, ["---"] * len(headings), *rows]
+    return "".join("| " + " | ".join(map(escaped, line)) + " |\n" for line in lines)
+
+
+def escaped(text: str) -> str:
+    """A text that cannot end its cell, nor be taken for HTML."""
+    return text.replace("\\", "\\\\").replace("|", "\\|").replace("<", "&lt;").replace("\n", " ")

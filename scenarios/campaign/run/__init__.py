@@ -1,0 +1,1 @@
+"""Tasks of a campaign and the workers that carry them out."""

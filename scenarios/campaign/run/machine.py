@@ -1,0 +1,35 @@
+"""Where a campaign runs: what figures of time and memory are worth nothing without."""
+
+import os
+import platform
+from pathlib import Path
+
+from scenarios.campaign.store.result_file import MachineRecord
+from sim.rendering.drivers import vulkan_device
+
+CPU, MEMORY = Path("/proc/cpuinfo"), Path("/proc/meminfo")
+
+
+def this_machine() -> MachineRecord:
+    """The machine that this runs on, as far as the system tells."""
+    return MachineRecord(
+        system=f"{platform.system()} {platform.release()} {platform.machine()}",
+        processor=_line(CPU, "model name") or platform.processor() or "unknown",
+        cores=os.cpu_count() or 1,
+        memory_gb=_memory(),
+        device=vulkan_device(),
+    )
+
+
+def _memory() -> float | None:
+    words = (_line(MEMORY, "MemTotal") or "").split()
+    return round(int(words[0]) * 1024 / 1e9, 1) if words else None
+
+
+def _line(path: Path, key: str) -> str | None:
+    """What stands behind a key in one of the system's own tables."""
+    try:
+        lines = path.read_text().splitlines()
+    except OSError:
+        return None
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith(key)), None)

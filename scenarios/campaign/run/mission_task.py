@@ -1,0 +1,184 @@
+"""The task of a mission: a method learns the references and leads a robot that is set down where the query starts."""
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import pyarrow as pa
+
+from refseq.atlas.routes import NoRouteError
+from refseq.missions import MissionError, Plan, Way, as_learnt
+from refseq.missions.lamp import Stage
+from scenarios.campaign.declare.mission_checks import Target
+from scenarios.campaign.declare.outcomes import one_line
+from scenarios.campaign.declare.schema import LAMP, ODOMETRY
+from scenarios.campaign.declare.sources import Source, names_of, source_key
+from scenarios.campaign.judge.drives import digest
+from scenarios.campaign.run.tasks import ANSWER_PACKAGES, Question, drive_with_files, learnt_drives
+from scenarios.campaign.store.cache import DamagedError, Store
+from scenarios.campaign.store.keys import key_of, packages, sources_digest
+from scenarios.campaign.store.missions import Kept, read_mission, write_mission
+from scenarios.drives.record import Drive, open_bench
+from scenarios.methods.baselines import Reference
+from scenarios.missions.file import Asked
+from scenarios.missions.leader import Journey, Leader, along_reference, over_atlas
+from scenarios.missions.runs import Done, led, programmed, refused
+from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
+from sim.bench.bench import Bench
+from sim.rendering.render import RendererKind
+
+SOURCES = (
+    *(
+        "refseq",
+        "sim",
+        "robots",
+        "worlds",
+        "scenarios.methods.baselines",
+        "scenarios.methods.by_name",
+        "scenarios.scoring.merging",
+    ),
+    *(
+        "scenarios.drives.record",
+        "scenarios.missions.file",
+        "scenarios.missions.leader",
+        "scenarios.missions.runs",
+        "scenarios.scoring.missions",
+    ),
+    *("scenarios.campaign.run.mission_task", "scenarios.campaign.store.missions", "scenarios.campaign.declare.sources"),
+)
+PACKAGES = (*ANSWER_PACKAGES, "mujoco", "astral")
+BLIND = (ODOMETRY, LAMP)
+"""Who looks at nothing: no image has to be drawn for them."""
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """What is to be done: ``asked``, or to go to the ``target``, or, without these, what was learnt; and a program.
+
+    ``goal`` [m] is where that ends, None: where the plan does on what was learnt.
+    """
+
+    asked: Asked | None
+    target: Target | None
+    stages: tuple[Stage, ...]
+    goal: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class MissionTask(Question):
+    """Have one method lead the robot."""
+
+    assignment: Assignment = field(kw_only=True)
+
+    @property
+    def method(self) -> str:
+        """Who leads."""
+        (method,) = self.methods
+        return method
+
+    @cached_property
+    def key(self) -> str:
+        """Key of the mission: what was learnt, where it is run, what is to be done, by whom, code and packages."""
+        return key_of(
+            "mission",
+            self.methods,
+            self.own,
+            *self.sources,
+            self.sensors,
+            self.seed,
+            self.merge if self.further else None,
+            repr(self.assignment),
+            sources_digest(SOURCES),
+            packages(PACKAGES),
+        )
+
+    @property
+    def read(self) -> tuple[Source, ...]:
+        """The references."""
+        return self.references
+
+    @cached_property
+    def sources(self) -> tuple[str, ...]:
+        """As of any question; for who looks at nothing all lights are one."""
+        return (*super().sources[:-1], source_key(self.drive))
+
+    @property
+    def drive(self) -> Drive:
+        """Where and when: the bench of the query. Who looks at nothing needs no images, and no light."""
+        assert isinstance(self.query, Drive)
+        if self.method in BLIND:
+            return replace(self.query, renderer=RendererKind.NONE, light=Drive().light)
+        return self.query
+
+    def with_files(self, moved: Mapping[str, str]) -> "MissionTask":
+        """The mission with the files that its query names where they lie on another machine; its keys stay."""
+        assert isinstance(self.query, Drive)
+        there = replace(self, query=drive_with_files(self.query, moved))
+        there.__dict__.update(sources=self.sources, key=self.key)
+        return there
+
+    @property
+    def kind(self) -> str:
+        """What takes about as long as this."""
+        return f"mission, {self.method}, {self.drive.renderer.value}"
+
+    @property
+    def title(self) -> str:
+        """What is done, in words."""
+        return f"mission led by {self.method}, seed {self.seed}"
+
+    def carry_out(self, store: Store) -> None:
+        """Learn and lead."""
+        forget_peak()
+        recordings = learnt_drives(self, store)
+        drives = [Reference(one.views, self.shelf(store, number)) for number, one in enumerate(recordings)]
+        begin = time.perf_counter()
+        with open_bench(self.drive) as bench:
+            try:
+                leader = self._leader(drives, bench)
+                plan = self._plan(leader.ground.way)
+                learnt_s = time.perf_counter() - begin
+                done = self._done(bench, leader, plan)
+                known: tuple[object, ...] = (*leader.maps, leader.localiser)
+            except (MissionError, NoRouteError) as error:
+                done, known = refused(bench, str(error), self.assignment.goal), ()
+                learnt_s = time.perf_counter() - begin
+        cost = Cost(
+            learn_s=learnt_s,
+            answer_s=math.fsum(belief.timings.total for belief in done.beliefs),
+            places=sum(len(drive.views) for drive in drives),
+            bytes_kept=bytes_kept(*known),
+            features=None,
+            peak_bytes=peak_bytes(),
+        )
+        kept = Kept(done.run, cost, digest(done.beliefs))
+        store.make(self.key, self.ending, lambda path: write_mission(path, kept))
+
+    def _leader(self, drives: Sequence[Reference], bench: Bench) -> Leader:
+        localised = self.method not in BLIND
+        target = self.assignment.target
+        if target is None:
+            return along_reference(self.method, drives[0], localised=localised, seed=self.seed)
+        journey = Journey(bench.pose, target.path, target.along, self.merge)
+        return over_atlas(self.method, names_of(self.references), drives, journey, localised=localised, seed=self.seed)
+
+    def _plan(self, way: Way) -> Plan:
+        asked = self.assignment.asked
+        return as_learnt(way) if asked is None else asked.for_way(way)
+
+    def _done(self, bench: Bench, leader: Leader, plan: Plan) -> Done:
+        assignment, drive = self.assignment, self.drive
+        if self.method == LAMP:
+            return programmed(bench, leader.ground, plan, assignment.goal, stages=assignment.stages, drive=drive)
+        return led(bench, leader, plan, assignment.goal, sensors=self.sensors, drive=drive)
+
+
+def mission_of(task: MissionTask, store: Store) -> Kept:
+    """What a task that is done left in the store. Raises ``DamagedError``."""
+    path = store.path(task.key, task.ending)
+    try:
+        return read_mission(path)
+    except (OSError, pa.ArrowException, ValueError, KeyError, TypeError) as error:
+        raise DamagedError(task.key, f"{path}: is no mission: {one_line(error)}") from error

@@ -1,0 +1,218 @@
+"""A task on another machine: what is sent with it, how it is carried out there from copies, what comes back.
+
+All that a task reads goes with it as bytes, real recordings included, and all that it makes comes back as bytes. The
+other machine must have the same code and packages; nothing is left on it.
+"""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+
+from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
+from scenarios.campaign.declare.sources import DATA, Images, Log, real_path
+from scenarios.campaign.run.tasks import Question, RecordTask, Task, perform
+from scenarios.campaign.run.workers import Processes, broken
+from scenarios.campaign.store.cache import ENDS, MAP, RECORDING, Store
+from scenarios.campaign.store.keys import packages, sources_digest
+from scenarios.drives.record import Drive
+from scenarios.errors import ScenarioError
+from scenarios.methods.plugins import own_digest
+from sim.rendering.drivers import vulkan_device
+from sim.rendering.render import RendererKind
+
+SOURCES = (
+    "refseq",
+    "worlds",
+    "robots",
+    "sim",
+    "scenarios.methods.baselines",
+    "scenarios.methods.by_name",
+    "scenarios.drives.record",
+    "scenarios.scoring.cost",
+    "scenarios.missions.leader",
+    "scenarios.missions.file",
+    "scenarios.missions.runs",
+    "scenarios.scoring.missions",
+)
+CARRIERS = (
+    "run.remote_payload",
+    "run.tasks",
+    "run.mission_task",
+    "store.missions",
+    "declare.sources",
+    "store.cache",
+    "store.keys",
+    "declare.outcomes",
+    "run.workers",
+    "run.worker_init",
+)
+PACKAGES = ("mujoco", "numpy", "scipy", "opencv-python-headless", "faiss-cpu", "astral", "foxglove-sdk", "pyarrow")
+KEPT, REAL, FILE = "kept", "real", "file"
+"""Where a piece of freight belongs: into the store, the folder of real recordings, or anywhere as a file by itself."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Something that a task reads, and where it lies on this machine.
+
+    ``name`` is that in the store, below the folder of real recordings, or the path that a drive names it by.
+    """
+
+    where: str
+    name: str
+    path: Path
+
+
+@dataclass(frozen=True)
+class Place:
+    """What a machine has that decides whether it makes the same things: code, packages, what renders."""
+
+    sources: str
+    packages: Mapping[str, str]
+    device: str | None
+
+    def unlike(self, other: "Place") -> str:
+        """What another machine has otherwise, in words; nothing where it is alike."""
+        for name, version in self.packages.items():
+            if other.packages.get(name) != version:
+                return f"{name} is {other.packages.get(name)} there and {version} here"
+        if self.sources != other.sources:
+            return f"the code differs (digest {other.sources[:8]} there, {self.sources[:8]} here)"
+        return ""
+
+
+@dataclass(frozen=True)
+class Order:
+    """A task for another machine: ``place`` is where it comes from, ``own`` the digests of users' localisers there."""
+
+    task: Task
+    place: Place
+    own: Mapping[str, str]
+    pieces: tuple[Piece, ...]
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """What came of an order: how it ended, and the files that it added to the store, by name."""
+
+    outcome: Outcome
+    files: Mapping[str, bytes]
+
+
+@cache
+def here() -> Place:
+    """What this machine has."""
+    carriers = tuple(f"scenarios.campaign.{name}" for name in CARRIERS)
+    return Place(sources_digest((*SOURCES, *carriers)), packages(PACKAGES), vulkan_device())
+
+
+def order_for(task: Task, store: Store) -> Order:
+    """What is sent to have a task carried out elsewhere; what it needs is in the store."""
+    files = tuple(Piece(FILE, name, Path(name)) for name in _files_of(task.drive))
+    if isinstance(task, RecordTask):
+        return Order(task, here(), {}, files)
+    return Order(task, here(), task.own, (*files, *_views_of(task, store), *_maps_of(task, store)))
+
+
+def _files_of(drive: Drive | None) -> list[str]:
+    """Files that a drive names."""
+    named = () if drive is None else (drive.world, *drive.cameras.values())
+    return [name for name in named if name.endswith(".toml")]
+
+
+def _views_of(task: Question, store: Store) -> list[Piece]:
+    pieces: dict[str, Piece] = {}
+    for source, key in zip(task.read, task.sources, strict=False):
+        if isinstance(source, Drive):
+            path = store.path(key, RECORDING)
+            found = [Piece(KEPT, path.name, path)]
+        else:
+            found = _real_files(source)
+        pieces |= {piece.name: piece for piece in found}
+    return list(pieces.values())
+
+
+def _real_files(source: Log | Images) -> list[Piece]:
+    path = real_path(source)
+    if isinstance(source, Log):
+        return [Piece(REAL, source.file, path)]
+    folder = PurePosixPath(source.folder)
+    return [Piece(REAL, str(folder / file.name), file) for file in sorted(path.iterdir()) if file.is_file()]
+
+
+def _maps_of(task: Question, store: Store) -> list[Piece]:
+    """Maps that earlier tasks have learnt of the same reference."""
+    paths = (store.path(key, MAP) for key in task.maps if store.has(key, MAP))
+    return [Piece(KEPT, path.name, path) for path in paths]
+
+
+# --- on the other machine ---
+
+
+def carry_out(order: Order, *contents: bytes) -> Delivery:
+    """Carry an order out on this machine; ``contents`` are those of its pieces."""
+    if unlike := _unlike(order):
+        node = os.uname().nodename
+        reason = f"{order.task.title}: not on node {node}: {unlike}; valid is the same checkout and lock on all nodes"
+        return Delivery(Outcome(Verdict.ERROR, reason), {})
+    try:
+        with TemporaryDirectory(prefix="refseq-") as folder:
+            return _carried_out(order, contents, Path(folder))
+    except OSError as error:
+        return Delivery(Outcome(Verdict.ERROR, f"{order.task.title}: {one_line(error)}"), {})
+
+
+def _unlike(order: Order) -> str:
+    place = here()
+    if unlike := order.place.unlike(place):
+        return unlike
+    drive = order.task.drive
+    rendered = drive is not None and drive.renderer is RendererKind.FILAMENT
+    if rendered and place.device != order.place.device:
+        return f"Vulkan's device is {place.device} there and {order.place.device} here"
+    for name, digest in order.own.items():
+        try:
+            same = own_digest(name) == digest
+        except ScenarioError as error:
+            return str(error)
+        if not same:
+            return f"the code of {name} differs"
+    return ""
+
+
+def _carried_out(order: Order, contents: Sequence[bytes], folder: Path) -> Delivery:
+    kept, real, files = (folder / name for name in (KEPT, REAL, FILE))
+    moved: dict[str, str] = {}
+    for number, (piece, content) in enumerate(zip(order.pieces, contents, strict=True)):
+        path = {KEPT: kept, REAL: real, FILE: files / str(number)}[piece.where]
+        path /= Path(piece.name).name if piece.where == FILE else piece.name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+        moved[piece.name] = str(path)
+    task, store = _with_files(order.task, moved), Store(kept)
+    outcome = _process().call(lambda error: broken(task, error), task.limit, _perform, task, kept, real).result()
+    made = {path.name: path for path in kept.iterdir() if path.suffix in ENDS and path.name not in moved}
+    if outcome.good:
+        # Where a drive's files lie elsewhere it may go by another key here.
+        name = store.path(order.task.key, order.task.ending).name
+        made[name] = made.pop(store.path(task.key, task.ending).name)
+    return Delivery(outcome, {name: path.read_bytes() for name, path in made.items()})
+
+
+def _with_files(task: Task, moved: Mapping[str, str]) -> Task:
+    """The task with the files that it names itself where they lie on this machine."""
+    return task.with_files(moved) if _files_of(task.drive) else task
+
+
+def _perform(task: Task, folder: Path, real: Path) -> Outcome:
+    os.environ[DATA] = str(real)
+    return perform(task, Store(folder))
+
+
+@cache
+def _process() -> Processes:
+    """A process below this one, which may hang or break; it is kept, for it takes long to begin."""
+    return Processes(1, sharing=os.cpu_count())

@@ -1,0 +1,1 @@
+"""The cache of recordings and answers, and the files a campaign keeps."""

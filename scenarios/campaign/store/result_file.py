@@ -1,0 +1,228 @@
+"""``result.json``: what came of a campaign, for programs. Units stand in the names; what is no number is null."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+
+from refseq.files import replace_text
+from scenarios.campaign.declare.outcomes import Verdict
+from scenarios.errors import ScenarioError
+from scenarios.scoring.cost import Cost
+from scenarios.scoring.figures import NONE
+from scenarios.scoring.score import share_words
+
+FORMAT = 1
+"""Version of the file's form: another one when a reader of this one would misread it."""
+RESULT = "result.json"
+OPEN = "open"
+"""Stands for the verdict of a case that was not judged."""
+
+
+def _number(value: object) -> object:
+    """What JSON has no word for is null; JSON's readers disagree on nan and infinity."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+Number = Annotated[float | None, BeforeValidator(_number)]
+
+
+class Record(BaseModel):
+    """A part of the file; keys that a newer bench added are left alone."""
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+
+class ShareRecord(Record):
+    """``right`` of ``of`` views, with a 95 % interval of the share."""
+
+    right: int
+    of: int
+    low: float
+    high: float
+
+    @property
+    def share(self) -> float:
+        """Right ones among all, nan without any."""
+        return self.right / self.of if self.of else math.nan
+
+    @property
+    def told(self) -> str:
+        """The share with its interval, in words."""
+        return share_words(self.share, self.low, self.high)
+
+    @property
+    def failed(self) -> str:
+        """How many were not right, in words."""
+        return f"{self.of - self.right} of {self.of}" if self.of else NONE
+
+
+class MethodRecord(Record):
+    """One method over all seeds: ``figures`` by their names, with units in them; costs and digests are by seed.
+
+    A digest is of the beliefs, bit for bit but for the time that they took: equal ones are the same answers.
+    """
+
+    method: str
+    drawn: bool
+    within_m: float
+    narrow_m: float
+    success: ShareRecord
+    success_narrow: ShareRecord
+    figures: Mapping[str, float | int | str | None]
+    costs: Mapping[int, Cost]
+    digests: Mapping[int, str]
+
+
+class JudgementRecord(Record):
+    """An expectation and what it was judged by; ``met`` null: it could not be judged, for a reason.
+
+    ``unit`` is that of ``value`` and ``bound``; a share is a number from 0 to 1 and told in %.
+    """
+
+    text: str
+    met: bool | None
+    value: Number = None
+    bound: Number = None
+    unit: str = ""
+    reason: str = ""
+
+    @property
+    def told(self) -> str:
+        """What it was judged by, in words."""
+        if self.reason:
+            return self.reason
+        return f"it is {self._amount(self.value)}; the bound is {self._amount(self.bound)}"
+
+    def _amount(self, value: float | None) -> str:
+        if value is None:
+            return "without end"
+        return f"{value * (100 if self.unit == '%' else 1):.4g} {self.unit}".rstrip()
+
+
+class MishapRecord(Record):
+    """A task that did not end well, with the trace where there is one."""
+
+    verdict: Verdict
+    reason: str
+    details: str
+
+
+class SeedRecord(Record):
+    """One seed: the keys of what is in the store, and how many views were learnt and asked about."""
+
+    reference: str
+    query: str
+    further: tuple[str, ...] = ()
+    answers: Mapping[str, str]
+    learnt_views: int
+    asked_views: int
+
+
+class CaseRecord(Record):
+    """One case. ``verdict`` null: not judged, as the campaign was ended before. ``page`` lies beside this file.
+
+    ``form`` says which figures there are: those of ``localising`` or of a ``mission``, whose success is that it was
+    completed. ``file`` is the scenario's, null of one that does not lie below where the campaign was started.
+    """
+
+    form: str = "localising"
+    name: str
+    scenario: str
+    file: str | None = None
+    title: str
+    blocking: bool
+    judged: str
+    verdict: Verdict | None = None
+    page: str | None = None
+    varied: Mapping[str, Any] = {}
+    reasons: tuple[str, ...] = ()
+    judgements: tuple[JudgementRecord, ...] = ()
+    mishaps: tuple[MishapRecord, ...] = ()
+    views: int = 0
+    methods: tuple[MethodRecord, ...] = ()
+    seeds: Mapping[int, SeedRecord] = {}
+    seconds: float = 0.0
+    resolved: Mapping[str, Any] = {}
+
+    def method(self, name: str) -> MethodRecord | None:
+        """A method's record, None of one that has no answers."""
+        return next((one for one in self.methods if one.method == name), None)
+
+    @property
+    def verdict_word(self) -> str:
+        """The verdict as it is written."""
+        return OPEN if self.verdict is None else self.verdict.value
+
+    @property
+    def varied_words(self) -> Mapping[str, str]:
+        """What is varied, in words."""
+        return {key: _words(value) or "none" for key, value in self.varied.items()}
+
+    @property
+    def met(self) -> tuple[int, int]:
+        """Expectations met, and all."""
+        return sum(one.met is True for one in self.judgements), len(self.judgements)
+
+
+def _words(value: object) -> str:
+    """Lists with a plus between, as a case is asked with all of it; tables as ``key value`` pairs."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_words(one)}" for key, one in value.items())
+    return " + ".join(map(_words, value)) if isinstance(value, list | tuple) else str(value)
+
+
+class MachineRecord(Record):
+    """Where it ran."""
+
+    system: str
+    processor: str
+    cores: int
+    memory_gb: Number
+    device: str | None
+
+
+class CampaignRecord(Record):
+    """The whole file; ``seconds`` is the wall clock from the start to the last verdict."""
+
+    format: int = FORMAT
+    started: str
+    seconds: float
+    complete: bool
+    versions: Mapping[str, str]
+    machine: MachineRecord
+    cases: tuple[CaseRecord, ...]
+
+    @property
+    def began(self) -> str:
+        """When it was started, as people write it."""
+        return self.started.replace("T", " ").replace("+00:00", " UTC")
+
+    def count(self, verdict: Verdict, *, blocking: bool | None = None) -> int:
+        """Cases with a verdict; of those that are blocking or not, None: of all."""
+        return sum(one.verdict is verdict and blocking in (None, one.blocking) for one in self.cases)
+
+
+def write_result(folder: Path, record: CampaignRecord) -> None:
+    """Replace the file in one step."""
+    replace_text(folder / RESULT, record.model_dump_json(indent=1) + "\n")
+
+
+def read_result(folder: Path) -> CampaignRecord:
+    """What a campaign left in a folder. Raises ``ScenarioError`` where that is nothing, or of another form."""
+    path = folder / RESULT
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be read: {error.strerror}; valid is the folder of a campaign") from error
+    try:
+        record = CampaignRecord.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        told = ": ".join(part for part in (".".join(map(str, first["loc"])), first["msg"]) if part)
+        raise ScenarioError(f"{path}: is no result of a campaign: {told}; valid is what a campaign wrote") from error
+    if record.format != FORMAT:
+        raise ScenarioError(f"{path}: has format {record.format}; this bench reads {FORMAT}")
+    return record

@@ -1,0 +1,80 @@
+"""The bench end to end: two drives in different light, the map of the first, the second localised in it, the report."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from refseq.logs.beliefs import write_beliefs
+from refseq.map.file import save_map
+from refseq.map.profile import THESIS, Profile
+from refseq.map.sequence import learn
+from refseq.viewer.belief_log import Layer
+from refseq.viewer.localise_tab import LocaliseTab
+from refseq.viewer.places import Places
+from refseq.viewer.recording import write_recording
+from refseq.viewer.reference_tab import ReferenceTab
+from refseq.viewer.tab import Tab
+from scenarios.drives.evaluate import compare
+from scenarios.drives.record import QUERY_SEEDS, Drive, Progress, record
+from scenarios.report.document import write_report
+from scenarios.scoring.comparison import Comparison
+from worlds.drawing.outline import outline_of
+from worlds.plans.plan import load_plan
+
+
+@dataclass(frozen=True, slots=True)
+class Demo:
+    """A reference drive in one light and a query drive in each of ``lights``, for each of ``seeds``."""
+
+    reference: Drive
+    lights: Sequence[str]
+    seeds: Sequence[int]
+    profile: Profile = THESIS
+
+
+Step = Callable[[str], Progress | None]
+"""Told the name of each step as it begins; gives back what is to be told of its progress, if anything."""
+
+
+def run_demo(demo: Demo, folder: Path, step: Step) -> list[Comparison]:
+    """Record, learn, localise, and leave everything to look at in ``folder``.
+
+    The first seed and light are ``reference.mcap``, ``query.mcap``, ``map.refseq``, ``beliefs.parquet`` and
+    ``demo.rrd``; further ones lie in folders of their own. ``report.html`` holds all.
+    """
+    homes = [folder if seed == demo.seeds[0] else folder / f"seed-{seed}" for seed in demo.seeds]
+    by_seed = [_one_seed(demo, seed, home, step) for seed, home in zip(demo.seeds, homes, strict=True)]
+    # By light first, so that the seeds of each experiment stand together.
+    comparisons = [comparison for of_one_light in zip(*by_seed, strict=True) for comparison in of_one_light]
+    step("report")
+    plan = load_plan(demo.reference.world)
+    write_report(
+        folder / "report.html",
+        comparisons,
+        title=f"{demo.reference.world}: {demo.reference.light} → {', '.join(demo.lights)}",
+        outline=outline_of(plan),
+    )
+    return comparisons
+
+
+def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]:
+    first = replace(demo.reference, seed=seed)
+    reference = record(first, home / "reference.mcap", step(f"drive at {first.light}"))
+    step("learn")
+    sequence = learn(reference.views, profile=demo.profile, metadata=reference.metadata)
+    save_map(sequence, home / "map.refseq")
+    places = Places.of(sequence, reference.views)
+    comparisons = []
+    for index, light in enumerate(demo.lights):
+        place = home if index == 0 else home / light.replace(":", "-")
+        query = record(
+            replace(first, light=light, seed=seed + QUERY_SEEDS), place / "query.mcap", step(f"drive at {light}")
+        )
+        step("localise")
+        comparison = compare(f"{first.light} → {light}", sequence, query, reference=reference.views)
+        write_beliefs(place / "beliefs.parquet", query.views, comparison.beliefs, query.metadata)
+        layer = Layer("beliefs", tuple(comparison.beliefs), places)
+        tabs: list[Tab] = [ReferenceTab(places), LocaliseTab(query.views, [layer], {layer.name: comparison.beliefs})]
+        write_recording(place / "demo.rrd", tabs, name=comparison.name, active=1)
+        comparisons.append(comparison)
+    return comparisons

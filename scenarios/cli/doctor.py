@@ -1,0 +1,248 @@
+"""What this machine offers the bench, what each missing piece costs the user, and the one line that mends it."""
+
+import importlib.metadata
+import os
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
+from rich.console import Console
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from sim.rendering.drivers import VULKAN_PACKAGES, vulkan_device
+
+DISTRIBUTION = "refseq-bench"
+GL_PACKAGES = ("libegl1", "libopengl0", "libgl1-mesa-dri")
+"""Debian packages for the classic renderer: EGL, the functions that PyOpenGL looks up by name, Mesa's drivers."""
+
+DISK_GIB = 1.0
+"""Free disk that the demo's recordings, map and report fit into with room to spare [GiB]; a choice."""
+MEMORY_GIB = 2.0
+"""Memory below which two cameras under Filament (about 0.8 GiB), the map and the report get tight [GiB]; a choice."""
+
+COSTS = {
+    "numpy": "nothing runs: every array of the bench is one of numpy's",
+    "scipy": "no localisation and no drive: likelihoods and odometry use it",
+    "opencv-python-headless": "no features from images: localise with the laser only",
+    "foxglove-sdk": "no recording: nothing writes the .mcap file",
+    "mcap": "no recording can be read; CARMEN logs still can",
+    "mcap-protobuf-support": "no recording can be read; CARMEN logs still can",
+    "protobuf": "no recording can be read; CARMEN logs still can",
+    "faiss-cpu": "no index: vocabularies of more than 20 000 words cannot be searched",
+    "pyarrow": "no beliefs.parquet: results cannot be kept",
+    "rerun-sdk": "no viewer: the report still shows the result",
+    "mujoco": "no simulated drives: only logs of real robots can be learnt and localised",
+    "pydantic": "no floor plans, routes and profiles: the files that people write are not read",
+    "astral": "no daylight: nobody knows where the sun stands",
+    "typer": "no command line",
+    "rich": "no progress bars and no tables on the terminal",
+    "jinja2": "no report page",
+    "matplotlib": "no plots in the report",
+    "packaging": "no doctor: versions cannot be compared",
+    "pebble": "no campaigns: scenarios have no processes to run in",
+    "junitparser": "no JUnit XML for a CI server; campaigns cannot be run",
+    "networkx": "no routes over an atlas",
+    "gymnasium": "no environments to train a robot in",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing that the bench wants from the machine.
+
+    ``found`` is what is there, ``cost`` what the user goes without when it is missing, ``remedy`` the line to type;
+    ``needed`` tells what the demo cannot do without, and ``packages`` are the Debian packages that bring it.
+    """
+
+    name: str
+    found: str
+    ok: bool
+    cost: str = ""
+    remedy: str = ""
+    needed: bool = True
+    packages: tuple[str, ...] = ()
+
+
+def checks() -> list[Check]:
+    """Look at everything once; takes a second or two, since the graphics drivers are really started."""
+    return [_python(), *_packages(), *_graphics(), _write_access(Path.cwd()), _disk(Path.cwd()), _memory()]
+
+
+def missing_packages() -> tuple[str, ...]:
+    """Debian packages that would bring the graphics that are not there; empty when both renderers can start."""
+    return tuple(package for check in _graphics() if not check.ok for package in check.packages)
+
+
+def report(console: Console) -> int:
+    """Print every check; the exit code is 1 when something that the demo needs is missing, 0 otherwise."""
+    with console.status("Looking at this machine"):
+        found = checks()
+    console.print(_table(found))
+    missing = [check for check in found if not check.ok]
+    for check in missing:
+        console.print(Text(check.name, style="bold red" if check.needed else "yellow"))
+        console.print(Padding(f"costs  {check.cost}", (0, 0, 0, 2)), highlight=False)
+        # A line to type is copied: the terminal may fold it, a line break of ours would cut it in two.
+        console.print(Text(f"  type   {check.remedy}\n"), soft_wrap=True)
+    console.print(_summary(missing))
+    return int(any(check.needed for check in missing))
+
+
+def _table(found: list[Check]) -> Padding:
+    table = Table(box=None, show_header=False, pad_edge=False)
+    table.add_column(no_wrap=True)
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
+    for check in found:
+        table.add_row(_mark(check), check.name, Text(check.found))
+    return Padding(table, (1, 0))
+
+
+def _mark(check: Check) -> Text:
+    if check.ok:
+        return Text("ok", style="green")
+    return Text("missing", style="bold red") if check.needed else Text("absent", style="yellow")
+
+
+def _summary(missing: list[Check]) -> Text:
+    if not missing:
+        return Text("All is there.", style="green")
+    needed = [check.name for check in missing if check.needed]
+    if needed:
+        return Text(f"The demo cannot run without {', '.join(needed)}.", style="bold red")
+    return Text("The demo can run: it does without what is absent.", style="yellow")
+
+
+def _python() -> Check:
+    version = platform.python_version()
+    try:
+        wanted = importlib.metadata.metadata(DISTRIBUTION)["Requires-Python"]
+    except importlib.metadata.PackageNotFoundError:
+        wanted = ""
+    return Check(
+        "Python",
+        f"{version}, {_short(Path(sys.executable))}",
+        SpecifierSet(wanted).contains(version, prereleases=True),
+        f"nothing is promised: the packages are locked for Python {wanted}",
+        _apt(("python3", "python3-venv")),
+    )
+
+
+def _packages() -> list[Check]:
+    try:
+        demands = [Requirement(line) for line in importlib.metadata.requires(DISTRIBUTION) or []]
+    except importlib.metadata.PackageNotFoundError:
+        cost = "no refseq command, and nobody knows which packages to look for"
+        return [Check(DISTRIBUTION, "not installed", False, cost, _pip("-e ."))]
+    return [_package(demand) for demand in demands if demand.marker is None or demand.marker.evaluate({"extra": ""})]
+
+
+def _package(demand: Requirement) -> Check:
+    cost = COSTS.get(demand.name, "whatever imports it stops")
+    remedy = _pip(f"'{demand.name}{demand.specifier}'")
+    try:
+        version = importlib.metadata.version(demand.name)
+    except importlib.metadata.PackageNotFoundError:
+        return Check(demand.name, f"not installed, wants {demand.specifier}", False, cost, remedy)
+    ok = demand.specifier.contains(version, prereleases=True)
+    return Check(demand.name, version if ok else f"{version}, wants {demand.specifier}", ok, cost, remedy)
+
+
+def _graphics() -> list[Check]:
+    vulkan, classic = vulkan_device(), _gl_renderer()
+    return [
+        Check(
+            "Vulkan",
+            vulkan or "no device",
+            vulkan is not None,
+            "no camera images from Filament: record with --renderer classic, or none (laser only)",
+            _apt(tuple(VULKAN_PACKAGES.split())),
+            packages=tuple(VULKAN_PACKAGES.split()),
+        ),
+        Check(
+            "OpenGL",
+            classic or "no device",
+            classic is not None,
+            "no --renderer classic, the faster and plainer one",
+            _apt(GL_PACKAGES),
+            needed=False,
+            packages=GL_PACKAGES,
+        ),
+    ]
+
+
+def _gl_renderer() -> str | None:
+    """Name of the OpenGL renderer that MuJoCo's classic renderer gets, or None.
+
+    A broken driver ends the process that tries it, so a second process does.
+    """
+    program = (
+        "from sim.rendering.drivers import open_gl; name, context = open_gl(16, 16); "
+        "from OpenGL import GL; print(f'{GL.glGetString(GL.GL_RENDERER).decode()}, {name}')"
+    )
+    try:
+        run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    except (subprocess.SubprocessError, OSError):
+        return None
+    return run.stdout.strip() or None
+
+
+def _write_access(folder: Path) -> Check:
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            ok = True
+    except OSError:
+        ok = False
+    found = f"yes, in {_short(folder)}" if ok else f"none in {_short(folder)}"
+    return Check("Write access", found, ok, "no recordings, maps and reports in this folder", "cd ~")
+
+
+def _disk(folder: Path) -> Check:
+    free = shutil.disk_usage(folder).free / 2**30
+    return Check(
+        "Free disk",
+        f"{free:.1f} GiB",
+        free >= DISK_GIB,
+        f"a recording may end early: the demo wants {DISK_GIB:g} GiB",
+        f"du -xh {_short(folder)} | sort -h | tail",
+    )
+
+
+def _memory() -> Check:
+    cores = len(os.sched_getaffinity(0))
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
+    return Check(
+        "Cores and memory",
+        f"{cores} {'core' if cores == 1 else 'cores'}, {memory:.1f} GiB",
+        memory >= MEMORY_GIB,
+        f"rendering may be killed: two cameras want {MEMORY_GIB:g} GiB",
+        "refseq demo --renderer none",
+        needed=False,
+    )
+
+
+def _short(path: Path) -> str:
+    """Write the path as a person would type it: relative to where they are, or to their home."""
+    for base, prefix in ((Path.cwd(), ""), (Path.home(), "~/")):
+        if path != base and path.is_relative_to(base):
+            return prefix + str(path.relative_to(base))
+    return str(path)
+
+
+def _pip(what: str) -> str:
+    return f"{_short(Path(sys.executable))} -m pip install {what}"
+
+
+def _apt(packages: tuple[str, ...]) -> str:
+    line = f"apt-get install -y {' '.join(packages)}"
+    if os.geteuid() == 0:
+        return line
+    return f"sudo {line}" if shutil.which("sudo") else f"su -c '{line}'"

@@ -1,0 +1,1 @@
+"""Drives: recording, localising and comparing."""

@@ -1,0 +1,89 @@
+"""A contest: several methods learn the same reference views and are asked about the same query views."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from refseq.logs import Recording
+from refseq.view import View
+from scenarios.drives.inputs import read_drive
+from scenarios.drives.naming import pair_name
+from scenarios.errors import ScenarioError
+from scenarios.methods.by_name import METHODS, answers
+from scenarios.scoring.comparison import Comparison
+
+
+@dataclass(frozen=True, slots=True)
+class Contest:
+    """What is asked: ``pairs`` of files, reference and query, and the ``methods`` by name.
+
+    ``places`` (``FROM:TO``) is the stretch of the reference drive that is learnt, so that the query drive is off the
+    map before and behind it. ``start`` is where the query drive begins: a view's number, or a share of its views as
+    ``40%``. ``kidnap`` (``FROM:TO``, numbers of the views left after ``start``) carries the robot from before view FROM
+    to view TO, ahead or back. ``seed`` is that of the methods' own draws.
+    """
+
+    pairs: Sequence[tuple[Path, Path]]
+    methods: Sequence[str] = METHODS
+    places: str | None = None
+    start: str = "0"
+    kidnap: str | None = None
+    seed: int = 1
+
+
+def run_contest(contest: Contest, step: Callable[[str], object]) -> list[Comparison]:
+    """The answers of all methods to each pair of drives. ``step`` is told what begins.
+
+    Raises ``ScenarioError`` for a file that is not there, before any is read, and for what does not fit the drives.
+    """
+    for path in (path for pair in contest.pairs for path in pair):
+        if not path.exists():
+            raise ScenarioError(f"{path}: is no file; valid is a recording")
+    comparisons = []
+    for number, (first, later) in enumerate(contest.pairs):
+        step(f"pair {number + 1} of {len(contest.pairs)}")
+        reference, query = read_drive(first, contest.places, None), read_drive(later, None, None)
+        views = query_views(query.views, contest, later)
+        beliefs = answers(contest.methods, reference.views, views, seed=contest.seed)
+        name = _name(reference, query, contest)
+        comparisons.append(Comparison(name, reference.views, reference.metadata, views, query.metadata, beliefs))
+    return comparisons
+
+
+def query_views(views: Sequence[View], contest: Contest, path: Path) -> tuple[View, ...]:
+    """The views of a query drive that are asked about."""
+    left = tuple(views[first_view(contest.start, len(views), path) :])
+    return kidnapped(left, contest.kidnap, path) if contest.kidnap else left
+
+
+def first_view(start: str, count: int, path: Path) -> int:
+    """Number of the first view that ``start`` means, of ``count``."""
+    match = re.fullmatch(r"(\d+)(%?)", start)
+    first = (int(match[1]) * count // 100 if match[2] else int(match[1])) if match else count
+    if first >= count:
+        raise ScenarioError(f"{path}: start {start!r} is not in it; valid are 0 to {count - 1} and 0% to 99%")
+    return first
+
+
+def kidnapped(views: Sequence[View], kidnap: str, path: Path) -> tuple[View, ...]:
+    """The views up to FROM, then those from TO on; what was carried in between is not in the odometry."""
+    match = re.fullmatch(r"(\d+):(\d+)", kidnap)
+    start, end = (int(match[1]), int(match[2])) if match else (0, 0)
+    if not 0 < start < len(views) or not 0 <= end < len(views):
+        raise ScenarioError(
+            f"{path}: kidnap {kidnap!r} is not in it; valid is FROM:TO, FROM from 1 and TO from 0 to {len(views) - 1}"
+        )
+    return (*views[:start], *views[end:])
+
+
+def _name(reference: Recording, query: Recording, contest: Contest) -> str:
+    """What drives have in common that differ in the seed only, and what was made of them."""
+    parts = [pair_name(reference.metadata, query.metadata)]
+    if contest.places:
+        parts.append(f"places {contest.places} learnt")
+    if contest.start != "0":
+        parts.append(f"from {contest.start if '%' in contest.start else f'view {contest.start}'} on")
+    if contest.kidnap:
+        parts.append(f"kidnapped {contest.kidnap}")
+    return ", ".join(parts)

@@ -1,0 +1,146 @@
+"""What the commands are given: names, files, stretches of recordings; what is wrong is told in one line."""
+
+import math
+import os
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+from zipfile import is_zipfile
+
+from scenarios.cli.console import err, say
+from scenarios.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from refseq.atlas.atlas import Atlas
+    from refseq.belief import Stage
+    from refseq.logs import Recording
+    from scenarios.scoring.comparison import Comparison
+
+
+def words(text: str | None, what: str) -> tuple[str, ...] | None:
+    """Words with commas between; None is left as it is."""
+    if text is None:
+        return None
+    found = tuple(word.strip() for word in text.split(","))
+    if not all(found):
+        raise ScenarioError(f"{what} {text!r}: a name is empty; valid are names with commas between")
+    return found
+
+
+def assignments(texts: Sequence[str] | None, what: str) -> dict[str, str]:
+    """Pairs written as NAME=VALUE."""
+    for text in texts or ():
+        if not all(text.partition("=")):
+            raise ScenarioError(f"{what} {text!r}: valid is a name, '=' and a value")
+    return dict(text.split("=", 1) for text in texts or ())
+
+
+def stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
+    """Stages by their names, each once; without names all of them."""
+    from refseq.belief import Stage
+
+    for name in names or ():
+        if name not in set(Stage):
+            raise ScenarioError(f"stage {name!r} is unknown; valid are {', '.join(Stage)}")
+    return tuple(Stage(name) for name in dict.fromkeys(names or Stage))
+
+
+def check_output(path: Path) -> None:
+    """Tell before the work begins that its result could not be written."""
+    if path.is_dir():
+        raise ScenarioError(f"{path}: is a folder; valid is the name of a file to write")
+    if not path.parent.is_dir():
+        raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
+    if not os.access(path.parent, os.W_OK):
+        raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
+
+
+def check_folder(path: Path) -> None:
+    """Tell before the work begins that a folder could not be made or filled; nothing is made yet."""
+    there = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())
+    if not there.is_dir():
+        raise ScenarioError(f"{path}: {there} is no folder; valid is the name of a folder to fill")
+    if not os.access(there, os.W_OK):
+        raise ScenarioError(f"{path}: cannot be written: no write access to folder {there}")
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Tell in one line what keeps ``path`` from being written, a full disk for one."""
+    try:
+        yield
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def read_drive(path: Path, views: str | None, thin: float | None, noise_seed: int | None = None) -> "Recording":
+    """Read a recording, keep the views asked for, and thin them."""
+    import numpy as np
+
+    from refseq.logs import read_recording
+    from refseq.logs.thin import every, with_odometry_noise
+
+    recording = read_recording(path)
+    if not recording.complete:
+        say(err, f"note: {path} was cut off; its {len(recording.views)} views are used")
+    kept = recording.views[stretch(views, len(recording.views), path)]
+    if noise_seed is not None:
+        kept = with_odometry_noise(kept, np.random.default_rng(noise_seed))
+    if thin is not None and not math.isfinite(thin):
+        raise ScenarioError(f"thin {thin} is not valid; it should be a number of metres, 0 or more")
+    if thin:
+        kept = every(kept, thin)
+    return replace(recording, views=kept)
+
+
+def stretch(text: str | None, count: int, path: Path) -> slice:
+    """``FROM:TO`` as a slice of the ``count`` views of ``path`` that holds at least one."""
+    match = re.fullmatch(r"(\d*):(\d*)", text or ":")
+    wanted = slice(int(match[1] or 0), int(match[2] or count)) if match else slice(0, 0)
+    if not 0 <= wanted.start < wanted.stop <= count:
+        raise ScenarioError(f"{path}: views {text!r} is no stretch of it; valid is FROM:TO within 0:{count}")
+    return wanted
+
+
+def read_atlas(path: Path, *, several: bool = True) -> "Atlas":
+    """Read an atlas, or a map as an atlas of that one; without ``several`` nothing but a map will do."""
+    from refseq.atlas.atlas import beside
+    from refseq.atlas.file import load_atlas
+    from refseq.map.file import load_map
+
+    # What is no archive at all is told of in the words of the commands that take maps only.
+    return load_atlas(path) if several and is_zipfile(path) else beside([path.stem], [load_map(path)])
+
+
+def read_comparison(
+    map_file: Path,
+    query: Path,
+    beliefs: Path,
+    reference: Path | None,
+    views: str | None,
+    thin: float | None,
+    *,
+    several: bool = False,
+) -> "Comparison":
+    """A localised drive put together again from its files; ``several``: the map may be an atlas."""
+    from refseq.logs.beliefs import read_beliefs
+    from scenarios.drives.evaluate import answers_in_atlas, is_one_map
+
+    if not beliefs.is_file():
+        raise ScenarioError(f"{beliefs}: is no file; valid is a table of beliefs (.parquet)")
+    atlas = read_atlas(map_file, several=several)
+    if reference is not None and not is_one_map(atlas):
+        raise ScenarioError(
+            f"{reference}: has the pictures of one drive, {map_file} is an atlas of several; valid is no reference"
+        )
+    drive, answers = read_drive(query, views, thin), read_beliefs(beliefs)
+    if not answers:
+        raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of {query}")
+    places = read_drive(reference, None, None).views if reference else None
+    try:
+        return answers_in_atlas(f"{map_file.name} ← {query.name}", atlas, drive, answers, places)
+    except ScenarioError as error:
+        raise ScenarioError(f"{beliefs}: {error}") from error

@@ -1,0 +1,149 @@
+"""Localising while the simulation runs: each view is answered as it is taken, and shown."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from refseq.atlas.atlas import Atlas
+from refseq.atlas.localiser import AtlasMatcher, atlas_tracker
+from refseq.belief import LOST_ABOVE, Belief, Stage
+from refseq.map.localiser import Matcher, check_among, tracker_for
+from refseq.view import LASER, Pose, View
+from refseq.viewer.belief_log import Layer
+from refseq.viewer.live_logger import Watch
+from refseq.viewer.localise_tab import localise_layout
+from refseq.viewer.places import Places
+from refseq.viewer.recording import send_layout
+from refseq.viewer.scene import Extent, Scene
+from scenarios.drives.evaluate import is_one_map
+from scenarios.drives.record import Drive, plan_of, sensors_of
+from sim.cameras.camera import CameraModel
+from sim.cameras.library import load_camera
+from sim.drives.recorder import Taken
+
+LIVE = rr.ChunkBatcherConfig(flush_tick=0.2)
+"""How long a viewer waits for what was logged [s]."""
+
+Answer = Callable[[View], Mapping[Stage, Belief]]
+"""Answers to a view, at all stages that were asked for, from it and those before."""
+
+
+def answering(atlas: Atlas, stages: Sequence[Stage], sensors: Sequence[str] | None, seed: int) -> Answer:
+    """A localiser of a map or an atlas that is asked view by view, and answers as ``refseq localise`` does."""
+    if not is_one_map(atlas):
+        return _stages(AtlasMatcher(atlas, sensors=sensors, seed=seed), {s: atlas_tracker(s, atlas) for s in stages})
+    sequence = atlas.sequences[0]
+    return _stages(Matcher(sequence, sensors=sensors, seed=seed), {s: tracker_for(s, sequence) for s in stages})
+
+
+class _Matching(Protocol):
+    def match(self, view: View) -> Any: ...
+
+
+class _Tracking(Protocol):
+    def update(self, seen: Any, /) -> Belief: ...
+
+
+def _stages(matcher: _Matching, trackers: Mapping[Stage, _Tracking]) -> Answer:
+    """Match each view once, for all stages."""
+
+    def answer(view: View) -> Mapping[Stage, Belief]:
+        seen = matcher.match(view)
+        return {stage: tracker.update(seen) for stage, tracker in trackers.items()}
+
+    return answer
+
+
+@dataclass
+class LiveRun:
+    """Hears of the views of a drive as they are taken: answers, shows, and keeps what scoring needs.
+
+    ``watch`` shows it, None: nobody looks; ``told`` hears how it stands in a line. ``layer`` names the localiser there.
+    """
+
+    answer: Answer
+    places: Places
+    watch: Watch | None = None
+    layer: str = "map"
+    told: Callable[[str], None] | None = None
+    views: list[View] = field(default_factory=list)
+    beliefs: dict[str, list[Belief]] = field(default_factory=dict)
+
+    def take(self, taken: Taken, count: int) -> None:
+        """Answer to the next view."""
+        view = taken.view
+        answers = self.answer(view)
+        for stage, belief in answers.items():
+            self.beliefs.setdefault(stage, []).append(belief)
+        self.views.append(replace(view, images={}, scan=None))
+        if self.watch is not None:
+            self.watch.update(view, {self.layer: {stage.value: belief for stage, belief in answers.items()}})
+        if self.told is not None:
+            self.told(status(view, count, answers, self.places))
+
+
+def status(view: View, count: int, answers: Mapping[Stage, Belief], places: Places) -> str:
+    """What the last of the stages believes, in a line, and how far off it is [m], where that is known."""
+    belief = answers[list(answers)[-1]]
+    told = f"view {count}: place {belief.best} of {len(places)}, P {belief.places[belief.best]:.2f}, "
+    told += f"P(lost) {belief.lost:.2f}"
+    pose = places.poses[belief.best]
+    if belief.lost > LOST_ABOVE or pose is None or view.truth is None:
+        return told
+    return f"{told}, {math.dist((pose.x, pose.y), (view.truth.x, view.truth.y)):.1f} m off"
+
+
+def sensors_for(atlas: Atlas, asked: Sequence[str] | None) -> tuple[str, ...]:
+    """The sensors that a drive needs to be localised: those asked for, or all of the map's. Raises ``MapError``."""
+    known = atlas.sequences[0].sensors
+    check_among(asked or (), known)
+    return tuple(sorted(asked or known))
+
+
+@dataclass(frozen=True)
+class LiveTab:
+    """The viewer's tab for a drive that is yet to come: its layout; the data come view by view."""
+
+    scene: Scene
+    layers: Sequence[Layer]
+
+    @property
+    def name(self) -> str:
+        """What stands on the tab."""
+        return "Localise"
+
+    def layout(self) -> rrb.Container:
+        """Panels of the tab."""
+        return localise_layout(self.scene, self.layers)
+
+    def send(self, stream: rr.RecordingStream) -> None:
+        """Nothing is known yet."""
+
+
+def scene_ahead(drive: Drive, places: Places) -> Scene:
+    """What there will be to see of a drive: its sensors, and a plan of the map and of the route."""
+    sensors = sensors_of(drive)
+    named = {name: load_camera(model) for name, model in drive.cameras.items()}
+    lenses = {name: named.get(name, CameraModel()).optics().pinhole for name in sensors if name != LASER}
+    return Scene(
+        cameras=tuple(sorted(lenses)),
+        laser=LASER in sensors,
+        extent=Extent.around([*places.poses, *_corners(drive)]),
+        sizes={name: (lens.width, lens.height) for name, lens in lenses.items()},
+    )
+
+
+def watching(stream: rr.RecordingStream, name: str, drive: Drive, layer: Layer) -> Watch:
+    """What shows a drive that is yet to come in a stream; the layout is sent at once."""
+    send_layout(stream, [LiveTab(scene_ahead(drive, layer.places), [layer])], name=name)
+    return Watch(stream, [layer])
+
+
+def _corners(drive: Drive) -> list[Pose]:
+    """The route's corners."""
+    plan = plan_of(drive)
+    return [Pose(float(x), float(y), 0.0) for x, y in plan.routes.get(drive.route, ())]

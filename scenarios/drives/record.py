@@ -1,0 +1,289 @@
+"""Recording one drive from names: world, light, robot, seed."""
+
+import itertools
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import robots
+from refseq.logs import Recording, RecordingWriter, read_recording
+from refseq.view import LASER, View
+from robots import Robot
+from scenarios.errors import ScenarioError
+from sim.bench.bench import Bench, BenchSettings
+from sim.bench.faults import Fault
+from sim.cameras.library import load_camera
+from sim.drives.behaviour_drive import tour_and_sense
+from sim.drives.chase_camera import with_onlooker
+from sim.drives.operator import OperatorStyle
+from sim.drives.recorder import PATIENCE, Taken, Trigger, describe, drive_and_sense, operator_for
+from sim.rendering.render import RendererKind
+from sim.sensors.laser import LaserModel, RangeMode
+from sim.teleop.session import AbortedError
+from worlds.build import build
+from worlds.change.change import change_named, changed
+from worlds.light import light_named
+from worlds.plans.plan import load_plan
+from worlds.plans.schema import FloorPlan
+
+QUERY_SEEDS = 1000
+"""Added to a reference drive's seed for the query drives: never the same drive twice."""
+OWN_ROUTE = "own"
+"""Name of the route that a drive brings itself."""
+
+Progress = Callable[[float, float, int], None]
+"""Told how far the robot has come [m], of how much [m], and the number of views so far."""
+
+
+Told = Callable[[Taken, int], None]
+"""Told of each view, and of the number of views so far."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """A drive to record; equal drives give equal recordings. ``sensors`` None means all that the robot has.
+
+    ``light`` and ``change`` are texts as ``light_named`` and ``change_named`` read them. The change is drawn from
+    ``change_seed``, None: the drive's own. ``cameras`` names the model of each camera that is no Fire-i. ``laser``
+    tells how far the laser reaches.
+
+    ``waypoints`` [m] are a route of the drive's own, called ``OWN_ROUTE``, in place of one of the world's. Only the
+    stretch from ``start`` to ``end`` [m along the route] is driven; None: to its end. ``faults`` happen on the way, by
+    metres from where the drive starts. ``patience`` [s, simulated] is how long it may take.
+
+    With ``behaviours``, as ``robots.behaviours.written`` reads them, nobody leads the robot: from the start of the
+    route it runs them one after another.
+    """
+
+    world: str = "hallway"
+    light: str = "16:00"
+    change: str = "none"
+    change_seed: int | None = None
+    robot: str = "robuter"
+    route: str = "forward"
+    seed: int = 1
+    world_seed: int = 0
+    renderer: RendererKind = RendererKind.FILAMENT
+    trigger: Trigger = field(default_factory=Trigger)
+    style: OperatorStyle = field(default_factory=OperatorStyle)
+    sensors: tuple[str, ...] | None = None
+    cameras: Mapping[str, str] = field(default_factory=dict)
+    laser: RangeMode = RangeMode.METRES_80
+    waypoints: tuple[tuple[float, float], ...] = ()
+    start: float = 0.0
+    end: float | None = None
+    faults: tuple[Fault, ...] = ()
+    patience: float = PATIENCE
+    behaviours: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.behaviours and self.faults:
+            raise ScenarioError(
+                "faults and behaviours exclude each other: faults happen where somebody leads the robot"
+            )
+        if not 0 < self.patience < math.inf:
+            raise ScenarioError(f"patience {self.patience} s is not valid; it should be positive")
+
+    @property
+    def day(self) -> int:
+        """Seed of what is not as it was."""
+        return self.seed if self.change_seed is None else self.change_seed
+
+
+def name_of_route(drive: Drive) -> str:
+    """The route in words, with the stretch of it that is driven."""
+    name = OWN_ROUTE if drive.waypoints else drive.route
+    if not drive.start and drive.end is None:
+        return name
+    return f"{name} from {drive.start:g} m" + ("" if drive.end is None else f" to {drive.end:g} m")
+
+
+class NoViewError(ScenarioError):
+    """A drive ended before its first view."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """The user stopped a drive of which views are already recorded; the message says where."""
+
+
+def open_bench(drive: Drive, *, watched: bool = False) -> Bench:
+    """The simulation of a drive, at its start; ``watched`` by an onlooker. Raises the rooms' own errors for names."""
+    robot = robots.load(drive.robot)
+    if drive.sensors is not None:
+        check_sensors(drive.sensors, robot)
+    cameras = tuple(name for name in robot.cameras if drive.sensors is None or name in drive.sensors)
+    if drive.renderer is RendererKind.NONE and drive.sensors is not None and LASER not in drive.sensors:
+        raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
+    world = build(plan_of(drive), light_named(drive.light), drive.world_seed)
+    if watched:
+        world = with_onlooker(world)
+    settings = BenchSettings(
+        renderer=drive.renderer if cameras else RendererKind.NONE,
+        cameras=cameras,
+        camera_models={name: load_camera(model) for name, model in drive.cameras.items()},
+        laser=LaserModel(mode=drive.laser),
+    )
+    route = OWN_ROUTE if drive.waypoints else drive.route
+    if route not in world.routes:
+        raise ScenarioError(f"unknown route {route!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
+    return Bench(world, robot, route=driven(world.routes[route], drive), seed=drive.seed, settings=settings)
+
+
+def plan_of(drive: Drive) -> FloorPlan:
+    """The floor plan as it is on the drive's day, with the drive's own route. Raises ``WorldsError``."""
+    plan = load_plan(drive.world)
+    if drive.waypoints:
+        plan = plan.model_copy(update={"routes": {**plan.routes, OWN_ROUTE: drive.waypoints}})
+    return changed(plan, change_named(drive.change), drive.day)
+
+
+def driven(route: NDArray[np.float64], drive: Drive) -> NDArray[np.float64]:
+    """The stretch of a route (n, 2) [m] that is driven. Raises ``ScenarioError`` where the route has no such one."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(route, axis=0).T))])
+    length = float(along[-1])
+    end = length if drive.end is None else drive.end
+    if not 0 <= drive.start < end <= length + 1e-9:
+        raise ScenarioError(
+            f"start {drive.start} m and end {end:g} m are no stretch of route {drive.route!r}; valid is 0 or more, "
+            f"start before end, at most {length:g} m"
+        )
+    inner = route[(along > drive.start) & (along < end)]
+    ends = [[float(np.interp(at, along, route[:, axis])) for axis in (0, 1)] for at in (drive.start, end)]
+    return np.array([ends[0], *inner, ends[1]])
+
+
+def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
+    """Raise ``ScenarioError`` for a sensor that the robot does not carry."""
+    valid = (*robot.cameras, LASER)
+    for sensor in wanted:
+        if sensor not in valid:
+            raise ScenarioError(f"sensor {sensor!r} is not on robot {robot.name!r}; valid are {', '.join(valid)}")
+
+
+def record(drive: Drive, path: Path | None, progress: Progress | None = None, told: Told | None = None) -> Recording:
+    """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
+
+    When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised; before the
+    first view there is nothing to keep, and ``path`` stays as it was. Raises ``ScenarioError`` when ``path`` cannot be
+    a file.
+    """
+    check_recording(path)
+    with open_bench(drive) as bench:
+        operator = operator_for(bench, drive.seed, drive.style)
+        metadata = dict(described(bench, drive, drive.trigger, drive.style))
+        if drive.faults:
+            metadata |= {"faults": json.dumps([asdict(fault) for fault in drive.faults], sort_keys=True)}
+        if drive.behaviours:
+            metadata |= {"behaviours": json.dumps(drive.behaviours)}
+            drive_on = tour_and_sense(bench, drive.behaviours, drive.trigger, timeout=drive.patience)
+        else:
+            drive_on = drive_and_sense(bench, operator, drive.trigger, faults=drive.faults, timeout=drive.patience)
+
+        def tell(taken: Taken, count: int) -> None:
+            if told is not None:
+                told(taken, count)
+            if progress is not None:
+                # How far behaviours will lead, nobody knows.
+                progress(taken.progress, taken.progress if drive.behaviours else operator.length, count)
+
+        return write_drive(path, metadata, drive_on, scanning=scans(drive), told=tell)
+
+
+def check_recording(path: Path | None) -> None:
+    """Raise ``ScenarioError`` when ``path`` cannot be a recording's."""
+    if path is not None and path.is_dir():
+        raise ScenarioError(f"{path}: is a folder; valid is the name of a recording to write")
+
+
+def scans(drive: Drive) -> bool:
+    """Whether the laser is among the sensors that are recorded."""
+    return drive.sensors is None or LASER in drive.sensors
+
+
+def sensors_of(drive: Drive) -> tuple[str, ...]:
+    """The sensors that a drive records, by name."""
+    cameras = () if drive.renderer is RendererKind.NONE else robots.load(drive.robot).cameras
+    return tuple(name for name in (*cameras, LASER) if drive.sensors is None or name in drive.sensors)
+
+
+def described(
+    bench: Bench, drive: Drive, trigger: Trigger | None, style: OperatorStyle | None = None
+) -> Mapping[str, str]:
+    """What a recording tells of its drive, with the change from its plan."""
+    told = describe(bench, route=name_of_route(drive), seed=drive.seed, trigger=trigger, style=style)
+    return {**told, "change": change_named(drive.change).as_text(), "change_seed": str(drive.day)}
+
+
+def write_drive(
+    path: Path | None,
+    metadata: Mapping[str, str],
+    drive_on: Iterator[Taken],
+    *,
+    scanning: bool = True,
+    told: Told | None = None,
+    afterwards: Callable[[], Mapping[str, str]] = dict,
+) -> Recording:
+    """Write the views of a drive as they are taken, to ``path``, None: nowhere; ``told`` hears of each when it is kept.
+
+    What is given back holds no images and scans where nothing is written, which nobody could keep of a long drive.
+    ``afterwards`` gives what is known of a drive only when it has ended. Interrupted, it raises as ``record`` does; of
+    a drive that is aborted nothing is kept. Raises ``NoViewError`` for one that ends without a view.
+    """
+    views: list[View] = []
+    taken_on = (taken if scanning else replace(taken, view=replace(taken.view, scan=None)) for taken in drive_on)
+    first = next(taken_on, None)
+    if first is None:
+        raise NoViewError(f"{path or 'the drive'} is not written: no view was taken")
+
+    def keep(taken: Taken, writer: RecordingWriter | None) -> None:
+        if writer is not None:
+            writer.write(taken.view, taken.odometry)
+        views.append(taken.view if writer is not None else replace(taken.view, images={}, scan=None))
+        if told is not None:
+            told(taken, len(views))
+
+    every = itertools.chain([first], taken_on)
+    if path is None:
+        for taken in every:
+            keep(taken, None)
+    else:
+        _write(path, metadata, every, keep, afterwards)
+    return Recording(tuple(views), {**metadata, **afterwards()})
+
+
+def _write(
+    path: Path,
+    metadata: Mapping[str, str],
+    every: Iterator[Taken],
+    keep: Callable[[Taken, RecordingWriter], None],
+    afterwards: Callable[[], Mapping[str, str]],
+) -> None:
+    _make_folder(path)
+    try:
+        with RecordingWriter(path, metadata) as writer:
+            try:
+                for taken in every:
+                    keep(taken, writer)
+            except AbortedError:
+                writer.discard()
+                raise
+            except KeyboardInterrupt:
+                writer.note(afterwards())
+                raise
+            writer.note(afterwards())
+    except KeyboardInterrupt:
+        kept = len(read_recording(path).views)  # the stop may have come between writing a view and noting it
+        raise Interrupted(f"{path} is readable and holds all views up to now, {kept}") from None
+
+
+def _make_folder(path: Path) -> None:
+    """Make the folder of a file to write."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be written: {path.parent}: {error.strerror}") from error

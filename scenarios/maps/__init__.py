@@ -1,0 +1,1 @@
+"""Maps beside each other: incidence, similarity, joins."""

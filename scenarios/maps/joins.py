@@ -1,0 +1,129 @@
+"""Decisions about joins as a file that a person reads, changes and gives back, as a table, and as questions (M8)."""
+
+import json
+import tomllib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, NonNegativeInt, ValidationError
+from rich.box import SIMPLE
+from rich.table import Table
+from rich.text import Text
+
+from refseq.atlas.merge import Decision
+from refseq.files import replace_text
+from scenarios.cli.console import say
+from scenarios.drives.inputs import writing
+from scenarios.errors import ScenarioError
+
+HEAD = """\
+# Joins that refseq merge made or refused. Turn `joined` round, or add a join of your own, and give this file to
+# refseq merge --decisions. `first` and `second` are the first and last view of the stretch in either sequence.
+"""
+BY_A_PERSON = "a person says so"
+
+
+class JoinTable(BaseModel):
+    """One ``[[join]]``."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+    one: str
+    other: str
+    first: tuple[NonNegativeInt, NonNegativeInt]
+    second: tuple[NonNegativeInt, NonNegativeInt]
+    joined: bool
+    why: str = ""
+    lengths_m: tuple[float, float] = (0.0, 0.0)
+
+
+class JoinFile(BaseModel):
+    """The whole file."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+    join: list[JoinTable] = []
+
+
+def write_decisions(path: Path, decisions: Sequence[Decision]) -> None:
+    """Write decisions for a person to read and to change."""
+    tables = [HEAD]
+    for d in decisions:
+        table = {
+            "one": json.dumps(d.one),
+            "other": json.dumps(d.other),
+            "first": list(d.first),
+            "second": list(d.second),
+            "lengths_m": [round(length, 2) for length in d.lengths],
+            "joined": str(d.joined).lower(),
+            "why": json.dumps(d.why, ensure_ascii=False),
+        }
+        tables.append("[[join]]\n" + "".join(f"{key} = {value}\n" for key, value in table.items()))
+    with writing(path):
+        replace_text(path, "\n".join(tables))
+
+
+def read_decisions(path: Path) -> list[Decision]:
+    """Read what a person decided. Raises ``ScenarioError`` with the file, the key, and what is valid."""
+    try:
+        content = tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ScenarioError(f"{path}: is no TOML: {error}") from error
+    try:
+        joins = JoinFile.model_validate(_with_tuples(content)).join
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise ScenarioError(f"{path}: {where} = {first['input']!r:.60}: {first['msg'].lower()}") from error
+    for number, join in enumerate(joins):
+        for name, (start, end) in (("first", join.first), ("second", join.second)):
+            if start > end:
+                raise ScenarioError(f"{path}: join.{number}.{name} = [{start}, {end}]; valid is first view, last view")
+    return [Decision(j.one, j.other, j.first, j.second, j.lengths_m, j.joined, BY_A_PERSON) for j in joins]
+
+
+def _with_tuples(content: dict[str, object]) -> dict[str, object]:
+    """TOML's lists of numbers as tuples, which is what a strict reader wants."""
+    joins = content.get("join")
+    if not isinstance(joins, list):
+        return content
+    return content | {"join": [_tupled(join) if isinstance(join, dict) else join for join in joins]}
+
+
+def _tupled(join: dict[str, object]) -> dict[str, object]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in join.items()}
+
+
+def decision_table(decisions: Sequence[Decision]) -> Table:
+    """Decisions, a row each."""
+    table = Table(box=SIMPLE, pad_edge=False)
+    for name in ("", "one", "views", "other", "views", "length [m]", "why"):
+        table.add_column(Text(name), no_wrap=name != "why")
+    for d in decisions:
+        table.add_row(
+            Text("joined" if d.joined else "refused", "green" if d.joined else "yellow"),
+            Text(d.one),
+            f"{d.first[0]}-{d.first[1]}",
+            Text(d.other),
+            f"{d.second[0]}-{d.second[1]}",
+            f"{d.lengths[0]:.1f} / {d.lengths[1]:.1f}",
+            Text(d.why),
+        )
+    return table
+
+
+def ask(decision: Decision) -> Decision:
+    """Ask on the terminal whether a join is right; an empty answer leaves it as it is."""
+    from typer import confirm
+
+    from scenarios.cli.console import out
+
+    say(
+        out,
+        f"{decision.one} views {decision.first[0]}-{decision.first[1]} and {decision.other} views "
+        f"{decision.second[0]}-{decision.second[1]}, {decision.lengths[0]:.1f} and {decision.lengths[1]:.1f} m: "
+        f"{decision.why}",
+    )
+    joined = confirm("join them?", default=decision.joined)
+    return decision if joined is decision.joined else replace(decision, joined=joined, why=BY_A_PERSON)

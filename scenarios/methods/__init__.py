@@ -1,0 +1,1 @@
+"""Localisation methods by name: ours, baselines, plug-ins."""

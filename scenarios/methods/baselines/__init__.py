@@ -1,0 +1,74 @@
+"""Other people's methods, made small, as yardsticks on the very same views.
+
+Each fits ``refseq.belief.Localiser`` and is learnt from the views of a reference drive. Their parameters were chosen
+in the world ``annex``, which is not scored, and stay as they are.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from refseq.belief import Localiser
+from refseq.map.profile import profile_named
+from refseq.map.sequence import ReferenceSequence, learn
+from refseq.view import View
+from scenarios.methods.baselines.fabmap import FabMap
+from scenarios.methods.baselines.fabmap_words import WordMap
+from scenarios.methods.baselines.hamming import NearestColumn
+from scenarios.methods.baselines.ransac import RansacInliers
+from scenarios.methods.baselines.seqslam import SeqSlam
+from scenarios.methods.baselines.sequence_graph import SequenceGraph
+from scenarios.methods.baselines.single import SingleBest
+from scenarios.methods.baselines.topological import TopologicalFilter
+from scenarios.methods.baselines.topometric import TopometricFilter
+from scenarios.methods.baselines.vlad import VladMap
+
+CODEBOOK_SEED = 1
+"""Any number will do: it keeps the codebook the same for the same views."""
+
+
+Shelf = Callable[[str, Callable[[], ReferenceSequence]], ReferenceSequence]
+"""Gives the map of a reference drive with a profile, by its name: one that is kept, or the one that is learnt now."""
+
+
+def learnt_anew(_profile: str, learnt: Callable[[], ReferenceSequence]) -> ReferenceSequence:
+    """A shelf on which nothing is kept."""
+    return learnt()
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The drive to learn from. What several baselines build on is made once, when it is first asked for."""
+
+    views: Sequence[View]
+    shelf: Shelf = learnt_anew
+
+    @cached_property
+    def vlad(self) -> VladMap:
+        """The views as VLAD."""
+        return VladMap.learn(self.views, np.random.default_rng(CODEBOOK_SEED))
+
+    def sequence(self, profile: str) -> ReferenceSequence:
+        """The views as our own localiser's map with a profile."""
+        return self.shelf(profile, lambda: learn(self.views, profile=profile_named(profile)))
+
+    @cached_property
+    def words(self) -> WordMap:
+        """The views as bags of words."""
+        return WordMap(self.views)
+
+
+BASELINES: Mapping[str, Callable[[Reference], Localiser]] = {
+    "hamming": lambda reference: NearestColumn(reference.sequence("thesis"), reference.views),
+    "vlad": lambda reference: SingleBest(reference.vlad),
+    "ransac": lambda reference: RansacInliers.learn(reference.views),
+    "fabmap-naive": lambda reference: FabMap(reference.words, tree=False),
+    "fabmap": lambda reference: FabMap(reference.words),
+    "seqslam": lambda reference: SeqSlam(reference.views),
+    "sequence-graph": lambda reference: SequenceGraph(reference.vlad),
+    "topological": lambda reference: TopologicalFilter(reference.vlad),
+    "topometric": lambda reference: TopometricFilter(reference.vlad, reference.views),
+}
+"""Baselines by name: each learns a reference drive and gives a localiser for others."""

@@ -1,0 +1,36 @@
+"""The place that looks most alike, each view for itself."""
+
+import numpy as np
+
+from refseq.belief import Belief
+from refseq.view import View
+from scenarios.methods.baselines.answer import answer
+from scenarios.methods.baselines.likelihood import Calibration
+from scenarios.methods.baselines.vlad import VladMap
+
+CONTRAST = 20.0
+"""How much less likely a place is that looks as little alike as any; it shapes the belief, not the answer."""
+
+
+class SingleBest:
+    """Image retrieval: the nearest vector.
+
+    It has no notion of being off the map. Its doubt, which never goes as far as to say lost, is how unlike the best
+    place looks: (1 − cosine) / 2, at most ½.
+    """
+
+    def __init__(self, places: VladMap) -> None:
+        self._places = places
+        self._calibration = Calibration(CONTRAST)
+
+    def reset(self) -> None:
+        """Forget how far the distances spread so far."""
+        self._calibration.reset()
+
+    def update(self, view: View) -> Belief:
+        """Compare with all places."""
+        likeness = self._places.compare(view)
+        if likeness.values is None:
+            return answer(np.ones(len(self._places)), 0.5, likeness)
+        doubt = (1 - max(float(likeness.values.max()), 0.0)) / 2
+        return answer(self._calibration.likelihood(likeness.values), doubt, likeness)

@@ -1,0 +1,158 @@
+"""All that can find a place, by name: the thesis' stages with any profile, and the baselines."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from refseq.atlas.localiser import localise_in
+from refseq.belief import Belief, Localiser, Stage
+from refseq.map.localiser import localise, smoothed
+from refseq.map.profile import PROFILES
+from refseq.view import View
+from scenarios.errors import ScenarioError
+from scenarios.methods.baselines import BASELINES, Reference
+from scenarios.methods.plugins import OwnLocaliser, check_own, installed, is_own
+from scenarios.scoring.merging import Merging, by_views, merged_drives
+
+STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
+"""Our own localiser's names: a profile and a stage, with a stroke between."""
+
+METHODS = (*STAGED, *BASELINES)
+
+HINDSIGHT = tuple(f"{profile}/hindsight" for profile in PROFILES)
+"""The chain's answers in the light of the whole drive. No robot could have known them on its way: they are in no group,
+and are asked for and scored by this name only."""
+
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    **{profile: tuple(f"{profile}/{stage}" for stage in Stage) for profile in PROFILES},
+    "baselines": tuple(BASELINES),
+}
+"""Names that stand for several methods: a profile for its stages, and all baselines."""
+
+
+FAMILIES: Mapping[str, tuple[str, ...]] = {
+    **{profile: GROUPS[profile] for profile in PROFILES},
+    "words": ("fabmap-naive", "fabmap"),
+    "vlad": ("vlad", "topological", "topometric", "sequence-graph"),
+}
+"""Methods that are asked together, as they share what is dear."""
+
+
+def written_out(names: Iterable[str]) -> tuple[str, ...]:
+    """Methods by name, each once, with groups written out; names that are not known are left as they are."""
+    return tuple(dict.fromkeys(name for one in names for name in GROUPS.get(one, (one,))))
+
+
+def methods_named(names: Sequence[str] | None) -> tuple[str, ...]:
+    """Methods by their names, each once; without names all there are. ``ScenarioError`` for an unknown one."""
+    wanted = written_out(names or METHODS)
+    check_methods(wanted)
+    return wanted
+
+
+def check_methods(names: Iterable[str]) -> None:
+    """Raise ``ScenarioError`` for the first name that is no method's."""
+    for name in names:
+        if is_own(name):
+            check_own(name)
+        elif name not in (*METHODS, *HINDSIGHT):
+            valid = ", ".join((*METHODS, *GROUPS, *HINDSIGHT, *installed()))
+            raise ScenarioError(f"method {name!r} is unknown; valid are {valid}, package.module:Class")
+
+
+def family(name: str) -> str:
+    """What a method shares its dear steps with: a profile's stages, the methods on VLAD; else it is its own."""
+    return next((shared for shared, members in FAMILIES.items() if name in members), name)
+
+
+def answers(
+    methods: Sequence[str], reference: Sequence[View], query: Sequence[View], *, seed: int = 0
+) -> dict[str, list[Belief]]:
+    """What each method, having learnt the reference views, answers to the query views."""
+    return Learnt(methods, {"reference": Reference(reference)}, seed=seed).answers(query)
+
+
+class InMap:
+    """Our own localiser with a profile, in the map of one drive."""
+
+    merging: Merging | None = None
+
+    def __init__(self, profile: str, drive: Reference) -> None:
+        self.maps = self.sequences = (drive.sequence(profile),)
+
+    def answers(self, query: Sequence[View], stages: Sequence[Stage], seed: int) -> Mapping[Stage, list[Belief]]:
+        """What each stage answers to the query views."""
+        return localise(self.sequences[0], query, stages=stages, seed=seed)
+
+    def in_hindsight(self, query: Sequence[View], seed: int) -> list[Belief]:
+        """What the chain answers in the light of the whole drive."""
+        return smoothed(self.sequences[0], query, seed=seed)
+
+
+class InAtlas:
+    """Our own localiser with a profile, in an atlas of several drives; ``maps`` are theirs as they were learnt."""
+
+    def __init__(self, profile: str, drives: Mapping[str, Reference], *, merging: bool) -> None:
+        self.maps = tuple(drive.sequence(profile) for drive in drives.values())
+        self._atlas, self.merging = merged_drives(list(drives), self.maps, merging)
+        self.sequences = self._atlas.sequences
+
+    def answers(self, query: Sequence[View], stages: Sequence[Stage], seed: int) -> Mapping[Stage, list[Belief]]:
+        """What each stage answers to the query views, by the views that were learnt."""
+        found = localise_in(self._atlas, query, stages=stages, seed=seed)
+        return {stage: [by_views(self._atlas, belief) for belief in beliefs] for stage, beliefs in found.items()}
+
+
+class Learnt:
+    """Several methods that have learnt the same ``drives``, each by its name.
+
+    Of one drive our own localiser has the map, of several an atlas, with ``merging`` after what they share was taken
+    out. All others have several drives one behind the other, as one on which the robot was carried from each end to the
+    next start. Answers are about the views of all drives, one behind the other. ``ours`` are by profile, ``localisers``
+    all others by name. Raises ``MisbehavedError`` where a user's localiser fails.
+    """
+
+    def __init__(
+        self, methods: Sequence[str], drives: Mapping[str, Reference], *, seed: int = 0, merging: bool = True
+    ) -> None:
+        self._methods, self._seed = methods, seed
+        first, *further = drives.values()
+        drive = first if not further else Reference([view for one in drives.values() for view in one.views])
+        profiles = dict.fromkeys(name.split("/")[0] for name in methods if name in (*STAGED, *HINDSIGHT))
+        self.ours: dict[str, InMap | InAtlas] = {
+            profile: InAtlas(profile, drives, merging=merging) if further else InMap(profile, first)
+            for profile in profiles
+        }
+        self.localisers: dict[str, Localiser] = {
+            name: OwnLocaliser(name, drive.views) if is_own(name) else BASELINES[name](drive)
+            for name in methods
+            if name not in (*STAGED, *HINDSIGHT)
+        }
+
+    @property
+    def mergings(self) -> dict[str, Merging]:
+        """How the drives were merged, by the methods that have an atlas of them."""
+        merged = {profile: one.merging for profile, one in self.ours.items() if one.merging is not None}
+        return {f"{profile}/{stage}": one for profile, one in merged.items() for stage in self._stages(profile)}
+
+    def answers(self, query: Sequence[View]) -> dict[str, list[Belief]]:
+        """What each method answers to the query views."""
+        found = run(self.localisers, query)
+        for profile, one in self.ours.items():
+            beliefs = one.answers(query, self._stages(profile), self._seed)
+            found |= {f"{profile}/{stage}": answers for stage, answers in beliefs.items()}
+            if (hindsight := f"{profile}/hindsight") in self._methods and isinstance(one, InMap):
+                found[hindsight] = one.in_hindsight(query, self._seed)
+        return {name: found[name] for name in self._methods}
+
+    def _stages(self, profile: str) -> list[Stage]:
+        return [stage for stage in Stage if f"{profile}/{stage}" in self._methods]
+
+
+def run(localisers: Mapping[str, Localiser], views: Iterable[View]) -> dict[str, list[Belief]]:
+    """Ask several localisers about the same views, one view after the other, so that they can share what it costs."""
+    found: dict[str, list[Belief]] = {name: [] for name in localisers}
+    for localiser in localisers.values():
+        localiser.reset()
+    for view in views:
+        for name, localiser in localisers.items():
+            found[name].append(localiser.update(view))
+    return found

@@ -1,0 +1,1 @@
+"""Missions as files, their leaders, and their runs."""

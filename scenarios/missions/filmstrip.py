@@ -1,0 +1,48 @@
+"""A mission as a strip of frames, as a bystander sees it, with what the robot is doing under each."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from refseq.missions import Executor, Status
+from scenarios.report.picture_rows import Captioned, in_rows
+from sim.bench.bench import Bench
+from sim.drives.chase_camera import Onlooker
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What a bystander sees at a ``time`` [s], where the robot believes itself to be, and what it does."""
+
+    time: float
+    along: float
+    doing: str
+    image: NDArray[np.uint8]
+
+
+class Bystander:
+    """Looks at a mission every so many seconds of it, and whenever the robot begins with something else."""
+
+    def __init__(self, every: float) -> None:
+        self._every = every
+        self._onlooker: Onlooker | None = None
+        self._doing = ""
+        self._due = 0.0
+        self.frames: list[Frame] = []
+
+    def __call__(self, executor: Executor, bench: Bench) -> None:
+        """A control period has gone by."""
+        doing = executor.do.behaviour if executor.status is Status.RUNNING else executor.status.value
+        if bench.time < self._due and doing == self._doing:
+            return
+        self._onlooker = self._onlooker or Onlooker(bench)
+        self.frames.append(Frame(bench.time, executor.along, doing, self._onlooker.look()))
+        self._doing, self._due = doing, bench.time + self._every
+
+
+def strip_of(frames: Sequence[Frame], title: str) -> Figure:
+    """The frames in rows."""
+    return in_rows(title, [Captioned(one.image, f"{one.time:.0f} s, {one.along:.1f} m: {one.doing}") for one in frames])

@@ -1,0 +1,175 @@
+"""Who leads a robot on a mission, made of what was learnt: the way, where it really is, and what localises on it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.atlas.atlas import Atlas
+from refseq.atlas.localiser import AtlasLocaliser
+from refseq.atlas.routes import shortest_route
+from refseq.belief import Belief, Localiser, Stage
+from refseq.map.localiser import SequenceLocaliser
+from refseq.map.sequence import ReferenceSequence
+from refseq.missions import Plan, Way, way_along, way_of
+from refseq.view import Pose, View
+from scenarios.errors import ScenarioError
+from scenarios.methods.baselines import BASELINES, Reference
+from scenarios.methods.by_name import STAGED
+from scenarios.methods.plugins import OwnLocaliser, is_own
+from scenarios.scoring.merging import merged_drives
+
+PROFILE = "best"
+"""Whose map tells the way where a method has no profile: behaviours, doors and lengths are the same in all."""
+
+
+AHEAD = 0.5
+"""Which way a way leads at a place is told by what is so far behind it and ahead [m]."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A ``way``, and where its places really are, (n, 2) [m]: for scoring only."""
+
+    way: Way
+    places: NDArray[np.float64]
+
+    def position(self, along: float) -> NDArray[np.float64]:
+        """The true place so far along the way, (2,) [m]."""
+        return np.array([np.interp(along, self.way.along, self.places[:, axis]) for axis in (0, 1)])
+
+    def stretch(self, start: float, end: float) -> NDArray[np.float64]:
+        """The true places from one to another, (m, 2) [m]; one where they are the same."""
+        between = self.places[(self.way.along > start) & (self.way.along < end)]
+        ends = [self.position(start)] if end <= start else [self.position(start), *between, self.position(end)]
+        return np.array(ends)
+
+    def where(self, plan: Plan, number: int) -> NDArray[np.float64]:
+        """Where an order of a plan may begin: what lasts until a place is reached on all of its stretch."""
+        order = plan.orders[number]
+        return self.stretch(order.at, plan.end_of(number) if order.travels else order.at)
+
+    def pose(self, along: float) -> Pose:
+        """The true place so far along the way, looking along it."""
+        x, y = self.position(along)
+        behind, ahead = self.position(along - AHEAD), self.position(along + AHEAD)
+        return Pose(float(x), float(y), float(np.arctan2(*(ahead - behind)[::-1])))
+
+    def nearest(self, pose: Pose) -> float:
+        """How far along the way the place nearest to a pose is [m]."""
+        return float(self.way.along[int(np.hypot(*(self.places - (pose.x, pose.y)).T).argmin())])
+
+
+@dataclass(frozen=True)
+class Leader:
+    """What a method leads by: the ground, and its localiser; None for one that has none. ``maps`` are what it keeps."""
+
+    ground: Ground
+    localiser: Localiser | None
+    maps: tuple[ReferenceSequence, ...]
+
+
+def along_reference(method: str, drive: Reference, *, localised: bool, seed: int) -> Leader:
+    """Along one reference drive, from its start to its end."""
+    sequence = drive.sequence(_profile(method))
+    ground = Ground(way_along(sequence), positions(drive.views))
+    if not localised:
+        return Leader(ground, None, (sequence,))
+    if method in STAGED:
+        stage = Stage(method.partition("/")[2])
+        return Leader(ground, SequenceLocaliser(sequence, stage=stage, seed=seed), (sequence,))
+    return Leader(ground, _of_views(method, drive), (sequence,))
+
+
+@dataclass(frozen=True, slots=True)
+class Journey:
+    """Where to: to ``goal`` [m] along one of the drives, by its ``path``, None: to its end; from near ``start``."""
+
+    start: Pose
+    path: str
+    goal: float | None
+    merge: bool = True
+
+
+def over_atlas(
+    method: str, names: Sequence[str], drives: Sequence[Reference], journey: Journey, *, localised: bool, seed: int
+) -> Leader:
+    """Along the shortest route over several drives, merged into an atlas.
+
+    It begins at the view nearest to the start that looks the same way: who sets the robot down says where. Raises
+    ``MapError`` where no route leads to the goal.
+    """
+    maps = [drive.sequence(_profile(method)) for drive in drives]
+    atlas, _ = merged_drives(names, maps, journey.merge)
+    views = [drive.views for drive in drives]
+    number = names.index(journey.path)
+    along = maps[number].along
+    last = len(along) - 1 if journey.goal is None else int(np.abs(along - along[0] - journey.goal).argmin())
+    held = _held(atlas)
+    goal = int(atlas.numbered(atlas.paths[number])[last])
+    route = shortest_route(atlas, int(held[_nearest(views, journey.start)]), goal)
+    legs = [positions(views[names.index(leg.path)][leg.first : leg.last + 1]) for leg in route.legs]
+    places = np.concatenate([leg[min(n, 1) :] for n, leg in enumerate(legs)]) if legs else _at(journey.start)
+    ground = Ground(way_of(atlas, route), places)
+    if not localised:
+        return Leader(ground, None, atlas.sequences)
+    if method in STAGED:
+        stage = Stage(method.partition("/")[2])
+        return Leader(ground, AtlasLocaliser(atlas, stage=stage, seed=seed), atlas.sequences)
+    every = Reference([view for of_drive in views for view in of_drive])
+    return Leader(ground, InPlaces(_of_views(method, every), held, len(atlas)), atlas.sequences)
+
+
+class InPlaces:
+    """A localiser that knows the views of several drives, one behind the other, answers in the places of their atlas.
+
+    ``held`` (K,) is for each view the place that it is at, of so many.
+    """
+
+    def __init__(self, inner: Localiser, held: NDArray[np.intp], places: int) -> None:
+        self._inner, self._held, self._places = inner, held, places
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._inner.reset()
+
+    def update(self, view: View) -> Belief:
+        """What the views of a place have of a belief the place has."""
+        belief = self._inner.update(view)
+        places = np.bincount(self._held, weights=belief.places, minlength=self._places).astype(np.float64)
+        path = tuple(int(self._held[view]) if view >= 0 else view for view in belief.path)
+        return replace(belief, places=places, best=int(self._held[belief.best]), path=path)
+
+
+def positions(views: Sequence[View]) -> NDArray[np.float64]:
+    """True places of views, (n, 2) [m]. Raises ``ScenarioError`` where one is not known."""
+    found = [(view.truth.x, view.truth.y) for view in views if view.truth is not None]
+    if len(found) < len(views):
+        raise ScenarioError("the reference does not know where it was; valid in a mission is a simulated drive")
+    return np.array(found)
+
+
+def _profile(method: str) -> str:
+    return method.partition("/")[0] if method in STAGED else PROFILE
+
+
+def _of_views(method: str, drive: Reference) -> Localiser:
+    return OwnLocaliser(method, drive.views) if is_own(method) else BASELINES[method](drive)
+
+
+def _held(atlas: Atlas) -> NDArray[np.intp]:
+    """For each view that was learnt, all drives' one behind the other, the place that it is at."""
+    return np.concatenate([atlas.numbered(path) for path in atlas.paths])
+
+
+def _nearest(drives: Sequence[Sequence[View]], start: Pose) -> int:
+    """The view nearest to a pose, of those that look the same way, if any do."""
+    truths = [view.truth for views in drives for view in views if view.truth is not None]
+    apart = np.array([np.hypot(one.x - start.x, one.y - start.y) for one in truths])
+    ahead = np.array([np.cos(one.heading - start.heading) > 0 for one in truths])
+    return int(np.where(ahead if ahead.any() else True, apart, np.inf).argmin())
+
+
+def _at(pose: Pose) -> NDArray[np.float64]:
+    return np.array([[pose.x, pose.y]])

@@ -1,0 +1,249 @@
+"""Running missions for the scorer: led by what was learnt, or by a LAMP program; and those that cannot be begun."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.belief import Belief, Localiser
+from refseq.missions import Executor, Plan, Status
+from refseq.missions.behaviour_codes import code_of
+from refseq.missions.lamp import Stage
+from refseq.view import Pose, View
+from robots.behaviours.written import parse
+from robots.motion import Limits
+from scenarios.campaign.declare.sources import only
+from scenarios.drives.record import Drive
+from scenarios.missions.leader import Ground, Leader
+from scenarios.scoring.missions import MissionRun, Ordered, Told
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.contacts import Touches
+from sim.bench.faults import Agenda, Fault, Traveller
+from sim.drives.behaviour_runner import Moment
+from sim.missions.lamp import LampEnded, run_lamp
+from sim.missions.mission import run_mission
+
+NOWHERE = (math.nan, math.nan)
+"""The goal of a mission that leaves the way: nobody knows it."""
+Each = Callable[[Executor, Bench], None]
+SIDES = ("left", "right")
+
+
+@dataclass(frozen=True)
+class Done:
+    """A mission that was run, what was believed on its way, and what was photographed: images by name and camera."""
+
+    run: MissionRun
+    beliefs: tuple[Belief, ...] = ()
+    photographs: Mapping[str, Mapping[str, NDArray[np.uint8]]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """How far and how long a mission is at least: ``way`` [m], ``ideal`` and ``optimal`` [s] as ``MissionRun`` says."""
+
+    way: float
+    ideal: float
+    optimal: float
+
+
+class Seeing:
+    """A localiser that looks at some sensors only; None: at all."""
+
+    def __init__(self, inner: Localiser, sensors: tuple[str, ...] | None) -> None:
+        self._inner, self._sensors = inner, sensors
+        inner.reset()
+
+    def update(self, view: View) -> Belief:
+        """Take the next view and answer."""
+        return self._inner.update(only(view, self._sensors))
+
+
+class _Watcher:
+    """Watches a robot on its mission: what befalls it on its way, and how often it begins to say that it is lost."""
+
+    def __init__(self, bench: Bench, ground: Ground, faults: Sequence[Fault]) -> None:
+        self._way = _OnItsWay(bench, ground)
+        self._agenda = Agenda(faults, bench, self._way)
+        self._agenda.look()
+        self.losses, self._lost = 0, False
+
+    def __call__(self, executor: Executor, _bench: Bench) -> None:
+        """A control period has gone by."""
+        self.look()
+        lost = executor.status is Status.LOST
+        self.losses += lost and not self._lost
+        self._lost = lost
+
+    def look(self) -> None:
+        """Look where the robot is."""
+        self._way.look()
+        self._agenda.look()
+
+
+class _OnItsWay(Traveller):
+    """How far a robot has really come [m]: from where it was set down along the way by all that it has gone."""
+
+    length = math.inf  # whoever declared the faults was told what is beyond the route
+
+    def __init__(self, bench: Bench, ground: Ground) -> None:
+        self._bench, self._ground, self._last = bench, ground, bench.pose
+        self._progress = ground.nearest(bench.pose)
+
+    @property
+    def progress(self) -> float:
+        """What is behind the robot [m]."""
+        return self._progress
+
+    def look(self) -> None:
+        """Note what it has gone since the last time."""
+        last, self._last = self._last, self._bench.pose
+        self._progress += math.dist((last.x, last.y), (self._last.x, self._last.y))
+
+    def carried(self, to: float) -> Pose:
+        """It is set down so far along the way [m]."""
+        self._last, self._progress = self._ground.pose(to), to
+        return self._last
+
+
+def led(
+    bench: Bench,
+    leader: Leader,
+    plan: Plan,
+    goal: tuple[float, float] | None,
+    *,
+    sensors: tuple[str, ...] | None,
+    drive: Drive,
+    each: Each | None = None,
+) -> Done:
+    """Run a plan, led by the odometer and, if the leader has one, a localiser. Raises what these raise.
+
+    Of the ``drive`` there are its faults, when views are taken, and how long it may last. ``each`` is called after
+    every control period.
+    """
+    ground = leader.ground
+    end = goal or _pair(ground, plan.goal)
+    measure = measured(plan, ground, bench, end)
+    executor = Executor(plan, localised=leader.localiser is not None)
+    localiser = None if leader.localiser is None else Seeing(leader.localiser, sensors)
+    watcher = _Watcher(bench, ground, drive.faults)
+
+    def look(executor: Executor, bench: Bench) -> None:
+        watcher(executor, bench)
+        if each is not None:
+            each(executor, bench)
+
+    mission = run_mission(bench, executor, localiser, trigger=drive.trigger, timeout=drive.patience, each=look)
+    run = MissionRun(
+        completed=executor.status is Status.COMPLETED,
+        why="" if executor.status is Status.COMPLETED else f"{executor.status.value}: {executor.why}",
+        track=mission.track,
+        orders=tuple(
+            Ordered(order.at, order.behaviour, order.why, ground.where(plan, number))
+            for number, order in enumerate(plan.orders)
+        ),
+        switches=tuple(executor.switches),
+        log=tuple(Told(entry.time, entry.along, entry.what) for entry in executor.log),
+        goal=end,
+        way=measure.way,
+        ideal=measure.ideal,
+        optimal=measure.optimal,
+        touched=mission.touched,
+        lost=watcher.losses,
+        views=len(mission.seen),
+    )
+    return Done(run, tuple(seen.belief for seen in mission.seen), mission.photographs)
+
+
+def programmed(
+    bench: Bench, ground: Ground, plan: Plan, goal: tuple[float, float] | None, *, stages: Sequence[Stage], drive: Drive
+) -> Done:
+    """Run a LAMP program; the plan says how far it is. Where its stages ought to begin nobody knows."""
+    touches, watcher = Touches(bench), _Watcher(bench, ground, drive.faults)
+    end = goal or _pair(ground, plan.goal)
+    measure = measured(plan, ground, bench, end)
+
+    def look(_moment: Moment) -> None:
+        touches.look()
+        watcher.look()
+
+    start = bench.pose
+    ended = run_lamp(bench, stages, each=look)
+    why = "" if ended.finished else f"failed: stage {len(ended.stages)}, {ended.stages[-1].why}"
+    poses = np.concatenate([np.array([[start.x, start.y, start.heading]]), *(one.path[1:] for one in ended.stages)])
+    times = CONTROL_PERIOD * np.arange(len(poses))[:, None]
+    run = MissionRun(
+        completed=ended.finished,
+        why=why,
+        track=np.concatenate([times, poses, np.full_like(times, math.nan)], axis=1),
+        orders=tuple(Ordered(math.nan, str(stage), "", np.zeros((0, 2))) for stage in stages),
+        switches=tuple(enumerate(_begun(ended))),
+        log=_told(ended),
+        goal=end,
+        way=measure.way,
+        ideal=measure.ideal,
+        optimal=measure.optimal,
+        touched=touches.found,
+    )
+    return Done(run)
+
+
+def refused(bench: Bench, why: str, goal: tuple[float, float] | None) -> Done:
+    """A mission that what was learnt has no place for: the robot stays where it is."""
+    pose = bench.pose
+    track = np.array([[0.0, pose.x, pose.y, pose.heading, math.nan]])
+    log = (Told(0.0, math.nan, f"refused: {why}"),)
+    run = MissionRun(False, f"refused: {why}", track, (), (), log, goal or NOWHERE, 0.0, 0.0, 0.0, refused=True)
+    return Done(run)
+
+
+def measured(plan: Plan, ground: Ground, bench: Bench, goal: tuple[float, float]) -> Measure:
+    """How far and how long it is from where the robot stands to the goal.
+
+    The way is that of the plan from the place nearest to the robot on, and straight from the plan's end to a goal that
+    lies off it. Each turn by itself, and that into a door beside the way, is at the robot's turn rate.
+    """
+    start, limits = ground.nearest(bench.pose), bench.robot.limits
+    way = max(plan.goal - start, 0.0) + math.dist(ground.position(plan.goal), goal)
+    optimal = way / limits.speed
+    turned = math.fsum(turn_of(order.behaviour) for order in plan.orders if order.at >= start)
+    return Measure(way, _ideal(optimal, turned, limits), optimal)
+
+
+def _ideal(optimal: float, turned: float, limits: Limits) -> float:
+    return optimal + turned / limits.turn_rate
+
+
+def turn_of(behaviour: str) -> float:
+    """How far a behaviour turns the robot about itself [rad]: a quarter before a door beside the way."""
+    values = parse(behaviour).values if ":" in behaviour else ()
+    match code_of(behaviour):
+        case "MT":
+            return abs(float(values[0]))
+        case "MC":
+            return math.pi / 2 if values and values[0].name.lower() in SIDES else 0.0
+        case "MA":
+            return abs(float(values[2])) if len(values) > 2 else 0.0
+        case _:
+            return 0.0
+
+
+def _pair(ground: Ground, along: float) -> tuple[float, float]:
+    x, y = ground.position(along).tolist()
+    return x, y
+
+
+def _begun(ended: LampEnded) -> list[float]:
+    """When each stage was begun [s]."""
+    return [0.0, *np.cumsum([one.time for one in ended.stages]).tolist()][: len(ended.stages)]
+
+
+def _told(ended: LampEnded) -> tuple[Told, ...]:
+    """A line a stage, when it ends."""
+    ends = np.cumsum([one.time for one in ended.stages]).tolist()
+    lines = (
+        f"{number}. {one.stage}: {one.outcome.name.lower()}, {one.why}" for number, one in enumerate(ended.stages, 1)
+    )
+    return tuple(Told(time, math.nan, line) for time, line in zip(ends, lines, strict=True))

@@ -1,0 +1,169 @@
+"""One mission in a world, as a person asks for it: where the robot is set down, what it goes by, what is left of it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from refseq.atlas.atlas import Atlas
+from refseq.atlas.localiser import AtlasLocaliser
+from refseq.belief import Localiser
+from refseq.errors import MapError
+from refseq.files import replace_bytes, replace_text, replacing_at
+from refseq.map.localiser import SequenceLocaliser
+from refseq.missions import Entry, Executor, Plan
+from refseq.view import LASER, Pose
+from refseq.viewer.mission.record import MissionRecord, Recorder
+from refseq.viewer.mission.tab import MissionTab
+from refseq.viewer.recording import write_recording
+from refseq.viewer.timelines import TIME
+from scenarios.drives.record import Drive, open_bench, plan_of
+from scenarios.drives.viewer_recording import RECORD
+from scenarios.errors import ScenarioError
+from scenarios.missions.filmstrip import Bystander, Frame, strip_of
+from scenarios.missions.leader import Ground, Leader
+from scenarios.missions.runs import NOWHERE, Done, led
+from scenarios.report.plots.mission import mission_plan
+from scenarios.scoring.missions import score_mission
+from scenarios.scoring.score import NARROW, WIDE
+from sim.bench.bench import Bench
+from sim.drives.recorder import Trigger
+from sim.missions.mission import EVERY
+from sim.rendering.render import RendererKind
+from worlds.drawing.outline import outline_of
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """A mission's ``drive``: world, light, robot, seed; the robot is set down ``at`` [m] along the way.
+
+    With ``odometry`` it takes no view. A bystander looks every ``strip`` [s]; None: there is none.
+    """
+
+    drive: Drive
+    at: float = 0.0
+    odometry: bool = False
+    strip: float | None = None
+
+    @classmethod
+    def from_map(
+        cls,
+        atlas: Atlas,
+        *,
+        world: str | None = None,
+        light: str | None = None,
+        change: str = "none",
+        robot: str | None = None,
+        at: float = 0.0,
+        seed: int = 1,
+        renderer: str | None = None,
+        odometry: bool = False,
+        strip: float | None = None,
+        every: float = EVERY,
+    ) -> "Trip":
+        """What is None is as in the first map's own drive. Raises ``ScenarioError``."""
+        told = atlas.sequences[0].metadata
+        for name, given in (("world", world), ("light", light), ("robot", robot)):
+            if given is None and name not in told:
+                raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
+        sensors = {sensor for sequence in atlas.sequences for sensor in sequence.sensors}
+        looks = (sensors != {LASER} and not odometry) or strip is not None
+        kind = renderer or (told.get("renderer", "filament") if looks else RendererKind.NONE.value)
+        if kind not in list(RendererKind):
+            raise ScenarioError(f"renderer {kind!r} is unknown; valid are {', '.join(RendererKind)}")
+        drive = Drive(
+            world=world or told["world"],
+            light=light or told["light"],
+            change=change,
+            robot=robot or told["robot"],
+            seed=seed,
+            renderer=RendererKind(kind),
+            trigger=Trigger(distance=every),
+        )
+        if strip is not None and drive.renderer is RendererKind.NONE:
+            raise ScenarioError("a strip needs a renderer; valid are --renderer filament and classic")
+        return cls(drive, at, odometry, strip)
+
+
+@dataclass(frozen=True)
+class Made:
+    """A trip that was made, the frames of who stood by, and what there is to see of it."""
+
+    done: Done
+    frames: tuple[Frame, ...]
+    record: MissionRecord
+
+
+def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> Made:
+    """Run a mission; ``tell`` hears each line of its log as it comes. Raises the rooms' own errors."""
+    told, bystander = 0, None if trip.strip is None else Bystander(trip.strip)
+    recorder = Recorder()
+
+    def each(executor: Executor, bench: Bench) -> None:
+        nonlocal told
+        recorder.note(executor, bench.pose)
+        if bystander is not None:
+            bystander(executor, bench)
+        if tell is not None:
+            for entry in executor.log[told:]:
+                tell(entry)
+        told = len(executor.log)
+
+    poses = poses_of(atlas, plan)
+    ground = Ground(plan.way, np.array([(pose.x, pose.y) for pose in poses]))
+    localiser = None if trip.odometry else recorder.heard(localiser_in(atlas))
+    leader = Leader(ground, localiser, atlas.sequences)
+    goal = None if plan.orders[-1].travels else NOWHERE
+    with bench_on_way(trip, poses, plan) as bench:
+        done = led(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
+    record = recorder.record(plan, ground.places, outline_of(plan_of(trip.drive)))
+    return Made(done, () if bystander is None else tuple(bystander.frames), record)
+
+
+def localiser_in(atlas: Atlas) -> Localiser:
+    """What localises in a map, or in an atlas of several."""
+    return SequenceLocaliser(atlas.sequences[0]) if len(atlas.sequences) == 1 else AtlasLocaliser(atlas)
+
+
+def bench_on_way(trip: Trip, poses: Sequence[Pose], plan: Plan) -> Bench:
+    """A bench with the robot set down on a plan's way, looking as it looked when that was learnt."""
+    way = plan.way
+    if not 0 <= trip.at < way.length:
+        raise ScenarioError(f"at {trip.at:g} m is not on the way; valid is 0 to {way.length:.1f} m, less than that")
+    at = int(np.searchsorted(way.along, trip.at, side="right")) - 1
+    ahead = next((pose for pose in poses[at + 1 :] if np.hypot(pose.x - poses[at].x, pose.y - poses[at].y) > 0.1), None)
+    if ahead is None:
+        raise ScenarioError(f"at {trip.at:g} m the way is at its end; valid is before that")
+    start = poses[at]
+    waypoints = ((start.x, start.y), (ahead.x, ahead.y))
+    bench = open_bench(replace(trip.drive, waypoints=waypoints), watched=trip.strip is not None)
+    bench.place(start)
+    return bench
+
+
+def poses_of(atlas: Atlas, plan: Plan) -> list[Pose]:
+    """True poses of a way's places. Raises ``MapError`` where they are not known."""
+    known = atlas.poses
+    poses = [pose for pose in (known[place] for place in plan.way.places) if pose is not None]
+    if len(poses) < len(plan.way.places):
+        raise MapError("the map does not know the true poses of its places; valid is one that was learnt in a world")
+    return poses
+
+
+def write_trip(folder: Path, trip: Trip, made: Made) -> None:
+    """Leave the log, the plan with the true path, the record, the photographs and the strip in a folder."""
+    run = made.done.run
+    replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in run.log))
+    name = f"mission: {trip.drive.robot} in {trip.drive.world} at {trip.drive.light}, seed {trip.drive.seed}"
+    write_recording(folder / RECORD, [MissionTab(made.record)], name=name, timeline=TIME)
+    score = score_mission(run, WIDE.distance, NARROW.distance)
+    replace_text(folder / "plan.svg", mission_plan(run, score, WIDE.distance, outline_of(plan_of(trip.drive))).svg)
+    for name, images in made.done.photographs.items():
+        for camera, image in images.items():
+            replace_bytes(folder / f"{name}-{camera}.png", cv2.imencode(".png", image)[1].tobytes())
+    if made.frames:
+        drive = trip.drive
+        with replacing_at(folder / "strip.png") as temporary:
+            strip_of(made.frames, f"{drive.robot} in {drive.world} at {drive.light}").savefig(temporary)

@@ -1,0 +1,80 @@
+"""The report of a run: one HTML page that needs nothing beside it."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from refseq.files import replace_text
+from scenarios.errors import ScenarioError
+from scenarios.report.page import rendered
+from scenarios.report.plots.drive import FloorOutline
+from scenarios.report.sections.experiment import Terms, section
+from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.figures import NONE
+
+LONG_VALUE = 80
+"""Metadata longer than this many characters are folded away."""
+
+FIRST_KEYS = ("world", "robot", "light", "seed")
+
+
+def write_report(
+    path: Path, comparisons: Sequence[Comparison], *, title: str, outline: FloorOutline | None = None
+) -> None:
+    """Write the report of some comparisons to ``path``, replacing it in one step.
+
+    Comparisons of the same name are seeds of one experiment: they are pooled in the tables, and the first of them is
+    drawn. ``outline`` are the world's walls as polylines of (m, 2) points [m]. Raises ``ScenarioError`` without any
+    comparison.
+    """
+    if not comparisons:
+        raise ScenarioError("a report of 0 comparisons; valid is at least one")
+    names = dict.fromkeys(comparison.name for comparison in comparisons)
+    terms = Terms(outline=outline)
+    page = rendered(
+        "report.html.j2",
+        title=title,
+        facts=facts(comparisons),
+        details=details(comparisons),
+        sections=[section(name, [one for one in comparisons if one.name == name], terms) for name in names],
+    )
+    replace_text(path, page)
+
+
+def facts(comparisons: Sequence[Comparison]) -> list[tuple[str, str, str]]:
+    """Short metadata as (key, values of the reference drives, values of the query drives)."""
+    reference = _values(comparison.reference_metadata for comparison in comparisons)
+    query = _values(comparison.query_metadata for comparison in comparisons)
+    keys = sorted({*reference, *query}, key=_key_order)
+    rows = [(key, ", ".join(reference.get(key, (NONE,))), ", ".join(query.get(key, (NONE,)))) for key in keys]
+    return [row for row in rows if max(map(len, row[1:])) <= LONG_VALUE]
+
+
+def details(comparisons: Sequence[Comparison]) -> list[tuple[str, str]]:
+    """Long metadata, such as the resolved configuration, as (which, text)."""
+    found: dict[str, str] = {}
+    for side in ("reference", "query"):
+        values = _values(getattr(comparison, f"{side}_metadata") for comparison in comparisons)
+        found |= {f"{side}: {k}": "\n".join(v) for k, v in values.items() if len(", ".join(v)) > LONG_VALUE}
+    return sorted(found.items())
+
+
+def _values(drives: Iterable[Mapping[str, object]]) -> dict[str, tuple[str, ...]]:
+    """All distinct values of each key, nested ones under ``outer.inner``."""
+    seen: dict[str, dict[str, None]] = {}
+    for metadata in drives:
+        for key, value in _flat(metadata):
+            seen.setdefault(key, {})[str(value)] = None
+    return {key: tuple(values) for key, values in seen.items()}
+
+
+def _flat(metadata: Mapping[str, object], prefix: str = "") -> Iterable[tuple[str, object]]:
+    for key, value in metadata.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield prefix + key, value
+
+
+def _key_order(key: str) -> tuple[int, str]:
+    """Put what was driven first, then the rest by name."""
+    return (FIRST_KEYS.index(key) if key in FIRST_KEYS else len(FIRST_KEYS)), key

@@ -1,0 +1,35 @@
+"""Which of many methods are drawn: plots stay readable, tables tell of all."""
+
+from collections.abc import Mapping, Sequence
+
+from refseq.belief import Stage
+from scenarios.scoring.score import Score
+
+MOST = 6
+"""Methods in one plot: what can be told apart at a glance, and fills two rows of heat maps."""
+
+
+def drawn(methods: Sequence[str], judged: str, scores: Mapping[str, Score], most: int = MOST) -> list[str]:
+    """At most so many of the methods, in their order.
+
+    First the one that is judged, then the other stages of its profile, the chains of other profiles, and after them
+    whichever has most views right; without scores whichever comes first.
+    """
+
+    def rank(method: str) -> tuple[int, int, int]:
+        right = scores[method].success.successes if method in scores else 0
+        return _kind(method, judged), -right, methods.index(method)
+
+    chosen = sorted(methods, key=rank)[:most]
+    return [method for method in methods if method in chosen]
+
+
+def _kind(method: str, judged: str) -> int:
+    profile, _, stage = method.rpartition("/")
+    if method == judged:
+        return 0
+    if stage not in set(Stage):
+        return 3
+    if profile == judged.rpartition("/")[0] and judged.rpartition("/")[2] in set(Stage):
+        return 1
+    return 2 if stage == Stage.CHAIN else 4

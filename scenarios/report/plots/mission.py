@@ -1,0 +1,90 @@
+"""The plot of a mission: where the robot really went, by what it was doing there, and where it began with what."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from numpy.typing import NDArray
+
+from scenarios.report.plots.atlas import COLOURS, FAR_OFF
+from scenarios.report.plots.drive import INK, STRIP, FloorOutline, Plot, around, as_svg, draw_walls, page_look
+from scenarios.scoring.missions import MissionRun, MissionScore
+
+EVERY = 0.05
+"""The path is drawn at points so far from each other at least [m]."""
+LEARNT = "#8a8a8a"
+
+
+def mission_plan(run: MissionRun, score: MissionScore, within: float, outline: FloorOutline | None) -> Plot:
+    """The true path in the plan, a colour an order, numbered where an order began; crossed out where it was wrong.
+
+    The circle around the goal is the tolerance [m].
+    """
+    path, goal = _thinned(run.track[:, :3]), np.array([run.goal])
+    learnt = [order.where for order in run.orders if len(order.where)]
+    known = [line for line in (path[:, 1:], goal, *learnt) if np.isfinite(line).all()]
+    low, high = around(known, outline)
+    width, height = np.maximum(high - low, 1.0)
+    stretched = not 1 / STRIP < width / height < STRIP
+    with page_look():
+        size = 2.9 if stretched else float(np.clip(9 * height / width, 3, 9))
+        figure = Figure(figsize=(10, size), layout="constrained")
+        axes = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", aspect="auto" if stretched else "equal")
+        draw_walls(axes, outline)
+        for number, line in enumerate(learnt):
+            axes.plot(*line.T, color=LEARNT, linewidth=3.5, alpha=0.3, label=None if number else "as learnt")
+        _draw_path(axes, run, path)
+        _draw_begins(axes, run, score.wrong)
+        _draw_goal(axes, run, within)
+        margin = np.maximum(high - low, 1.0) * (0.03, 0.12)
+        axes.set(xlim=(low[0] - margin[0], high[0] + margin[0]), ylim=(low[1] - margin[1], high[1] + margin[1]))
+        figure.legend(loc="outside upper center", ncols=4)
+        svg = as_svg(figure)
+    return Plot(svg, "The axes have different scales." if stretched else "")
+
+
+def _thinned(track: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Times and positions, where the robot has moved on."""
+    kept, last = [0], track[0, 1:]
+    for number, place in enumerate(track[:, 1:]):
+        if np.hypot(*(place - last)) >= EVERY:
+            kept.append(number)
+            last = place
+    return track[[*kept, len(track) - 1]]
+
+
+def _draw_path(axes: Axes, run: MissionRun, path: NDArray[np.float64]) -> None:
+    """From one switch to the next in a colour; what was driven before the first is drawn with it."""
+    begins = [time for _, time in run.switches]
+    parts = np.searchsorted(begins, path[:, 0], side="right") - 1
+    for part, number in enumerate(dict.fromkeys(np.maximum(parts, 0).tolist())):
+        inside = np.flatnonzero(np.maximum(parts, 0) == number)
+        line = path[inside[0] : inside[-1] + 2, 1:]
+        label = run.orders[run.switches[number][0]].behaviour if run.switches else "stood"
+        axes.plot(*line.T, color=COLOURS[part % len(COLOURS)], linewidth=1.8, label=f"{number + 1}: {label}")
+
+
+def _draw_begins(axes: Axes, run: MissionRun, wrong: Sequence[bool] | None) -> None:
+    """Numbers of the switches, where they were; an order that is begun again right there is named with the first."""
+    told: list[tuple[NDArray[np.float64], str]] = []
+    for number, (_, time) in enumerate(run.switches):
+        place = run.position(time)
+        bad = wrong is not None and wrong[number]
+        axes.plot(*place, "X" if bad else "o", color=FAR_OFF if bad else INK, markersize=8 if bad else 4)
+        if told and np.hypot(*(told[-1][0] - place)) < 0.3:
+            told[-1] = told[-1][0], f"{told[-1][1]}, {number + 1}"
+        else:
+            told.append((place, str(number + 1)))
+    for place, text in told:
+        axes.annotate(text, (place[0], place[1]), xytext=(5, 5), textcoords="offset points", color=INK, fontsize=8)
+
+
+def _draw_goal(axes: Axes, run: MissionRun, within: float) -> None:
+    end = run.track[-1, 1:3]
+    axes.plot(*end, "s", color=INK, markerfacecolor="none", markersize=9, label="end")
+    if not math.isnan(run.goal[0]):
+        axes.plot(*run.goal, "*", color=INK, markersize=10, label="goal")
+        axes.add_patch(Circle(run.goal, within, fill=False, edgecolor=INK, linewidth=0.6, linestyle=":"))

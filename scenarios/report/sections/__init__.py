@@ -1,0 +1,1 @@
+"""Sections of a report: tables, plots and frames of one experiment."""

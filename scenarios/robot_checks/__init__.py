@@ -1,0 +1,1 @@
+"""Facts, checks and pictures of robots."""

@@ -1,0 +1,197 @@
+"""Behaviours that a robot runs one after another in a world, and what became of each."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from numpy.typing import NDArray
+from rich.box import SIMPLE
+from rich.table import Table
+from rich.text import Text
+
+import robots
+from refseq.view import Pose
+from robots import RobotState, Stop
+from robots.behaviours import Frame, Outcome
+from robots.behaviours.written import Choice, make, parse
+from robots.robot import Shape
+from scenarios.errors import ScenarioError
+from sim.bench.bench import Bench, BenchSettings
+from sim.drives.behaviour_runner import Moment, frame_of, run
+from sim.drives.doors import doors_seen
+from sim.rendering.render import RendererKind
+from worlds.build import build
+from worlds.drawing.outline import outline_of
+from worlds.light import light_named
+from worlds.plans.areas import inside, rectangles
+from worlds.plans.plan import load_plan, valid_areas
+from worlds.plans.schema import FloorPlan
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+"""One for each behaviour, again and again (Okabe and Ito)."""
+AROUND = 2.5
+"""So much is drawn around the path [m]."""
+SUNK = -0.005
+"""What is deeper in each other [m] does not only touch."""
+OUTLINES = 1.0
+"""The robot's outline is drawn every so many metres of its way."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """What a robot is to do, and from where: ``at`` a pose, or None, the start of a ``route``."""
+
+    robot: str
+    behaviours: tuple[str, ...]
+    world: str
+    route: str = "forward"
+    at: Pose | None = None
+    seed: int = 1
+    timeout: float = 300.0
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What became of one behaviour: ``path`` (n, 3) is the true one, x, y [m], heading [rad]."""
+
+    text: str
+    outcome: Outcome
+    why: str
+    time: float
+    path: NDArray[np.float64]
+    stops: tuple[Stop, ...]
+
+    @property
+    def way(self) -> float:
+        """Length of the path [m]."""
+        return float(np.hypot(*np.diff(self.path[:, :2], axis=0).T).sum())
+
+
+@dataclass
+class StopLog:
+    """All stops that held at some time, each once, in the order in which they came."""
+
+    heard: dict[tuple[str, float], Stop] = field(default_factory=dict)
+
+    def hear(self, state: RobotState) -> None:
+        """Note those that hold now."""
+        for stop in state.stops:
+            self.heard.setdefault((stop.cause.value, stop.since), stop)
+
+
+def pose_at(text: str) -> Pose:
+    """Read ``X,Y,HEADING`` [m, m, deg]."""
+    try:
+        x, y, heading = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = heading = math.nan
+    if not all(map(math.isfinite, (x, y, heading))):
+        raise ScenarioError(f"at '{text}' is not valid; it should be X,Y,HEADING in metres and degrees, such as 3,0,90")
+    return Pose(x, y, math.radians(heading))
+
+
+def trip(asked: Trip) -> Iterator[Done]:
+    """Run the behaviours until one fails; all words are read before the robot moves."""
+    choices = [parse(text) for text in asked.behaviours]
+    robot, plan = robots.load(asked.robot), load_plan(asked.world)
+    frame = frame_of(robot)  # of the spec before it is attached
+    for choice in choices:
+        make(choice, frame, doors_seen)
+    if not (math.isfinite(asked.timeout) and asked.timeout > 0):
+        raise ScenarioError(f"timeout {asked.timeout:g} is not valid; it should be a time above 0 s")
+    route = asked.route if asked.at is None else next(iter(plan.routes))
+    settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
+    world = build(plan, light_named("16:00"), 0)
+    with Bench(world, robot, route=route, seed=asked.seed, settings=settings) as bench:
+        if asked.at is not None:
+            _put(bench, plan, asked.at)
+        for choice in choices:
+            done = _run(bench, choice, frame, asked.timeout)
+            yield done
+            if done.outcome is not Outcome.FINISHED:
+                return
+
+
+def _put(bench: Bench, plan: FloorPlan, pose: Pose) -> None:
+    """Carry the robot to ``pose``; raises ``ScenarioError`` where there is no room."""
+    at = f"at {pose.x:g},{pose.y:g},{math.degrees(pose.heading):g}"
+    if not inside(plan, (pose.x, pose.y)):
+        raise ScenarioError(f"{at} lies outside '{plan.name}'; {valid_areas(rectangles(plan))}")
+    bench.place(pose)
+    for contact in bench.data.contact:
+        if contact.dist < SUNK:
+            names = [bench.model.geom(int(geom)).name for geom in contact.geom]
+            thing = next((name for name in names if not name.startswith(f"{bench.robot.name}/")), names[0])
+            raise ScenarioError(f"{at} is no place for {bench.robot.name}: it stands in '{thing}'; valid is free floor")
+
+
+def _run(bench: Bench, choice: Choice, frame: Frame, timeout: float) -> Done:
+    stops = StopLog()
+
+    def hear(_: Moment) -> None:
+        stops.hear(bench.state)
+
+    ended = run(bench, make(choice, frame, doors_seen), timeout=timeout, each=hear)
+    return Done(choice.text, ended.outcome, ended.why, ended.time, ended.path, tuple(stops.heard.values()))
+
+
+def trip_table(found: Sequence[Done]) -> Table:
+    """The behaviours, a row each, for a terminal of 80 characters."""
+    table = Table(box=SIMPLE, pad_edge=False)
+    table.add_column("behaviour", no_wrap=True)
+    table.add_column("outcome", no_wrap=True)
+    table.add_column("why")
+    for column in ("time [s]", "way [m]"):
+        table.add_column(Text(column), justify="right", no_wrap=True)
+    table.add_column("stops")
+    for done in found:
+        stops = "; ".join(f"{stop.cause.value} at {stop.since:.1f} s: {stop.detail}" for stop in done.stops)
+        cells = (done.text, done.outcome.value, done.why)
+        table.add_row(*map(Text, cells), f"{done.time:.1f}", f"{done.way:.2f}", Text(stops or "none"))
+    return table
+
+
+def trip_plan(asked: Trip, found: Sequence[Done]) -> Figure:
+    """Draw the true path on the plan, a colour for each behaviour, with the robot's outline on the way."""
+    plan, shape = load_plan(asked.world), robots.load(asked.robot).shape
+    points = np.vstack([done.path[:, :2] for done in found])
+    low, high = points.min(axis=0) - AROUND, points.max(axis=0) + AROUND
+    width, height = high - low
+    scale = min(12.0 / width, 8.0 / height)
+    with mpl.rc_context({"font.size": 9, "svg.fonttype": "none"}):
+        figure = Figure(figsize=(scale * width + 1.0, scale * height + 1.2), dpi=100, layout="constrained")
+        axes = figure.add_subplot(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+        for line in outline_of(plan):
+            axes.plot(*line.T, color="#222222", lw=1.0, zorder=2)
+        for i, done in enumerate(found):
+            _draw_path(axes, done, shape, COLOURS[i % len(COLOURS)])
+        axes.set(xlabel="x [m]", ylabel="y [m]")
+        axes.set_title(f"{asked.robot} in {asked.world}")
+        figure.legend(loc="outside lower center", ncols=min(len(found), 3), frameon=False)
+    return figure
+
+
+def _draw_path(axes: Axes, done: Done, shape: Shape, colour: str) -> None:
+    told = f"{done.text}: {done.outcome.value}, {done.time:.0f} s, {done.way:.1f} m"
+    axes.plot(done.path[:, 0], done.path[:, 1], color=colour, lw=1.8, zorder=4, label=told)
+    steps = np.hypot(*np.diff(done.path[:, :2], axis=0).T)
+    marks = np.searchsorted(np.cumsum(steps), np.arange(0.0, done.way, OUTLINES))
+    for index in (*marks, len(done.path) - 1):
+        last = index == len(done.path) - 1
+        corners, alpha, width = _footprint(done.path[index], shape), 0.35 if last else None, 1.0 if last else 0.4
+        axes.add_patch(Polygon(corners, color=colour, fill=last, alpha=alpha, lw=width, zorder=3))
+
+
+def _footprint(pose: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:
+    """Corners of the robot at a pose, with a nose ahead, (5, 2) [m]."""
+    side, ahead = shape.half_width, shape.ahead
+    corners = np.array(
+        [[-shape.behind, -side], [0.6 * ahead, -side], [ahead, 0], [0.6 * ahead, side], [-shape.behind, side]]
+    )
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    return pose[:2] + corners @ np.array([[cos, sin], [-sin, cos]])

@@ -1,0 +1,147 @@
+"""A robot's check: what it does on an empty floor beside what it should."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from rich.box import SIMPLE
+from rich.table import Table
+from rich.text import Text
+
+import robots
+from sim.acceptance import trials
+from sim.acceptance.floor import empty_floor
+from sim.bench.bench import Bench, BenchSettings
+from sim.rendering.render import RendererKind
+from worlds.build import World
+
+STRAIGHT, ANGLE = 10.0, 360.0
+STANDING = 60.0
+IMPULSE = 50.0
+"""What is asked for: [m], [deg], [s], [N·s]."""
+SHORT, ASIDE = 0.005, 0.05
+"""How far off the straight may end, of its length; how far to the side [m]: choices."""
+TURN_OFF, CREPT = 0.02, 0.02
+"""How far off the turn may end, of its angle, and how far from where it began [m]: choices; wheels scrub."""
+REACTION = 0.3
+"""Time from the command to stop until the robot slows as it can [s]: the line's 5 Hz, the time to lean; a choice."""
+STILL = 0.02
+"""A robot that stands keeps within this [m]."""
+WARMER = 0.01
+"""Energy that a robot at rest may win, of sums of noise [J]: a choice."""
+TIPPED = 45.0
+"""Beyond this pitch [deg] a RMP switches off."""
+BACK = -0.005
+"""What balances first rolls back by at least this [m]: a choice, ten times what the wheels give at rest."""
+FASTER, FASTER_AT_100_HZ = 20.0, 10.0
+"""How many times real time a simulation on one core has to run; less where the electronics tick so often."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One trial: what was ``measured`` in ``unit``, and from ``low`` to ``high`` where it should be.
+
+    It is only told, and not ``judged``, where it depends on the machine and on what else runs there.
+    """
+
+    what: str
+    measured: float
+    unit: str
+    low: float = -math.inf
+    high: float = math.inf
+    judged: bool = True
+
+    @property
+    def good(self) -> bool:
+        """Whether it is as it should, as far as that is judged."""
+        return not self.judged or self.low <= self.measured <= self.high
+
+    @property
+    def verdict(self) -> str:
+        """What becomes of it, in a word."""
+        if not self.judged:
+            return "not judged"
+        return "good" if self.good else "BAD"
+
+    @property
+    def expected(self) -> str:
+        """Where it should be, in words."""
+        if math.isinf(self.low):
+            return f"at most {self.high:g}"
+        return f"at least {self.low:g}" if math.isinf(self.high) else f"{_shown(self.low)} to {_shown(self.high)}"
+
+
+def findings(name: str) -> Iterator[Finding]:
+    """Try the robot called ``name``, each time anew."""
+    floor = empty_floor()
+    yield from _driving(name, floor)
+    yield _braking(name, floor)
+    with _bench(name, floor) as bench:
+        yield Finding(
+            f"stands {STANDING:g} s, farthest off", trials.standing(bench, STANDING).excursion, "m", high=STILL
+        )
+    with _bench(name, floor) as bench:
+        yield Finding(f"energy won in {STANDING:g} s at rest", trials.energy_growth(bench, STANDING), "J", high=WARMER)
+    with _bench(name, floor) as bench:
+        balancing = trials.balances(bench)
+    if balancing:
+        yield from _balancing(name, floor)
+    with _bench(name, floor) as bench:
+        least = FASTER_AT_100_HZ if bench.control.period < 0.015 else FASTER
+        yield Finding("simulated over real time", trials.times_real_time(bench), "×", low=least, judged=False)
+
+
+def _driving(name: str, floor: World) -> Iterator[Finding]:
+    with _bench(name, floor) as bench:
+        asked, track = trials.straight(bench, STRAIGHT)
+        yield Finding("straight on", track.along, "m", *_about(asked, SHORT))
+        yield Finding("straight on, to the side", track.aside, "m", -ASIDE, ASIDE)
+    with _bench(name, floor) as bench:
+        asked, track = trials.turn(bench, math.radians(ANGLE))
+        yield Finding("turn about itself", math.degrees(track.turned), "°", *_about(math.degrees(asked), TURN_OFF))
+        yield Finding("turn, moved away", math.hypot(track.along, track.aside), "m", high=CREPT)
+
+
+def _braking(name: str, floor: World) -> Finding:
+    with _bench(name, floor) as bench:
+        found = trials.braking(bench)
+        least = trials.braking_distance(bench.robot.limits, found.speed)
+    what = f"stop from {found.speed:.2f} m/s in"
+    return Finding(what, found.distance, "m", (1 - SHORT) * least, least + REACTION * found.speed)
+
+
+def _balancing(name: str, floor: World) -> Iterator[Finding]:
+    with _bench(name, floor) as bench:
+        found = trials.push(bench, IMPULSE)
+        pitch = math.degrees(found.pitch) if found.stands else 90.0
+        yield Finding(f"push of {IMPULSE:g} N s on the mast, pitch", pitch, "°", high=TIPPED)
+        yield Finding("away from its place 15 s later", found.off, "m", high=STILL)
+    with _bench(name, floor) as bench:
+        yield Finding("first move when told to go ahead", trials.first_move(bench), "m", high=BACK)
+
+
+def _about(value: float, share: float) -> tuple[float, float]:
+    return (1 - share) * value, (1 + share) * value
+
+
+def _bench(name: str, floor: World) -> Bench:
+    return Bench(floor, robots.load(name), settings=BenchSettings(renderer=RendererKind.NONE, cameras=()))
+
+
+def findings_table(name: str, found: list[Finding]) -> Table:
+    """All trials of one robot, for a terminal of 80 characters."""
+    table = Table(box=SIMPLE, pad_edge=False, title=name, title_justify="left", title_style="bold")
+    table.add_column("trial")
+    for column in ("measured", "should be"):
+        table.add_column(column, justify="right", no_wrap=True)
+    table.add_column("")
+    table.add_column("verdict")
+    for row in found:
+        table.add_row(row.what, _shown(row.measured), row.expected, Text(row.unit), row.verdict)
+    return table
+
+
+def _shown(value: float) -> str:
+    """A value to the millimetre, or a tenth of what counts in hundreds; no minus before a zero."""
+    digits = 3 if abs(value) < 100 else 1
+    return f"{round(value, digits) + 0.0:.{digits}f}"

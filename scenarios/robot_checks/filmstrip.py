@@ -1,0 +1,97 @@
+"""A drive as a strip of frames, as a bystander sees it, with what the robot tells of itself under each."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+import robots
+from refseq.view import Pose
+from robots import RobotState
+from scenarios.errors import ScenarioError
+from scenarios.report.picture_rows import Captioned, in_rows
+from sim.bench.bench import Bench, BenchSettings
+from sim.drives.chase_camera import Onlooker, with_onlooker
+from sim.drives.operator import OperatorStyle
+from sim.drives.recorder import operator_for
+from sim.rendering.render import RendererKind
+from worlds.build import build
+from worlds.light import light_named
+from worlds.plans.plan import load_plan
+
+SWING = 0.5
+"""A pitch that changes by less than this [deg] is told as one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Strip:
+    """A drive to watch: ``seconds`` of it, in so many ``frames``, at a mean ``speed`` [m/s]."""
+
+    robot: str
+    world: str
+    route: str = "forward"
+    light: str = "16:00"
+    seconds: float = 60.0
+    frames: int = 12
+    speed: float = 0.4
+    seed: int = 1
+    renderer: RendererKind = RendererKind.FILAMENT
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.seconds) and self.seconds > 0):
+            raise ScenarioError(f"seconds {self.seconds:g} is not valid; it should be a time above 0")
+        if not self.frames >= 2:
+            raise ScenarioError(f"frames {self.frames} is not valid; it should be 2 or more")
+        if not (math.isfinite(self.speed) and self.speed > 0):
+            raise ScenarioError(f"speed {self.speed:g} is not valid; it should be above 0 m/s")
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What a bystander sees at one ``time`` [s], and how the robot does.
+
+    ``pitches`` are the least and the greatest that it told of since the frame before [rad].
+    """
+
+    time: float
+    image: NDArray[np.uint8]
+    pose: Pose
+    state: RobotState
+    pitches: tuple[float, float]
+
+
+def watched(strip: Strip) -> Iterator[Frame]:
+    """Lead the robot along the route, and look at it at equal times, the last when it has come to the route's end."""
+    world = with_onlooker(build(load_plan(strip.world), light_named(strip.light), 0))
+    robot = robots.load(strip.robot)
+    settings = BenchSettings(renderer=strip.renderer, cameras=())
+    with Bench(world, robot, route=strip.route, seed=strip.seed, settings=settings) as bench:
+        style = OperatorStyle(speed=strip.speed, max_speed=max(1.25 * strip.speed, 0.5))
+        operator, onlooker = operator_for(bench, strip.seed, style), Onlooker(bench)
+        for time in np.linspace(0.0, strip.seconds, strip.frames):
+            pitches = [bench.state.pitch]
+            while bench.time < time - 1e-9:
+                bench.drive(operator.command(bench.time, bench.pose))
+                pitches.append(bench.state.pitch)
+            yield Frame(bench.time, onlooker.look(), bench.pose, bench.state, (min(pitches), max(pitches)))
+            if operator.finished:
+                return
+
+
+def sheet(strip: Strip, frames: list[Frame]) -> Figure:
+    """Draw the frames in rows, each with time, speed, pitch and stops."""
+    title = f"{strip.robot} in {strip.world}, {strip.route}, {frames[-1].time:.0f} s"
+    return in_rows(title, [Captioned(frame.image, caption(frame)) for frame in frames])
+
+
+def caption(frame: Frame) -> str:
+    """What stands under a frame; the pitch since the frame before in brackets, where it changed."""
+    state = frame.state
+    low, high = map(math.degrees, frame.pitches)
+    swing = f" ({low:+.1f} to {high:+.1f})" if high - low > SWING else ""
+    told = f"{frame.time:.0f} s   {state.twist.linear:+.2f} m/s   pitch {math.degrees(state.pitch):+.1f}°{swing}"
+    stops = ", ".join(stop.cause.value for stop in state.stops)
+    return f"{told}\n{stops}" if stops else told

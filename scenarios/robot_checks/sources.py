@@ -1,0 +1,77 @@
+"""Measures of the real robots, as sources give them, beside those of the models.
+
+S: read in a source; C: computed from such data; the robots' READMEs name the sources. What no source tells is not here:
+the heights of mast and cameras are choices.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from scenarios.robot_checks.body import Body
+
+
+class Measure(StrEnum):
+    """What is measured [m]; length, width and height are those of the vehicle without mast, cameras and laser."""
+
+    WHEEL = "wheel diameter"
+    WHEEL_WIDTH = "wheel width"
+    TRACK = "track"
+    LENGTH = "length"
+    WIDTH = "width"
+    HEIGHT = "height"
+    BODY_LENGTH = "body length"
+    BODY_WIDTH = "body width"
+    BODY_HEIGHT = "body height"
+
+
+VEHICLE = (Measure.LENGTH, Measure.WIDTH, Measure.HEIGHT)
+BODY = (Measure.BODY_LENGTH, Measure.BODY_WIDTH, Measure.BODY_HEIGHT)
+
+
+@dataclass(frozen=True, slots=True)
+class Sourced:
+    """A measure [m] and how it is known."""
+
+    value: float
+    tag: str
+
+
+SOURCED: Mapping[str, Mapping[Measure, Sourced]] = {
+    "robuter": {
+        Measure.WHEEL: Sourced(0.24, "S"),
+        Measure.WHEEL_WIDTH: Sourced(0.09, "S"),
+        Measure.TRACK: Sourced(0.62, "C"),
+        Measure.LENGTH: Sourced(1.031, "C"),
+        Measure.WIDTH: Sourced(0.710, "C"),
+        Measure.HEIGHT: Sourced(0.748, "C"),
+        Measure.BODY_LENGTH: Sourced(0.79, "C"),
+        Measure.BODY_WIDTH: Sourced(0.53, "C"),
+        Measure.BODY_HEIGHT: Sourced(0.421, "C"),
+    },
+    "segway_rmp": {
+        Measure.WHEEL: Sourced(0.48, "S"),
+        Measure.TRACK: Sourced(0.54, "S"),
+        Measure.LENGTH: Sourced(0.508, "S"),
+        Measure.WIDTH: Sourced(0.61, "S"),
+    },
+}
+
+
+def sourced(body: Body) -> Mapping[Measure, Sourced]:
+    """What sources tell of a robot; nothing for one of which none was found."""
+    return SOURCED.get(body.robot.name, {})
+
+
+def measures(body: Body) -> Mapping[Measure, float]:
+    """All measures that can be taken of a model [m]."""
+    wheel, chassis = body.wheel, body.chassis
+    found = {
+        Measure.WHEEL: float(wheel.size[2]),
+        Measure.WHEEL_WIDTH: float(wheel.size[1]),
+        Measure.TRACK: body.track,
+        **dict(zip(VEHICLE, map(float, body.vehicle.size), strict=True)),
+    }
+    if chassis is not None:
+        found |= dict(zip(BODY, map(float, chassis.size), strict=True))
+    return found

@@ -1,0 +1,1 @@
+"""Scores of localisation, missions and atlases against the truth."""

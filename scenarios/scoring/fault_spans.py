@@ -1,0 +1,96 @@
+"""Where on a drive something went wrong: the faults that its recording tells of, as stretches of its views."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from refseq.view import View
+from scenarios.scoring.recovery import apart, is_carried
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """A fault as the views met it: the ``first`` and the ``last`` of them, what it was in words.
+
+    ``carried``: the robot was carried away before the first view, and that was all.
+    """
+
+    label: str
+    first: int
+    last: int
+    carried: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """How far along its route each view is [m]; ``kidnapped`` are the first views after the kidnaps, in their order."""
+
+    along: tuple[float, ...]
+    kidnapped: tuple[int, ...]
+
+
+def incidents(views: Sequence[View], metadata: Mapping[str, object]) -> tuple[Incident, ...]:
+    """The faults of a drive, by the ``faults`` of its metadata; those that no view met are left out.
+
+    Metres along the route are counted along the true path, and go on from where a kidnapped robot was set down. As the
+    path is a little longer than the route where the robot wandered, a stretch may be a view off.
+    """
+    faults = sorted(_declared(metadata), key=lambda fault: float(fault["at"]))
+    kidnaps = [fault for fault in faults if fault["kind"] == "kidnap"]
+    way = way_along(views, [(float(fault["at"]), float(fault["to"])) for fault in kidnaps])
+    carried = [
+        Incident(f"kidnap at {float(fault['at']):g} m", view, view, carried=True)
+        for fault, view in zip(kidnaps, way.kidnapped, strict=False)
+    ]
+    others = [_stretch(fault, views, way.along) for fault in faults if fault["kind"] != "kidnap"]
+    found = [*carried, *(one for one in others if one is not None)]
+    return tuple(sorted(found, key=lambda one: one.first))
+
+
+def _declared(metadata: Mapping[str, object]) -> list[dict[str, str]]:
+    text = metadata.get("faults")
+    return list(json.loads(text)) if isinstance(text, str) and text else []
+
+
+def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> Way:
+    """The way that views lie along the route; ``kidnaps`` are those of the drive in their order, from where to where.
+
+    From the first view without a true pose on nothing is known. A kidnap of less than ``JUMP`` is not seen.
+    """
+    coming, carried = list(kidnaps), []
+    along = [0.0] if views else []
+    for number, (before, view) in enumerate(pairwise(views), start=1):
+        if before.truth is None or view.truth is None:
+            along.append(math.nan)
+            continue
+        step = apart(before.truth, view.truth)
+        if coming and is_carried(step, abs(view.distance)):
+            start, end = coming.pop(0)
+            carried.append(number)
+            along.append(end + max(0.0, abs(view.distance) - (start - along[-1])))
+        else:
+            along.append(along[-1] + step)
+    return Way(tuple(along), tuple(carried))
+
+
+def _stretch(fault: Mapping[str, str], views: Sequence[View], along: Sequence[float]) -> Incident | None:
+    """A fault that lasts a while, by its metres along the route, or by its seconds."""
+    at, what = float(fault["at"]), _words(fault)
+    begin = next((t for t, way in enumerate(along) if way >= at), None)
+    if begin is None:
+        return None
+    if "until" in fault:
+        inside = [t for t in range(begin, len(views)) if at <= along[t] < float(fault["until"])]
+    else:
+        # It began between two views, so that its time is counted from the one before; one view it meets at least.
+        over = views[max(begin - 1, 0)].time + float(fault["seconds"])
+        inside = [begin, *(t for t in range(begin + 1, len(views)) if views[t].time <= over)]
+    return Incident(f"{what} from {at:g} m", inside[0], inside[-1]) if inside else None
+
+
+def _words(fault: Mapping[str, str]) -> str:
+    """A fault's kind as people say it, with the camera that it is about."""
+    kind = str(fault["kind"]).replace("-", " ")
+    return f"{fault['camera']} {kind.removeprefix('camera ')}" if "camera" in fault else kind

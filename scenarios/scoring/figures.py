@@ -1,0 +1,302 @@
+"""The figures of several methods on the same views, side by side in one table."""
+
+import csv
+import io
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from rich.box import SIMPLE
+from rich.table import Table
+from rich.text import Text
+
+from refseq.belief import Timings
+from scenarios.scoring.atlas import AtlasScore, JoinScore, atlas_score, pool_atlas
+from scenarios.scoring.bootstrap import interval_over_runs
+from scenarios.scoring.comparison import Comparison, shared_methods, single_view_of
+from scenarios.scoring.outcome import Outcome
+from scenarios.scoring.recovery import Way
+from scenarios.scoring.score import NARROW, PLACES_OFF, RANKS, WIDE, Proportion, Score, Tolerance, harm, pool, score
+
+NONE = "n/a"
+"""Stands where there is no figure to give."""
+
+
+STEPS = ("features", "matching", "mixture", "chain", "total")
+"""Steps of answering a view, of which the time is told; those of ``refseq.belief.Timings``."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Median and 95th percentile."""
+
+    median: float
+    p95: float
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """One method over all views of some comparisons; ``cost`` is the median time a view takes without features [ms].
+
+    ``wide_runs`` and ``narrow_runs`` are the same, a score a comparison. ``times`` [ms a view] are by step. ``harm``
+    are the views that were answered wrong where the same method without their order answers right, of those; ``None``
+    where there is no such method, or it did not answer. ``atlas`` is None where one drive was learnt.
+    """
+
+    method: str
+    wide: Score
+    narrow: Score
+    cost: float
+    wide_runs: tuple[Score, ...]
+    narrow_runs: tuple[Score, ...]
+    times: Mapping[str, Spread]
+    harm: Proportion | None
+    atlas: AtlasScore | None = None
+
+
+def figures(comparisons: Sequence[Comparison], wide: Tolerance = WIDE, narrow: Tolerance = NARROW) -> list[Figures]:
+    """The figures of each method that all comparisons have answers of, within two tolerances."""
+    return [_figures(comparisons, method, wide, narrow) for method in shared_methods(comparisons)]
+
+
+def step_times(timings: Sequence[Timings]) -> Mapping[str, Spread]:
+    """The time that each step takes a view [ms], of one view at least."""
+    return MappingProxyType({step: _spread([1000 * getattr(one, step) for one in timings]) for step in STEPS})
+
+
+def _figures(comparisons: Sequence[Comparison], method: str, wide: Tolerance, narrow: Tolerance) -> Figures:
+    timings = [belief.timings for one in comparisons for belief in one.beliefs[method]]
+    wide_runs, narrow_runs = (tuple(score(one, method, near) for one in comparisons) for near in (wide, narrow))
+    pooled = pool(wide_runs)
+    return Figures(
+        method=method,
+        wide=pooled,
+        narrow=pool(narrow_runs),
+        cost=1000 * float(np.median([timing.total - timing.features for timing in timings])),
+        wide_runs=wide_runs,
+        narrow_runs=narrow_runs,
+        times=step_times(timings),
+        harm=_harm(comparisons, method, pooled),
+        atlas=_atlas(comparisons, method, wide),
+    )
+
+
+def _atlas(comparisons: Sequence[Comparison], method: str, wide: Tolerance) -> AtlasScore | None:
+    if any(one.drives is None or len(one.drives.names) == 1 for one in comparisons):
+        return None
+    return pool_atlas([atlas_score(one, method, wide) for one in comparisons])
+
+
+def _spread(values: Sequence[float]) -> Spread:
+    return Spread(float(np.median(values)), float(np.quantile(values, 0.95)))
+
+
+def _harm(comparisons: Sequence[Comparison], method: str, pooled: Score) -> Proportion | None:
+    single = single_view_of(method)
+    if single is None or not all(single in one.beliefs for one in comparisons):
+        return None
+    return harm(pooled, pool([score(one, single, pooled.tolerance) for one in comparisons]))
+
+
+def figures_table(title: str, found: Sequence[Figures]) -> Table:
+    """All figures on the terminal, a row a method, of one method at least."""
+    table = _table(title)
+    parts = (found[0].wide, found[0].narrow)
+    for heading in (
+        *(f"within {part.tolerance.distance:g} m\nof {part.success.trials}, %" for part in parts),
+        "failed",
+        "AUC",
+        "recall, %\n@1/5/10",
+        "recall, % at\nprec. 100/99",
+        "ECE",
+        "lost\nAUROC",
+        "FPR@\n95TPR",
+        "error [m]\nmed./p95",
+        "ms a\nview",
+    ):
+        table.add_column(Text(heading), justify="right", no_wrap=True)
+    for one in found:
+        table.add_row(one.method, *_cells(one))
+    return table
+
+
+def _table(title: str) -> Table:
+    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
+    table.add_column("method", no_wrap=True)
+    return table
+
+
+def _cells(one: Figures) -> list[str]:
+    wide, curve = one.wide, one.wide.retrieval
+    recalls = [wide.recall(first) for first in RANKS]
+    return [
+        _percent(wide.success),
+        _percent(one.narrow.success),
+        str(wide.failures),
+        _number(curve.auc if curve else None),
+        "/".join(f"{100 * recall.value:.0f}" for recall in recalls) if recalls[0].trials else NONE,
+        "/".join(f"{100 * curve.recall_at(precision):.0f}" for precision in (1.0, 0.99)) if curve else NONE,
+        _number(wide.top_reliability.error),
+        _number(wide.auroc),
+        _number(wide.false_alarms),
+        f"{wide.error_quantile(0.5):.2f}/{wide.error_quantile(0.95):.2f}",
+        f"{one.cost:.2f}",
+    ]
+
+
+def lost_table(title: str, found: Sequence[Figures]) -> Table | None:
+    """How the methods did off the map and on coming back to it; ``None`` where nothing of the kind happened."""
+    if not any(one.wide.off_map.any() or any(one.wide.episodes) for one in found):
+        return None
+    table = _table(title)
+    for heading in (
+        "false fixes\nof off-map",
+        "worst\n[m]",
+        "ECE of\nP(lost)",
+        "way to lost [m]\nmedian (never)",
+        "way to recover [m]\nmedian (never)",
+        "way to first fix [m]\nmedian (never)",
+    ):
+        table.add_column(Text(heading), justify="right", no_wrap=True)
+    for one in found:
+        wide, off_map = one.wide, int(one.wide.off_map.sum())
+        table.add_row(
+            one.method,
+            f"{int(np.isfinite(wide.false_fixes).sum())} of {off_map}",
+            _metres(wide.worst_false_fix),
+            _number(wide.lost_reliability.error),
+            *(ways_text(ways) for ways in (*wide.episodes, wide.first_fixes)),
+        )
+    return table
+
+
+def ways_text(ways: Sequence[Way]) -> str:
+    """Median [m] of what was found, and how many never got there."""
+    found = [way for way in ways if way is not None]
+    never = len(ways) - len(found)
+    return (_metres(float(np.median(found))) if found else NONE) + (f" ({never} of {len(ways)})" if never else "")
+
+
+def join_cells(joined: JoinScore | None) -> list[str]:
+    """What was merged, in words: joins, precision, recall, places, duplicates, bytes."""
+    if joined is None:
+        return [NONE] * 6
+    return [
+        f"{joined.joins} ({joined.false_joins})",
+        _percent(joined.precision),
+        _percent(joined.recall),
+        f"{joined.places} of {joined.views}",
+        str(joined.duplicates),
+        f"{joined.bytes_after / 1000:.0f} of {joined.bytes_before / 1000:.0f}",
+    ]
+
+
+def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
+    """All figures as a table of comma-separated values, units in the columns' names; empty where there is none."""
+    text = io.StringIO()
+    rows = [
+        {"experiment": name, "method": one.method, **figures_record(one)}
+        for name, found in experiments
+        for one in found
+    ]
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def figures_record(one: Figures) -> dict[str, float | None]:
+    """All figures of a method by their names, units in them; None where there is none."""
+    wide, curve = one.wide, one.wide.retrieval
+    record: dict[str, float | None] = {}
+    for part in (one.wide, one.narrow):
+        within, (low, high) = f"within_{part.tolerance.distance:g}_m", part.success.interval
+        record |= {f"{within}_right_views": part.success.successes, f"{within}_on_map_views": part.success.trials}
+        record |= {f"{within}_low_percent": _finite(100 * low), f"{within}_high_percent": _finite(100 * high)}
+        seeds = success_over_seeds(one.wide_runs if part is one.wide else one.narrow_runs)
+        ends = (None, None) if seeds is None else tuple(_finite(100 * end) for end in seeds)
+        record |= {f"{within}_seeds_low_percent": ends[0], f"{within}_seeds_high_percent": ends[1]}
+    record |= {f"within_{n}_places_right_views": wide.within_places(n).successes for n in PLACES_OFF}
+    record |= {f"recall_at_{n}_percent": _finite(100 * wide.recall(n).value) for n in RANKS}
+    return record | {
+        "failures_views": wide.failures,
+        "off_map_views": int(wide.off_map.sum()),
+        "false_fixes_views": int(np.isfinite(wide.false_fixes).sum()),
+        "worst_false_fix_m": _finite(wide.worst_false_fix),
+        "auc": _finite(curve.auc) if curve else None,
+        "recall_at_precision_100_percent": _finite(100 * curve.recall_at(1.0)) if curve else None,
+        "recall_at_precision_99_percent": _finite(100 * curve.recall_at(0.99)) if curve else None,
+        "ece": _finite(wide.top_reliability.error),
+        "lost_ece": _finite(wide.lost_reliability.error),
+        "lost_auroc": _finite(wide.auroc),
+        "lost_fpr_at_95_tpr": _finite(wide.false_alarms),
+        "error_median_m": _finite(wide.error_quantile(0.5)),
+        "error_p95_m": _finite(wide.error_quantile(0.95)),
+        "without_features_ms": _finite(one.cost),
+        "without_truth_views": wide.count(Outcome.UNSCORED),
+        "entropy_auroc": _finite(wide.entropy_auroc),
+        "harm_views": None if one.harm is None else one.harm.successes,
+        "harm_of_views": None if one.harm is None else one.harm.trials,
+        **_ways_record("first_fix", wide.first_fixes),
+        **_ways_record("to_lost", wide.episodes.to_lost),
+        **_ways_record("to_recover", wide.episodes.to_recover),
+        **{f"{step}_median_ms": _finite(one.times[step].median) for step in STEPS},
+        **{f"{step}_p95_ms": _finite(one.times[step].p95) for step in STEPS},
+        **({} if one.atlas is None else _atlas_record(one.atlas)),
+    }
+
+
+def _atlas_record(atlas: AtlasScore) -> dict[str, float | None]:
+    record = {**_ways_record("fork", atlas.forks), "jumps_views": atlas.jumps}
+    if (joined := atlas.joined) is None:
+        return record
+    return record | {
+        "joins_precision_right_views": joined.precision.successes,
+        "joins_precision_of_views": joined.precision.trials,
+        "joins_recall_joined_views": joined.recall.successes,
+        "joins_recall_of_views": joined.recall.trials,
+        "duplicate_places": joined.duplicates,
+        "joins": joined.joins,
+        "false_joins": joined.false_joins,
+        "overlooked_joins": joined.overlooked,
+        "atlas_places": joined.places,
+        "learnt_views": joined.views,
+        "maps_bytes": joined.bytes_before,
+        "atlas_bytes": joined.bytes_after,
+        "merging_s": _finite(joined.seconds),
+    }
+
+
+def success_over_seeds(runs: Sequence[Score]) -> tuple[float, float] | None:
+    """The 95 % interval of success over seeds, as shares; ``None`` for a single one."""
+    return interval_over_runs(runs, lambda pooled: pooled.success.value)
+
+
+def _ways_record(name: str, ways: Sequence[Way]) -> dict[str, float | None]:
+    found = [way for way in ways if way is not None]
+    return {
+        f"{name}_median_m": _finite(float(np.median(found))) if found else None,
+        f"{name}_times": len(ways),
+        f"{name}_never_times": len(ways) - len(found),
+    }
+
+
+def _percent(share: Proportion) -> str:
+    if not share.trials:
+        return NONE
+    low, high = share.interval
+    return f"{100 * share.value:.1f} [{100 * low:.0f}, {100 * high:.0f}]"
+
+
+def _number(value: float | None) -> str:
+    return NONE if value is None or math.isnan(value) else f"{value:.3f}"
+
+
+def _metres(value: float) -> str:
+    return NONE if math.isnan(value) else f"{value:.2f}"
+
+
+def _finite(value: float | None) -> float | None:
+    return round(value, 4) if value is not None and math.isfinite(value) else None

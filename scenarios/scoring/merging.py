@@ -1,0 +1,76 @@
+"""Several drives made one atlas, as scorers see it: answers and joins by the views that were learnt.
+
+The views of all drives are counted through, one drive behind the other. A place of an atlas is the view that it was
+learnt from; a view that was taken out is where the view is that holds its place now.
+"""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.atlas.atlas import Atlas, beside
+from refseq.atlas.merge import Decision, Merged, merge
+from refseq.belief import LOST, Belief
+from refseq.map.file import map_bytes
+from refseq.map.sequence import ReferenceSequence
+
+
+@dataclass(frozen=True, slots=True)
+class Merging:
+    """What became of the K views of several drives.
+
+    ``names`` are those of the drives, ``lengths`` their numbers of views; ``held_by`` (K,) is for each view the one
+    whose place it is at now, mostly itself. ``size`` are the bytes of all maps before and of the atlas after, and
+    ``seconds`` what merging took.
+    """
+
+    names: tuple[str, ...]
+    lengths: tuple[int, ...]
+    held_by: NDArray[np.intp]
+    decisions: tuple[Decision, ...]
+    size: tuple[int, int]
+    seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words."""
+        return asdict(self) | {"held_by": self.held_by.tolist()}
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Self:
+        """The inverse of ``to_dict``."""
+        return cls(
+            names=tuple(content["names"]),
+            lengths=tuple(content["lengths"]),
+            held_by=np.array(content["held_by"], np.intp),
+            decisions=tuple(_decision(one) for one in content["decisions"]),
+            size=(int(content["size"][0]), int(content["size"][1])),
+            seconds=float(content["seconds"]),
+        )
+
+
+def _decision(content: Mapping[str, Any]) -> Decision:
+    pairs = {name: tuple(content[name]) for name in ("first", "second", "lengths")}
+    return Decision(**{**content, **pairs})
+
+
+def merged_drives(names: Sequence[str], maps: Sequence[ReferenceSequence], merging: bool) -> tuple[Atlas, Merging]:
+    """An atlas of the maps of several drives, merged or each as it is, and what became of their views."""
+    begin = time.perf_counter()
+    found = merge(names, maps) if merging else Merged(beside(names, maps), ())
+    seconds = time.perf_counter() - begin
+    before, after = (sum(len(map_bytes(one)) for one in all_) for all_ in (maps, found.atlas.sequences))
+    held_by = found.atlas.held_by
+    return found.atlas, Merging(tuple(names), tuple(map(len, maps)), held_by, found.decisions, (before, after), seconds)
+
+
+def by_views(atlas: Atlas, belief: Belief) -> Belief:
+    """A belief about an atlas' places as one about all views that were learnt: those that were taken out have none."""
+    views = atlas.learnt
+    places = np.zeros(sum(map(len, atlas.paths)))
+    places[views] = belief.places
+    path = tuple(place if place == LOST else int(views[place]) for place in belief.path)
+    return replace(belief, places=places, best=int(views[belief.best]), path=path)

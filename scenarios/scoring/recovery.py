@@ -1,0 +1,96 @@
+"""How far the robot travels until the localiser notices what happened to it.
+
+Distances are lengths of the true path [m], from view to view, over the views whose true pose is known.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from refseq.view import Pose, View
+from scenarios.scoring.outcome import OFF_MAP, ON_MAP, SAYS_LOST, Outcome
+
+JUMP = 1.5
+"""Carried away [m]: that much farther from the view before than odometry has it."""
+
+Way = float | None
+"""A distance [m], or ``None`` where the thing never happened."""
+
+
+class Episodes(NamedTuple):
+    """Ways from the first view after something happened to the first that shows that it was noticed.
+
+    ``to_lost`` holds, for each time that the robot left the map, the way from its first view off it to the first that
+    says lost; ``to_recover``, for each time that it came onto the map or was carried to another place of it, the way
+    from its first view there to the first right answer. A way ends where the episode does.
+    """
+
+    to_lost: tuple[Way, ...]
+    to_recover: tuple[Way, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """A view with a true pose: how far the robot has come [m], and whether it was carried to where it is."""
+
+    outcome: Outcome
+    travelled: float
+    carried: bool
+
+
+def episodes(views: Sequence[View], outcomes: Sequence[Outcome]) -> Episodes:
+    """Find the episodes of a drive, one outcome a view."""
+    stretches = list(_stretches(list(_known(views, outcomes))))
+    return Episodes(
+        to_lost=tuple(_way(s, SAYS_LOST) for s in stretches[1:] if s[0].outcome in OFF_MAP),
+        to_recover=tuple(_way(s, (Outcome.RIGHT,)) for s in stretches[1:] if s[0].outcome in ON_MAP),
+    )
+
+
+def first_fix(views: Sequence[View], outcomes: Sequence[Outcome]) -> Way:
+    """Way from the first view to the first right answer."""
+    return _way(list(_known(views, outcomes)), (Outcome.RIGHT,))
+
+
+def _known(views: Sequence[View], outcomes: Sequence[Outcome]) -> Iterator[_Known]:
+    # A drive without odometry cannot tell being carried from going.
+    tells = any(view.distance for view in views)
+    travelled, odometer, last = 0.0, 0.0, None
+    for view, outcome in zip(views, outcomes, strict=True):
+        odometer += abs(view.distance)
+        if view.truth is None:
+            continue
+        step = apart(last, view.truth) if last else 0.0
+        carried = tells and is_carried(step, odometer)
+        # The way on a person's arms is not the robot's.
+        travelled += 0.0 if carried else step
+        yield _Known(outcome, travelled, carried)
+        odometer, last = 0.0, view.truth
+
+
+def apart(one: Pose, other: Pose) -> float:
+    """How far two true poses are from each other [m]."""
+    return math.hypot(one.x - other.x, one.y - other.y)
+
+
+def is_carried(step: float, odometer: float) -> bool:
+    """Whether a true ``step`` is so much longer than what the ``odometer`` counted [m] that somebody carried it."""
+    return step > odometer + JUMP
+
+
+def _stretches(views: Sequence[_Known]) -> Iterator[list[_Known]]:
+    """Views in a row that are all on the map or all off it, without being carried away in between."""
+    stretch: list[_Known] = []
+    for view in views:
+        if stretch and (view.carried or (view.outcome in ON_MAP) != (stretch[-1].outcome in ON_MAP)):
+            yield stretch
+            stretch = []
+        stretch.append(view)
+    if stretch:
+        yield stretch
+
+
+def _way(stretch: Sequence[_Known], wanted: Sequence[Outcome]) -> Way:
+    """Way from a stretch's first view to its first with a wanted outcome."""
+    return next((view.travelled - stretch[0].travelled for view in stretch if view.outcome in wanted), None)

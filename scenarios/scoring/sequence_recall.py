@@ -1,0 +1,47 @@
+"""Which of the paths of an atlas a drive was recognised to be on: how many views were answered at places of each."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from rich.box import SIMPLE
+from rich.table import Table
+from rich.text import Text
+
+from refseq.atlas.atlas import Atlas
+from refseq.belief import LOST_ABOVE, Belief
+
+
+def answered(atlas: Atlas, beliefs: Sequence[Belief]) -> dict[str, tuple[int, int]]:
+    """For each path, by its name, the views answered at a place that its sequence holds, and at any that it runs along.
+
+    Views that are said to be lost are not counted. Every view has a place that one sequence holds; where paths share
+    it, it lies along several of them.
+    """
+    best = np.array([belief.best for belief in beliefs if belief.lost <= LOST_ABOVE], np.intp)
+    holders = np.searchsorted(atlas.first, best, side="right") - 1
+    held = {name: int((holders == number).sum()) for number, name in enumerate(atlas.names)}
+    return {path.name: (held.get(path.name, 0), int(np.isin(best, atlas.numbered(path)).sum())) for path in atlas.paths}
+
+
+def recognised_table(atlas: Atlas, beliefs: Mapping[str, Sequence[Belief]]) -> Table:
+    """A row for each path in their order, and one for the views that are said to be lost; a column a method."""
+    table = Table(
+        title="views answered at its places / along its path",
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE,
+        pad_edge=False,
+    )
+    table.add_column("path", overflow="fold")
+    table.add_column("places", justify="right")
+    for method in beliefs:
+        table.add_column(Text(str(method)), justify="right")
+    found = [answered(atlas, answers) for answers in beliefs.values()]
+    places = dict(zip(atlas.names, map(len, atlas.sequences), strict=True))
+    for path in atlas.paths:
+        cells = ["{} / {}".format(*one[path.name]) for one in found]
+        table.add_row(Text(path.name), str(places.get(path.name, 0)), *cells)
+    lost = [sum(belief.lost > LOST_ABOVE for belief in answers) for answers in beliefs.values()]
+    table.add_section()
+    table.add_row("says lost", "", *map(str, lost))
+    return table

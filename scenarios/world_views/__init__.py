@@ -1,0 +1,1 @@
+"""Facts and pictures of worlds."""

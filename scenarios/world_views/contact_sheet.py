@@ -1,0 +1,42 @@
+"""A contact sheet: the same places in other light, side by side, for people to judge."""
+
+from collections.abc import Sequence
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from scenarios.world_views.snapshots import Still
+
+CELL = (3.2, 2.4)
+"""Size of a picture on the sheet [inch]."""
+EDGE = 0.55
+"""Room for the names of rows and columns [inch]."""
+
+
+def contact_sheet(title: str, stills: Sequence[Still]) -> Figure:
+    """Draw a row for each place and camera, a column for each light."""
+    lights = list(dict.fromkeys(still.light for still in stills))
+    rows = [(still.along, camera) for still in stills if still.light == lights[0] for camera in still.images]
+    images = {(still.light, still.along, camera): image for still in stills for camera, image in still.images.items()}
+    width, height = CELL[0] * len(lights) + EDGE, CELL[1] * len(rows) + 1.5 * EDGE
+    with mpl.rc_context({"font.size": 10}):
+        figure = Figure(figsize=(width, height), dpi=100, facecolor="white")
+        figure.suptitle(title, y=1 - 0.2 / height, fontsize=12)
+        box = (EDGE / width, 0.0, 1.0, 1.0 - 1.5 * EDGE / height)
+        grid = figure.add_gridspec(len(rows), len(lights), wspace=0.02, hspace=0.02, left=box[0], bottom=0.005,
+                                   right=0.998, top=box[3])  # fmt: skip
+        for i, (along, camera) in enumerate(rows):
+            for j, light in enumerate(lights):
+                axes = figure.add_subplot(grid[i, j], xticks=[], yticks=[])
+                _show(axes, images[light, along, camera])
+                if i == 0:
+                    axes.set_title(light)
+                if j == 0:
+                    axes.set_ylabel(f"{along:g} m, {camera}")
+    return figure
+
+
+def _show(axes: mpl.axes.Axes, image: NDArray[np.uint8]) -> None:
+    axes.imshow(image, cmap="gray", vmin=0, vmax=255, interpolation="antialiased")

@@ -1,0 +1,151 @@
+"""How alike a place looks over the day: which of a reference picture's SIFT keys are found again at other hours."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import cycle
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from rich.box import SIMPLE
+from rich.table import Table
+
+from refseq.features.sift import Keys, SiftSettings, SiftWords
+from scenarios.drives.record import Drive
+from scenarios.world_views.facts import lux_text
+from scenarios.world_views.snapshots import Still, stills
+from worlds.light import LightSetting
+from worlds.meter import Meter
+from worlds.plans.plan import load_plan
+
+SAME_PLACE = 3.0
+"""A key is found again where it was, within this distance [pixels]: the robot stands still, only the light changes."""
+METER_HEIGHT = 1.0
+"""Height of the light meter above the floor [m]."""
+OTHER_NOISE = 1000
+"""Added to the drive's seed for the reference pictures, so that no two pictures share their noise."""
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+"""Colours that colour-blind people can tell apart (Okabe and Ito); further lines begin with the first again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Day:
+    """What to look at: pictures of ``drive`` in its own light, and in ``lights``, at ``places`` along its route [m]."""
+
+    drive: Drive
+    lights: tuple[LightSetting, ...]
+    places: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Recall:
+    """A picture at an ``hour`` against the reference of its place and camera: ``share`` of ``keys`` found again.
+
+    ``lux`` is the illuminance on level ground 1 m above the floor.
+    """
+
+    hour: float
+    along: float
+    camera: str
+    keys: int
+    share: float
+    lux: float
+
+
+def through_the_day(day: Day, settings: SiftSettings | None = None) -> list[Recall]:
+    """Take all the pictures and compare them."""
+    settings = settings or SiftSettings()
+    before = replace(day.drive, seed=day.drive.seed + OTHER_NOISE)
+    known = {(still.along, camera): keys for still in stills(before, [before.light], day.places)
+             for camera, keys in _keys(still, settings)}  # fmt: skip
+    hours = {setting.name: setting for setting in day.lights}
+    plan = load_plan(day.drive.world)
+    meters = {name: Meter(plan, setting) for name, setting in hours.items()}
+    return [
+        Recall(
+            hours[still.light].hour,
+            still.along,
+            camera,
+            len(known[still.along, camera].points),
+            found_again(known[still.along, camera], keys, settings.alias_distance),
+            meters[still.light].read((still.pose.x, still.pose.y, METER_HEIGHT)).total,
+        )
+        for still in stills(day.drive, list(hours), day.places)
+        for camera, keys in _keys(still, settings)
+    ]
+
+
+def _keys(still: Still, settings: SiftSettings) -> Iterator[tuple[str, Keys]]:
+    for camera, image in still.images.items():
+        yield camera, SiftWords(camera, settings).keys(image)
+
+
+def found_again(reference: Keys, other: Keys, alias_distance: float) -> float:
+    """Share of the reference's keys whose nearest key by descriptor is the same word and lies at the same place.
+
+    0 where the reference has no keys.
+    """
+    if len(reference.points) == 0 or len(other.points) == 0:
+        return 0.0
+    known, seen = reference.descriptors.astype(np.float32), other.descriptors.astype(np.float32)
+    squared = (known**2).sum(1)[:, None] + (seen**2).sum(1) - 2 * known @ seen.T  # (n, m)
+    nearest = squared.argmin(axis=1)
+    alike = squared[np.arange(len(known)), nearest] <= alias_distance**2
+    moved = np.linalg.norm(reference.points - other.points[nearest], axis=1)
+    return float(np.mean(alike & (moved <= SAME_PLACE)))
+
+
+# --- to look at ---
+
+
+def day_table(found: Sequence[Recall]) -> Table:
+    """Shares [%] by hour, a column for each place and camera; the light [lx] in a column for each place."""
+    places, cameras = (list(dict.fromkeys(getattr(r, key) for r in found)) for key in ("along", "camera"))
+    cells = {(r.hour, r.along, r.camera): r for r in found}
+    # Three places of two cameras fit a terminal of 80 characters only with narrow gaps.
+    table = Table(box=SIMPLE, padding=0)
+    table.add_column("hour")
+    for place in places:
+        for camera in cameras:
+            keys = cells[found[0].hour, place, camera].keys
+            table.add_column(f"{place:g} m\n{camera}\n% of {keys}", justify="right")
+        table.add_column("lx", justify="right")
+    for hour in dict.fromkeys(r.hour for r in found):
+        row = []
+        for place in places:
+            row += [f"{100 * cells[hour, place, camera].share:.0f}" for camera in cameras]
+            row.append(lux_text(cells[hour, place, cameras[0]].lux))
+        table.add_row(_clock(hour), *row)
+    return table
+
+
+def _clock(hour: float) -> str:
+    return f"{int(hour):02d}:{round(hour % 1 * 60):02d}"
+
+
+def day_curve(title: str, found: Sequence[Recall]) -> Figure:
+    """Draw the shares over the hours, a panel for each camera, and the light at each place below them."""
+    cameras = list(dict.fromkeys(r.camera for r in found))
+    with mpl.rc_context({"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}):
+        figure = Figure(figsize=(9, 2.4 * len(cameras) + 2.2), layout="constrained", facecolor="white")
+        figure.suptitle(title)
+        *panels, light = figure.subplots(len(cameras) + 1, 1, sharex=True)
+        for axes, camera in zip(panels, cameras, strict=True):
+            _lines(axes, [r for r in found if r.camera == camera], "share", 100)
+            axes.set_title(f"{camera}", loc="left", fontsize=10)
+            axes.set(ylim=(0, 100), ylabel="found again [%]")
+        _lines(light, [r for r in found if r.camera == cameras[0]], "lux", 1)
+        light.set(yscale="log", ylabel="light [lx]", xlabel="hour of the day [h]")
+        light.xaxis.set_major_locator(MaxNLocator(12, steps=[1, 2, 3, 6, 10], integer=True))
+        panels[0].legend(title="along the route", ncols=3, loc="upper right")
+    return figure
+
+
+def _lines(axes: Axes, found: Sequence[Recall], value: str, scale: float) -> None:
+    for place, colour in zip(dict.fromkeys(r.along for r in found), cycle(COLOURS), strict=False):
+        here = [r for r in found if r.along == place]
+        values = [scale * getattr(r, value) for r in here]
+        axes.plot([r.hour for r in here], values, color=colour, marker=".", label=f"{place:g} m")
+    axes.grid(alpha=0.3)

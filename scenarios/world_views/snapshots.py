@@ -1,0 +1,62 @@
+"""Pictures of a world from places along a route, in one light after another: no drive, the robot is put there."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.view import Pose
+from scenarios.drives.record import Drive, open_bench
+from scenarios.errors import ScenarioError
+from worlds.plans.plan import load_plan
+
+
+@dataclass(frozen=True, slots=True)
+class Still:
+    """What the cameras see ``along`` the route [m] in one light; ``images`` by camera, (height, width) uint8."""
+
+    light: str
+    along: float
+    pose: Pose
+    images: Mapping[str, NDArray[np.uint8]]
+
+
+def stills(drive: Drive, lights: Sequence[str], places: Sequence[float]) -> Iterator[Still]:
+    """Put the robot of ``drive`` at each of the ``places`` along its route [m], in each of the ``lights``.
+
+    Raises ``ScenarioError`` for a place that is not on the route.
+    """
+    for light in lights:
+        with open_bench(replace(drive, light=light)) as bench:
+            for along in places:
+                bench.place(pose_along(bench.route, along))
+                view = bench.sense()
+                yield Still(light, along, bench.pose, view.images)
+
+
+def places_on(drive: Drive, along: Sequence[float] | None) -> tuple[float, ...]:
+    """The places asked for along the route of ``drive`` [m], or three of them, a quarter of the route apart.
+
+    Raises ``ScenarioError`` for a route that is not there, and for places that are not on it.
+    """
+    routes = load_plan(drive.world).routes
+    if drive.route not in routes:
+        raise ScenarioError(f"unknown route {drive.route!r} in world {drive.world!r}; valid are {', '.join(routes)}")
+    route = np.array(routes[drive.route])
+    length = float(np.hypot(*np.diff(route, axis=0).T).sum())
+    for place in along or ():
+        pose_along(route, place)
+    return tuple(along or (round(share * length, 1) for share in (0.25, 0.5, 0.75)))
+
+
+def pose_along(route: NDArray[np.float64], along: float) -> Pose:
+    """The pose at path length ``along`` [m] on a polyline ``route`` (n, 2) [m], heading along it."""
+    steps = np.diff(route, axis=0)
+    starts = np.concatenate([[0.0], np.cumsum(np.hypot(*steps.T))])
+    if not 0.0 <= along <= starts[-1]:
+        raise ScenarioError(f"place {along:g} m is not on the route; valid is 0 to {starts[-1]:g}")
+    leg = min(int(np.searchsorted(starts, along, side="right")) - 1, len(steps) - 1)
+    x, y = (float(np.interp(along, starts, route[:, axis])) for axis in (0, 1))
+    return Pose(x, y, math.atan2(steps[leg, 1], steps[leg, 0]))

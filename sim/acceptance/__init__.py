@@ -1,0 +1,1 @@
+"""Acceptance tests of a robot's motion on an empty floor."""

@@ -1,0 +1,1 @@
+"""The bench: one world and one robot, stepped together."""

@@ -1,0 +1,283 @@
+"""World and robot as one simulation: clock, stepping, sensors, odometry."""
+
+import math
+from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.view import Pose, Scan, View, motion_between
+from robots import ControlLayer, Inertial, Robot, RobotState, Signals, Twist
+from robots.odometry import CalibrationErrors, believed_geometry
+from sim.bench.hardware import Hardware
+from sim.cameras.camera import Camera, CameraModel
+from sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
+from sim.errors import SimError
+from sim.physics import Due, Physics, alone
+from sim.rendering.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
+from sim.sensors.inertial import InertialModel
+from sim.sensors.laser import Laser, LaserModel
+from sim.sensors.sonar import SonarModel
+from worlds.build import World
+from worlds.parts.people import Crowd
+
+CONTROL_PERIOD = 0.04
+"""Time between two commands to the Control layer [s]; a choice, well above the rate of a person's hand."""
+SCAN_PERIOD = 0.2
+"""Time between two scans while somebody steers by the laser [s]: 5.2 a second come over its serial line (facts)."""
+ADAPTATION = 0.5
+"""How long before a view the cameras' exposure control has been looking at what the view shows [s]; a choice.
+
+Until then it saw what the last view showed. So the exposure trails the light by the camera's lag, as a real one's does,
+and no frame is rendered just to be metered: a small frame costs nearly half of a whole one."""
+NO_READING = Inertial(math.nan, math.nan, math.nan, math.nan)
+OPTIONS = ("timestep", "integrator", "cone", "impratio")
+"""Physics options that the robot's model asks for: the world takes them over."""
+
+
+@dataclass(frozen=True, slots=True)
+class BenchSettings:
+    """Sensors of the bench, and the individual robot ``unit``, which fixes its calibration errors for all drives.
+
+    ``cameras`` are those that take images, None for all of the robot's: rendering is the cost of the bench.
+    ``camera_models`` are the cameras that are no plain ``CameraModel()``, by name; a model's lens and sensor rule over
+    the field of view in the robot's own file.
+    """
+
+    renderer: RendererKind = RendererKind.FILAMENT
+    cameras: tuple[str, ...] | None = None
+    camera_models: Mapping[str, CameraModel] = field(default_factory=dict)
+    laser: LaserModel = field(default_factory=LaserModel)
+    sonar: SonarModel = field(default_factory=SonarModel)
+    inertial: InertialModel = field(default_factory=InertialModel)
+    calibration: CalibrationErrors = field(default_factory=CalibrationErrors)
+    unit: int = 1
+
+
+class Bench(Closing):
+    """A robot in a world, at the start of a route, at simulated time 0; use it in a ``with`` block.
+
+    ``route`` is the name of one of the world's, or a polyline (n, 2) [m].
+
+    Every random draw (noise of laser and cameras, calibration) comes from ``seed`` and the settings' ``unit``: the same
+    seed gives the same scans and poses, bit for bit. ``settings`` are kept with every camera's name and model written
+    out. Raises ``SimError`` for an unknown route or camera, ``RendererError`` where the renderer's driver is missing.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        robot: Robot,
+        *,
+        route: str | NDArray[np.float64] = "forward",
+        seed: int = 0,
+        settings: BenchSettings | None = None,
+    ) -> None:
+        self.world, self.robot, self.settings = world, robot, _resolved(settings or BenchSettings(), robot)
+        self.route = _route_in(world, route) if isinstance(route, str) else route
+        self._prefix = f"{robot.name}/"
+        self.model = self._compile()
+        self.data = mujoco.MjData(self.model)
+        self._crowd = Crowd(self.model, world.plan)
+        self._stand_at(_start_of(self.route))
+        self._physics = Physics(self.model, self.data)
+
+        seeds = np.random.SeedSequence(seed).spawn(3 + len(robot.cameras))
+        laser_seed, *camera_seeds, sonar_seed, inertial_seed = seeds
+        self._laser = Laser(self.settings.laser, np.random.default_rng(laser_seed))
+        self._cameras = {
+            name: Camera(self.settings.camera_models[name], np.random.default_rng(camera_seed))
+            # Seeds go by the robot's cameras, so that one's noise does not depend on which others take images.
+            for name, camera_seed in zip(robot.cameras, camera_seeds, strict=True)
+            if name in (self.settings.cameras or ())
+        }
+        unit = np.random.default_rng(self.settings.unit)
+        self.believed = believed_geometry(robot.drive, self.settings.calibration, unit)
+        """What the robot believes of its wheels."""
+        self.control: ControlLayer = robot.control(self.believed)
+        self.tamper: Callable[[Signals], Signals] = _untouched
+        """What happens to the signals on their way to the electronics: faults are put in here."""
+        sonars = self.settings.sonar, np.random.default_rng(sonar_seed)
+        inertial = self.settings.inertial, np.random.default_rng(inertial_seed)
+        self._hardware = Hardware(self.model, self.data, robot, self._prefix, sonars, inertial)
+        self.covered: frozenset[str] = frozenset()
+        """Cameras into which no light falls."""
+        self._scanned: tuple[float, Scan] | None = None
+        self._last_view: Pose | None = None
+        self._last_look = 0.0
+        self._stood = MocapPoses.of(self.data)  # a control period ago
+        self._due = Due(self._physics, _whole(self.control.period, self.model.opt.timestep, "physics step"))
+        self._ticks = _whole(CONTROL_PERIOD, self.control.period, "tick")
+        self.renderer: Renderer = open_renderer(self.settings.renderer, self.model)
+
+    def _compile(self) -> mujoco.MjModel:
+        spec = self.world.spec.copy()
+        for option in OPTIONS:
+            setattr(spec.option, option, getattr(self.robot.spec.option, option))
+        spec.attach(self.robot.spec, frame=spec.worldbody.add_frame(), prefix=self._prefix)
+        picture = spec.visual.global_
+        for name, model in self.settings.camera_models.items():
+            mounted, pinhole = spec.camera(self._prefix + name), model.optics().pinhole
+            mounted.fovy, mounted.resolution = pinhole.fovy, (pinhole.width, pinhole.height)
+            mounted.sensor_size = (0.0, 0.0)  # else it would set the field of view
+            picture.offwidth = max(picture.offwidth, pinhole.width)
+            picture.offheight = max(picture.offheight, pinhole.height)
+        prepare_spec(spec)
+        return spec.compile()
+
+    def place(self, pose: Pose) -> None:
+        """Carry the robot to ``pose``, where it stands still: its odometer does not notice, its cameras adapt."""
+        self._stand_at(pose)
+        self._physics.forgive()
+        self._scanned = None
+        self.control.rest()
+        for camera in self._cameras.values():
+            camera.forget()
+
+    def _stand_at(self, pose: Pose) -> None:
+        half = pose.heading / 2
+        joint = self.data.joint(self._prefix + self.robot.base)
+        height = self.model.joint(self._prefix + self.robot.base).qpos0[2]
+        joint.qpos = (pose.x, pose.y, height, math.cos(half), 0.0, 0.0, math.sin(half))
+        self.data.qvel[:], self.data.act[:], self.data.qacc_warmstart[:] = 0.0, 0.0, 0.0
+        mujoco.mj_forward(self.model, self.data)
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return float(self.data.time)
+
+    @property
+    def pose(self) -> Pose:
+        """The true pose: where the middle of the axle is, and which way the robot looks.
+
+        A machine that balances leans about its axle, so that its base's origin, on the floor, swings to and fro.
+        """
+        body, up = self.data.body(self._prefix + self.robot.base), self.robot.drive.wheel_radius
+        x, y = body.xpos[:2] + up * body.xmat[[2, 5]]
+        return Pose(float(x), float(y), math.atan2(body.xmat[3], body.xmat[0]))
+
+    @property
+    def odometry(self) -> Pose:
+        """The pose that the odometer shows, from the start of the drive."""
+        shown = self.control.odometry
+        return Pose(shown.x, shown.y, shown.heading)
+
+    @property
+    def state(self) -> RobotState:
+        """What the robot last told of itself."""
+        return self.control.state
+
+    @property
+    def fault(self) -> str | None:
+        """What went wrong with the physics, None while all is well; from then on the robot hears no sensor."""
+        return self._physics.fault
+
+    def drive(self, twist: Twist) -> None:
+        """Go on for one control period under a command."""
+        self.control.command(twist)
+        self.wait()
+
+    def driving(self, twist: Twist) -> Generator[Due]:
+        """Do as ``drive`` does, but leave the steps of the physics to the caller: it takes each that is due."""
+        self.control.command(twist)
+        yield from self._waiting()
+
+    def dazzle(self, arcs: Sequence[tuple[float, float]]) -> None:
+        """Blind the laser's beams in some arcs, each from a bearing counter-clockwise to another [rad]."""
+        self._laser.dazzled = tuple(arcs)
+        self._scanned = None
+
+    def grip(self, wheel: str, friction: float | None) -> None:
+        """Give a wheel, left or right, a coefficient of friction, or None for that of its tyre."""
+        self._hardware.grip(wheel, friction)
+
+    def wait(self) -> None:
+        """Go on for one control period without any command."""
+        alone(self._waiting())
+
+    def _waiting(self) -> Generator[Due]:
+        self._stood = MocapPoses.of(self.data)
+        self._crowd.at(self.data, self.time + CONTROL_PERIOD)
+        for _ in range(self._ticks):
+            self._physics.look()
+            self._hardware.apply(self.control.tick(self.tamper(self._signals())))
+            yield self._due
+
+    def _signals(self) -> Signals:
+        signals = self._hardware.signals(self.scan() if self.control.needs_scan else None)
+        return signals if self.fault is None else replace(signals, inertial=NO_READING)
+
+    def scan(self) -> Scan:
+        """The newest turn of the laser for steering, at most ``SCAN_PERIOD`` old."""
+        if self._scanned is None or self.time - self._scanned[0] > SCAN_PERIOD - 1e-9:
+            self._scanned = self.time, self._turn_the_laser()
+        return self._scanned[1]
+
+    def _turn_the_laser(self) -> Scan:
+        return self._laser.scan(self.model, self.data, self._prefix + self.robot.laser, self._prefix + self.robot.base)
+
+    def sense(self) -> View:
+        """All sensors at this moment; distance and turn count from the last view."""
+        images = {} if self.renderer.kind is RendererKind.NONE else self._photograph()
+        scan = self._turn_the_laser()
+        now = self.odometry
+        distance, turn = motion_between(self._last_view, now) if self._last_view else (0.0, 0.0)
+        self._last_view = now
+        return View(self.time, MappingProxyType(images), scan, distance, turn, self.pose)
+
+    def _photograph(self) -> dict[str, NDArray[np.uint8]]:
+        elapsed, self._last_look = self.time - self._last_look, self.time
+        tell_velocities(self.model, self.data, self._stood, CONTROL_PERIOD)
+        images = {}
+        for name, camera in self._cameras.items():
+            optics, mounted = camera.optics, self._prefix + name
+            self.renderer.light_around(self.world.ambient.at(self.data.camera(mounted).xpos))
+            sharp = optics.draw(self.renderer.radiance(self.data, mounted, optics.pinhole.width, optics.pinhole.height))
+            if name in self.covered:
+                sharp = np.zeros_like(sharp)
+            camera.adapt(sharp, min(elapsed, ADAPTATION))
+            run = paths(self.model, self.data, mounted, optics, camera.exposure.shutter)
+            images[name] = camera.expose(smeared(sharp, run))
+        return images
+
+    def close(self) -> None:
+        """Give the renderer's device back."""
+        self.renderer.close()
+
+
+def _resolved(settings: BenchSettings, robot: Robot) -> BenchSettings:
+    """``settings`` with all cameras of the robot named and a model for each."""
+    for name in (*(settings.cameras or ()), *settings.camera_models):
+        if name not in robot.cameras:
+            raise SimError(f"unknown camera {name!r} of robot {robot.name!r}: valid are {', '.join(robot.cameras)}")
+    cameras = robot.cameras if settings.cameras is None else tuple(settings.cameras)
+    models = {name: settings.camera_models.get(name) or CameraModel() for name in robot.cameras}
+    return replace(settings, cameras=cameras, camera_models=models)
+
+
+def _untouched(signals: Signals) -> Signals:
+    return signals
+
+
+def _whole(period: float, part: float, name: str) -> int:
+    """How many parts make a period; raises ``SimError`` where that is no whole number."""
+    count = round(period / part)
+    if count < 1 or not math.isclose(count * part, period):
+        raise SimError(f"a {name} of {part} s does not divide {period} s: valid is a whole part of it")
+    return count
+
+
+def _route_in(world: World, name: str) -> NDArray[np.float64]:
+    if name not in world.routes:
+        raise SimError(f"unknown route {name!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
+    return world.routes[name]
+
+
+def _start_of(route: NDArray[np.float64]) -> Pose:
+    """A route's first point, facing its second."""
+    (x, y), (ahead_x, ahead_y) = route[:2]
+    return Pose(float(x), float(y), math.atan2(ahead_y - y, ahead_x - x))

@@ -1,0 +1,92 @@
+"""Running behaviours on a bench: what they have to know of the robot, and each until it ends or its time is up."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+import robots
+from refseq.view import Pose
+from robots import Robot
+from robots.behaviours import Behaviour, Frame, Outcome, Ranger, Senses, Step, failed
+from robots.behaviours.written import make, parse
+from robots.mounting import Mounting
+from sim.bench.bench import Bench
+from sim.drives.doors import doors_seen
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """One period of a behaviour: the ``step`` that it asked for, then the true ``pose`` at ``time`` [s] after it."""
+
+    time: float
+    step: Step
+    pose: Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a behaviour ended: outcome and reason, how long it took [s], and the true ``path`` (n, 3): x, y, heading."""
+
+    outcome: Outcome
+    why: str
+    time: float
+    path: NDArray[np.float64]
+
+
+def frame_of(robot: Robot) -> Frame:
+    """What behaviours have to know of a robot; sensors are where they are on the level robot."""
+    # The robot's own spec may be part of a world by now: MuJoCo crashes on compiling a copy of that.
+    model = robots.load(robot.name).spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    base, scanner = data.body(robot.base).xpos, data.site(robot.laser).xpos
+    laser = Mounting(float(scanner[0] - base[0]), float(scanner[2]), robot.drive.wheel_radius)
+    sonars = (data.site(name) for name in robot.sonars)
+    rangers = tuple(_ranger(sonar.xpos - base, sonar.xmat.reshape(3, 3)[:, 0]) for sonar in sonars)
+    return Frame(robot.shape, robot.limits, laser, rangers)
+
+
+def behaviour_in(words: str, frame: Frame) -> Behaviour:
+    """A behaviour as it is written, for a robot on a bench. Raises ``RobotsError`` for what this robot cannot do."""
+    return make(parse(words), frame, doors_seen)
+
+
+def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:
+    return Ranger(float(place[0]), float(place[1]), math.atan2(axis[1], axis[0]))
+
+
+def running(bench: Bench, behaviour: Behaviour, *, timeout: float = 120.0) -> Iterator[Moment]:
+    """Let ``behaviour`` steer, and tell of each control period.
+
+    The last moment's step has the outcome; after ``timeout`` [s] of simulated time that is a failure.
+    """
+    began = bench.time
+    while True:
+        step = behaviour.step(Senses(bench.state, bench.scan(), bench.time))
+        if step.outcome is Outcome.RUNNING and bench.time - began >= timeout:
+            step = failed(f"not done after {timeout:g} s" + (f": {step.why}" if step.why else ""))
+        bench.drive(step.twist)
+        yield Moment(bench.time, step, bench.pose)
+        if step.outcome is not Outcome.RUNNING:
+            return
+
+
+def run(
+    bench: Bench,
+    behaviour: Behaviour,
+    *,
+    timeout: float = 120.0,
+    each: Callable[[Moment], None] | None = None,
+) -> Ended:
+    """Let ``behaviour`` steer until it ends, and call ``each`` after every control period; see ``running``."""
+    began, path = bench.time, [bench.pose]
+    for moment in running(bench, behaviour, timeout=timeout):
+        path.append(moment.pose)
+        if each is not None:
+            each(moment)
+    poses = np.array([(pose.x, pose.y, pose.heading) for pose in path])
+    return Ended(moment.step.outcome, moment.step.why, moment.time - began, poses)

@@ -1,0 +1,134 @@
+"""Recording a drive: a scripted operator leads the robot, views are taken when their trigger says so."""
+
+import json
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+
+import numpy as np
+
+from refseq.view import Pose, View, wrap
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.faults import Agenda, Fault
+from sim.drives.operator import Operator, OperatorStyle
+from sim.errors import SimError, StuckError
+
+PACKAGES = ("refseq-bench", "mujoco", "numpy", "opencv-python-headless")
+
+
+@dataclass(frozen=True, slots=True)
+class Trigger:
+    """A view is taken when the odometer has gone ``distance`` [m] or turned ``turn`` [rad], or after ``time`` [s].
+
+    None switches one off. Raises ``SimError`` when a threshold is not positive, or when all are off.
+    """
+
+    distance: float | None = 0.85
+    turn: float | None = None
+    time: float | None = None
+
+    def __post_init__(self) -> None:
+        given = asdict(self)
+        if all(value is None for value in given.values()):
+            raise SimError("trigger: distance, turn and time are all off; valid is at least one of them")
+        for name, value in given.items():
+            if value is not None and not 0 < value < np.inf:
+                raise SimError(f"trigger: {name} = {value} is not positive and finite")
+
+    def fires(self, moved: "Moved") -> bool:
+        """Whether so much motion calls for a view."""
+        pairs = ((self.distance, moved.distance), (self.turn, abs(moved.turn)), (self.time, moved.time))
+        return any(limit is not None and value >= limit for limit, value in pairs)
+
+
+@dataclass(slots=True)
+class Moved:
+    """Motion by the odometer since the last view: path length [m], turn [rad], time [s]."""
+
+    distance: float = 0.0
+    turn: float = 0.0
+    time: float = 0.0
+
+    def add(self, before: Pose, after: Pose, elapsed: float) -> None:
+        """Count one control period on."""
+        self.distance += float(np.hypot(after.x - before.x, after.y - before.y))
+        self.turn += wrap(after.heading - before.heading)
+        self.time += elapsed
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """A view, the odometer's pose where it was taken, and how far along the route the robot has come [m]."""
+
+    view: View
+    odometry: Pose
+    progress: float
+
+
+PATIENCE = 3600.0
+"""For how long the operator tries to get to the end, where nothing else is asked for [s of simulated time]."""
+
+
+def drive_and_sense(
+    bench: Bench, operator: Operator, trigger: Trigger, *, faults: Sequence[Fault] = (), timeout: float = PATIENCE
+) -> Iterator[Taken]:
+    """Lead the robot to the end of the operator's route; yields the views as they are taken, the first at the start.
+
+    ``faults`` happen on the way. Raises ``StuckError`` when the end is not reached within ``timeout`` [s] of simulated
+    time, ``SimError`` for a fault that cannot happen on this route to this robot.
+    """
+    agenda = Agenda(faults, bench, operator)
+    agenda.look()
+    yield Taken(bench.sense(), bench.odometry, operator.progress)
+    moved = Moved()
+    while not operator.finished:
+        before = bench.odometry
+        bench.drive(operator.command(bench.time, bench.pose))
+        agenda.look()
+        moved.add(before, bench.odometry, CONTROL_PERIOD)
+        if trigger.fires(moved):
+            yield Taken(bench.sense(), bench.odometry, operator.progress)
+            moved = Moved()
+        if bench.time > timeout:
+            raise StuckError(
+                f"the robot came {operator.progress:.1f} m of {operator.length:.1f} m in {timeout:.0f} s: it is stuck"
+            )
+
+
+def operator_for(bench: Bench, seed: int, style: OperatorStyle | None = None) -> Operator:
+    """The person who leads the robot along the bench's route; another ``seed`` is another drive of the same person."""
+    return Operator(bench.route, style or OperatorStyle(), np.random.default_rng((OPERATOR_STREAM, seed)))
+
+
+OPERATOR_STREAM = 5
+"""Keeps the operator's random numbers apart from those of the sensors, which come from the same seed."""
+
+
+def describe(
+    bench: Bench, *, route: str, seed: int, trigger: Trigger | None, style: OperatorStyle | None
+) -> Mapping[str, str]:
+    """The metadata record of a drive: all that is needed to drive it again.
+
+    ``trigger`` None: views were asked for by hand; ``style`` None: it was no operator who led.
+    """
+    config = {
+        "light": asdict(bench.world.light),
+        "plan": bench.world.plan.model_dump(mode="json"),
+        "sensors": asdict(bench.settings),
+        "operator": asdict(style) if style else None,
+        "trigger": asdict(trigger) if trigger else None,
+        "timestep_s": bench.model.opt.timestep,
+    }
+    return {
+        "world": bench.world.name,
+        "world_seed": str(bench.world.seed),
+        "light": bench.world.light.name,
+        "robot": bench.robot.name,
+        "route": route,
+        "seed": str(seed),
+        "renderer": bench.renderer.kind.value,
+        "python": platform.python_version(),
+        **{package: version(package) for package in PACKAGES},
+        "config": json.dumps(config, default=str, sort_keys=True),
+    }

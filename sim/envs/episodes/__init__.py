@@ -1,0 +1,1 @@
+"""Episodes: actions, observations, and one episode on a bench."""

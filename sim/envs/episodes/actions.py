@@ -1,0 +1,132 @@
+"""What an agent may say: one of some behaviours, or a twist. Both become steps for a robot, period by period."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from gymnasium import spaces
+
+from refseq.features.doors import Door
+from refseq.view import Scan
+from robots import RobotsError, Twist
+from robots.behaviours import Behaviour, Frame, Outcome, Senses, Step
+from robots.behaviours.written import make, parse
+from robots.motion import Limits
+from robots.signals import LaserScan
+from sim.drives.doors import doors_to_cross
+from sim.errors import SimError
+
+
+class Acting(Protocol):
+    """One form of actions: ``space``, and how long one action lasts [s]."""
+
+    space: spaces.Space[Any]
+    period: float
+
+    @property
+    def doing(self) -> str:
+        """What was chosen, in words; empty before the first action."""
+
+    def reset(self) -> None:
+        """Begin an episode."""
+
+    def choose(self, action: Any) -> None:
+        """Take an action; raises ``SimError`` for one that is not in the space."""
+
+    def step(self, senses: Senses) -> Step:
+        """How to move in the next control period."""
+
+
+class ByBehaviour:
+    """Actions 0 to n - 1 are behaviours ``written`` as ``robots.behaviours.written`` has them, one a decision.
+
+    While the same one is chosen it goes on; another one, or the same after it has ended, begins anew. Raises
+    ``SimError`` for one that the robot cannot do.
+    """
+
+    period = 1.0
+
+    def __init__(self, written: Sequence[str], frame: Frame) -> None:
+        try:
+            self._choices = [parse(text) for text in written]
+            for choice in self._choices:
+                make(choice, frame, _doors)
+        except RobotsError as error:
+            raise SimError(str(error)) from None
+        self._frame = frame
+        self.space: spaces.Space[Any] = spaces.Discrete(len(self._choices))
+        self.reset()
+
+    @property
+    def doing(self) -> str:
+        """The behaviour chosen last."""
+        return "" if self._chosen is None else self._choices[self._chosen].text
+
+    def reset(self) -> None:
+        """No behaviour goes on."""
+        self._chosen: int | None = None
+        self._behaviour: Behaviour | None = None
+
+    def choose(self, action: Any) -> None:
+        """Begin a behaviour, or go on with it."""
+        if not self.space.contains(action):
+            raise SimError(f"action {action!r} is not valid; valid are 0 to {len(self._choices) - 1}")
+        if self._behaviour is None or int(action) != self._chosen:
+            self._chosen = int(action)
+            self._behaviour = make(self._choices[self._chosen], self._frame, _doors)
+
+    def step(self, senses: Senses) -> Step:
+        """What the behaviour wants."""
+        assert self._behaviour is not None, "an action was chosen"
+        step = self._behaviour.step(senses)
+        if step.outcome is not Outcome.RUNNING:
+            self._behaviour = None
+        return step
+
+
+class ByTwist:
+    """Actions are (2,) float32 within ±1: speed ahead and turn rate to the left, as shares of the robot's ``limits``.
+
+    Where both are large the robot goes slower along the same arc.
+    """
+
+    period = 0.2
+
+    def __init__(self, limits: Limits) -> None:
+        self.space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self._limits = limits
+        self.reset()
+
+    @property
+    def doing(self) -> str:
+        """The twist chosen last."""
+        return "" if self._twist is None else f"twist {self._twist.linear:.3f} m/s, {self._twist.angular:.3f} rad/s"
+
+    def reset(self) -> None:
+        """Nothing was asked for."""
+        self._twist: Twist | None = None
+
+    def choose(self, action: Any) -> None:
+        """Take a twist; what is beyond ±1 counts as ±1."""
+        given = np.asarray(action, np.float64)
+        if given.shape != (2,) or not np.isfinite(given).all():
+            raise SimError(f"action {action!r} is not valid; valid are two finite numbers from -1 to 1")
+        ahead, turn = np.clip(given, -1.0, 1.0).tolist()
+        self._twist = self._limits.limited(Twist(ahead * self._limits.speed, turn * self._limits.turn_rate))
+
+    def step(self, senses: Senses) -> Step:
+        """Go on with the twist."""
+        assert self._twist is not None, "an action was chosen"
+        return Step(self._twist)
+
+
+def periods(acting: Acting, control_period: float) -> int:
+    """How many control periods an action lasts."""
+    return math.ceil(acting.period / control_period - 1e-9)
+
+
+def _doors(scan: LaserScan) -> Sequence[Door]:
+    """Doorways in what a bench's laser sees; it gives whole scans, of which behaviours ask for less."""
+    assert isinstance(scan, Scan), "a bench gives whole scans"
+    return doors_to_cross(scan)

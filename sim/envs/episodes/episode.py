@@ -1,0 +1,156 @@
+"""One episode of a task on a bench of its own: setting the robot down, an action after the other, what is true then."""
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass
+
+import numpy as np
+
+import robots
+from refseq.map.sequence import ReferenceSequence
+from refseq.view import Pose, wrap
+from robots import Twist
+from robots.behaviours import Outcome, Senses
+from robots.state import LATCHED
+from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.drives.operator import OperatorStyle
+from sim.drives.recorder import operator_for
+from sim.envs.episodes.actions import Acting, periods
+from sim.envs.episodes.contacts import Touching
+from sim.envs.episodes.localising import Following, places_of
+from sim.envs.tasks.task import Episode, Ground, Judgement, Situation, Task
+from sim.errors import SimError
+from sim.physics import Due
+from worlds.build import World
+
+SETTLING = 10
+"""Control periods that a robot stands before its first observation, until all sonars have fired once."""
+TRIES = 100
+"""Starts that are drawn before a world is taken to have no room for the task."""
+TURNS = tuple(np.radians(np.arange(15, 360, 15)).tolist())
+"""Where a robot has room at all of these headings it can turn about itself [rad]; 15° apart, by choice."""
+LEAD_TIME = 60.0
+"""The robot is led for no longer than this [s]; where it cannot get on it is carried off from there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What all episodes in a world share: the world, the robot's name, the bench's settings, the route, the map."""
+
+    world: World
+    robot: str
+    settings: BenchSettings
+    route: str
+    sequence: ReferenceSequence | None = None
+
+
+class Stage:
+    """A robot at the start of an episode of ``task``, all drawn from ``rng``; ``close`` it in the end.
+
+    Raises ``SimError`` where the world has no room for the task.
+    """
+
+    def __init__(self, task: Task, setting: Setting, rng: np.random.Generator) -> None:
+        robot = robots.load(setting.robot)
+        self.bench = Bench(
+            setting.world, robot, route=setting.route, seed=int(rng.integers(2**32)), settings=setting.settings
+        )
+        self._touching = Touching(self.bench)
+        places = None if setting.sequence is None else places_of(setting.sequence)
+        ground = Ground(setting.world.plan, setting.world.routes[setting.route], robot.shape, places)
+        self.episode = self._with_room(task, ground, rng)
+        self.following = self._led(setting.sequence)
+        self.motion = (0.0, 0.0, 0.0)
+        """What the odometer counted in the last action, in the robot's frame at its begin [m, m, rad]."""
+        self.outcome, self.why = Outcome.RUNNING, ""
+        """How far the last action has come, and why."""
+        self.touches = False
+        """Whether the robot touched anything in the last action."""
+        self.remaining = self.episode.begin(self.situation)
+
+    def _with_room(self, task: Task, ground: Ground, rng: np.random.Generator) -> Episode:
+        """Draw episodes until the robot has room where one begins, and stands there."""
+        for _ in range(TRIES):
+            episode = task.episode(ground, rng)
+            turns = (*TURNS, 0.0) if task.turns else (0.0,)
+            if all(self._has_room(episode.start, turn) for turn in turns):
+                return episode
+        raise SimError(
+            f"world {ground.plan.name!r} has no room for {self.bench.robot.name!r} at any of {TRIES} starts that were "
+            "drawn; valid is a world or a route with more"
+        )
+
+    def _has_room(self, start: Pose, turned: float) -> bool:
+        """Whether the robot has room where it is set down, turned by so much; it stands there then."""
+        self.bench.place(Pose(start.x, start.y, start.heading + turned))
+        return self._touching.has_room
+
+    def _led(self, sequence: ReferenceSequence | None) -> Following | None:
+        """Let the robot come to its start and stand, with a localiser that has followed it from where it was led."""
+        if sequence is None:
+            self._stand()
+            return None
+        if self.episode.led is None:
+            self._stand()
+            return Following(sequence, self.bench)
+        following = self._lead(sequence, *self.episode.led)
+        self.bench.place(self.episode.start)
+        self._stand()
+        following.look()
+        return following
+
+    def _lead(self, sequence: ReferenceSequence, begin: float, end: float) -> Following:
+        operator = operator_for(self.bench, 0, OperatorStyle(strength=0.0))
+        self.bench.place(operator.carried(begin))
+        following, until = Following(sequence, self.bench), self.bench.time + LEAD_TIME
+        while operator.progress < end and not operator.finished and self.bench.time < until:
+            self.bench.drive(operator.command(self.bench.time, self.bench.pose))
+            following.after_period()
+        return following
+
+    def _stand(self) -> None:
+        for _ in range(SETTLING):
+            self.bench.drive(Twist())
+
+    @property
+    def situation(self) -> Situation:
+        """What is true now; touches are those since the last action began."""
+        belief = None if self.following is None else self.following.belief
+        return Situation(self.bench.pose, self.touches, self._down, belief)
+
+    @property
+    def _down(self) -> str:
+        """Why the robot goes no more until somebody helps it; empty while it does."""
+        latched = next((stop.cause.value for stop in self.bench.state.stops if stop.cause in LATCHED), "")
+        return self.bench.fault or latched
+
+    def acting(self, acting: Acting) -> Generator[Due, None, Judgement]:
+        """Go on until the action's time is up, it has ended, or something is touched; returns what that was worth.
+
+        Steps of the physics are left to the caller, who takes each that is due.
+        """
+        before = self.bench.odometry
+        self.touches = False
+        for _ in range(periods(acting, CONTROL_PERIOD)):
+            step = acting.step(Senses(self.bench.state, self.bench.scan(), self.bench.time))
+            yield from self.bench.driving(step.twist)
+            if self.following is not None:
+                self.following.after_period()
+            self.touches = self._touching.now
+            if self.touches or self._down or step.outcome is not Outcome.RUNNING:
+                break
+        self.outcome, self.why = step.outcome, step.why
+        self.motion = _motion(before, self.bench.odometry)
+        judged = self.episode.judge(self.situation)
+        self.remaining = judged.remaining
+        return judged
+
+    def close(self) -> None:
+        """Give the bench back."""
+        self.bench.close()
+
+
+def _motion(before: Pose, after: Pose) -> tuple[float, float, float]:
+    """Motion from one pose to another in the first one's frame [m, m, rad]."""
+    x, y, cos, sin = after.x - before.x, after.y - before.y, math.cos(before.heading), math.sin(before.heading)
+    return cos * x + sin * y, cos * y - sin * x, wrap(after.heading - before.heading)

@@ -1,0 +1,71 @@
+"""Localisation while an environment runs: a drive to learn the path, then a localiser that follows the robot.
+
+The laser is enough for it: what is learnt and asked are scans.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+import robots
+from refseq.belief import Belief
+from refseq.map.localiser import SequenceLocaliser
+from refseq.map.profile import BEST
+from refseq.map.sequence import ReferenceSequence, learn
+from refseq.view import LASER, Pose, View, motion_between
+from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.drives.recorder import Moved, Trigger, drive_and_sense, operator_for
+from sim.envs.worlds.named import world_named
+from sim.rendering.render import RendererKind
+
+LEARNING = Trigger()
+"""When views are taken on the drive that is learnt."""
+LOCALISING = Trigger(distance=0.85, turn=np.pi / 4)
+"""When the localiser is given a view: as often, and where the robot looks somewhere else; the turn is a choice."""
+FAMILIAR_SEED = 20080
+"""The seed of the drive that is learnt, so that all environments have the same map; any number will do."""
+
+
+@lru_cache(maxsize=8)
+def familiar(world: str, light: str, robot: str, route: str) -> ReferenceSequence:
+    """The reference sequence of one drive along a route, the same object for all who ask; takes some seconds.
+
+    An operator leads the robot, as for any recording. Raises ``SimError``.
+    """
+    settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
+    place = world_named(world, light, pictured=False)
+    with Bench(place, robots.load(robot), route=route, seed=FAMILIAR_SEED, settings=settings) as bench:
+        taken = drive_and_sense(bench, operator_for(bench, FAMILIAR_SEED), LEARNING)
+        return learn([one.view for one in taken], sensors=(LASER,), profile=BEST)
+
+
+def places_of(sequence: ReferenceSequence) -> NDArray[np.float64]:
+    """Where the places truly are, (K, 2) [m]."""
+    return np.array([(pose.x, pose.y) for pose in sequence.poses if pose is not None])
+
+
+class Following:
+    """A localiser that is given views as the robot goes; ``belief`` is its answer to the last one."""
+
+    def __init__(self, sequence: ReferenceSequence, bench: Bench) -> None:
+        self._localiser, self._bench = SequenceLocaliser(sequence), bench
+        self._last: Pose | None = None
+        self._odometry, self._moved = bench.odometry, Moved()
+        self.look()
+
+    def after_period(self) -> None:
+        """Note what the odometer counted in a control period, and look where it is time to."""
+        before, self._odometry = self._odometry, self._bench.odometry
+        self._moved.add(before, self._odometry, CONTROL_PERIOD)
+        if LOCALISING.fires(self._moved):
+            self.look()
+
+    def look(self) -> None:
+        """Give the localiser a view of here and now."""
+        bench = self._bench
+        self._odometry, self._moved = bench.odometry, Moved()
+        distance, turn = motion_between(self._last, self._odometry) if self._last else (0.0, 0.0)
+        self._last = self._odometry
+        view = View(bench.time, scan=bench.scan(), distance=distance, turn=turn)
+        self.belief: Belief = self._localiser.update(view)

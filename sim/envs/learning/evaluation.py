@@ -1,0 +1,98 @@
+"""How well a task was learnt: episodes that nobody learnt from, by what was learnt, by chance, and by going ahead."""
+
+import multiprocessing
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from scipy.stats import bootstrap
+
+from sim.envs.learning.ppo import stable_baselines
+from sim.envs.learning.training_config import FIRST_TRIED, Lesson, environment
+
+Player = Callable[[Any], Any]
+"""From an observation to an action."""
+PLAYERS = ("learnt", "random", "ahead")
+"""What was learnt, without chance; any action at any time; and always full speed ahead, or the first behaviour."""
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """An episode by one of ``PLAYERS``, in a ``world``, drawn by a ``seed``; ``success``: it got to the goal."""
+
+    player: str
+    world: str
+    seed: int
+    returned: float
+    length: int
+    success: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Margin:
+    """By how much one player's mean return is larger than another's, and its interval of 95 %.
+
+    The interval is the percentile bootstrap's over pairs of episodes with the same world and seed.
+    """
+
+    mean: float
+    low: float
+    high: float
+
+
+def examine(lesson: Lesson, policy: Path) -> tuple[Trial, ...]:
+    """Let all players play the same episodes, in as many processes as the lesson has robots."""
+    worlds = lesson.tried_in
+    numbered = [(worlds[i % len(worlds)], FIRST_TRIED + i) for i in range(lesson.episodes)]
+    spawned = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(lesson.robots, mp_context=spawned) as workers:
+        trials = [
+            workers.submit(_tried, lesson.task, policy, player, world, seed)
+            for player, (world, seed) in product(PLAYERS, numbered)
+        ]
+        return tuple(trial.result() for trial in trials)
+
+
+def _tried(task: str, policy: Path, player: str, world: str, seed: int) -> Trial:
+    env = environment(task, (world,))
+    play = _player(player, policy, env.action_space, seed)
+    seen, info = env.reset(seed=seed)
+    total, length, over = 0.0, 0, False
+    while not over:
+        seen, reward, ended, cut, info = env.step(play(seen))
+        total, length, over = total + float(reward), length + 1, ended or cut
+    env.close()
+    return Trial(player, world, seed, total, length, bool(info["success"]))
+
+
+def _player(name: str, policy: Path, actions: spaces.Space[Any], seed: int) -> Player:
+    if name == "learnt":
+        import torch
+
+        torch.set_num_threads(1)
+        learner = stable_baselines().PPO.load(policy, device="cpu")
+        return lambda seen: learner.predict(seen, deterministic=True)[0]
+    if name == "random":
+        actions.seed(seed)
+        return lambda _: actions.sample()
+    ahead: Any = np.array([1.0, 0.0], np.float32) if isinstance(actions, spaces.Box) else 0
+    return lambda _: ahead
+
+
+def returns(trials: tuple[Trial, ...]) -> Mapping[str, NDArray[np.float64]]:
+    """The returns of each player, in the order of the episodes."""
+    return {name: np.array([one.returned for one in trials if one.player == name]) for name in PLAYERS}
+
+
+def margin(better: NDArray[np.float64], worse: NDArray[np.float64]) -> Margin:
+    """By how much the returns ``better`` (n,) are larger than ``worse`` (n,), of the same episodes."""
+    gains = better - worse
+    found = bootstrap((gains,), np.mean, confidence_level=CONFIDENCE, method="percentile", rng=np.random.default_rng(0))
+    return Margin(float(gains.mean()), *map(float, found.confidence_interval))

@@ -1,0 +1,74 @@
+"""What is to be learnt by trying: a task, for how long, and where it is tried afterwards."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium as gym
+
+from sim.envs import CORRIDORS, IDS
+from sim.envs.learning.sectors import Sectors
+from sim.errors import SimError
+
+TASKS = {name.removeprefix("RefSeq/").removesuffix("-v0"): name for name in IDS}
+"""What can be learnt, by the ids' middle parts."""
+HELD_OUT = tuple(f"corridor:{seed}" for seed in range(100, 108))
+"""Corridors that nobody learns in. Tasks elsewhere are tried where they were learnt, in episodes of their own."""
+FIRST_TRIED = 1_000_000
+"""The seed of the first episode that is tried; learners are seeded with smaller ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lesson:
+    """What is learnt: a ``task`` of ``TASKS``, with so many ``robots`` at a time, each in a process of its own.
+
+    It ends after ``seconds`` by the clock, start-up counted in, or after ``steps`` of all robots together, rounded up
+    to what is learnt from at once, whichever comes first. Robot i is seeded with ``seed`` + i. ``worlds`` are learnt
+    in, those of the task itself where none are given; so many ``episodes`` are then tried in the worlds of ``held_out``
+    by turns. Raises ``SimError`` for values that cannot be.
+    """
+
+    task: str
+    seconds: float = 600.0
+    steps: int = 10_000_000
+    robots: int = 4
+    seed: int = 0
+    worlds: tuple[str, ...] = ()
+    held_out: tuple[str, ...] = ()
+    episodes: int = 16
+
+    def __post_init__(self) -> None:
+        if self.task not in TASKS:
+            raise SimError(f"unknown task {self.task!r}: valid are {', '.join(TASKS)}")
+        for name, least in (("seconds", 1), ("steps", 1), ("robots", 1), ("seed", 0), ("episodes", 2)):
+            if not getattr(self, name) >= least:
+                raise SimError(f"{name} = {getattr(self, name)} is not valid; valid are {least} or more")
+        if self.seed + self.robots > FIRST_TRIED:
+            raise SimError(f"seed = {self.seed} is not valid; valid are 0 to {FIRST_TRIED - self.robots}")
+
+    @property
+    def learnt_in(self) -> tuple[str, ...]:
+        """The worlds that are learnt in."""
+        world = self.worlds or gym.spec(TASKS[self.task]).kwargs["world"]
+        return (world,) if isinstance(world, str) else tuple(world)
+
+    @property
+    def tried_in(self) -> tuple[str, ...]:
+        """The worlds that it is tried in."""
+        if self.held_out:
+            return self.held_out
+        return HELD_OUT if set(self.learnt_in) <= set(CORRIDORS) else self.learnt_in
+
+
+def check_worlds(lesson: Lesson) -> None:
+    """Raise ``SimError`` for worlds that the task cannot be made with."""
+    environment(lesson.task, lesson.learnt_in).close()
+    for world in lesson.held_out:
+        environment(lesson.task, (world,)).close()
+
+
+def environment(task: str, worlds: Sequence[str]) -> gym.Env[Any, Any]:
+    """An environment of the task as learners see it; raises ``SimError`` for worlds that it cannot be made with."""
+    # Tasks with a map want one world by its name.
+    world = worlds[0] if len(worlds) == 1 else list(worlds)
+    return Sectors(gym.make(TASKS[task], world=world))

@@ -1,0 +1,131 @@
+"""What a task is, apart from any simulation: where an episode begins, and what each moment of it is worth.
+
+Nothing here knows Gymnasium or a bench. Whoever runs robots, one or many at once, asks a task for an episode and tells
+it after every step what is true.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.belief import Belief
+from refseq.view import Pose
+from robots.robot import Shape
+from sim.envs.tasks.path import Way
+from worlds.plans.schema import FloorPlan
+
+SUCCESS, FAILURE = 5.0, -5.0
+"""What the end of an episode is worth, beside the way that was made good: choices."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Where a task is set: the floor ``plan``, the ``route`` (n, 2) [m], the robot's ``shape``.
+
+    ``places`` (K, 2) [m] is where the places of the reference sequence truly are; none are there without a map.
+    """
+
+    plan: FloorPlan
+    route: NDArray[np.float64]
+    shape: Shape
+    places: NDArray[np.float64] | None = None
+
+    @cached_property
+    def way(self) -> Way:
+        """The way along the route."""
+        return Way(self.route)
+
+    @cached_property
+    def path(self) -> Way:
+        """The way from place to place of the reference sequence."""
+        assert self.places is not None, "tasks with a map are given its places"
+        return Way(self.places)
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What is true of a robot: where it is, whether it ``touches`` anything but the floor, why it goes no more.
+
+    ``down`` is one line, empty while all is well. ``belief`` is the localiser's, where the task has one.
+    """
+
+    pose: Pose
+    touches: bool = False
+    down: str = ""
+    belief: Belief | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What a step was worth, and whether the episode has ended in ``success`` or in a ``failure`` (one line or empty).
+
+    ``remaining`` is how far the goal still is, in the task's own measure.
+    """
+
+    reward: float
+    remaining: float
+    success: bool = False
+    failure: str = ""
+
+    @property
+    def over(self) -> bool:
+        """Whether the episode has ended."""
+        return self.success or bool(self.failure)
+
+
+class Episode(ABC):
+    """One try. The reward of a step is by how much ``remaining`` has become less, and ``SUCCESS`` or ``FAILURE``.
+
+    So the sum of all rewards is what was made good from begin to end, whatever was done in between, and the end's worth
+    (a potential in the sense of Ng, Harada and Russell 1999). Touching anything, tipping over and a stop that somebody
+    would have to release are failures.
+    """
+
+    start: Pose
+    """Where the robot is set down."""
+    goal: int | None = None
+    """The place of the reference sequence to go to, if any."""
+    led: tuple[float, float] | None = None
+    """From where to where along the route [m] the robot is led before it is carried to the start, if it is."""
+
+    def begin(self, situation: Situation) -> float:
+        """Look at the robot before its first step; returns what remains."""
+        self._remaining = self.remaining(situation)
+        return self._remaining
+
+    def judge(self, situation: Situation) -> Judgement:
+        """Judge the step that has led to a situation."""
+        before, self._remaining = self._remaining, self.remaining(situation)
+        failure = situation.down or ("collision" if situation.touches else "")
+        success = not failure and self.reached(situation)
+        end = SUCCESS if success else FAILURE if failure else 0.0
+        return Judgement(before - self._remaining + end, self._remaining, success, failure)
+
+    @abstractmethod
+    def remaining(self, situation: Situation) -> float:
+        """How far the goal still is; called once a step."""
+
+    @abstractmethod
+    def reached(self, situation: Situation) -> bool:
+        """Whether the goal has been reached; called after ``remaining``."""
+
+
+class Task(ABC):
+    """A kind of episodes.
+
+    ``behaviours`` are what there is to choose from, as they are written; ``mapped`` says whether a localiser runs
+    along, ``goes_to_place`` whether an episode's goal is a place of its map, ``turns`` whether the robot is to have
+    room for a turn on the spot where it is set down.
+    """
+
+    behaviours: tuple[str, ...]
+    mapped: bool = False
+    goes_to_place: bool = False
+    turns: bool = False
+
+    @abstractmethod
+    def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:
+        """Draw an episode; raises ``SimError`` where the ground has no room for the task."""

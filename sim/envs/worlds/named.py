@@ -1,0 +1,60 @@
+"""The worlds of environments: by their names, built once a process, and without pictures where nobody looks."""
+
+import re
+from functools import lru_cache
+
+import mujoco
+
+from sim.drives.chase_camera import with_onlooker
+from sim.envs.worlds.rooms import FORMS, two_rooms
+from sim.errors import SimError
+from worlds.build import World, build
+from worlds.errors import WorldsError
+from worlds.light import light_named
+from worlds.plans.plan import load_plan
+from worlds.plans.schema import FloorPlan
+
+KEPT = 16
+"""So many worlds are kept in a process: a choice. One with pictures takes some tens of megabytes."""
+PIXEL = bytes(3)
+
+
+def plan_named(name: str) -> FloorPlan:
+    """A plan of the library or a file, ``corridor:SEED``, or ``rooms:FORM``; raises ``SimError`` for what is none."""
+    if made := re.fullmatch(r"rooms:(\d{1,9})", name):
+        return two_rooms(int(made[1]))
+    try:
+        return load_plan(name)
+    except WorldsError as error:
+        raise SimError(f"{error}, or rooms:FORM (0 to {len(FORMS) - 1})") from None
+
+
+def check_light(light: str) -> None:
+    """Raise ``SimError`` for a light that there is not."""
+    try:
+        light_named(light)
+    except WorldsError as error:
+        raise SimError(str(error)) from None
+
+
+@lru_cache(maxsize=KEPT)
+def world_named(name: str, light: str, pictured: bool) -> World:
+    """A world, the same object for all who ask: a bench leaves it as it is.
+
+    It has an onlooker's camera. Where it is not ``pictured`` its pictures (posters, floors) are a pixel each, so that a
+    bench is ready in a hundredth of a second instead of a third; nothing but a camera notices. Raises ``SimError``.
+    """
+    try:
+        world = with_onlooker(build(plan_named(name), light_named(light), seed=0))
+    except WorldsError as error:
+        raise SimError(str(error)) from None
+    if not pictured:
+        _take_pictures_down(world.spec)
+    return world
+
+
+def _take_pictures_down(spec: mujoco.MjSpec) -> None:
+    for texture in spec.textures:
+        if texture.type == mujoco.mjtTexture.mjTEXTURE_2D and len(texture.data):
+            texture.width = texture.height = 1
+            texture.nchannel, texture.data = len(PIXEL), PIXEL

@@ -1,0 +1,1 @@
+"""Missions and LAMP programs run on a bench."""

@@ -1,0 +1,122 @@
+"""Running LAMP programs (Fig. 1.6) on a bench: one stage after the other, by sonar and odometry alone."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.missions.lamp import Stage, Verb, Word
+from robots.behaviours import Behaviour, Frame, Outcome, Senses, Step
+from robots.behaviours.beside import Beside
+from robots.behaviours.dead_reckoned import DeadReckoned
+from robots.behaviours.follow_wall import Side
+from robots.behaviours.narrow import Narrow
+from robots.behaviours.until import Gone, Near, Turned, Until
+from robots.motion import Twist
+from sim.bench.bench import Bench
+from sim.drives.behaviour_runner import Moment, frame_of, run
+from sim.errors import SimError
+
+PATIENCE = 20.0
+"""How long a stage waits for what stops it [s]: a choice; at the program's 20 mm/s less would be no way at all."""
+TIMEOUT = 900.0
+"""How long a stage may take [s]: a choice, 18 m at 20 mm/s."""
+SIDES = {1: Side.LEFT, 2: Side.RIGHT}
+"""What ``PS`` means: the thesis does not tell, this is a choice."""
+
+
+@dataclass(frozen=True, slots=True)
+class StageEnded:
+    """How one ``stage`` ended: outcome and reason, how long it took [s], the true ``path`` (n, 3): x, y, heading."""
+
+    stage: Stage
+    outcome: Outcome
+    why: str
+    time: float
+    path: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class LampEnded:
+    """How a program ended: its ``stages`` up to the first that failed, of ``asked`` ones."""
+
+    asked: int
+    stages: tuple[StageEnded, ...]
+
+    @property
+    def finished(self) -> bool:
+        """Whether all stages have finished."""
+        return len(self.stages) == self.asked and self.stages[-1].outcome is Outcome.FINISHED
+
+    @property
+    def time(self) -> float:
+        """How long it took [s]."""
+        return sum(stage.time for stage in self.stages)
+
+
+def run_lamp(
+    bench: Bench,
+    stages: Sequence[Stage],
+    *,
+    timeout: float = TIMEOUT,
+    each: Callable[[Moment], None] | None = None,
+) -> LampEnded:
+    """Run a program until a stage fails, and call ``each`` after every control period.
+
+    ``timeout`` [s] of simulated time is a stage's; after it, it has failed. Raises ``SimError`` for no stage, for a
+    robot without sonars, and for the number of a sonar that the robot has not, before it moves.
+    """
+    frame = frame_of(bench.robot)
+    if not stages:
+        raise SimError("LAMP program without a stage: valid is one stage or more")
+    if not (math.isfinite(timeout) and timeout > 0):
+        raise SimError(f"LAMP: timeout = {timeout:g} s is not valid: valid is a time above 0 s")
+    behaviours = [behaviour_for(stage, frame, bench.robot.name) for stage in stages]
+    ended: list[StageEnded] = []
+    for stage, behaviour in zip(stages, behaviours, strict=True):
+        done = run(bench, _WithoutLaser(behaviour), timeout=timeout, each=each)
+        ended.append(StageEnded(stage, done.outcome, done.why, done.time, done.path))
+        if done.outcome is not Outcome.FINISHED:
+            break
+    return LampEnded(len(stages), tuple(ended))
+
+
+def behaviour_for(stage: Stage, frame: Frame, robot: str) -> Behaviour:
+    """Make a stage's behaviour; its odometry begins where the behaviour begins. Raises as ``run_lamp``."""
+    if not frame.sonars:
+        raise SimError(f"robot '{robot}' has no sonars, of which LAMP needs some: valid is a robot such as 'robuter'")
+    has = stage.numbers
+    if has.get(Word.SONAR, 0) >= len(frame.sonars):
+        most = len(frame.sonars) - 1
+        raise SimError(f"LAMP stage '{stage}': robot '{robot}' has no sonar {has[Word.SONAR]}: valid is 0 to {most}")
+    if stage.verb is Verb.CROSS:
+        return Narrow(frame, patience=PATIENCE)
+    until = _until(stage, frame)
+    if stage.verb is Verb.BESIDE:
+        side = SIDES[has[Word.SIDE]] if Word.SIDE in has else None
+        return Beside(frame, has[Word.SPEED_BESIDE] / 1000, side, until, patience=PATIENCE)
+    twist = Twist(has.get(Word.SPEED, 0) / 1000, math.radians(has.get(Word.TURN_RATE, 0)))
+    return DeadReckoned(frame, twist, until, patience=PATIENCE)
+
+
+def _until(stage: Stage, frame: Frame) -> Until:
+    """What ends a stage; the parser has seen to it that something does."""
+    has = stage.numbers
+    if Word.ANGLE in has:
+        return Turned(math.radians(has[Word.ANGLE]))
+    if Word.DISTANCE in has:
+        return Gone(has[Word.DISTANCE] / 1000)
+    return Near(frame, has[Word.SONAR], has[Word.RANGE] / 1000)
+
+
+class _WithoutLaser:
+    """A behaviour whose robot has no laser: LAMP's had none."""
+
+    def __init__(self, inner: Behaviour) -> None:
+        self._inner = inner
+
+    def step(self, senses: Senses) -> Step:
+        """Say how to move now, by what is left of the senses."""
+        return self._inner.step(replace(senses, scan=None))

@@ -1,0 +1,195 @@
+"""Running a mission on a bench: views are localised on the way, and the executor's behaviours steer the robot."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.belief import Belief
+from refseq.missions.behaviour_codes import lengthened
+from refseq.missions.executor import Do, Executor
+from refseq.missions.tasks import Call, Photograph, Task
+from refseq.view import View
+from robots import Twist
+from robots.behaviours import Behaviour, Outcome, Senses
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.contacts import Touches
+from sim.drives.behaviour_runner import behaviour_in, frame_of
+from sim.drives.recorder import Moved, Trigger
+from sim.errors import SimError
+
+EVERY = 0.6
+"""On the way a view is taken so often [m]: a choice, other than the 0.85 m at which places are learnt.
+
+Views as far apart as places would meet each of them the same way, and never tell that the robot is between two."""
+LOOKING = 1.0
+"""While the robot stands and looks where it is, it takes a view so often [s]: a choice."""
+AT_REST = 0.02
+"""Tasks are done when the robot is slower than this [m/s]: a choice."""
+STOPPING = (1.0, 5.0)
+"""When a mission is over the robot has so long to come to rest, at least and at most [s]: choices."""
+TIMEOUT = 1800.0
+"""A mission lasts no longer [s], where nothing else is asked for: a choice."""
+
+
+class Localiser(Protocol):
+    """What answers to views on the way."""
+
+    def update(self, view: View) -> Belief:
+        """Take the next view and answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A view on the way: when [s], the true pose and what was believed; images are gone."""
+
+    view: View
+    belief: Belief
+
+
+@dataclass(frozen=True)
+class Mission:
+    """What became of a mission.
+
+    ``track`` (n, 5) holds, each control period: time [s], true x, y [m], heading [rad], and where the robot believed
+    itself to be [m along its way]. ``switches`` are the orders that were begun: number and time [s]. ``touched`` are
+    the things that the robot touched.
+    """
+
+    executor: Executor
+    track: NDArray[np.float64]
+    seen: tuple[Seen, ...]
+    touched: tuple[str, ...]
+    photographs: Mapping[str, Mapping[str, NDArray[np.uint8]]]
+
+
+@dataclass
+class Hands:
+    """What a robot does at its tasks: photographs are kept, calls are passed on."""
+
+    calls: Mapping[str, Callable[[View], None]] = field(default_factory=dict)
+    photographs: dict[str, Mapping[str, NDArray[np.uint8]]] = field(default_factory=dict)
+
+    def do(self, task: Task, view: View) -> None:
+        """Do a task at a view that was just taken."""
+        if isinstance(task, Photograph):
+            self.photographs[task.name] = view.images
+        elif isinstance(task, Call):
+            self.calls[task.name](view)
+
+
+def run_mission(
+    bench: Bench,
+    executor: Executor,
+    localiser: Localiser | None,
+    *,
+    trigger: Trigger | None = None,
+    timeout: float = TIMEOUT,
+    calls: Mapping[str, Callable[[View], None]] | None = None,
+    each: Callable[[Executor, Bench], None] | None = None,
+) -> Mission:
+    """Run a mission until it is over, or for ``timeout`` [s] of simulated time, when it is aborted.
+
+    Without a ``localiser`` no view is taken; with one, when the ``trigger`` says so, by default every ``EVERY`` metres.
+    ``calls`` are the functions that tasks may call, ``each`` is called after every control period, and may pause or
+    abort the mission. Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that
+    this robot does not have.
+    """
+    tasks = [task for order in executor.plan.orders for task in order.tasks] + list(executor.plan.tasks)
+    for task in tasks:
+        if isinstance(task, Call) and task.name not in (calls or {}):
+            raise SimError(f"{task}: no such function; valid are {', '.join(calls or {}) or 'none'}")
+    return _Run(bench, executor, localiser, trigger or Trigger(EVERY), Hands(calls or {})).until_over(timeout, each)
+
+
+class _Run:
+    """A mission on its way."""
+
+    def __init__(
+        self, bench: Bench, executor: Executor, localiser: Localiser | None, trigger: Trigger, hands: Hands
+    ) -> None:
+        self._bench, self._executor, self._localiser = bench, executor, localiser
+        self._trigger, self._hands, self._frame = trigger, hands, frame_of(bench.robot)
+        self._touches = Touches(bench)
+        self._running: tuple[int, Behaviour] | None = None
+        self._moved, self._began = Moved(), bench.time
+        self._start = bench.state.distance
+        self._seen: list[Seen] = []
+        self._track: list[tuple[float, ...]] = []
+
+    def until_over(self, timeout: float, each: Callable[[Executor, Bench], None] | None) -> Mission:
+        """Go on until the mission is over."""
+        executor, bench = self._executor, self._bench
+        for order in executor.plan.orders:  # all can be read before the robot moves
+            behaviour_in(lengthened(order.behaviour, 1.0) if order.travels else order.behaviour, self._frame)
+        self._look()
+        while not executor.status.over:
+            self._period(executor.do)
+            if each is not None:
+                each(executor, bench)
+            if bench.time - self._began > timeout:
+                executor.abort(f"not over after {timeout:g} s")
+        self._stand()
+        track = np.array(self._track).reshape(-1, 5)
+        return Mission(executor, track, tuple(self._seen), self._touches.found, self._hands.photographs)
+
+    def _period(self, do: Do) -> None:
+        """One control period: steer, tell the executor how far it is, take a view where one is due."""
+        if do.task is not None and abs(self._bench.state.twist.linear) < AT_REST:
+            self._hands.do(do.task, self._sense())
+            self._executor.done()
+            return
+        before = self._bench.odometry
+        self._steer(do)
+        self._moved.add(before, self._bench.odometry, CONTROL_PERIOD)
+        self._touches.look()
+        self._note()
+        self._executor.move(self._bench.time - self._began, self._bench.state.distance - self._start)
+        if self._trigger.fires(self._moved) or (do.halt and self._moved.time >= LOOKING):
+            self._look()
+
+    def _steer(self, do: Do) -> None:
+        if do.halt:
+            self._bench.drive(Twist())
+            return
+        step = self._behaviour(do).step(Senses(self._bench.state, self._bench.scan(), self._bench.time))
+        self._bench.drive(step.twist)
+        if step.outcome is not Outcome.RUNNING:
+            self._executor.ended(step.outcome is Outcome.FINISHED, step.why)
+
+    def _behaviour(self, do: Do) -> Behaviour:
+        """The behaviour that is running, or another one where that was asked for."""
+        if self._running is None or self._running[0] != do.number:
+            self._running = do.number, behaviour_in(do.behaviour, self._frame)
+        return self._running[1]
+
+    def _look(self) -> None:
+        """Take a view where somebody localises in it."""
+        self._moved = Moved()
+        if self._localiser is not None:
+            self._sense()
+
+    def _sense(self) -> View:
+        """Take a view, and believe what the localiser says: it has to see all of them, as each has its own motion."""
+        self._moved = Moved()
+        view = self._bench.sense()
+        if self._localiser is not None:
+            belief = self._localiser.update(replace(view, truth=None))
+            self._seen.append(Seen(replace(view, images={}), belief))
+            self._executor.believe(belief)
+        return view
+
+    def _stand(self) -> None:
+        """Come to rest."""
+        for number in range(round(STOPPING[1] / CONTROL_PERIOD)):
+            if number * CONTROL_PERIOD >= STOPPING[0] and abs(self._bench.state.twist.linear) < AT_REST:
+                return
+            self._bench.drive(Twist())
+            self._touches.look()
+            self._note()
+
+    def _note(self) -> None:
+        pose, executor = self._bench.pose, self._executor
+        self._track.append((self._bench.time - self._began, pose.x, pose.y, pose.heading, executor.along))

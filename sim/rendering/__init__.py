@@ -1,0 +1,1 @@
+"""Renderers: luminance of every pixel, and the drivers they need."""

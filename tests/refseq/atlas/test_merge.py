@@ -1,0 +1,200 @@
+"""Similarity, overlaps and merging on walks whose truth is known."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from refseq.atlas.atlas import Atlas, beside
+from refseq.atlas.merge import Decision, Merged, added, merge
+from refseq.atlas.overlap import OverlapSettings, overlaps
+from refseq.atlas.similarity import view_similarity
+from refseq.errors import MapError
+from refseq.map.profile import BEST, THESIS, Profile
+from refseq.map.sequence import ReferenceSequence
+from tests.refseq.rooms import bits_sequence
+from tests.refseq.walks import Leg, Town, apart
+
+TOWN = Town()
+A, B = [("A", 0, 30), ("B", 0, 30)], [("C", 0, 25), ("B", 0, 30), ("D", 0, 20)]
+PROFILES = [pytest.param(BEST, id="best"), pytest.param(THESIS, id="thesis")]
+
+
+def assert_true(atlas: Atlas, walks: dict[str, ReferenceSequence], within: float = 1.5) -> None:
+    """Every view of every path lies where it was made, and no place is held twice.
+
+    Views next to a corner, which see what lies around it too, may be a place off: in this town, anywhere.
+    """
+    poses = atlas.poses
+    for path in atlas.paths:
+        true = walks[path.name].poses
+        for view, number in enumerate(atlas.numbered(path)):
+            before, after = true[max(view - 2, 0)], true[min(view + 2, len(true) - 1)]
+            if apart(before, after) <= 4:
+                assert apart(true[view], poses[number]) <= within
+    for one, other in combinations(range(len(atlas.sequences)), 2):
+        pairs = [(p, q) for p in atlas.sequences[one].poses for q in atlas.sequences[other].poses if p and q]
+        duplicates = sum(apart(p, q) < 0.5 and abs(p.heading - q.heading) < 0.1 for p, q in pairs)
+        assert duplicates <= 3  # at the ends of stretches
+
+
+def assert_same(one: Atlas, other: Atlas) -> None:
+    assert one.names == other.names
+    for mine, its in zip(one.sequences, other.sequences, strict=True):
+        assert mine.matrix.places.tobytes() == its.matrix.places.tobytes()
+        assert mine.matrix.pointers.tobytes() == its.matrix.pointers.tobytes()
+        assert mine.along.tobytes() == its.along.tobytes()
+    for path, its_path in zip(one.paths, other.paths, strict=True):
+        assert path.name == its_path.name
+        assert path.sequences.tolist() == its_path.sequences.tolist()
+        assert path.places.tolist() == its_path.places.tolist()
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_sequence_is_like_itself_place_by_place(profile: Profile) -> None:
+    one = TOWN.learnt(A, profile=profile)
+    similarity = view_similarity(one, one)
+    assert similarity.shape == (60, 60)
+    assert similarity.sum(axis=1) == pytest.approx(np.ones(60))
+    # Calibrated evidence cannot tell places apart that are both better than all elsewhere.
+    assert np.diag(similarity) == pytest.approx(similarity.max(axis=1))
+
+
+def test_similarity_is_not_symmetric_and_has_a_row_a_view() -> None:
+    one, other = TOWN.learnt(A, profile=BEST), TOWN.learnt(B, 1, BEST)
+    there, back = view_similarity(one, other), view_similarity(other, one)
+    assert (there.shape, back.shape) == ((60, 75), (75, 60))
+    assert not np.allclose(there, back.T)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_shared_stretch_is_taken_out_of_the_longer_sequence(profile: Profile) -> None:
+    walks = {"one": TOWN.learnt(A, 1, profile), "other": TOWN.learnt(B, 2, profile)}
+    merged = merge(list(walks), list(walks.values()))
+    (decision,) = [decision for decision in merged.decisions if decision.joined]
+    # Views 30 to 59 of the one and 25 to 54 of the other are both corridor B.
+    assert np.abs(np.subtract(decision.first, (30, 59))).max() <= 3
+    assert np.abs(np.subtract(decision.second, (25, 54))).max() <= 3
+    assert [len(sequence) for sequence in merged.atlas.sequences] == [60, 75 - 1 - np.ptp(decision.second)]
+    assert_true(merged.atlas, walks)
+    into, out_of = merged.atlas.links
+    assert (into.path, into.start[0], into.end[0]) == (1, 1, 0)
+    assert (out_of.path, out_of.start[0], out_of.end[0]) == (1, 0, 1)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_the_way_back_is_another_path(profile: Profile) -> None:
+    merged = merge(
+        ["there", "back"], [TOWN.learnt([("A", 0, 40)], 1, profile), TOWN.learnt([("A", 40, 0)], 2, profile)]
+    )
+    assert not any(decision.joined for decision in merged.decisions)
+    assert merged.atlas.links == ()
+
+
+def test_what_the_laser_alone_says_is_refused() -> None:
+    """A laser that sees the same both ways, on two walks one of which looks away: all but the camera agree."""
+    seen, blind = TOWN.views([("A", 0, 40)], 1), TOWN.views([("A", 0, 40)], 2)
+    elsewhere = TOWN.views([("E", 0, 40)], 3)
+    turned = [
+        replace(v, images={"camera": o.images["camera"], "laser": v.images["laser"]})
+        for v, o in zip(blind, elsewhere, strict=True)
+    ]
+    (found,) = overlaps(bits_sequence(seen, BEST), bits_sequence(turned, BEST))
+    assert found.objection.endswith("nats a view")
+    assert found.told["laser"] > 0.5 > found.told["camera"]
+
+
+def test_a_name_that_is_in_the_atlas_already_is_told() -> None:
+    atlas = beside(["there"], [TOWN.learnt([("A", 0, 20)], 1, BEST)])
+    with pytest.raises(MapError, match="sequence 'there' is there twice; valid"):
+        added(atlas, "there", TOWN.learnt([("C", 0, 20)], 2, BEST))
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_paths_that_do_not_meet_stay_as_they_are(profile: Profile) -> None:
+    walks = [TOWN.learnt([(name, 0, 30)], n, profile) for n, name in enumerate("ACE")]
+    merged = merge(["a", "c", "e"], walks)
+    assert not any(decision.joined for decision in merged.decisions)
+    assert_same(merged.atlas, beside(["a", "c", "e"], walks))
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_a_sequence_within_another_takes_the_middle_out_of_it(profile: Profile) -> None:
+    walks = {"long": TOWN.learnt(B, 1, profile), "short": TOWN.learnt([("B", 5, 25)], 2, profile)}
+    atlas = merge(list(walks), list(walks.values())).atlas
+    assert len(atlas.sequences[1]) == 20
+    assert len(atlas.sequences[0]) == pytest.approx(55, abs=4)
+    assert_true(atlas, walks)
+
+
+def test_a_sequence_merged_with_itself_holds_nothing_twice() -> None:
+    one = TOWN.learnt(A, profile=BEST)
+    atlas = merge(["one", "again"], [one, one]).atlas
+    assert atlas.names == ("one",)
+    assert [path.name for path in atlas.paths] == ["one", "again"]
+    assert np.abs(atlas.paths[1].places - np.arange(60)).max() <= 1
+
+
+def test_one_sequence_is_an_atlas_and_none_is_not() -> None:
+    one = TOWN.learnt(A, profile=BEST)
+    merged = merge(["one"], [one])
+    assert merged.decisions == ()
+    assert_same(merged.atlas, beside(["one"], [one]))
+    with pytest.raises(MapError, match="an atlas holds no sequence; valid is at least one"):
+        merge([], [])
+
+
+def test_three_in_a_ring_are_joined_two_by_two() -> None:
+    legs: dict[str, list[Leg]] = {
+        "x": [("A", 0, 25), ("B", 0, 25)],
+        "y": [("B", 0, 25), ("C", 0, 25)],
+        "z": [("C", 0, 25), ("A", 0, 25)],
+    }
+    walks = {name: TOWN.learnt(way, n, BEST) for n, (name, way) in enumerate(legs.items())}
+    merged = merge(list(walks), list(walks.values()))
+    joined = {(decision.one, decision.other) for decision in merged.decisions if decision.joined}
+    assert joined == {("x", "y"), ("x", "z"), ("y", "z")}
+    assert len(merged.atlas) == pytest.approx(75, abs=6)
+    assert_true(merged.atlas, walks)
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_adding_one_later_is_the_same_as_merging_all_at_once(profile: Profile) -> None:
+    walks = [
+        TOWN.learnt(A, 1, profile),
+        TOWN.learnt(B, 2, profile),
+        TOWN.learnt([("D", 0, 20), ("A", 5, 30)], 3, profile),
+    ]
+    at_once = merge(["a", "b", "c"], walks)
+    first = merge(["a", "b"], walks[:2])
+    later: Merged = added(first.atlas, "c", walks[2])
+    assert_same(at_once.atlas, later.atlas)
+    assert at_once.decisions == first.decisions + later.decisions
+
+
+def test_a_person_has_the_last_word() -> None:
+    def refuse(decision: Decision) -> Decision:
+        return replace(decision, joined=False, why="a person says no")
+
+    walks = [TOWN.learnt(A, 1, BEST), TOWN.learnt(B, 2, BEST)]
+    merged = merge(["a", "b"], walks, confirm=refuse)
+    assert [decision.why for decision in merged.decisions] == ["a person says no"]
+    assert_same(merged.atlas, beside(["a", "b"], walks))
+
+
+def test_short_stretches_are_objected_to() -> None:
+    one, other = TOWN.learnt([("A", 0, 30), ("B", 0, 6)], 1, BEST), TOWN.learnt([("B", 0, 30)], 2, BEST)
+    (found,) = overlaps(one, other, OverlapSettings(least=8))
+    assert found.objection.startswith("only ")
+    assert found.objection.endswith("valid is 8 m")
+
+
+def test_maps_that_cannot_be_compared_are_refused() -> None:
+    one = TOWN.learnt(A, profile=BEST)
+    with pytest.raises(MapError, match="features are bits/camera; valid are those of the first map, bits/camera, bits"):
+        merge(["a", "b"], [one, TOWN.learnt(A, profile=BEST, sensors=["camera"])])
+    with pytest.raises(MapError, match=r"profile\.features is .* valid is that of the first map"):
+        merge(["a", "b"], [one, TOWN.learnt(A, profile=THESIS)])
+    with pytest.raises(MapError, match="sequence 'a' is there twice; valid are names of their own"):
+        merge(["a", "a"], [one, one])

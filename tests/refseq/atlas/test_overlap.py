@@ -1,0 +1,54 @@
+"""The parts of what makes an overlap, against what can be counted out."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from refseq.atlas.overlap import OverlapSettings, most_beyond, told_by
+from refseq.atlas.similarity import translated, view_similarity
+from refseq.errors import MapError
+from refseq.map.profile import BEST
+from tests.refseq.walks import Town
+
+TOWN = Town()
+values = st.lists(st.integers(-8, 8).map(lambda n: n / 4), min_size=0, max_size=12).map(np.array)
+
+
+@given(values, st.sampled_from([-0.25, 0.0, 0.3, 1.0]))
+def test_the_part_that_tells_most_is_the_best_of_all_parts(nats: np.ndarray, bar: float) -> None:
+    found = most_beyond(nats, bar)
+    sums = {(i, j): np.sum(nats[i:j] - bar) for i in range(len(nats) + 1) for j in range(i, len(nats) + 1)}
+    assert sums[found.start, found.stop] == pytest.approx(max(sums.values()))
+
+
+def test_nothing_tells_where_all_is_below_the_bar() -> None:
+    found = most_beyond(np.array([0.1, 0.2, -3.0]), 0.3)
+    assert found.start == found.stop
+
+
+def test_what_is_told_is_the_mean_of_both_ways() -> None:
+    one, other = (TOWN.learnt([("A", 0, 20)], seed, BEST, sensors=["camera"]) for seed in (1, 2))
+    told = told_by(translated(one, other), translated(other, one))
+    there, back = (np.log(view_similarity(*maps) * 20) for maps in ((one, other), (other, one)))
+    pairs = np.array([[3, 3], [4, 9], [19, 0]])
+    expected = [(there[i, j] + back[j, i]) / 2 for i, j in pairs]
+    assert told("camera", pairs) == pytest.approx(expected)
+    assert expected[0] > 0.5 > 0 > expected[1]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        lambda: OverlapSettings(sure=1.0),
+        lambda: OverlapSettings(least=-1.0),
+        lambda: OverlapSettings(surely=1.1),
+        lambda: OverlapSettings(met=-0.1),
+        lambda: OverlapSettings(stretched=0.5),
+    ],
+)
+def test_settings_that_are_none_are_told(settings: Callable[[], OverlapSettings]) -> None:
+    with pytest.raises(MapError, match=r"overlap\.\w+ is .*; valid is"):
+        settings()

@@ -1,0 +1,80 @@
+import math
+
+import numpy as np
+import pytest
+
+from refseq.inference.chain.chain import ChainSettings
+from refseq.inference.chain.emissions import MOST_ALIKE, Emissions, is_lost_view
+
+CHAIN = ChainSettings()
+
+
+@pytest.mark.parametrize("K", [1, 2, 7, MOST_ALIKE + 1])
+def test_short_sequences_are_kept_exactly(K: int) -> None:
+    rng = np.random.default_rng(K)
+    similarity = rng.dirichlet(np.full(K, 0.3), K)
+    emissions = Emissions.from_posteriors(iter(similarity), CHAIN)
+    np.testing.assert_allclose(emissions.similarity, similarity, atol=1e-15)
+
+
+def test_what_most_places_share_is_not_stored() -> None:
+    """A view that shares features with three places of a thousand: the others differ by nothing."""
+    K, alike = 1000, np.array([3, 4, 700])
+    rows = np.full((K, K), 1e-4)
+    rows[:, alike] = (1 - 1e-4 * (K - 3)) * np.array([0.5, 0.3, 0.2])
+    emissions = Emissions.from_posteriors(rows, CHAIN)
+    assert emissions.above.nnz == 3 * K
+    np.testing.assert_allclose(emissions.similarity, rows, atol=1e-15)
+
+
+@pytest.mark.parametrize("concentration", [0.05, 5.0])
+def test_rows_of_long_sequences_keep_their_peaks_and_their_sum(concentration: float) -> None:
+    """With the higher concentration more places than are kept stand above the uniform."""
+    rng, K = np.random.default_rng(1), 4 * MOST_ALIKE
+    rows = rng.dirichlet(np.full(K, concentration), 20)
+    emissions = Emissions.from_posteriors(np.vstack([rows, np.eye(K)[20:]]), CHAIN)
+    kept = np.diff(emissions.above.indptr)[:20]
+    assert kept.max() <= MOST_ALIKE
+    similarity = emissions.similarity
+    np.testing.assert_allclose(similarity.sum(axis=1), 1.0, rtol=1e-12)
+    for row, found, count in zip(rows, similarity, kept, strict=False):
+        highest = np.argsort(-row)[:count]
+        np.testing.assert_allclose(found[highest], row[highest], rtol=1e-12)
+        rest = np.delete(row, highest)
+        np.testing.assert_allclose(np.delete(found, highest), rest.mean(), rtol=1e-12)
+        assert row[highest].min() > 1 / K
+        assert count == MOST_ALIKE or rest.max() <= 1 / K
+
+
+def test_the_likelihood_is_the_dense_product() -> None:
+    rng, K = np.random.default_rng(2), 4 * MOST_ALIKE
+    emissions = Emissions.from_posteriors(rng.dirichlet(np.full(K, 0.05), K), CHAIN)
+    posterior = rng.dirichlet(np.full(K, 0.02))
+    places, _ = emissions.log_likelihood(posterior)
+    seen = (1 - CHAIN.noise) * emissions.similarity @ posterior + CHAIN.noise / K
+    np.testing.assert_allclose(places, np.log((1 - CHAIN.lost_view_at_place) * seen), atol=1e-12)
+
+
+@pytest.mark.parametrize("K", [1, 2, 7])
+def test_emissions_sum_to_one_over_the_symbols(K: int) -> None:
+    emissions = Emissions.from_posteriors(np.random.default_rng(K).dirichlet(np.ones(K), K), CHAIN)
+    seen = [emissions.log_likelihood(row) for row in np.eye(K)]
+    places = np.sum([np.exp(place) for place, _ in seen], axis=0)
+    lost = sum(math.exp(value) for _, value in seen)
+    np.testing.assert_allclose(places + CHAIN.lost_view_at_place, 1.0)
+    assert lost + CHAIN.lost_view_at_lost == pytest.approx(1.0)
+
+
+def test_the_lost_view_is_a_symbol_of_its_own() -> None:
+    emissions = Emissions.from_posteriors(np.eye(8), CHAIN)
+    uniform = np.full(8, 1 / 8)
+    assert is_lost_view(uniform, CHAIN)
+    assert not is_lost_view(np.eye(8)[2], CHAIN)
+    places, lost = emissions.log_likelihood(uniform)
+    np.testing.assert_allclose(np.exp(places), CHAIN.lost_view_at_place)
+    assert math.exp(lost) == pytest.approx(CHAIN.lost_view_at_lost)
+
+
+def test_places_stay_possible_where_nothing_is_alike() -> None:
+    places, _ = Emissions.from_posteriors(np.eye(5), CHAIN).log_likelihood(np.eye(5)[0])
+    assert np.exp(places[1:]) == pytest.approx((1 - CHAIN.lost_view_at_place) * CHAIN.noise / 5)

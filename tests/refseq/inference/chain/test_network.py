@@ -1,0 +1,67 @@
+"""Several paths as one chain: no way leads from one to another but by the links."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from refseq.inference.chain.chain import ChainSettings
+from refseq.inference.chain.motion import MotionSettings
+from refseq.inference.chain.network import Network
+
+SETTINGS = ChainSettings(lost_per_metre=0.1, restart=0.3, near=3.0)
+
+
+@st.composite
+def networks(draw: st.DrawFn) -> Network:
+    """Up to three paths, some of whose positions are at the same place."""
+    lengths = draw(st.lists(st.integers(1, 5), min_size=1, max_size=3))
+    steps = [draw(st.lists(st.floats(0.1, 3), min_size=n, max_size=n)) for n in lengths]
+    places = draw(st.lists(st.integers(0, sum(lengths)), min_size=sum(lengths), max_size=sum(lengths)))
+    paths = tuple(np.cumsum(one) for one in steps)
+    return Network(paths, np.array(places), MotionSettings(), SETTINGS, draw(st.floats(0, 1)))
+
+
+def dense(network: Network, distance: float) -> np.ndarray:
+    """The transition matrix, (2 K, 2 K): rows are where from."""
+    moves, K = network.transitions(distance), network.K
+    return np.array([moves.forward(state.reshape(2, K)).ravel() for state in np.eye(2 * K)])
+
+
+@given(networks(), st.floats(-3, 3))
+def test_moves_are_probabilities_and_backward_is_their_transpose(network: Network, distance: float) -> None:
+    moves, K = network.transitions(distance), network.K
+    matrix = dense(network, distance)
+    assert (matrix >= 0).all()
+    assert matrix.sum(axis=1) == pytest.approx(np.ones(2 * K))
+    back = np.array([moves.backward(state.reshape(2, K)).ravel() for state in np.eye(2 * K)])
+    np.testing.assert_allclose(back.T, matrix, atol=1e-12)
+
+
+@given(networks())
+def test_a_drive_begins_somewhere_and_a_shared_place_counts_once(network: Network) -> None:
+    start = np.exp(network.start())
+    assert start.sum() == pytest.approx(1.0)
+    by_place = np.bincount(network.places, start[0])
+    assert by_place[by_place > 0] == pytest.approx(by_place.max())
+
+
+def test_without_links_a_path_leads_to_no_other() -> None:
+    paths = (np.arange(4.0), np.arange(3.0))
+    matrix = dense(Network(paths, np.arange(7), MotionSettings(), SETTINGS), 1.0)
+    one, other = [0, 1, 2, 3, 8, 9, 10], [4, 5, 6, 11, 12, 13]  # Lost_0, which is common to all, left out
+    assert matrix[np.ix_(one, other)].max() == 0
+    assert matrix[np.ix_(other, one)].max() == 0
+
+
+def test_what_is_at_a_shared_place_may_go_on_along_either_path() -> None:
+    paths = (np.arange(5.0), np.arange(5.0))
+    # Position 2 of the first and position 2 of the second are one place.
+    places = np.array([0, 1, 2, 3, 4, 5, 6, 2, 7, 8])
+    network = Network(paths, places, MotionSettings(slack=0.1, drift=0.0, thin=1e-9), ChainSettings(lost=0.0), 0.5)
+    states = np.zeros((2, 10))
+    states[0, 1] = 1.0
+    for _ in range(2):
+        states = network.transitions(1.0).forward(states)
+    assert states[0, [3, 8]] == pytest.approx([0.75, 0.25])
+    assert states.sum() == pytest.approx(1.0)

@@ -1,0 +1,226 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.integrate import quad
+
+from refseq.inference.matching.columns import Rows
+from refseq.inference.matching.detection import REACH, Detection
+from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.inference.matching.log_ratio import Calibration, Evidence, EvidenceSettings, log_calibrated
+
+quick = settings(deadline=None, max_examples=80, derandomize=True)
+
+# --- the calibrator ---
+
+
+def test_the_calibrator_averages_one() -> None:
+    """∫ f(p) dp = 1 makes it one; by x = ln p, for its mass near p = 0 is spread as 1 / ln² p."""
+    area, _ = quad(lambda x: np.exp(log_calibrated(np.exp(x)) + x), -600, 0, points=[-50, -5], limit=500)
+    assert area + 1 / 600 == pytest.approx(1, abs=1e-3)  # below e^−600 it is 1 / (p ln² p), with the integral −1 / ln p
+
+
+def test_the_calibrator_is_the_mean_of_the_power_calibrators() -> None:
+    for p in (1e-6, 0.003, 0.2, 0.5, 0.9):
+        mean, _ = quad(lambda kappa, p=p: kappa * p ** (kappa - 1), 0, 1)
+        assert np.exp(log_calibrated(np.array(p))) == pytest.approx(mean, rel=1e-6)
+
+
+def test_the_calibrator_falls_to_a_half() -> None:
+    p = np.unique(np.concatenate([np.geomspace(1e-300, 1, 5000), np.linspace(0.9, 1, 5000)]))
+    log_evidence = log_calibrated(p)
+    assert np.isfinite(log_evidence).all()
+    # Near 1 it is (1 − p)² / 2 over itself: rounding shows in the eighth digit.
+    assert (np.diff(log_evidence) < 1e-7).all()
+    assert np.exp(log_evidence[-1]) == pytest.approx(0.5, abs=1e-4)
+
+
+@pytest.mark.parametrize("n", [0, 1, 10, 1000, 10**6])
+def test_the_highest_score_of_all_brings_finite_evidence(n: int) -> None:
+    best, worst = log_calibrated(np.array([1 / (n + 1), 1.0]))
+    assert np.isfinite([best, worst]).all()
+    assert best >= worst
+    assert best <= np.log(n + 1)  # no calibrator with 1 / p everywhere averages 1
+
+
+# --- p-values ---
+
+
+@quick
+@given(arrays(np.int8, st.integers(0, 20)), arrays(np.int8, st.integers(1, 9)))
+def test_p_values_are_shares_of_scores_as_high(elsewhere: np.ndarray, scores: np.ndarray) -> None:
+    expected = [(1 + sum(other >= score for other in elsewhere)) / (1 + len(elsewhere)) for score in scores]
+    np.testing.assert_allclose(Calibration(elsewhere.astype(float)).p_values(scores.astype(float)), expected)
+
+
+@quick
+@given(st.lists(st.integers(0, 6), min_size=2, max_size=15))
+def test_p_values_are_valid_whatever_the_scores(scores: list[int]) -> None:
+    """Of exchangeable scores, each may be the one looked at: p ≤ a in no more than a share a of the cases."""
+    all_scores = np.array(scores, float)
+    p = np.array([Calibration(np.delete(all_scores, i)).p_values(all_scores[i : i + 1])[0] for i in range(len(scores))])
+    for a in np.unique(p):
+        assert (p <= a).mean() <= a + 1e-12
+
+
+def test_ties_count_as_high() -> None:
+    calibration = Calibration(np.array([1.0, 2.0, 2.0, 2.0]))
+    np.testing.assert_allclose(calibration.p_values(np.array([2.0, 2.0 + 1e-9, 0.0])), [4 / 5, 1 / 5, 1])
+
+
+@pytest.mark.parametrize("decimals", [0, 1, 9])
+def test_evidence_of_fresh_scores_averages_no_more_than_one(decimals: int) -> None:
+    """Heavy tails in the scores, ties or none: what is not the place brings evidence 1 in the mean, or less."""
+    rng = np.random.default_rng(decimals)
+    draws = np.round(rng.standard_t(2, (3000, 101)), decimals)
+    evidence = np.array([np.exp(Calibration(draw[1:]).log_evidence(draw[:1])[0]) for draw in draws])
+    assert evidence.mean() <= 1 + 3 * evidence.std() / np.sqrt(len(evidence))
+    # And not much less, or it would be wasted.
+    assert evidence.mean() > 0.6
+    assert (evidence > 5).mean() < 1 / 5
+
+
+# --- blocks ---
+
+K, EACH = 60, 80
+
+
+def drive(seed: int, period: int = 0) -> np.ndarray:
+    """Features (K, EACH) that last a few places; of a drive that looks the same after every ``period`` places."""
+    rng = np.random.default_rng(seed)
+    since = np.arange(K)[:, None] % (period or K) - rng.uniform(-4, period or K, EACH)
+    return (since >= 0) & (since < rng.uniform(2, 6, EACH))
+
+
+def matrix_of(*blocks: np.ndarray) -> IncidenceMatrix:
+    columns = [{f"b{i}": np.flatnonzero(seen[k]) for i, seen in enumerate(blocks)} for k in range(len(blocks[0]))]
+    return IncidenceMatrix.from_columns(columns, {f"b{i}": seen.shape[1] for i, seen in enumerate(blocks)})
+
+
+def evidence_of(*blocks: np.ndarray, spacing: float = 1.0, **changed: float) -> Evidence:
+    return Evidence(matrix_of(*blocks), spacing * np.arange(len(blocks[0])), EvidenceSettings(**changed))
+
+
+def shown(*rows: np.ndarray) -> dict[str, np.ndarray]:
+    return {f"b{i}": np.flatnonzero(row) for i, row in enumerate(rows)}
+
+
+def test_evidence_is_the_sum_over_blocks_and_nothing_from_those_not_observed() -> None:
+    first, second = drive(1), drive(2)
+    both, *alone = (evidence_of(*seen, blind=0.0) for seen in ((first, second), (first,), (second,)))
+    a, b = shown(first[20], second[20]).values()
+    np.testing.assert_array_equal(both.log_evidence({"b0": a}), alone[0].log_evidence({"b0": a}))
+    np.testing.assert_array_equal(both.log_evidence({"b1": b}), alone[1].log_evidence({"b0": b}))
+    np.testing.assert_allclose(
+        both.log_evidence({"b0": a, "b1": b}), both.log_evidence({"b0": a}) + both.log_evidence({"b1": b})
+    )
+    np.testing.assert_array_equal(both.log_evidence({}), np.zeros(K))
+
+
+@pytest.mark.parametrize(("apart", "spacing"), [(4.0, 1.0), (9.5, 1.0), (4.0, 0.25), (0.0, 5.0)])
+def test_scores_are_read_against_those_of_views_far_from_their_places(apart: float, spacing: float) -> None:
+    """From each view held out, at every place more than ``apart`` metres and ``REACH`` places away."""
+    seen = drive(3)
+    seen[31] = False  # a view that shows nothing tells nothing
+    model = Detection(Rows.from_dense(seen.T))
+    elsewhere = [
+        model.log_ratios(np.flatnonzero(seen[k]), held_out=True)[m]
+        for k in range(K)
+        for m in range(K)
+        if abs(k - m) * spacing > apart and abs(k - m) > REACH and seen[k].any()
+    ]
+    query = np.flatnonzero(drive(3)[12])
+    expected = Calibration(np.array(elsewhere)).log_evidence(model.log_ratios(query))
+    found = evidence_of(seen, spacing=spacing, apart=apart, blind=0.0).log_evidence({"b0": query})
+    np.testing.assert_allclose(found, expected, atol=0.02)  # rounding may change ranks by one
+
+
+@pytest.mark.parametrize("blind", [0.01, 0.2, 0.9])
+def test_a_view_may_be_blind(blind: float) -> None:
+    """With that chance it is as likely anywhere: the ratio of place to elsewhere is the mean of 1 and the evidence."""
+    first, second = drive(1), drive(2)
+    seeing, mixed = evidence_of(first, second, blind=0.0), evidence_of(first, second, blind=blind)
+    for observed in (shown(first[20], second[20]), shown(first[5], second[50]), {}):
+        evidence = np.exp(mixed.log_evidence(observed))
+        np.testing.assert_allclose(evidence, blind + (1 - blind) * np.exp(seeing.log_evidence(observed)))
+
+
+def test_fewer_views_and_scores_give_much_the_same() -> None:
+    seen = drive(4)
+    query = shown(seen[33])
+    whole = evidence_of(seen).log_evidence(query)
+    for sample in (evidence_of(seen, views=25), evidence_of(seen, scores=900)):
+        found = sample.log_evidence(query)
+        assert np.corrcoef(found, whole)[0, 1] > 0.95
+        assert np.argmax(found) in range(31, 36)
+
+
+def test_a_block_that_repeats_brings_less_evidence_than_one_that_does_not() -> None:
+    """Seen again every 12 places, a feature's place is one of five: the reference itself has shown it."""
+    once, again = drive(5), drive(5, period=12)
+    evidence = evidence_of(once, again)
+    own, aliased = (
+        np.mean([evidence.log_evidence({key: np.flatnonzero(seen[k])})[k] for k in range(5, 55)])
+        for key, seen in (("b0", once), ("b1", again))
+    )
+    assert own > aliased + 1
+    # At a place where it misleads, it must not speak louder than the share of such places allows.
+    assert aliased < np.log(K / 4)
+
+
+@pytest.mark.parametrize("places", [1, 2, 3, 4, 5, 8])
+def test_maps_too_short_to_know_places_elsewhere_give_finite_evidence(places: int) -> None:
+    seen = np.eye(places, dtype=bool).repeat(3, axis=1)
+    evidence = evidence_of(seen)
+    for row in (*seen, np.zeros(3 * places, bool), np.ones(3 * places, bool)):
+        found = evidence.log_evidence(shown(row))
+        assert found.shape == (places,)
+        assert np.isfinite(found).all()
+
+
+@pytest.mark.parametrize("seen", [np.zeros((K, 5), bool), np.ones((K, 5), bool), np.zeros((K, 0), bool)])
+def test_blocks_that_are_the_same_everywhere_say_the_same_of_all_places(seen: np.ndarray) -> None:
+    found = evidence_of(seen).log_evidence(shown(seen[0]))
+    assert np.isfinite(found).all()
+    assert np.ptp(found) == pytest.approx(0, abs=1e-9)
+    assert found[0] <= 0  # nor do they speak against being elsewhere
+
+
+def test_a_view_that_shows_nothing_is_answered() -> None:
+    found = evidence_of(drive(6)).log_evidence({"b0": np.zeros(0, np.intp)})
+    assert np.isfinite(found).all()
+    assert found.max() < 2
+
+
+def test_the_same_map_and_view_give_the_same_bytes() -> None:
+    seen = drive(7)
+    query = shown(seen[9])
+    first, second = (evidence_of(seen).log_evidence(query) for _ in range(2))
+    assert first.tobytes() == second.tobytes()
+
+
+def long_drive(seed: int, places: int) -> np.ndarray:
+    """Features (places, EACH) that come and go everywhere alike: kept from view to view by 3 in 4, gone for long."""
+    rng = np.random.default_rng(seed)
+    seen = [rng.random(EACH) < 1 / 6]
+    for _ in range(places - 1):
+        seen.append(np.where(seen[-1], rng.random(EACH) < 3 / 4, rng.random(EACH) < 1 / 20))
+    return np.array(seen)
+
+
+def test_views_like_the_drive_s_but_of_elsewhere_bring_no_evidence_in_the_mean() -> None:
+    """The map is a drive's first part, the views are of its last, where the same features come and go as before.
+
+    How common they are is learnt of the first part, and a little wrong for the last: the mean is 1.15, not below 1.
+    """
+    of_elsewhere, of_its_own = [], []
+    for seed in range(30):
+        seen = long_drive(seed, 2 * K)
+        evidence = evidence_of(seen[:K])
+        of_elsewhere += [np.exp([evidence.log_evidence(shown(row)) for row in seen[K + 10 :: 8]])]
+        of_its_own += [np.median([np.exp(evidence.log_evidence(shown(seen[k]))[k]) for k in range(K)])]
+    assert 0.6 < np.mean(of_elsewhere) < 1.3
+    for x in (2, 5, 10, 20):
+        assert (np.array(of_elsewhere) > x).mean() < 1 / x
+    assert np.mean(of_its_own) > 10

@@ -1,0 +1,105 @@
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from refseq.belief import LOST, Belief, Stage, Timings
+from refseq.errors import LogError
+from refseq.logs.beliefs import SCHEMA, read_beliefs, write_beliefs
+from refseq.view import Pose, View
+
+
+def random_belief(rng: np.random.Generator) -> Belief:
+    places = rng.dirichlet(np.ones(7))
+    entropy = float(-(places * np.log(places)).sum())
+    timings = Timings(*rng.random(4).tolist())
+    return Belief(places, float(rng.random()), int(np.argmax(places)), (3, LOST, 4), entropy, timings)
+
+
+@pytest.fixture
+def drive() -> tuple[list[View], dict[Stage, list[Belief]]]:
+    rng = np.random.default_rng(0)
+    # More than nine views: their order must not be that of their names.
+    views = [View(0.1 * k, truth=None if k == 3 else Pose(k, -k, 0.1 * k)) for k in range(12)]
+    return views, {stage: [random_belief(rng) for _ in views] for stage in (Stage.CHAIN, Stage.UNIFORM)}
+
+
+def test_round_trip_is_exact(tmp_path: Path, drive: tuple[list[View], dict[Stage, list[Belief]]]) -> None:
+    views, beliefs = drive
+    write_beliefs(tmp_path / "b.parquet", views, beliefs)
+    read = read_beliefs(tmp_path / "b.parquet")
+    assert list(read) == [Stage.UNIFORM, Stage.CHAIN]
+    for stage, answers in beliefs.items():
+        for ours, theirs in zip(answers, read[stage], strict=True):
+            assert ours.places.tobytes() == theirs.places.tobytes()
+            assert (ours.lost, ours.best, ours.path) == (theirs.lost, theirs.best, theirs.path)
+            assert (ours.entropy, ours.timings) == (theirs.entropy, theirs.timings)
+
+
+def test_columns_carry_units_and_truth(tmp_path: Path, drive: tuple[list[View], dict[Stage, list[Belief]]]) -> None:
+    views, beliefs = drive
+    write_beliefs(tmp_path / "b.parquet", views, beliefs, {"map": "hallway"})
+    table = pq.read_table(tmp_path / "b.parquet")
+    assert table.schema.metadata[b"refseq"] == b'{"map": "hallway"}'
+    assert table.num_rows == 2 * len(views)
+    assert table["time_s"].to_pylist()[:12] == [view.time for view in views]
+    assert table["true_x_m"].to_pylist()[:5] == [0, 1, 2, None, 4]
+    assert {"entropy_nats", "true_heading_rad", "features_s", "chain_s"} <= set(table.column_names)
+
+
+def test_as_many_beliefs_as_views(tmp_path: Path, drive: tuple[list[View], dict[Stage, list[Belief]]]) -> None:
+    views, beliefs = drive
+    with pytest.raises(ValueError, match="zip"):
+        write_beliefs(tmp_path / "b.parquet", views[:-1], beliefs)
+    assert list(tmp_path.iterdir()) == []
+
+
+def error_of(path: Path) -> str:
+    with pytest.raises(LogError) as caught:
+        read_beliefs(path)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_files_that_are_no_beliefs(tmp_path: Path) -> None:
+    path = tmp_path / "b.parquet"
+    assert error_of(path).startswith(f"{path}: is no table of beliefs: ")
+    path.write_text("method,view")
+    assert error_of(path).startswith(f"{path}: is no table of beliefs: ")
+    pq.write_table(pa.table({"method": ["chain"], "view": pa.array([0], pa.int32())}), path)
+    assert error_of(path) == f"{path}: is no table of beliefs: column 'time_s' is missing"
+
+
+def test_any_method_is_kept_and_the_stages_come_first(tmp_path: Path) -> None:
+    path = tmp_path / "b.parquet"
+    belief = Belief(np.array([0.25, 0.75]), 0.1, 1, (0, 1), 0.5)
+    write_beliefs(path, [View(0.0)], {"own:Localiser": [belief], "chain": [belief], "uniform": [belief]})
+    found = read_beliefs(path)
+    assert list(found) == ["uniform", "chain", "own:Localiser"]
+    assert found["own:Localiser"][0].places.tolist() == [0.25, 0.75]
+
+
+def test_a_folder_that_is_not_there(tmp_path: Path) -> None:
+    path = tmp_path / "no" / "b.parquet"
+    with pytest.raises(LogError) as caught:
+        write_beliefs(path, [], {})
+    assert str(caught.value) == f"{path}: cannot be written: No such file or directory"
+
+
+def test_a_column_of_another_type_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "beliefs.parquet"
+    columns = {field.name: pa.nulls(1, field.type) for field in SCHEMA}
+    pq.write_table(pa.table(columns | {"best": pa.array(["7"])}), path)
+    assert error_of(path) == f"{path}: column 'best' holds string; valid is int32"
+
+
+def test_a_bit_that_turned_over_is_noticed(tmp_path: Path) -> None:
+    path = tmp_path / "beliefs.parquet"
+    rng = np.random.default_rng(3)
+    write_beliefs(path, [View(float(k)) for k in range(40)], {"chain": [random_belief(rng) for _ in range(40)]})
+    whole = path.read_bytes()
+    places = whole.index(np.array(read_beliefs(path)["chain"][0].places[:1]).tobytes())
+    path.write_bytes(whole[:places] + bytes([whole[places] ^ 1]) + whole[places + 1 :])
+    assert "is no table of beliefs" in error_of(path)

@@ -1,0 +1,329 @@
+import hashlib
+import io
+import json
+import zipfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from refseq.belief import Stage
+from refseq.errors import MapError
+from refseq.features import FEATURES
+from refseq.inference.matching.mixture import MixtureSettings
+from refseq.map.file import load_map, save_map
+from refseq.map.localiser import localise
+from refseq.map.profile import BEST, Profile
+from refseq.map.sequence import ReferenceSequence, learn
+from refseq.view import LASER, View
+from tests.support import corridor_drive
+
+quick = settings(deadline=None, max_examples=60, derandomize=True)
+Header = dict[str, object]
+
+
+@pytest.fixture(scope="module")
+def views() -> list[View]:
+    views = corridor_drive(np.random.default_rng(1), count=8, size=96)
+    views[3] = replace(views[3], truth=None)
+    return views
+
+
+@pytest.fixture(scope="module")
+def sequence(views: list[View]) -> ReferenceSequence:
+    profile = replace(Profile(), mixture=MixtureSettings(cost=0.9))
+    return learn(
+        views, profile=profile, metadata={"world": "Gang 1", "seed": "3"}, features=("sift", "walls", "sectors")
+    )
+
+
+@pytest.fixture
+def saved(sequence: ReferenceSequence, tmp_path: Path) -> Path:
+    save_map(sequence, tmp_path / "map.refseq")
+    return tmp_path / "map.refseq"
+
+
+def test_a_loaded_map_is_the_saved_one(sequence: ReferenceSequence, saved: Path) -> None:
+    loaded = load_map(saved)
+    assert loaded.profile == sequence.profile
+    assert loaded.metadata == sequence.metadata
+    assert loaded.poses == sequence.poses
+    assert loaded.poses[3] is None
+    assert loaded.sensors == {"forward", "lateral", LASER}
+    assert [e.key for e in loaded.extractors] == [e.key for e in sequence.extractors]
+    np.testing.assert_array_equal(loaded.along, sequence.along)
+    np.testing.assert_array_equal(loaded.emissions.similarity, sequence.emissions.similarity)
+
+
+def test_a_loaded_map_gives_the_same_beliefs(sequence: ReferenceSequence, saved: Path, views: list[View]) -> None:
+    query = views[1:6]
+    ours, theirs = localise(sequence, query, seed=4), localise(load_map(saved), query, seed=4)
+    for stage in Stage:
+        for one, other in zip(ours[stage], theirs[stage], strict=True):
+            np.testing.assert_array_equal(one.places, other.places)
+            assert (one.lost, one.best, one.path, one.entropy) == (other.lost, other.best, other.path, other.entropy)
+
+
+def test_the_same_map_gives_the_same_bytes(sequence: ReferenceSequence, saved: Path, views: list[View]) -> None:
+    save_map(load_map(saved), saved.with_name("again.refseq"))
+    assert saved.with_name("again.refseq").read_bytes() == saved.read_bytes()
+    with zipfile.ZipFile(saved) as archive:
+        assert {member.date_time[0] for member in archive.infolist()} == {1980}  # no clock is in it
+
+
+def test_saving_is_in_one_step(sequence: ReferenceSequence, saved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = saved.read_bytes()
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(MapError) as caught:
+        save_map(replace(sequence, metadata={"new": "map"}), saved)
+    assert str(caught.value) == f"{saved}: cannot be written: No space left on device"
+    assert saved.read_bytes() == before
+    assert list(saved.parent.iterdir()) == [saved]
+
+
+def encoded(array: np.ndarray, allow_pickle: bool = False) -> bytes:
+    buffer = io.BytesIO()
+    np.save(buffer, array, allow_pickle=allow_pickle)
+    return buffer.getvalue()
+
+
+def rewrite(path: Path, header: Callable[[Header], object] | None = None, **members: bytes | None) -> None:
+    """Change a map: its header by a function, its arrays by new bytes with their checksum, or by None to drop them."""
+    with zipfile.ZipFile(path) as archive:
+        content = {name: archive.read(name) for name in archive.namelist()}
+    table = json.loads(content["map.json"])
+    for name, data in members.items():
+        if data is None:
+            del content[f"{name}.npy"]
+        else:
+            content[f"{name}.npy"] = data
+            table["sha256"][name] = hashlib.sha256(data).hexdigest()
+    if header is not None:
+        table = header(table) or table
+    content["map.json"] = json.dumps(table).encode()
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in content.items():
+            archive.writestr(name, data)
+
+
+def error_of(path: Path) -> str:
+    with pytest.raises(MapError) as caught:
+        load_map(path)
+    return str(caught.value)
+
+
+def test_files_that_are_no_map(tmp_path: Path) -> None:
+    path = tmp_path / "map.refseq"
+    assert error_of(path) == f"{path}: cannot be read: No such file or directory"
+    path.write_text("hello")
+    assert error_of(path) == f"{path}: is not a .refseq map, or is damaged: File is not a zip file"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("a", "b")
+    assert error_of(path) == f"{path}: is not a .refseq map: map.json is missing or no JSON"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("map.json", '{"format": "other"}')
+    assert error_of(path) == f"{path}: is not a .refseq map: map.json has no format 'refseq-map'"
+
+
+def test_another_version(saved: Path) -> None:
+    rewrite(saved, lambda header: header.update(version=2))
+    assert error_of(saved) == f"{saved}: is of map format version 2; valid is 3: learn it anew"
+
+
+@pytest.mark.parametrize("share", [0.2, 0.7, 0.99])
+def test_truncated(saved: Path, share: float) -> None:
+    content = saved.read_bytes()
+    saved.write_bytes(content[: int(share * len(content))])
+    assert error_of(saved) == f"{saved}: is not a .refseq map, or is damaged: File is not a zip file"
+
+
+def loaded_or_reason(path: Path) -> tuple[ReferenceSequence | None, str]:
+    try:
+        return load_map(path), ""
+    except MapError as error:
+        return None, str(error)
+
+
+@quick
+@given(share=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
+def test_damage_is_found(
+    sequence: ReferenceSequence, tmp_path_factory: pytest.TempPathFactory, share: float, flip: int
+) -> None:
+    """A flipped byte either spares all that is read or is refused in one line."""
+    path = tmp_path_factory.mktemp("flip") / "map.refseq"
+    save_map(sequence, path)
+    content = bytearray(path.read_bytes())
+    content[int(share * len(content))] ^= flip
+    path.write_bytes(content)
+    loaded, refusal = loaded_or_reason(path)
+    if loaded is None:
+        assert refusal.startswith(f"{path}: ")
+        assert "\n" not in refusal
+        return
+    np.testing.assert_array_equal(loaded.matrix.places, sequence.matrix.places)
+    np.testing.assert_array_equal(loaded.along, sequence.along)
+    assert loaded.profile == sequence.profile
+    assert loaded.metadata == sequence.metadata
+
+
+def test_wrong_checksum(saved: Path) -> None:
+    def spoil(header: Header) -> None:
+        header["sha256"]["places"] = "0" * 64  # type: ignore[index]
+
+    rewrite(saved, spoil)
+    assert error_of(saved) == f"{saved}: array places does not match its checksum: the file is damaged"
+
+
+def test_missing_arrays(saved: Path) -> None:
+    content = saved.read_bytes()
+    rewrite(saved, places=None)
+    assert error_of(saved) == f"{saved}: array places is missing"
+    saved.write_bytes(content)
+
+    def forget(header: Header) -> None:
+        del header["sha256"]["along"]  # type: ignore[attr-defined]
+
+    rewrite(saved, forget)
+    assert error_of(saved) == f"{saved}: map.json and arrays do not make a map: 'along' is missing"
+
+
+def test_a_pickled_array_is_refused_and_not_run(saved: Path, tmp_path: Path) -> None:
+    class Trap:
+        def __reduce__(self) -> tuple[object, ...]:
+            return (Path.touch, (tmp_path / "sprung",))
+
+    rewrite(saved, along=encoded(np.array([Trap()], dtype=object), allow_pickle=True))
+    assert error_of(saved) == (
+        f"{saved}: array along is no array of numbers: Object arrays cannot be loaded when allow_pickle=False"
+    )
+    assert not (tmp_path / "sprung").exists()
+
+
+def test_arrays_that_do_not_fit(saved: Path, sequence: ReferenceSequence) -> None:
+    places = sequence.matrix.places.copy()
+    places[0] = 8
+    content = saved.read_bytes()
+    start = f"{saved}: map.json and arrays do not make a map: "
+    rewrite(saved, places=encoded(places))
+    assert error_of(saved) == f"{start}a feature is at place 8; valid are 0 to 7"
+
+    saved.write_bytes(content)
+    rewrite(saved, pointers=encoded(sequence.matrix.pointers[:-1]))
+    n = sequence.matrix.N
+    assert error_of(saved) == f"{start}pointers do not rise from 0 to {len(places)} in {n} steps"
+
+    saved.write_bytes(content)
+    rewrite(saved, poses=encoded(np.zeros((5, 3))))
+    assert error_of(saved) == f"{start}5 poses for 8 places"
+
+    saved.write_bytes(content)
+    rewrite(saved, **{"features/sift/forward/words": encoded(np.zeros((2, 128), np.uint8))})
+    size = len(sequence.matrix.blocks["sift/forward"])
+    assert error_of(saved) == f"{start}sift/forward has 2 features; the matrix has {size} rows for it"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"profile": []}, "map.json: profile is no table"),
+        ({"blocks": 3}, "map.json: blocks is no table"),
+        ({"metadata": None}, "map.json: metadata is no table"),
+        ({"sha256": {"along": 1}}, "map.json: sha256 is no table of checksums"),
+        (
+            {"blocks": {"smell/nose": 3}},
+            "map.json and arrays do not make a map: pointers do not rise from 0 to",
+        ),
+    ],
+)
+def test_headers_that_do_not_fit(saved: Path, change: Header, message: str) -> None:
+    rewrite(saved, lambda header: {**header, **change})
+    assert error_of(saved).startswith(f"{saved}: {message}")
+
+
+def test_an_unknown_feature(saved: Path, sequence: ReferenceSequence) -> None:
+    rewrite(saved, lambda header: header.update(blocks={"smell/nose": sequence.matrix.N}))
+    assert error_of(saved) == (
+        f"{saved}: map.json and arrays do not make a map: feature 'smell/nose' is unknown; "
+        f"valid are {', '.join(FEATURES)}, a slash and a fitting sensor"
+    )
+
+
+# --- a map of the profile best ---
+
+
+@pytest.fixture(scope="module")
+def best(views: list[View]) -> ReferenceSequence:
+    return learn(views, profile=BEST)
+
+
+@pytest.fixture
+def saved_best(best: ReferenceSequence, tmp_path: Path) -> Path:
+    save_map(best, tmp_path / "best.refseq")
+    return tmp_path / "best.refseq"
+
+
+def test_a_loaded_map_of_evidence_gives_the_same_beliefs(
+    best: ReferenceSequence, saved_best: Path, views: list[View]
+) -> None:
+    loaded = load_map(saved_best)
+    assert loaded.profile == BEST
+    features = {key.partition("/")[0] for key in loaded.matrix.blocks}
+    assert features == {"sift", "dense", "walls", "doors", "boundary", "sectors"} & set(BEST.features)
+    assert "dense" in features
+    ours, theirs = localise(best, views), localise(loaded, views)
+    assert [belief.best for belief in ours[Stage.CHAIN]] == pytest.approx(range(len(views)), abs=1)
+    for stage in Stage:
+        for one, other in zip(ours[stage], theirs[stage], strict=True):
+            assert one.places.tobytes() == other.places.tobytes()
+            assert (one.lost, one.best, one.path, one.entropy) == (other.lost, other.best, other.path, other.entropy)
+    save_map(loaded, saved_best.with_name("again.refseq"))
+    assert saved_best.with_name("again.refseq").read_bytes() == saved_best.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value", "message"),
+    [
+        ("method", "matching", "guess", "profile.method.matching is 'guess'; valid are mixture, evidence"),
+        ("method", "decoding", [], "profile.method.decoding is []; valid are viterbi, forward"),
+        ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
+        ("evidence", "blind", "0.2", "profile.evidence.blind is '0.2'; valid is a number"),
+        ("evidence", "blind", 1.5, "evidence.blind is 1.5; valid is at least 0 and less than 1"),
+        ("dense", "codes", None, "profile.dense.codes is None; valid is a whole number"),
+    ],
+)
+def test_values_that_a_profile_cannot_have(saved_best: Path, part: str, name: str, value: object, message: str) -> None:
+    def spoil(header: Header) -> None:
+        header["profile"][part][name] = value  # type: ignore[index]
+
+    rewrite(saved_best, spoil)
+    assert error_of(saved_best) == f"{saved_best}: map.json and arrays do not make a map: {message}"
+
+
+def test_a_profile_without_the_parts_of_evidence(saved_best: Path) -> None:
+    def forget(header: Header) -> None:
+        del header["profile"]["evidence"]  # type: ignore[attr-defined]
+
+    rewrite(saved_best, forget)
+    assert error_of(saved_best) == (
+        f"{saved_best}: map.json and arrays do not make a map: "
+        "profile.evidence is None; valid is a table of apart, blind, scores, views"
+    )
+
+
+@pytest.mark.parametrize("word", [-1, 10**9])
+def test_grid_words_that_there_are_not(saved_best: Path, best: ReferenceSequence, word: int) -> None:
+    (dense,) = (e for e in best.extractors if e.key == "dense/forward")
+    words = dense.state()["words"].copy()
+    words[3] = word
+    rewrite(saved_best, **{"features/dense/forward/words": encoded(words)})
+    assert error_of(saved_best) == (
+        f"{saved_best}: map.json and arrays do not make a map: dense/forward has word {word}; valid are 0 to 6143"
+    )

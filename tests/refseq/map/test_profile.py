@@ -1,0 +1,131 @@
+import json
+from dataclasses import replace
+
+import pytest
+
+from refseq.errors import MapError
+from refseq.features import FEATURES
+from refseq.inference.chain.chain import ChainSettings
+from refseq.inference.matching.mixture import MixtureSettings
+from refseq.map.profile import BEST, PROFILES, THESIS, Decoder, Matching, Profile, profile_named
+
+
+def test_round_trip_through_json() -> None:
+    profile = replace(Profile(), mixture=MixtureSettings(cost=0.9, iterations=7), chain=ChainSettings(window=3))
+    assert Profile.from_dict(json.loads(json.dumps(profile.to_dict()))) == profile
+
+
+def test_defaults_are_the_thesis_values_where_it_gives_them() -> None:
+    profile = Profile()
+    assert profile.chain.window == 5
+    assert profile.chain.lost == 0.5
+    assert 0.8 <= profile.mixture.cost <= 0.95
+    assert 50 <= profile.sift.cap <= 200
+    assert (profile.walls.points, profile.walls.length) == (6, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("part", "value", "message"),
+    [
+        ("motion", None, "profile.motion is None; valid is a table of drift, regularisation, slack, spread, thin"),
+        ("motion", [1], "profile.motion is [1]; valid is a table of drift, regularisation, slack, spread, thin"),
+        (
+            "motion",
+            {"slack": 1, "drift": 1, "thin": 1},
+            "profile.motion is {'slack': 1, 'drift': 1, 'thin': 1}; "
+            "valid is a table of drift, regularisation, slack, spread, thin",
+        ),
+        (
+            "motion",
+            {"slack": 1, "drift": True, "thin": 1, "spread": False, "regularisation": 1},
+            "profile.motion.drift is True; valid is a number",
+        ),
+        (
+            "motion",
+            {"slack": "1", "drift": 1, "thin": 1, "spread": False, "regularisation": 1},
+            "profile.motion.slack is '1'; valid is a number",
+        ),
+    ],
+)
+def test_wrong_parts_are_named(part: str, value: object, message: str) -> None:
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        Profile.from_dict({**Profile().to_dict(), part: value})
+    assert str(caught.value) == message
+
+
+def test_an_unknown_parameter_is_refused() -> None:
+    content = Profile().to_dict()
+    content["chain"]["speed"] = 1.0
+    with pytest.raises(ValueError, match=r"profile\.chain is .*; valid is a table of "):
+        Profile.from_dict(content)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_named_profiles_survive_json(name: str) -> None:
+    profile = profile_named(name)
+    again = Profile.from_dict(json.loads(json.dumps(profile.to_dict())))
+    assert again == profile
+    assert isinstance(again.method.matching, Matching)
+    assert isinstance(again.method.decoding, Decoder)
+    assert isinstance(again.features, tuple)
+    assert set(profile.features) <= set(FEATURES)
+
+
+def test_the_names_are_those_of_the_thesis_and_ours() -> None:
+    assert dict(PROFILES) == {"thesis": THESIS, "best": BEST}
+    assert Profile() == THESIS
+    assert (THESIS.method.matching, THESIS.method.decoding) == (Matching.MIXTURE, Decoder.VITERBI)
+    assert (BEST.method.matching, BEST.method.decoding) == (Matching.EVIDENCE, Decoder.FORWARD)
+    with pytest.raises(TypeError):
+        PROFILES["mine"] = BEST  # type: ignore[index]
+
+
+@pytest.mark.parametrize("name", ["", "Best", "thesis "])
+def test_another_name_is_refused(name: str) -> None:
+    with pytest.raises(MapError) as caught:
+        profile_named(name)
+    assert str(caught.value) == f"profile {name!r} is unknown; valid are thesis, best"
+
+
+@pytest.mark.parametrize("features", [None, "sift", ["sift", 3], {"sift": 1}])
+def test_features_are_a_list_of_names(features: object) -> None:
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        Profile.from_dict({**BEST.to_dict(), "features": features})
+    assert str(caught.value) == f"profile.features is {features!r}; valid is a list of names"
+
+
+@pytest.mark.parametrize("value", ["guess", "", None, 1, True, [], {"a": 1}])
+def test_an_unknown_method_is_refused(value: object) -> None:
+    for name, valid in (("matching", "mixture, evidence"), ("decoding", "viterbi, forward")):
+        content = BEST.to_dict()
+        content["method"][name] = value
+        with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+            Profile.from_dict(content)
+        assert str(caught.value) == f"profile.method.{name} is {value!r}; valid are {valid}"
+
+
+@pytest.mark.parametrize("value", [1, 0, "true", None])
+def test_yes_or_no_is_no_number(value: object) -> None:
+    content = BEST.to_dict()
+    content["sift"]["root"] = value
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        Profile.from_dict(content)
+    assert str(caught.value) == f"profile.sift.root is {value!r}; valid is true or false"
+
+
+@pytest.mark.parametrize(
+    ("part", "key", "value", "message"),
+    [
+        ("dense", "columns", 8.5, "profile.dense.columns is 8.5; valid is a whole number"),
+        ("dense", "codes", True, "profile.dense.codes is True; valid is a whole number"),
+        ("evidence", "blind", float("nan"), "profile.evidence.blind is nan; valid is a number"),
+        ("chain", "near", float("inf"), "profile.chain.near is inf; valid is a number"),
+        ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
+    ],
+)
+def test_values_of_the_wrong_kind_are_named(part: str, key: str, value: object, message: str) -> None:
+    content = BEST.to_dict()
+    content[part][key] = value
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        Profile.from_dict(content)
+    assert str(caught.value) == message

@@ -1,0 +1,109 @@
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from refseq.atlas.atlas import beside
+from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.map.sequence import ReferenceSequence, learn
+from refseq.view import View
+from refseq.viewer.drawing.incidence import HEIGHT, bands, features_a_place, incidence_picture
+from refseq.viewer.places import Places
+from refseq.viewer.recording import write_recording
+from refseq.viewer.reference_tab import ReferenceTab
+from tests.refseq.viewer.readback import empty_views, entities, rows, values, verified
+from tests.support import corridor_comparison
+
+COUNT = 12
+pytestmark = pytest.mark.filterwarnings("error")
+
+
+@pytest.fixture(scope="module")
+def views() -> Any:
+    return corridor_comparison(seed=3, count=COUNT, size=48).reference_views
+
+
+@pytest.fixture(scope="module")
+def sequence(views: Any) -> ReferenceSequence:
+    return learn(views)
+
+
+def test_a_map_alone_fills_every_view(sequence: ReferenceSequence, tmp_path: Path) -> None:
+    tab = ReferenceTab(Places.of(sequence), ("corridor",))
+    write_recording(tmp_path / "map.rrd", [tab], name="map")
+    assert empty_views(tab.layout(), tmp_path / "map.rrd") == []
+    assert verified(tmp_path / "map.rrd")
+    assert not any(entity.startswith("/reference/frames") for entity in entities(tmp_path / "map.rrd"))
+
+
+def test_a_map_with_its_drive_shows_frames_and_scans_too(
+    sequence: ReferenceSequence, views: list[View], tmp_path: Path
+) -> None:
+    tab = ReferenceTab(Places.of(sequence, views))
+    write_recording(tmp_path / "map.rrd", [tab], name="map")
+    assert empty_views(tab.layout(), tmp_path / "map.rrd") == []
+    for entity in ("/reference/frames/forward", "/reference/frames/lateral"):
+        assert len(values(tmp_path / "map.rrd", entity, "EncodedImage:blob", "view")) == COUNT
+    times = rows(tmp_path / "map.rrd", "/reference/scan", "Points2D:positions", "time")
+    assert [time.total_seconds() for time, _ in times] == [view.time for view in views]
+
+
+def test_features_of_each_place_are_the_matrix_s(sequence: ReferenceSequence, tmp_path: Path) -> None:
+    write_recording(tmp_path / "map.rrd", [ReferenceTab(Places.of(sequence))], name="map")
+    columns = sequence.matrix.columns()
+    shown = 0
+    for key, block in sequence.matrix.blocks.items():
+        part = key.replace("/", r"\/")
+        found = values(tmp_path / "map.rrd", f"/reference/features/{part}", "Scalars:scalars", "view")
+        assert found == [[sum(feature in block for feature in column)] for column in columns]
+        shown += int(np.sum(found))
+    (bars,) = values(tmp_path / "map.rrd", "/reference/bars", "BarChart:values")
+    assert bars[0]["buffer"] == [len(column) for column in columns]
+    assert shown == len(sequence.matrix.places)
+
+
+def test_an_atlas_shows_each_of_its_sequences(sequence: ReferenceSequence, views: list[View], tmp_path: Path) -> None:
+    atlas = beside(["there", "back/again"], [sequence, learn(views[:5])])
+    tab = ReferenceTab(Places.of(atlas), atlas.names)
+    write_recording(tmp_path / "atlas.rrd", [tab], name="atlas")
+    assert empty_views(tab.layout(), tmp_path / "atlas.rrd") == []
+    assert len(rows(tmp_path / "atlas.rrd", "/reference/fim/there/now", "LineStrips2D:strips", "view")) == COUNT
+    own = rows(tmp_path / "atlas.rrd", r"/reference/fim/back\/again/now", "LineStrips2D:strips", "view")
+    assert [view for view, _ in own] == list(range(COUNT, COUNT + 5))
+
+
+def a_matrix(K: int, N: int, few: int) -> IncidenceMatrix:
+    """Of the first extractor's N features each is seen at one place, in order; the second's are seen everywhere."""
+    columns = [{"many": np.flatnonzero(np.arange(N) * K // N == k), "few": np.arange(few)} for k in range(K)]
+    return IncidenceMatrix.from_columns(columns, {"many": N, "few": few})
+
+
+@pytest.mark.parametrize(("K", "N"), [(7, 20), (100, 4000), (2000, 30_000)])
+def test_matrix_is_drawn_with_features_down_and_places_right(K: int, N: int) -> None:
+    matrix = a_matrix(K, N, 3)
+    many, few = bands(matrix)
+    picture = incidence_picture(matrix)
+    light = picture.astype(int).sum(axis=2)
+    upper = light[many.top : many.bottom]
+    rows_, columns_ = np.nonzero(upper)
+    assert np.corrcoef(rows_, columns_)[0, 1] > 0.97  # a falling diagonal
+    assert (light[few.top : few.bottom] == sum(few.colour)).all()
+    assert many.top == 0
+    assert few.bottom <= HEIGHT
+    assert not light[many.bottom : few.top].any()
+
+
+def test_one_sighting_among_thousands_is_not_lost_in_the_picture() -> None:
+    columns = [{"many": np.array([5000] if k == 700 else [], np.intp)} for k in range(1000)]
+    picture = incidence_picture(IncidenceMatrix.from_columns(columns, {"many": 10_000}))
+    row, column = np.argwhere(picture.sum(axis=2) > 0).mean(axis=0)
+    assert abs(row / picture.shape[0] - 0.5) < 0.01
+    assert abs(column / picture.shape[1] - 0.7) < 0.01
+    assert picture.max() > 50
+
+
+def test_counts_add_up_by_extractor() -> None:
+    counts = features_a_place(a_matrix(10, 50, 4))
+    assert counts["many"].tolist() == [5] * 10
+    assert counts["few"].tolist() == [4] * 10

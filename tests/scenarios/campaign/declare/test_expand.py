@@ -1,0 +1,33 @@
+"""What random variations are drawn: from where they are said to be, and the same each time."""
+
+import math
+
+import pytest
+
+from scenarios.campaign.declare.expand import Values, variations
+
+KEY = "query.light"
+
+
+def drawn(count: int, seed: int, **ranges: object) -> list[Values]:
+    return [values for _, values in variations({"random": {"count": count, "seed": seed, **ranges}})]
+
+
+def test_hours_are_drawn_from_the_first_to_the_last_minute() -> None:
+    found = {values[KEY] for values in drawn(60, 1, **{KEY: {"from": "09:59", "to": "10:01"}})}
+    assert found == {"09:59", "10:00", "10:01"}
+
+
+def test_numbers_and_choices_are_drawn_from_what_is_given() -> None:
+    found = drawn(200, 1, a={"from": -1, "to": 2.5}, b={"of": ["x", "y", [3]]})
+    numbers = [values["a"] for values in found]
+    assert -1 <= min(numbers) < -0.9
+    assert 2.4 < max(numbers) <= 2.5
+    assert sum(numbers) / 200 == pytest.approx(0.75, abs=4 * 3.5 / math.sqrt(12 * 200))
+    assert {str(values["b"]) for values in found} == {"x", "y", "[3]"}
+
+
+def test_what_is_drawn_follows_from_the_seed_alone() -> None:
+    ranges = {"a": {"from": 0, "to": 1}, KEY: {"from": "08:00", "to": "18:00"}}
+    assert drawn(5, 1, **ranges) == drawn(5, 1, **ranges) == drawn(9, 1, **ranges)[:5]
+    assert drawn(5, 1, **ranges) != drawn(5, 2, **ranges)

@@ -1,0 +1,100 @@
+import pytest
+
+from scenarios.campaign.declare.cases import Case, load
+from scenarios.campaign.declare.overrides import asking, with_seeds
+from scenarios.errors import ScenarioError
+
+FILE = """
+title = "T"
+seeds = [1]
+expect = ["success >= 80 %", "success_hmm >= 70 %", "failures <= failures of vlad"]
+[reference]
+world = "annex"
+renderer = "none"
+[query]
+light = "18:00"
+[localise]
+methods = ["thesis", "vlad"]
+"""
+
+
+@pytest.fixture(scope="module")
+def cases(tmp_path_factory: pytest.TempPathFactory) -> list[Case]:
+    path = tmp_path_factory.mktemp("scenario") / "mine.toml"
+    path.write_text(FILE)
+    return load(path)
+
+
+THESIS = ("thesis/uniform", "thesis/prior", "thesis/chain")
+
+
+def texts(case: Case) -> list[str]:
+    return [one.text for one in case.expectations]
+
+
+def test_without_a_wish_nothing_changes(cases: list[Case]) -> None:
+    assert asking(cases, (), None) == cases
+
+
+def test_a_localiser_is_judged_beside_all_that_ran_before(cases: list[Case]) -> None:
+    (case,) = asking(cases, ["topometric"], None)
+    assert case.scenario.methods == (*THESIS, "vlad", "topometric")
+    assert case.scenario.judged == "topometric"
+    assert texts(case) == texts(cases[0])
+    assert [one.methods for one in case.expectations] == [(), ("thesis/chain",), ("vlad",)]
+
+
+def test_several_are_judged_each(cases: list[Case]) -> None:
+    (case,) = asking(cases, ["topometric", "topological", "topometric"], None)
+    assert case.scenario.judged == "topometric"
+    assert texts(case) == [
+        *texts(cases[0]),
+        "success of topological >= 0.8 over 1 seeds",
+        "failures of topological <= 1.0 * failures of vlad over 1 seeds",
+    ]
+
+
+def test_of_all_others_only_those_run_that_were_named(cases: list[Case]) -> None:
+    (case,) = asking(cases, ["topometric"], ["none"])
+    assert case.scenario.methods == ("topometric",)
+    (case,) = asking(cases, ["topometric"], ["best", "vlad"])
+    assert case.scenario.methods == ("best/uniform", "best/prior", "best/chain", "vlad", "topometric")
+
+
+def test_who_was_judged_is_named_where_others_run(cases: list[Case]) -> None:
+    (case,) = asking(cases, (), ["vlad"])
+    assert case.scenario.methods == ("vlad",)
+    assert [one.methods for one in case.expectations] == [
+        ("thesis/chain",),
+        ("thesis/chain",),
+        ("thesis/chain", "vlad"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("localisers", "methods", "told"),
+    [
+        (["no.where:Mine"], None, "localiser 'no.where:Mine': there is no module 'no.where'"),
+        (["magic"], None, "method 'magic' is unknown"),
+        ([], ["vlad", "magic"], "method 'magic' is unknown"),
+        ([], ["none"], "methods 'none': nobody is left to be asked"),
+    ],
+)
+def test_a_wrong_name_is_told(cases: list[Case], localisers: list[str], methods: list[str] | None, told: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        asking(cases, localisers, methods)
+    assert str(caught.value).startswith(told)
+
+
+def test_other_seeds_are_taken_in_the_order_they_are_named(cases: list[Case]) -> None:
+    (case,) = with_seeds(cases, "7, 0,012")
+    assert case.scenario.seeds == (7, 0, 12)
+    assert (case.name, case.expectations) == (cases[0].name, cases[0].expectations)
+    assert with_seeds(cases, None) == cases
+
+
+@pytest.mark.parametrize("seeds", ["", "1,", "1,01", "-1", "1.5", "٣", "²", "1;2"])
+def test_what_are_no_seeds_is_told(cases: list[Case], seeds: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        with_seeds(cases, seeds)
+    assert str(caught.value).startswith(f"--seeds {seeds!r} is not valid; it should be whole numbers that differ")

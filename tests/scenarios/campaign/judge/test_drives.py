@@ -1,0 +1,105 @@
+"""Judging a case by what its tasks left: verdicts, tolerances, costs, digests. Tasks are real, drives made by rule."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from refseq.belief import Belief, Timings
+from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.sources import DATA
+from scenarios.campaign.judge.drives import Judged, digest, judged, tasks_of, tolerances
+from scenarios.campaign.run.tasks import AnswerTask, answers_of, perform
+from scenarios.campaign.store.cache import Store
+from scenarios.campaign.store.result_file import JudgementRecord
+from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
+
+BELIEF = Belief(np.array([0.25, 0.75]), 0.5, 1, (0, 1), 0.56)
+
+
+def test_a_digest_is_of_all_but_the_times() -> None:
+    assert digest([BELIEF]) == digest([replace(BELIEF, timings=Timings(chain=1.0))])
+    others = (
+        replace(BELIEF, places=np.nextafter(BELIEF.places, 1)),
+        replace(BELIEF, lost=math.nextafter(0.5, 1)),
+        replace(BELIEF, best=0),
+        replace(BELIEF, path=(1, 1)),
+        replace(BELIEF, entropy=math.nextafter(0.56, 1)),
+    )
+    assert len({digest([one]) for one in (BELIEF, *others)}) == 6
+    assert digest([BELIEF, others[0]]) != digest([others[0], BELIEF])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("judging")
+    write_logs(path)
+    return path
+
+
+@pytest.fixture(autouse=True)
+def recordings(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(DATA, str(folder))
+
+
+def test_tolerances_are_those_declared(folder: Path) -> None:
+    (case,) = made_cases(folder, rest="[score]\nwithin = 2.0\nnarrow = 0.25\nheading = 45")
+    assert [(one.distance, one.heading) for one in tolerances(case)] == [(2.0, math.pi / 4), (0.25, math.pi / 4)]
+
+
+def test_what_a_method_cost_is_what_its_own_task_took(folder: Path) -> None:
+    (case,) = made_cases(folder, methods='["thesis/chain", "vlad"]')
+    store = Store(folder / "store")
+    result = carried_out(case, store)
+    for number, of_seed in enumerate(tasks_of(case).values()):
+        for task in of_seed:
+            answers, cost = answers_of(task, store)
+            assert [result.costs[name][number] for name in answers] == [cost]
+            assert [result.digests[name][number] for name in answers] == [digest(*answers.values())]
+    assert result.costs["vlad"] != result.costs["thesis/chain"]
+
+
+def spoilt(folder: Path, expect: str, *ends: Verdict) -> Judged:
+    """A case of two methods, of whose four tasks some end otherwise than well."""
+    (case,) = made_cases(folder, methods='["vlad", "thesis/chain"]', expect=expect)
+    tasks, store = tasks_of(case), Store(folder / "store")
+    asked: list[AnswerTask] = [task for of_seed in tasks.values() for task in of_seed]
+    outcomes = {task.key: perform(task, store) for task in asked}
+    outcomes |= {task.key: Outcome(end, f"it {end}") for task, end in zip(asked, ends, strict=False)}
+    return judged(case, tasks, outcomes, store)
+
+
+MET, MISSED, OPEN = '"success >= 0"', '"success > 1"', '"success of vlad >= 0"'
+PASSED, FAILED, ERROR, SKIPPED = Verdict.PASSED, Verdict.FAILED, Verdict.ERROR, Verdict.SKIPPED
+
+
+@pytest.mark.parametrize(
+    ("expect", "ends", "verdict"),
+    [
+        (MET, (), PASSED),
+        (MISSED, (), FAILED),
+        (MET, (FAILED,), FAILED),
+        (MET, (SKIPPED,), SKIPPED),
+        (MISSED, (SKIPPED,), FAILED),
+        (MISSED, (ERROR,), ERROR),
+        (MET, (FAILED, PASSED, ERROR), ERROR),
+        (f"{MET}, {OPEN}", (FAILED,), FAILED),
+        ("", (), PASSED),
+        ("", (ERROR,), ERROR),
+    ],
+)
+def test_the_worst_that_happened_is_the_verdict(
+    folder: Path, expect: str, ends: tuple[Verdict, ...], verdict: Verdict
+) -> None:
+    assert spoilt(folder, expect, *ends).verdict is verdict
+
+
+def test_who_did_not_answer_every_seed_has_no_figures_and_the_others_keep_theirs(folder: Path) -> None:
+    result = spoilt(folder, f"{MET}, {OPEN}", FAILED)  # vlad, for the first of two seeds
+    assert [one.method for one in result.figures] == ["thesis/chain"]
+    assert [one.met for one in result.judgements] == [True, None]
+    assert result.judgements[1] == JudgementRecord(text="success of vlad >= 0", met=None, reason="vlad has no answers")
+    assert result.reasons == ("it failed", "not judged: success of vlad >= 0 (vlad has no answers)")
+    assert [len(tasks) for tasks in result.answered.values()] == [1, 2]

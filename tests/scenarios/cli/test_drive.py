@@ -1,0 +1,189 @@
+"""``refseq drive``: led by a script it is a recording as any other, the same each time; nothing half-written."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from refseq.logs import read_recording
+from refseq.map.sequence import learn
+from robots import Twist
+from scenarios.drives.record import Drive, Interrupted, record
+from scenarios.drives.teleop import Sitting, lead
+from scenarios.errors import ScenarioError
+from sim.bench.bench import Bench
+from sim.drives.recorder import Trigger
+from sim.rendering.render import RendererKind
+from sim.teleop.commands import Button, Orders, Status
+from tests.scenarios.conftest import Refseq
+from tests.worlds.conftest import SMALL
+
+SCRIPT = "0 forward 0.3\n4 left\n6 forward left 0.2\n8 sample\n9 halt\n10 stop\n"
+LASER = ("--sensors", "laser")
+
+
+@pytest.fixture
+def plan(tmp_path: Path) -> str:
+    """Path of a short corridor's plan."""
+    path = tmp_path / "small.toml"
+    path.write_text(SMALL.format(top="", end=""))
+    return str(path)
+
+
+@pytest.fixture
+def keys(tmp_path: Path) -> Path:
+    path = tmp_path / "keys.txt"
+    path.write_text(SCRIPT)
+    return path
+
+
+def test_a_script_is_a_recording_as_any_other(plan: str, keys: Path, tmp_path: Path, refseq: Refseq) -> None:
+    path = tmp_path / "out" / "drive.mcap"
+    answer = refseq("drive", plan, "--script", keys, *LASER, "--distance", "0.4", "--light", "18:00", "-o", path)
+    assert answer.code == 0, answer.err
+    read = read_recording(path)
+    assert answer.out.startswith(f"{path}: {len(read.views)} views of laser, ")
+    assert answer.out.splitlines()[0].endswith(" m in 10.0 s")
+    assert read.complete
+    assert len(read.views) >= 5
+    assert 8.0 in [pytest.approx(view.time, abs=1e-6) for view in read.views]
+    assert len(learn(read.views)) == len(read.views)
+    told = read.metadata
+    assert (told["name"], told["route"], told["light"]) == ("drive", "by hand from 0 m of forward", "18:00")
+    assert told["controls"] == "0 forward 0.3 start\n" + SCRIPT.partition("\n")[2]
+    config = json.loads(told["config"])
+    assert config["trigger"] == {"distance": 0.4, "turn": None, "time": None}
+    assert config["operator"] is None
+    led = record(Drive(world=plan, renderer=RendererKind.NONE), tmp_path / "led.mcap").metadata
+    assert set(told) == {*led, "name", "controls"}, "what a recording tells, and what is its own"
+
+
+def test_the_same_script_is_the_same_file_and_a_recording_is_a_script(
+    plan: str, keys: Path, tmp_path: Path, refseq: Refseq
+) -> None:
+    once, twice, again = (tmp_path / name / "drive.mcap" for name in ("once", "twice", "again"))
+    for path, script in ((once, keys), (twice, keys), (again, once)):
+        assert refseq("drive", plan, "--script", script, *LASER, "--every", "1", "-o", path).code == 0
+    assert once.read_bytes() == twice.read_bytes() == again.read_bytes()
+    other = tmp_path / "other" / "drive.mcap"
+    assert refseq("drive", plan, "--script", keys, *LASER, "--every", "1", "--seed", "2", "-o", other).code == 0
+    assert other.read_bytes() != once.read_bytes()
+
+
+def test_by_hand_there_are_only_the_views_that_were_asked_for(
+    plan: str, keys: Path, tmp_path: Path, refseq: Refseq
+) -> None:
+    path = tmp_path / "drive.mcap"
+    assert refseq("drive", plan, "--script", keys, "--by-hand", "--name", "two places", *LASER, "-o", path).code == 0
+    read = read_recording(path)
+    assert [view.time for view in read.views] == pytest.approx([0.0, 8.0], abs=1e-6)
+    assert read.metadata["name"] == "two places"
+    assert json.loads(read.metadata["config"])["trigger"] is None
+
+
+def test_where_it_starts_and_with_which_robot(plan: str, keys: Path, tmp_path: Path, refseq: Refseq) -> None:
+    path = tmp_path / "drive.mcap"
+    answer = refseq("drive", plan, "--script", keys, *LASER, "--robot", "segway_rmp", "--start", "1.5", "-o", path)
+    assert answer.code == 0, answer.err
+    first = read_recording(path).views[0].truth
+    assert first is not None
+    assert first.x == pytest.approx(2.5, abs=0.05)
+    assert read_recording(path).metadata["robot"] == "segway_rmp"
+
+
+def test_a_robot_that_stops_itself_is_told_of_and_its_views_are_kept(plan: str, tmp_path: Path, refseq: Refseq) -> None:
+    """Backwards out of the corridor's start, into nothing; forwards at its side wall."""
+    script, path = tmp_path / "wall.txt", tmp_path / "drive.mcap"
+    script.write_text("0 left\n3.9 forward\n14 stop")
+    answer = refseq("drive", plan, "--script", script, *LASER, "--every", "1", "-o", path)
+    assert answer.code == 0, answer.err
+    assert any("stopped at" in line and "sonar" in line for line in answer.out.splitlines())
+    assert len(read_recording(path).views) == 14
+    assert not list(tmp_path.glob("*partial*"))
+
+
+def test_what_is_aborted_leaves_nothing_and_what_was_there_stays(plan: str, tmp_path: Path, refseq: Refseq) -> None:
+    script, path = tmp_path / "abort.txt", tmp_path / "drive.mcap"
+    script.write_text("0 forward\n3 abort")
+    answer = refseq("drive", plan, "--script", script, *LASER, "--every", "1", "-o", path)
+    assert answer.code == 1
+    assert answer.err.splitlines()[-1] == "aborted at 3.0 s, after 3 views: none is kept"
+    assert not list(tmp_path.glob("*.mcap"))
+    path.write_bytes(b"older")
+    assert refseq("drive", plan, "--script", script, *LASER, "-o", path).code == 1
+    assert path.read_bytes() == b"older"
+    assert [found.name for found in tmp_path.glob("*.mcap")] == ["drive.mcap"]
+
+
+class Person:
+    """Leads ahead from the start, and at a time presses a button or raises what keeps him from it."""
+
+    def __init__(self, at: float, button: Button | None = None) -> None:
+        self._at, self._button = at, button
+
+    def orders(self, status: Status) -> Orders:
+        if status.time < self._at or status.phase.over:
+            return Orders(Twist(0.3, 0.0), (Button.START,) if status.time == 0 and self._at else ())
+        if self._button is None:
+            raise KeyboardInterrupt
+        return Orders(buttons=(self._button,))
+
+
+def led_by(person: Person, plan: str, path: Path) -> None:
+    @contextmanager
+    def controls(_: Bench) -> Iterator[Person]:
+        yield person
+
+    drive = Drive(world=plan, renderer=RendererKind.NONE)
+    lead(Sitting("x", drive, Trigger(distance=None, time=1.0)), path, controls)
+
+
+def test_interrupted_it_keeps_its_views_and_what_was_asked_for(plan: str, tmp_path: Path) -> None:
+    path = tmp_path / "drive.mcap"
+    with pytest.raises(Interrupted, match=r"is readable and holds all views up to now, 3$"):
+        led_by(Person(2.5), plan, path)
+    assert len(read_recording(path).views) == 3
+    assert read_recording(path).metadata["controls"] == "0 forward 0.3 start\n"
+
+
+def test_stopped_before_the_first_view_nothing_is_written(plan: str, tmp_path: Path) -> None:
+    path = tmp_path / "out" / "drive.mcap"
+    with pytest.raises(ScenarioError, match=r"drive\.mcap is not written: no view was taken$"):
+        led_by(Person(0.0, Button.STOP), plan, path)
+    assert not path.parent.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--script", "missing.txt"), "missing.txt: is no file; valid is a script of controls"),
+        (("--script", "KEYS", "--gamepad", "/dev/input/js0"), "and gamepad /dev/input/js0 both say who leads"),
+        (("--script", "KEYS", "--by-hand", "--every", "2"), "by-hand and every 2 exclude each other"),
+        (("--script", "KEYS", "--every", "0"), "trigger: time = 0.0 is not positive"),
+        (("--script", "KEYS", "--distance", "-1"), "trigger: distance = -1.0 is not positive"),
+        (("--script", "KEYS", "--sensors", "sonar"), "sensor 'sonar' is not on robot 'robuter'"),
+        (("--script", "KEYS", "--renderer", "fast"), "renderer 'fast' is unknown; valid are filament, classic, none"),
+        (("--script", "KEYS", "--start", "99"), "start 99.0 m and end 6 m are no stretch"),
+        (("--script", "KEYS", "--robot", "r2d2"), "r2d2"),
+        (("--script", "BAD"), "bad.txt, line 1, column 3: 'forwad' is not valid"),
+        (("--script", "LED"), "led.mcap: was not led by hand"),
+        (("--script", "BYTES"), "bytes.txt: is no text"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(
+    plan: str, keys: Path, tmp_path: Path, refseq: Refseq, words: tuple[str, ...], told: str
+) -> None:
+    (tmp_path / "bad.txt").write_text("1 forwad\n2 stop")
+    (tmp_path / "bytes.txt").write_bytes(b"\xff\xfe\x00")
+    if "LED" in words:
+        record(Drive(world=plan, renderer=RendererKind.NONE, end=1.0), tmp_path / "led.mcap")
+    named = {"KEYS": keys, "BAD": tmp_path / "bad.txt", "LED": tmp_path / "led.mcap", "BYTES": tmp_path / "bytes.txt"}
+    path = tmp_path / "out" / "drive.mcap"
+    laser = () if "--sensors" in words else LASER
+    answer = refseq("drive", plan, *(named.get(word, word) for word in words), *laser, "-o", path)
+    assert answer.code == 2
+    assert told in answer.err
+    assert len(answer.err.strip().splitlines()) == 1
+    assert not path.parent.exists()

@@ -1,0 +1,243 @@
+"""``refseq localise`` and ``refseq report`` with an atlas: its places, and which of its paths is recognised."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from rich.console import Console
+
+from refseq.atlas.atlas import beside
+from refseq.atlas.file import load_atlas, save_atlas
+from refseq.atlas.localiser import AtlasLocaliser, localise_in
+from refseq.atlas.merge import merge
+from refseq.belief import LOST_ABOVE, Stage
+from refseq.errors import MapError
+from refseq.logs import Recording, RecordingWriter, read_recording
+from refseq.logs.beliefs import read_beliefs
+from refseq.map.file import load_map, save_map
+from refseq.map.profile import BEST
+from refseq.map.sequence import learn
+from refseq.view import Pose, View
+from scenarios.drives.evaluate import compare, compare_in_atlas, places_as_views
+from scenarios.scoring.comparison import Drives
+from scenarios.scoring.sequence_recall import answered, recognised_table
+from tests.scenarios.conftest import Refseq
+from tests.support import certain, corridor_drive
+
+SHARED = slice(16, 28)
+QUERY = 14
+"""Views of the query, all of them beyond those that both drives share."""
+
+
+def write(path: Path, views: Sequence[View]) -> None:
+    with RecordingWriter(path, {"light": "18:00"}) as writer:
+        for view in views:
+            writer.write(view, Pose(0, 0, 0))
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Maps of the two halves of a drive, which share 12 views, an atlas of them, later drives through the second."""
+    folder = tmp_path_factory.mktemp("desk")
+    drive = corridor_drive(np.random.default_rng(1), count=44, size=96)
+    west = learn(drive[: SHARED.stop], profile=BEST, metadata={"world": "hallway", "route": "west"})
+    east = learn(drive[SHARED.start :], profile=BEST, metadata={"world": "hallway", "route": "east"})
+    save_map(west, folder / "west.refseq")
+    save_map(east, folder / "east.refseq")
+    save_atlas(merge(["west", "east"], [west, east]).atlas, folder / "atlas.refseq")
+    save_atlas(beside(["west"], [west]), folder / "one.refseq")
+    query = corridor_drive(np.random.default_rng(2), count=44, size=96, brightness=0.8)
+    write(folder / "query.mcap", query[-QUERY:])
+    write(folder / "blind.mcap", [replace(view, images={}) for view in query[-QUERY:]])
+    atlas = (folder / "atlas.refseq").read_bytes()
+    middle = len(atlas) // 2
+    (folder / "spoilt.refseq").write_bytes(atlas[:middle] + bytes([atlas[middle] ^ 255]) + atlas[middle + 1 :])
+    (folder / "cut.refseq").write_bytes(atlas[:middle])
+    return folder
+
+
+@pytest.fixture
+def here(desk: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(desk)
+    return desk
+
+
+def row(text: str, name: str) -> list[int]:
+    """The numbers of one line of a table."""
+    (line,) = [line for line in text.splitlines() if line.strip().startswith(name)]
+    return [int(number) for number in re.findall(r"\d+", line.strip().removeprefix(name))]
+
+
+def test_a_drive_is_localised_in_an_atlas(refseq: Refseq, here: Path) -> None:
+    words = "localise atlas.refseq query.mcap --stage uniform --stage chain -o beliefs.parquet"
+    answer = refseq(*words.split())
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.startswith(f"beliefs.parquet: beliefs of {QUERY} views\natlas.refseq ← query.mcap: {QUERY} views")
+    atlas, beliefs = load_atlas(here / "atlas.refseq"), read_beliefs(here / "beliefs.parquet")
+    assert list(beliefs) == [Stage.UNIFORM, Stage.CHAIN]
+    for stage in beliefs:
+        assert [len(belief.places) for belief in beliefs[stage]] == [len(atlas)] * QUERY
+    # Only the second drive was ever there: it holds these places, and no other path runs through them.
+    lost = [sum(belief.lost > LOST_ABOVE for belief in answers) for answers in beliefs.values()]
+    assert max(lost) <= 1
+    east = [count for n in lost for count in (QUERY - n, QUERY - n)]
+    assert row(answer.out, "west") == [len(atlas.sequences[0]), 0, 0, 0, 0]
+    assert row(answer.out, "east") == [len(atlas.sequences[1]), *east]
+    assert row(answer.out, "says lost") == lost
+
+
+def test_below_what_is_asked_is_exit_code_1_after_all_was_told(refseq: Refseq, here: Path) -> None:
+    answer = refseq("localise", "atlas.refseq", "query.mcap", "--stage", "uniform", "--at-least", "90")
+    assert (answer.code, answer.err) == (0, "")
+    views = read_recording(here / "query.mcap").views
+    write(here / "moved.mcap", [replace(view, truth=Pose(5.0, 0.0, 0.0)) for view in views])
+    answer = refseq("localise", "atlas.refseq", "moved.mcap", "--stage", "uniform", "--at-least", "90")
+    assert answer.code == 1
+    assert "says lost" in answer.out
+    assert answer.err.startswith("below what was asked: 0.0 %")
+
+
+@pytest.mark.parametrize("stage", [Stage.UNIFORM, Stage.CHAIN])
+def test_an_atlas_of_one_map_answers_as_the_map_bit_for_bit(refseq: Refseq, here: Path, stage: Stage) -> None:
+    answers = [
+        refseq("localise", name, "query.mcap", "--stage", stage, "--views", "0:6", "-o", f"{name}.parquet")
+        for name in ("west.refseq", "one.refseq")
+    ]
+    assert [answer.code for answer in answers] == [0, 0]
+    assert answers[0].out.replace("west.refseq", "one.refseq").split() == answers[1].out.split()
+    assert "says lost" not in answers[1].out
+    one, other = (pq.read_table(here / f"{name}.parquet") for name in ("west.refseq", "one.refseq"))
+    told = [name for name in one.column_names if name not in ("features_s", "matching_s", "mixture_s", "chain_s")]
+    assert len(told) == len(one.column_names) - 4
+    assert one.select(told).equals(other.select(told))
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (
+            "localise atlas.refseq query.mcap --sensors sonar",
+            "sensor 'sonar' is not in the map; valid are forward, laser",
+        ),
+        (
+            "localise atlas.refseq blind.mcap --sensors forward",
+            "atlas.refseq ← blind.mcap: the drive's sensors (laser) have none in common with the map's; valid are forw",
+        ),
+        ("localise atlas.refseq query.mcap --stage magic", "stage 'magic' is unknown; valid are uniform, prior, chain"),
+        ("localise query.mcap query.mcap", "query.mcap: is not a .refseq map, or is damaged"),
+        ("localise cut.refseq query.mcap", "cut.refseq: is not a .refseq map, or is damaged"),
+        ("localise spoilt.refseq query.mcap", "spoilt.refseq"),
+        ("matrix atlas.refseq", "atlas.refseq: is an atlas of several sequences; valid is a map of one"),
+        (
+            "report atlas.refseq query.mcap right.parquet --reference query.mcap -o x.html",
+            "query.mcap: has the pictures of one drive, atlas.refseq is an atlas of several; valid is no reference",
+        ),
+        (
+            "report atlas.refseq query.mcap wrong.parquet -o x.html",
+            "wrong.parquet: comparison 'atlas.refseq ← query.mcap', stage 'chain', view 0: best place ",
+        ),
+    ],
+)
+def test_what_is_wrong_is_told_in_one_line(refseq: Refseq, here: Path, words: str, told: str) -> None:
+    for name, map_file in (("right", "atlas.refseq"), ("wrong", "east.refseq")):
+        if not (here / f"{name}.parquet").exists():
+            refseq("localise", map_file, "query.mcap", "--stage", "chain", "-o", f"{name}.parquet")
+    answer = refseq(*words.split())
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith(f"error: {told}")
+    assert len(answer.err.splitlines()) == 1
+    assert not list(here.glob("x.*"))
+
+
+def test_an_atlas_is_shown_alone_or_with_a_drive(refseq: Refseq, here: Path) -> None:
+    refseq("localise", "atlas.refseq", "query.mcap", "--stage", "chain", "-o", "seen.parquet")
+    for number, files in enumerate((["atlas.refseq"], ["atlas.refseq", "query.mcap", "seen.parquet"])):
+        assert refseq("view", *files, "--save", f"seen-{number}.rrd").code == 0
+    assert (here / "seen-1.rrd").stat().st_size > (here / "seen-0.rrd").stat().st_size > 0
+
+
+def test_a_report_shows_which_sequence_was_recognised(refseq: Refseq, here: Path) -> None:
+    refseq("localise", "atlas.refseq", "query.mcap", "--stage", "chain", "-o", "told.parquet")
+    answer = refseq("report", "atlas.refseq", "query.mcap", "told.parquet", "-o", "page.html")
+    assert (answer.code, answer.err, answer.out) == (0, "", "page.html\n")
+    page = (here / "page.html").read_text()
+    assert "truly there" in page
+    assert "P(sequence) = " in page
+    assert page.count(">west<")
+    assert page.count(">east<")
+    assert "west, east" in page, "metadata of both drives"
+
+
+def test_a_comparison_in_an_atlas_has_its_places_as_reference_views(here: Path) -> None:
+    atlas, query = load_atlas(here / "atlas.refseq"), read_recording(here / "query.mcap")
+    found = compare_in_atlas("a ← q", atlas, query, stages=(Stage.UNIFORM,))
+    first, second = map(len, atlas.sequences)
+    assert found.drives == Drives(("west", "east"), (first, second))
+    assert tuple(view.truth for view in found.reference_views) == atlas.poses
+    for stretch, sequence in zip(found.stretches, atlas.sequences, strict=True):
+        assert tuple(found.reference_views[stretch]) == places_as_views(sequence)
+    assert found.reference_metadata == {"world": "hallway", "route": "west, east"}
+    assert found.query_metadata["light"] == "18:00"
+
+
+def test_a_map_read_as_an_atlas_is_compared_as_the_map(here: Path) -> None:
+    atlas, query = load_atlas(here / "west.refseq"), read_recording(here / "query.mcap")
+    query = Recording(query.views[:3], query.metadata)
+    one = compare("a ← q", load_map(here / "west.refseq"), query)
+    other = compare_in_atlas("a ← q", atlas, query)
+    assert other.drives is None
+    assert other.reference_views == one.reference_views
+    assert other.reference_metadata == one.reference_metadata
+    for stage, beliefs in one.beliefs.items():
+        for a, b in zip(beliefs, other.beliefs[stage], strict=True):
+            assert (a.places.tobytes(), a.lost, a.best, a.path) == (b.places.tobytes(), b.lost, b.best, b.path)
+
+
+def test_only_the_sensors_asked_for_are_used(here: Path) -> None:
+    """The same as a localiser of these sensors, and not the same as one of all."""
+    atlas, views = load_atlas(here / "atlas.refseq"), read_recording(here / "query.mcap").views[:4]
+    found = localise_in(atlas, views, stages=(Stage.CHAIN,), sensors=("laser",))[Stage.CHAIN]
+    localiser = AtlasLocaliser(atlas, sensors=("laser",))
+    for belief, view in zip(found, views, strict=True):
+        assert belief.places.tobytes() == localiser.update(view).places.tobytes()
+    with_all = localise_in(atlas, views, stages=(Stage.CHAIN,))[Stage.CHAIN]
+    assert any(a.places.tobytes() != b.places.tobytes() for a, b in zip(found, with_all, strict=True))
+    with pytest.raises(MapError, match=r"^sensor 'sonar' is not in the map; valid are "):
+        localise_in(atlas, views, sensors=("sonar",))
+
+
+def test_views_are_counted_at_their_sequence_and_at_every_path_through_their_place(here: Path) -> None:
+    atlas = load_atlas(here / "atlas.refseq")
+    size = len(atlas)
+    lost = certain(size, 0, lost=0.9)
+    runs = [
+        {(s, p) for s, p in zip(path.sequences.tolist(), path.places.tolist(), strict=True)} for path in atlas.paths
+    ]
+    shared = runs[0] & runs[1]
+    assert len(shared) >= 8
+    for sequence, members in enumerate(map(len, atlas.sequences)):
+        for place in range(members):
+            beliefs = [lost, certain(size, int(atlas.first[sequence]) + place), lost]
+            found = answered(atlas, beliefs)
+            for number, name in enumerate(("west", "east")):
+                assert found[name] == (int(number == sequence), int((sequence, place) in runs[number]))
+
+
+def test_a_path_without_a_sequence_of_its_own_and_odd_names_are_told(here: Path) -> None:
+    west = load_map(here / "west.refseq")
+    atlas = beside(["[red]west"], [west])
+    way = replace(atlas.paths[0], name="again")
+    atlas = replace(atlas, paths=(*atlas.paths, way))
+    beliefs = {"a/chain": [certain(len(west), 3), certain(len(west), 4), certain(len(west), 4, lost=0.8)]}
+    console = Console(file=StringIO(), width=80)
+    console.print(recognised_table(atlas, beliefs))
+    assert isinstance(console.file, StringIO)
+    text = console.file.getvalue()
+    assert row(text, "[red]west") == [len(west), 2, 2]
+    assert row(text, "again") == [0, 0, 2]
+    assert row(text, "says lost") == [1]

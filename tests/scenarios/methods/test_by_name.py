@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from refseq.belief import Belief, Stage
+from refseq.map.localiser import localise
+from refseq.map.profile import profile_named
+from refseq.map.sequence import learn
+from refseq.view import View
+from scenarios.errors import ScenarioError
+from scenarios.methods.baselines import BASELINES, Reference
+from scenarios.methods.by_name import METHODS, answers, methods_named, run
+from tests.support import certain, corridor_drive
+
+
+@pytest.fixture(scope="module")
+def drives() -> tuple[list[View], list[View]]:
+    rng = np.random.default_rng(0)
+    return corridor_drive(rng, 8, size=48), corridor_drive(rng, 8, brightness=0.7, size=48)
+
+
+def same(one: list[Belief], other: list[Belief]) -> bool:
+    return all(a.lost == b.lost and np.array_equal(a.places, b.places) for a, b in zip(one, other, strict=True))
+
+
+def test_methods_go_by_their_names_each_once() -> None:
+    assert methods_named(None) == METHODS
+    assert methods_named(["vlad", "thesis/chain", "vlad"]) == ("vlad", "thesis/chain")
+    with pytest.raises(
+        ScenarioError, match=r"^method 'chain' is unknown; valid are thesis/uniform, .*, package.module:Class$"
+    ):
+        methods_named(["vlad", "chain"])
+
+
+def test_answers_are_those_of_each_method_alone(drives: tuple[list[View], list[View]]) -> None:
+    reference, query = drives
+    wanted = ("topometric", "thesis/chain", "vlad", "thesis/uniform")
+    found = answers(wanted, reference, query, seed=3)
+    assert tuple(found) == wanted
+    sequence = learn(reference, profile=profile_named("thesis"))
+    for stage in (Stage.UNIFORM, Stage.CHAIN):
+        assert same(found[f"thesis/{stage}"], localise(sequence, query, stages=(stage,), seed=3)[stage])
+    for name in ("vlad", "topometric"):
+        localiser = BASELINES[name](Reference(reference))
+        assert same(found[name], [localiser.update(view) for view in query])
+
+
+def test_hindsight_is_asked_for_by_its_name_only_and_knows_what_came_after(
+    drives: tuple[list[View], list[View]],
+) -> None:
+    reference, query = drives
+    assert not any("hindsight" in name for name in methods_named(["thesis", "best", "baselines"]))
+    found = answers(("best/hindsight", "best/chain"), reference, query)
+    assert tuple(found) == ("best/hindsight", "best/chain")
+    assert same(found["best/hindsight"][-1:], found["best/chain"][-1:]), "after the last view there is nothing to know"
+    assert not same(found["best/hindsight"][:-1], found["best/chain"][:-1])
+    cut = answers(("best/hindsight", "best/chain"), reference, query[:4])
+    assert same(cut["best/chain"], found["best/chain"][:4])
+    assert not same(cut["best/hindsight"], found["best/hindsight"][:4])
+
+
+class Counting:
+    """Anybody's localiser: it answers how many views it has seen."""
+
+    def __init__(self) -> None:
+        self.seen = 7
+
+    def reset(self) -> None:
+        self.seen = 0
+
+    def update(self, view: View) -> Belief:
+        self.seen += 1
+        return certain(9, self.seen)
+
+
+def test_a_localiser_of_ones_own_is_reset_and_asked_in_order(drives: tuple[list[View], list[View]]) -> None:
+    found = run({"mine": Counting(), "yours": Counting()}, drives[1])
+    assert {name: [belief.best for belief in beliefs] for name, beliefs in found.items()} == {
+        "mine": list(range(1, 9)),
+        "yours": list(range(1, 9)),
+    }

@@ -1,0 +1,295 @@
+import base64
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from refseq.belief import Stage, Timings
+from refseq.view import Pose, View
+from scenarios.errors import ScenarioError
+from scenarios.methods.by_name import METHODS
+from scenarios.report.document import write_report
+from scenarios.report.plots.drive import INK, draw_retrieval, draw_shares, draw_truth, errors, lost, plan, styles
+from scenarios.report.sections.tables import further_row
+from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.fault_spans import incidents
+from scenarios.scoring.figures import figures, success_over_seeds
+from scenarios.scoring.score import NARROW, WIDE, ReferencePath, pool, score
+from tests.support import CORRIDOR, certain, corridor_comparison
+
+COUNT = 30
+VOID = {"meta", "img", "br"}
+SAME_PLACE = re.compile(r"(\w+), (\w+), query view (\d+), reference place (\d+)")
+
+
+class Page(HTMLParser):
+    """Rows of the tables, sources of the pictures, and everything that a browser would fetch."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.rows: list[list[str]] = []
+        self.pictures: list[tuple[str, str]] = []
+        self.fetched: list[str] = []
+        self.scans = 0
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = {key: value or "" for key, value in attrs}
+        self.fetched += [v for k, v in values.items() if k in ("src", "href", "xlink:href", "srcset", "data")]
+        if tag == "img":
+            self.pictures.append((values["alt"], values["src"]))
+        self.scans += values.get("aria-label", "").startswith("scan")
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+    def row(self, label: str) -> list[str]:
+        return next(row for row in self.rows if row[0] == label)
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[Comparison]:
+    return [corridor_comparison(seed, count=COUNT, size=48) for seed in range(3)]
+
+
+@pytest.fixture(scope="module")
+def text(runs: list[Comparison], tmp_path_factory: pytest.TempPathFactory) -> str:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(path, runs, title="Three seeds", outline=CORRIDOR)
+    return path.read_text()
+
+
+def written(tmp_path: Path, *comparisons: Comparison, title: str = "a") -> str:
+    write_report(tmp_path / "r.html", comparisons, title=title, outline=None)
+    return (tmp_path / "r.html").read_text()
+
+
+def test_page_is_whole_and_needs_nothing_beside_it(text: str) -> None:
+    page = Page(text)
+    assert page.open == []
+    assert all(source.startswith(("data:", "#")) for source in page.fetched)
+    assert not re.search(r"@import|url\((?!#)", text)
+    assert text.count("<script") == 1  # that it is ours: test_style.py
+    assert not re.search(r"<link|<iframe|<object", text)
+    assert INK not in text
+
+
+def test_table_has_the_scorer_s_figures(text: str, runs: list[Comparison]) -> None:
+    page = Page(text)
+    for stage in Stage:
+        wide = pool([score(run, stage) for run in runs])
+        narrow = pool([score(run, stage, NARROW) for run in runs])
+        row = page.row(stage.label)
+        low, high = (100 * bound for bound in wide.success.interval)
+        assert row[1] == f"{3 * COUNT} / {narrow.success.trials}"
+        assert row[2] == f"{100 * wide.success.value:.1f} % [{low:.0f}, {high:.0f}]"
+        assert row[3].startswith(f"{100 * narrow.success.value:.1f} % [")
+        ends = [success_over_seeds([score(run, stage, near) for run in runs]) for near in (WIDE, NARROW)]
+        assert row[4] == " / ".join(f"[{100 * end[0]:.1f}, {100 * end[1]:.1f}]" for end in ends if end)
+        assert row[5] == str(wide.failures)
+        assert row[6] == f"{np.nanmedian(np.abs(wide.errors)):.2f} m"
+        assert row[7] == f"{np.nanquantile(np.abs(wide.errors), 0.95):.2f} m"
+
+
+def test_what_was_driven_is_said(text: str) -> None:
+    page = Page(text)
+    assert page.row("light") == ["light", "16:00", "18:00"]
+    assert page.row("seed") == ["seed", "0, 1, 2", "1000, 1001, 1002"]
+    assert page.row("versions.mujoco") == ["versions.mujoco", "4.0.0"]
+
+
+def test_frames_show_matching_places_of_both_drives(text: str, runs: list[Comparison]) -> None:
+    matched = [(SAME_PLACE.match(alt), source) for alt, source in Page(text).pictures]
+    same = [(found.groups(), source) for found, source in matched if found]
+    assert len(same) == 4 * 2 * 2
+    for (camera, which, t, k), source in same:
+        views = runs[0].reference_views if which == "reference" else runs[0].query_views
+        original = views[int(k if which == "reference" else t)].images[camera]
+        data = np.frombuffer(base64.b64decode(source.split(",")[1]), np.uint8)
+        shown = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+        assert shown.shape == (240, 320)
+        assert abs(shown.mean() - original.mean()) < 3
+        truth = runs[0].query_views[int(t)].truth
+        assert ReferencePath(runs[0].reference_views).nearest(truth) == int(k)
+
+
+def test_same_input_gives_the_same_bytes(text: str, runs: list[Comparison], tmp_path: Path) -> None:
+    write_report(tmp_path / "again.html", runs, title="Three seeds", outline=CORRIDOR)
+    assert (tmp_path / "again.html").read_text() == text
+
+
+def test_full_size_report_stays_small(tmp_path: Path) -> None:
+    text = written(tmp_path, corridor_comparison(0), corridor_comparison(1, count=COUNT, size=48, name="late evening"))
+    assert len(text.encode()) < 4_000_000
+    assert text.count("<h2>") == 2
+
+
+def test_text_from_outside_is_escaped(tmp_path: Path, runs: list[Comparison]) -> None:
+    nasty = replace(runs[0], name="<b>A & B</b>", query_metadata={"light": "<script>alert(1)</script>"})
+    text = written(tmp_path, nasty, title="<i>t</i>")
+    assert "alert(1)</script>" not in text
+    assert text.count("<script") == 1
+    assert "<b>A" not in text
+    assert "&lt;b&gt;A &amp; B&lt;/b&gt;" in text
+
+
+def test_long_metadata_is_folded_away(tmp_path: Path, runs: list[Comparison]) -> None:
+    text = written(tmp_path, replace(runs[0], query_metadata={"config": "speed = 0.5; " * 50}))
+    assert "<summary>query: config</summary>" in text
+    assert "config" not in [row[0] for row in Page(text).rows]
+
+
+def test_cost_is_in_milliseconds(tmp_path: Path, runs: list[Comparison]) -> None:
+    seconds = [replace(certain(COUNT, 0), timings=Timings(features=0.001 * t)) for t in range(COUNT)]
+    page = Page(written(tmp_path, replace(runs[0], beliefs={Stage.CHAIN: seconds})))
+    heading, row = (next(r for r in page.rows if r[:2] == [first, second]) for first, second in (
+        ("method", "features [ms]"), (Stage.CHAIN.label, "14.50 / 27.55")))  # fmt: skip
+    cost = dict(zip(heading, row, strict=True))
+    assert cost["total [ms]"] == "14.50 / 27.55"
+    assert cost["mixture [ms]"] == "0.00 / 0.00"
+
+
+def test_drives_without_truth_are_shown_but_not_scored(tmp_path: Path, runs: list[Comparison]) -> None:
+    blind = replace(runs[0], query_views=[replace(view, truth=None) for view in runs[0].query_views])
+    text = written(tmp_path, blind)
+    assert "nothing can be scored" in text
+    assert text.count("<svg") == 2  # belief and lost need no truth
+    assert len(Page(text).pictures) == 16
+    assert "%]" not in text
+
+
+def test_views_off_the_map_without_truth_or_pictures_are_fine(tmp_path: Path) -> None:
+    reference = [View(float(k), truth=Pose(float(k), 0.0, 0.0)) for k in range(5)]
+    query = [View(0.0, truth=Pose(1.0, 0.0, 0.0)), View(1.0), View(2.0, truth=Pose(1.0, 50.0, 0.0))]
+    beliefs = {Stage.CHAIN: [certain(5, 1), certain(5, 1), certain(5, 1, lost=0.9)]}
+    page = Page(text := written(tmp_path, Comparison("sparse", reference, {}, query, {}, beliefs)))
+    assert "1 view has no true pose" in text
+    assert page.pictures == []
+    label = Stage.CHAIN.label
+    _, further, off_map = (row for row in page.rows if row[0] == label)
+    assert further[1] == "0 / 0 / 0 / 1"
+    assert off_map == [label, "1.000", "0 %", "0.050", "0.00 m", "n/a", "n/a"]
+
+
+def test_methods_are_told_apart_by_colour_by_line_and_by_marker() -> None:
+    for methods in (METHODS, [*Stage, "one", "other"]):
+        for looks in zip(*styles(methods).values(), strict=True):
+            assert len(set(looks)) == len(methods)
+
+
+def test_any_method_is_shown_beside_the_stages(tmp_path: Path, runs: list[Comparison]) -> None:
+    beliefs = {"mine": runs[0].beliefs[Stage.CHAIN], **runs[0].beliefs}
+    page = Page(text := written(tmp_path, replace(runs[0], beliefs=beliefs)))
+    labels = [*(stage.label for stage in Stage), "mine"]
+    assert [row[0] for row in page.rows if row[0] in labels] == labels * 3  # three tables, stages first
+    assert page.row("mine")[1:] == page.row(Stage.CHAIN.label)[1:]
+    assert text.count("<svg") == 7 + page.scans
+
+
+def test_only_a_narrow_plan_is_stretched() -> None:
+    corridor = corridor_comparison(0, count=COUNT, size=24)
+    drawn = plan(corridor, score(corridor, Stage.CHAIN), CORRIDOR)
+    assert re.fullmatch(r"The y axis is drawn \d+\.\d times as large as the x axis\.", drawn.note)
+
+    def squeezed(views: Any) -> list[View]:
+        return [replace(v, truth=Pose(v.truth.x / 10, v.truth.y * 10, 0.0)) for v in views]
+
+    square = replace(
+        corridor, reference_views=squeezed(corridor.reference_views), query_views=squeezed(corridor.query_views)
+    )
+    assert plan(square, score(square, Stage.CHAIN), None).note == ""
+
+
+def test_an_empty_report_is_refused_and_leaves_the_old_one(tmp_path: Path) -> None:
+    path = tmp_path / "r.html"
+    path.write_text("old")
+    with pytest.raises(ScenarioError, match="0 comparisons; valid is at least one"):
+        write_report(path, [], title="none", outline=None)
+    assert path.read_text() == "old"
+
+
+def test_harm_is_told_of_profiles_by_their_own_single_view() -> None:
+    whole = corridor_comparison(count=COUNT, size=24)
+    named = {f"best/{stage}": beliefs for stage, beliefs in whole.beliefs.items()}
+    columns = [
+        [further_row(one).harm for one in figures([replace(whole, beliefs=beliefs)])]
+        for beliefs in (whole.beliefs, {**named, "topometric": whole.beliefs[Stage.CHAIN]})
+    ]
+    assert columns[0][0] == "n/a"
+    assert all(re.fullmatch(r"\d+ of \d+", text) for text in columns[0][1:])
+    assert columns[1] == [*columns[0], "n/a"]
+
+
+def test_precision_and_recall_are_drawn_as_they_are_scored(runs: list[Comparison]) -> None:
+    curve = score(runs[0], Stage.UNIFORM).retrieval
+    assert curve is not None
+    axes = Figure().add_subplot()
+    draw_retrieval(axes, curve, styles(["m"])["m"], "m")
+    steps, end = axes.lines
+    recall, precision = (np.asarray(values, float) for values in steps.get_data())
+    assert steps.get_drawstyle() == "steps-pre"
+    assert float(np.sum(np.diff(recall) * precision[1:])) == pytest.approx(curve.auc)
+    assert list(zip(recall[1:], precision[1:], strict=True)) == list(zip(curve.recall, curve.precision, strict=True))
+    assert (end.get_xdata()[-1], end.get_ydata()[-1]) == (curve.recall[-1], curve.precision[-1])  # type: ignore[index]
+    assert f"AUC {curve.auc:.3f}" in str(steps.get_label())
+
+
+def test_shares_are_drawn_with_their_intervals() -> None:
+    shares = np.array([[0.9, 0.6, 0.98], [0.1, 0.02, 0.4], [np.nan] * 3])
+    axes = Figure().add_subplot()
+    draw_shares(axes, np.arange(3.0), shares, ("#000000", "-", "o"), "m")
+    ((_, _, (bars,)),) = axes.containers  # type: ignore[misc]
+    assert [float(y) for segment in bars.get_segments()[:2] for _, y in segment] == pytest.approx([60, 98, 2, 40])
+
+
+def test_the_band_of_right_answers_is_broken_where_the_robot_was_carried(runs: list[Comparison]) -> None:
+    axes = Figure().add_subplot()
+    path = ReferencePath(runs[0].reference_views)
+    draw_truth(axes, runs[0].query_views, path, WIDE, [10])
+    for line in axes.lines:
+        x, y = (np.asarray(values, float) for values in line.get_data())
+        assert list(np.flatnonzero(np.isnan(x))) == [10]
+        assert np.isnan(y[10])
+        assert list(x[np.isfinite(x)]) == list(range(COUNT))
+    before, after = (line.get_ydata() for line in axes.lines)
+    assert (np.asarray(before)[[5, 20]] < np.asarray(after)[[5, 20]]).all()
+
+
+def test_faults_on_the_drive_are_marked(runs: list[Comparison]) -> None:
+    faults = '[{"kind": "camera-black", "camera": "forward", "at": 3.0, "until": 6.0}]'
+    met = incidents(runs[0].query_views, {"faults": faults})
+    path, scores = ReferencePath(runs[0].reference_views), {Stage.CHAIN: score(runs[0], Stage.CHAIN)}
+    drawn = [
+        plan(runs[0], scores[Stage.CHAIN], CORRIDOR, met),
+        lost(runs[0], path, WIDE, met),
+        errors(runs[0], scores, path, (WIDE, NARROW), met),
+    ]
+    assert [one.svg.count("forward black from 3 m") for one in drawn] == [1, 1, 1]
+
+
+def test_many_methods_are_all_in_the_tables_and_few_in_the_plots(tmp_path: Path, runs: list[Comparison]) -> None:
+    beliefs = {f"method-{i}": runs[0].beliefs[Stage.CHAIN if i == 7 else Stage.UNIFORM] for i in range(12)}
+    text = written(tmp_path, replace(runs[0], beliefs=beliefs))
+    rows = [row[0] for row in Page(text).rows]
+    assert all(rows.count(method) == 3 for method in beliefs)
+    in_plots = {method for method in beliefs if re.search(rf">{method} \(AUC", text)}
+    assert len(in_plots) == 6
+    assert {"method-7", "method-11"} <= in_plots  # the one that is right most often, and the one that is judged
+    assert "The plots show 6 of\n12 methods" in text

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from refseq.belief import Stage
+from refseq.view import Scan
+from scenarios.report.page import SCAN_REACH, duration_text, scan_outline, size_text
+from scenarios.report.sections.tables import cost_table
+from scenarios.scoring.cost import Cost
+from tests.support import corridor_comparison
+
+
+@pytest.mark.parametrize(
+    ("count", "text"), [(0, "0 B"), (999, "999 B"), (1000, "1 kB"), (27_430_000, "27.4 MB"), (1.5e12, "1.5e+03 GB")]
+)
+def test_bytes_have_the_unit_that_keeps_them_short(count: float, text: str) -> None:
+    assert size_text(count) == text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.04, "0.0 s"),
+        (59.94, "59.9 s"),
+        (60, "1 min 00 s"),
+        (119.7, "2 min 00 s"),
+        (3600, "1 h 00 min"),
+        (9000, "2 h 30 min"),
+    ],
+)
+def test_times_are_in_the_units_of_a_clock(seconds: float, text: str) -> None:
+    assert duration_text(seconds) == text
+
+
+def test_a_scan_is_drawn_as_seen_from_above_with_the_robot_looking_up() -> None:
+    ranges = np.full(361, 100.0, np.float32)
+    ranges[[0, 180, 360]] = 2.0, 3.0, 4.0
+    scan = Scan(ranges)
+    found = [tuple(map(int, point.split(","))) for point in scan_outline(scan).split()]
+    assert scan.bearings[0] < 0 < scan.bearings[-1]  # from the right to the left
+    assert (found[0], found[-1]) == ((20, 0), (-40, 0))
+    assert (0, -30) in found
+    others = [point for point in found if point not in ((20, 0), (0, -30), (-40, 0))]
+    assert np.hypot(*np.array(others).T) == pytest.approx(10 * SCAN_REACH, abs=1)
+
+
+def test_costs_are_means_over_the_drives_and_of_memory_the_most() -> None:
+    run = corridor_comparison(0, count=4, size=24)
+    costs = [
+        Cost(learn_s=1.0, answer_s=10.0, places=10, bytes_kept=10_000, features=50, peak_bytes=3_000_000),
+        Cost(learn_s=3.0, answer_s=20.0, places=30, bytes_kept=50_000, features=70, peak_bytes=2_000_000),
+    ]
+    table = cost_table([run], [Stage.CHAIN], {Stage.CHAIN: costs})
+    (row,) = table.rows
+    assert dict(zip(table.headings, row.cells, strict=True)) | {
+        "bytes a place": "1.5 kB",
+        "features a place": "3",
+        "kept in all": "30 kB",
+        "learning": "2.0 s",
+        "answering": "15.0 s",
+        "most memory": "3 MB",
+    } == dict(zip(table.headings, row.cells, strict=True))

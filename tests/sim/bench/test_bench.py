@@ -1,0 +1,370 @@
+import json
+import math
+from itertools import pairwise
+
+import mujoco
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import robots
+import sim.bench.bench
+from refseq.view import Pose, View
+from robots import Twist
+from robots.odometry import CalibrationErrors
+from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench, BenchSettings
+from sim.cameras.camera import METER_STEP, CameraModel
+from sim.cameras.exposure import ExposureControl, centre_weights
+from sim.cameras.lens import Lens
+from sim.cameras.library import load_camera
+from sim.cameras.sensor import Sensor
+from sim.drives.operator import OperatorStyle
+from sim.drives.recorder import Trigger, describe
+from sim.errors import SimError
+from sim.rendering.render import RendererKind
+from sim.sensors.laser import LaserModel
+from tests.worlds.conftest import SMALL
+from worlds.build import World, build
+from worlds.light import light_named
+from worlds.plans.plan import parse_plan
+
+BLIND = BenchSettings(renderer=RendererKind.NONE)
+
+
+@pytest.fixture(scope="module")
+def corridor() -> World:
+    """8 m long, walls at y = ±1.2 m, its route along the x axis from 1 m on."""
+    return build(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
+
+
+def bench_in(world: World, seed: int = 0, settings: BenchSettings = BLIND) -> Bench:
+    return Bench(world, robots.load("robuter"), seed=seed, settings=settings)
+
+
+def drive(bench: Bench, twist: Twist, seconds: float) -> None:
+    for _ in range(round(seconds / CONTROL_PERIOD)):
+        bench.drive(twist)
+
+
+def test_it_starts_at_the_routes_first_point_facing_the_second(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        assert bench.time == 0.0
+        assert (bench.pose.x, bench.pose.y, bench.pose.heading) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_an_unknown_route_is_told_with_the_valid_ones(corridor: World) -> None:
+    with pytest.raises(SimError, match=r"^unknown route 'up' in world 'small': valid are forward$"):
+        Bench(corridor, robots.load("robuter"), route="up", settings=BLIND)
+
+
+def test_the_worlds_spec_stays_free_of_robots(corridor: World) -> None:
+    before = len(corridor.spec.bodies)
+    with bench_in(corridor) as one, bench_in(corridor) as other:
+        assert len(corridor.spec.bodies) == before
+        drive(one, Twist(0.3, 0.0), 1.0)
+        assert other.pose.x == pytest.approx(1.0, abs=1e-9)
+        assert one.model.ngeom == other.model.ngeom
+
+
+def test_one_command_takes_one_control_period(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        drive(bench, Twist(), 1.0)
+        assert bench.time == pytest.approx(1.0, abs=1e-9)
+
+
+def test_truth_is_the_pose_of_the_axle(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        drive(bench, Twist(0.3, 0.4), 2.0)
+        truth = bench.sense().truth
+        body = bench.data.body("robuter/base")
+        w, _, _, z = body.xquat
+        axle = (bench.data.body("robuter/wheel-left").xpos + bench.data.body("robuter/wheel-right").xpos) / 2
+        assert truth is not None
+        assert (truth.x, truth.y) == pytest.approx(axle[:2], abs=1e-9)
+        assert truth.heading == pytest.approx(2 * math.atan2(z, w), abs=1e-4)  # the base is level to 1e-2 rad
+        assert 0.5 < truth.heading < 0.9
+
+
+def test_the_motion_of_views_is_that_of_the_true_path_but_for_slip_and_calibration(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        first, views = bench.sense(), []
+        for _ in range(5):
+            drive(bench, Twist(0.3, 0.05), 1.0)
+            views.append(bench.sense())
+        late = 0.3 * bench.control.period  # the wheels' counters were last read a tick ago
+    assert first.distance == first.turn == 0.0
+    for before, after in pairwise([first, *views]):
+        assert before.truth is not None
+        assert after.truth is not None
+        true = math.dist((before.truth.x, before.truth.y), (after.truth.x, after.truth.y))
+        assert after.distance == pytest.approx(true, rel=0.02, abs=0.002 + late)
+        assert after.turn == pytest.approx(after.truth.heading - before.truth.heading, abs=0.005)
+
+
+def test_reversing_counts_as_negative_distance(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        drive(bench, Twist(0.3, 0.0), 2.0)
+        drive(bench, Twist(), 1.0)
+        bench.sense()
+        drive(bench, Twist(-0.3, 0.0), 3.0)
+        # All the time but what it takes to speed up, half of 0.3 / 0.5 s.
+        assert bench.sense().distance == pytest.approx(-0.3 * 2.7, abs=0.1)
+
+
+def test_sensing_twice_in_one_place_is_no_motion(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        bench.sense()
+        drive(bench, Twist(0.3, 0.0), 1.5)
+        one, two = bench.sense(), bench.sense()
+    assert one.distance > 0.2
+    assert (two.distance, two.turn) == (0.0, 0.0)
+    assert two.truth == one.truth
+
+
+def test_the_scan_shows_the_walls_where_they_are(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        scan = bench.sense().scan
+    assert scan is not None
+    model = LaserModel()
+    error = model.bias_limit + 6 * model.sigma + 1 / model.mode.value
+    assert scan.ranges[[0, -1]] == pytest.approx([1.2, 1.2], abs=error)
+    assert scan.ranges[np.argmin(np.abs(scan.bearings - math.radians(30)))] == pytest.approx(2.4, abs=2 * error)
+
+
+def test_without_a_renderer_there_are_no_images(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        view = bench.sense()
+    assert view.sensors == {"laser"}
+    assert dict(view.images) == {}
+
+
+def test_the_same_seed_gives_the_same_scans_bit_for_bit_and_another_does_not(corridor: World) -> None:
+    scans = []
+    for seed in (3, 3, 4):
+        with bench_in(corridor, seed) as bench:
+            drive(bench, Twist(0.3, 0.1), 1.0)
+            view = bench.sense()
+            assert view.scan is not None
+            scans.append((view.scan.ranges.tobytes(), view.truth, bench.odometry))
+    assert scans[0] == scans[1]
+    assert scans[0][0] != scans[2][0]
+    assert scans[0][1:] == scans[2][1:], "a seed is about the sensors' noise; the same commands lead the same way"
+
+
+def test_a_unit_keeps_its_calibration_errors_over_drives_and_another_unit_has_others(corridor: World) -> None:
+    poses = []
+    for unit, seed in ((1, 1), (1, 2), (2, 1)):
+        settings = BenchSettings(RendererKind.NONE, calibration=CalibrationErrors(size=0.05), unit=unit)
+        with bench_in(corridor, seed, settings) as bench:
+            drive(bench, Twist(0.3, 0.0), 2.0)
+            poses.append(bench.odometry)
+    assert poses[0] == poses[1]
+    assert abs(poses[0].x - poses[2].x) > 1e-3
+
+
+class Lamp:
+    """A renderer of a wall that is evenly lit by ``luminance`` [cd/m²], its left half dark if there is an ``edge``."""
+
+    kind = RendererKind.FILAMENT
+
+    def __init__(self, luminance: float) -> None:
+        self.luminance = luminance
+        self.edge = self.closed = False
+        self.sizes: list[tuple[int, int]] = []
+        self.around: list[float] = []
+
+    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
+        self.sizes.append((width, height))
+        picture = np.full((height, width), self.luminance, np.float32)
+        picture[:, : width // 2 if self.edge else 0] *= 0.2
+        return picture
+
+    def light_around(self, illuminance: float) -> None:
+        self.around.append(illuminance)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture
+def lamp(monkeypatch: pytest.MonkeyPatch) -> Lamp:
+    lamp = Lamp(100.0)
+    monkeypatch.setattr(sim.bench.bench, "open_renderer", lambda kind, model: lamp)
+    return lamp
+
+
+def signal(view: View) -> float:
+    """Signal before gamma as the light meter weighs it, as a share of full scale."""
+    zones = (view.images["camera-1"][::METER_STEP, ::METER_STEP] / 255.0) ** CameraModel().gamma
+    return float((centre_weights(*zones.shape) * zones).sum())
+
+
+@pytest.mark.parametrize("elapsed", [0.04, 0.2, 2.0])
+def test_the_exposure_trails_a_change_of_light_by_the_cameras_lag(corridor: World, lamp: Lamp, elapsed: float) -> None:
+    model, factor = CameraModel(), 3.0
+    with bench_in(corridor, settings=BenchSettings()) as bench:
+        target = model.exposure.target
+        assert signal(bench.sense()) == pytest.approx(target, rel=0.03)
+        lamp.luminance *= factor
+        drive(bench, Twist(), elapsed)
+        # The loop looks at the new light for as long as the time since the last view, ADAPTATION at most.
+        left = math.exp(-min(elapsed, ADAPTATION) / model.exposure.lag)
+        assert signal(bench.sense()) == pytest.approx(target * factor**left, rel=0.03)
+
+
+def test_the_light_from_all_sides_is_that_of_the_place(lamp: Lamp) -> None:
+    window = 'window = [{ name = "w", wall = "right", at = 6.5 }]'
+    world = build(parse_plan(SMALL.format(top=window, end="")), light_named("16:00"), seed=0)
+    with bench_in(world, settings=BenchSettings(cameras=("camera-1",))) as bench:
+        for x in (1.0, 5.5):
+            bench.place(Pose(x, 0.0, 0.0))
+            bench.sense()
+            assert lamp.around[-1] == world.ambient.at(bench.data.camera("robuter/camera-1").xpos)
+    assert 0.0 < lamp.around[0] < lamp.around[1]
+
+
+def test_a_robot_that_is_carried_stands_there_and_its_odometer_does_not_notice(corridor: World) -> None:
+    with bench_in(corridor) as bench:
+        drive(bench, Twist(0.4, 0.0), 2.0)
+        bench.sense()
+        before = bench.odometry
+        bench.place(Pose(5.0, -0.4, 1.2))
+        assert (bench.pose.x, bench.pose.y, bench.pose.heading) == pytest.approx((5.0, -0.4, 1.2), abs=1e-9)
+        assert bench.odometry == before
+        drive(bench, Twist(), 1.0)
+        assert math.dist((bench.pose.x, bench.pose.y), (5.0, -0.4)) < 0.005
+        assert abs(bench.sense().distance) < 0.01
+
+
+def test_cameras_of_a_robot_that_is_carried_are_used_to_the_light_there(corridor: World, lamp: Lamp) -> None:
+    with bench_in(corridor, settings=BenchSettings()) as bench:
+        bench.sense()
+        lamp.luminance *= 5.0
+        bench.place(Pose(5.0, 0.0, 0.0))
+        assert signal(bench.sense()) == pytest.approx(CameraModel().exposure.target, rel=0.03)
+
+
+def test_every_camera_takes_a_picture_with_noise_of_its_own(corridor: World, lamp: Lamp) -> None:
+    with bench_in(corridor, settings=BenchSettings()) as bench:
+        images = bench.sense().images
+    assert set(images) == {"camera-1", "camera-2"}
+    assert all(image.shape == (480, 640) and image.dtype == np.uint8 for image in images.values())
+    assert not np.array_equal(images["camera-1"], images["camera-2"])
+
+
+PHONE = CameraModel(lens=Lens(focal=3e-3), sensor=Sensor(size=(320, 200)))
+MIXED = BenchSettings(camera_models={"camera-1": load_camera("fire-i-wide"), "camera-2": PHONE})
+
+
+def test_each_camera_has_the_lens_and_the_sensor_of_its_own_model(corridor: World, lamp: Lamp) -> None:
+    with bench_in(corridor, settings=MIXED) as bench:
+        images = bench.sense().images
+        fields = {name: float(bench.model.camera(f"robuter/{name}").fovy[0]) for name in images}
+        offscreen = bench.model.vis.global_
+    assert {name: image.shape for name, image in images.items()} == {"camera-1": (480, 640), "camera-2": (200, 320)}
+    assert fields["camera-2"] == pytest.approx(2 * math.degrees(math.atan(100 * 5.6e-6 / 3e-3)))
+    wide = load_camera("fire-i-wide").optics().pinhole
+    assert fields["camera-1"] == pytest.approx(wide.fovy)
+    assert (offscreen.offwidth, offscreen.offheight) == (wide.width, wide.height)
+    assert lamp.sizes == [(wide.width, wide.height), (320, 200)]
+
+
+def test_the_model_of_one_camera_changes_nothing_about_the_other(corridor: World, lamp: Lamp) -> None:
+    seen = []
+    for models in ({}, {"camera-1": load_camera("fire-i-wide")}):
+        with bench_in(corridor, settings=BenchSettings(camera_models=models)) as bench:
+            seen.append(bench.sense().images)
+    assert np.array_equal(seen[0]["camera-2"], seen[1]["camera-2"])
+    assert not np.array_equal(seen[0]["camera-1"], seen[1]["camera-1"])
+
+
+def test_only_the_cameras_that_were_asked_for_take_images_with_the_noise_that_they_always_have(
+    corridor: World, lamp: Lamp
+) -> None:
+    with bench_in(corridor, settings=BenchSettings(cameras=("camera-2",))) as bench:
+        alone = bench.sense().images
+    with bench_in(corridor, settings=BenchSettings()) as bench:
+        both = bench.sense().images
+    assert set(alone) == {"camera-2"}
+    assert np.array_equal(alone["camera-2"], both["camera-2"])
+
+
+@pytest.mark.parametrize("key", ["cameras", "camera_models"])
+def test_a_camera_that_the_robot_has_not_is_told_with_those_it_has(corridor: World, key: str) -> None:
+    wrong = {"cameras": ("camera-3",), "camera_models": {"camera-3": CameraModel()}}[key]
+    settings = BenchSettings(RendererKind.NONE, **{key: wrong})
+    with pytest.raises(SimError, match=r"^unknown camera 'camera-3' of robot 'robuter': valid are camera-1, camera-2$"):
+        bench_in(corridor, settings=settings)
+
+
+def test_the_metadata_tell_every_cameras_model(corridor: World) -> None:
+    settings = BenchSettings(RendererKind.NONE, camera_models={"camera-1": load_camera("fire-i-wide")})
+    with bench_in(corridor, settings=settings) as bench:
+        record = describe(bench, route="forward", seed=1, trigger=Trigger(), style=OperatorStyle())
+    sensors = json.loads(record["config"])["sensors"]
+    assert sensors["cameras"] == ["camera-1", "camera-2"]
+    focal = {name: model["lens"]["focal"] for name, model in sensors["camera_models"].items()}
+    assert focal == {"camera-1": 2.17e-3, "camera-2": 4.3e-3}
+    assert sensors["camera_models"]["camera-1"]["exposure"]["shutter"] == [1e-4, 1 / 15]
+
+
+def test_driving_along_a_wall_blurs_an_upright_edge_by_speed_shutter_and_focal_over_depth(
+    corridor: World, lamp: Lamp
+) -> None:
+    """The picture is an edge, the depth and the speed are MuJoCo's."""
+    quiet = CameraModel(
+        gamma=1.0, lens=Lens(blur=0.0), sensor=Sensor(read_noise=0.0), exposure=ExposureControl(shutter=(0.05, 0.05))
+    )
+    lamp.luminance, lamp.edge = 8.0, True
+    with bench_in(corridor, settings=BenchSettings(camera_models={"camera-2": quiet})) as bench:
+        standing = width(bench.sense().images["camera-2"])
+        drive(bench, Twist(0.4, 0.0), 3.0)
+        moving = width(bench.sense().images["camera-2"])
+        depth = 1.2 - bench.data.camera("robuter/camera-2").xpos[1]
+        speed = float(np.hypot(*bench.data.qvel[:2]))
+    assert speed == pytest.approx(0.4, rel=0.05)
+    assert standing < 1.0
+    assert moving == pytest.approx(speed * 0.05 * 4.3e-3 / 5.6e-6 / depth, rel=0.05)
+
+
+def width(image: NDArray[np.uint8]) -> float:
+    """Length of the ramp that an upright edge in the middle has become [pixels]."""
+    profile = image.astype(float).mean(axis=0) / CameraModel().optics().shading.mean(axis=0)
+    dark, bright = profile[100:280].mean(), profile[360:540].mean()
+    rise = (profile[280:360] - dark) / (bright - dark)
+    # A ramp of length L from -L/2 to L/2 overlaps its own mirror image by L / 6.
+    return float(6.0 * np.sum(rise * (1.0 - rise)))
+
+
+def test_leaving_the_block_gives_the_renderer_back(corridor: World, lamp: Lamp) -> None:
+    with bench_in(corridor, settings=BenchSettings()):
+        assert not lamp.closed
+    assert lamp.closed
+
+
+def test_people_walk_while_the_robot_drives() -> None:
+    walker = 'person = [{ name = "p", at = [2, 0.8], walk = [[6, 0.8]], speed = 1.0 }]'
+    world = build(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
+    with bench_in(world) as bench:
+        for _ in range(3):
+            start = float(bench.data.body("person_p").xpos[0])
+            drive(bench, Twist(0.2, 0.0), 1.0)
+            assert bench.data.body("person_p").xpos[0] - start == pytest.approx(1.0, abs=0.05)
+
+
+def test_somebody_who_walks_is_blurred_by_their_speed(lamp: Lamp, monkeypatch: pytest.MonkeyPatch) -> None:
+    walker = 'person = [{ name = "p", at = [3, 0.2], walk = [[3, -0.9]], speed = 1.0 }]'
+    world = build(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
+    seen: list[NDArray[np.float32]] = []
+    monkeypatch.setattr(sim.bench.bench, "smeared", lambda picture, run: seen.append(run) or picture)
+    with bench_in(world, settings=BenchSettings(cameras=("camera-1",))) as bench:
+        for seconds in (0.0, 0.6):
+            drive(bench, Twist(), seconds)
+            bench.sense()
+        shutter = bench._cameras["camera-1"].exposure.shutter
+        away = bench.data.body("person_p").xpos[0] - bench.data.camera("robuter/camera-1").xpos[0]
+    standing, walking = seen
+    assert np.abs(standing).max() < 0.1
+    # The person goes to the right. Arms and legs swing along the way, and the body is nearer than its middle.
+    to_the_right = walking[..., 0][np.abs(walking[..., 0]) > 0.1]
+    assert np.median(to_the_right) == pytest.approx(1.0 * shutter * 4.3e-3 / 5.6e-6 / away, rel=0.15)

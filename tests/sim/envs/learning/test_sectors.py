@@ -1,0 +1,76 @@
+"""Observations in sectors against the rays that they are made of."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+
+import sim.envs
+from sim.envs.learning.sectors import LASER_REACH, SECTORS, SONAR_REACH, Sectors
+from sim.envs.learning.training_config import HELD_OUT, Lesson, environment
+from sim.errors import SimError
+
+NAME = "RefSeq/CrossDoorTwist-v0"
+
+
+def test_each_sector_is_the_nearest_of_its_rays() -> None:
+    env = Sectors(gym.make(NAME))
+    scan = np.full(361, 20.0, np.float32)
+    scan[[3, 195, 360]] = 1.0, 2.0, 4.0
+    whole = {"scan": scan, "sonar": np.linspace(0, 10, 24, dtype=np.float32), "stops": np.zeros(3, np.float32)}
+    fewer = env.observation(whole | {"odometry": np.arange(5, dtype=np.float32)})
+    near = {i: float(share) for i, share in enumerate(fewer["scan"]) if share < 1}
+    assert near == {0: 1 / LASER_REACH, 19: 2 / LASER_REACH, SECTORS - 1: 4 / LASER_REACH}
+    assert fewer["sonar"] == pytest.approx(np.minimum(whole["sonar"] / SONAR_REACH, 1))
+    assert fewer["odometry"].tolist() == [0, 1]
+    assert fewer["stops"] is whole["stops"]
+
+
+@pytest.mark.parametrize(("name", "robot"), [(NAME, "robuter"), (NAME, "segway_rmp")])
+def test_what_is_seen_is_in_the_space_and_nothing_but_that_is_changed(name: str, robot: str) -> None:
+    env, plain = Sectors(gym.make(name, robot=robot)), gym.make(name, robot=robot)
+    (seen, info), (whole, told) = env.reset(seed=2), plain.reset(seed=2)
+    assert seen in env.observation_space
+    assert set(seen) == set(whole)
+    assert info["time"] == told["time"]
+    ahead = np.array([0.5, 0.0], np.float32)
+    seen, reward, *_ = env.step(ahead)
+    assert seen in env.observation_space
+    assert reward == plain.step(ahead)[1]
+
+
+def test_it_is_made_again_with_what_it_wraps() -> None:
+    env = Sectors(gym.make(NAME))
+    assert env.spec is not None
+    assert gym.make(EnvSpec.from_json(env.spec.to_json())).observation_space == env.observation_space
+
+
+def test_nobody_is_tried_where_they_learnt_to_follow_corridors() -> None:
+    lesson = Lesson("FollowCorridorTwist")
+    assert lesson.learnt_in == tuple(sim.envs.CORRIDORS)
+    assert lesson.tried_in == HELD_OUT
+    assert not set(lesson.learnt_in) & set(HELD_OUT)
+    assert Lesson("ReachPlace").tried_in == ("laboratory",)
+    assert Lesson("FollowCorridor", held_out=("hallway",)).tried_in == ("hallway",)
+
+
+def test_one_world_is_given_by_its_name() -> None:
+    env = environment("FollowCorridor", ("corridor:3",))
+    assert env.spec is not None
+    assert env.spec.kwargs["world"] == "corridor:3"
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"task": "Fly"}, "unknown task 'Fly': valid are FollowCorridor, "),
+        ({"seconds": 0.0}, "seconds = 0.0 is not valid; valid are 1 or more"),
+        ({"seconds": float("nan")}, "seconds = nan is not valid; valid are 1 or more"),
+        ({"robots": 0}, "robots = 0 is not valid; valid are 1 or more"),
+        ({"seed": 999_999}, "seed = 999999 is not valid; valid are 0 to 999996"),
+        ({"episodes": 1}, "episodes = 1 is not valid; valid are 2 or more"),
+    ],
+)
+def test_lessons_that_cannot_be_are_told(values: dict[str, object], message: str) -> None:
+    with pytest.raises(SimError, match=message):
+        Lesson(**{"task": "FollowCorridor"} | values)  # type: ignore[arg-type]

@@ -1,0 +1,250 @@
+"""Missions on a bench, seen from the truth: where the robot gets to, what it refuses, what it does on the way."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import robots
+from refseq.map.localiser import SequenceLocaliser
+from refseq.map.profile import BEST
+from refseq.map.sequence import ReferenceSequence, learn
+from refseq.missions import (
+    Call,
+    Errand,
+    Executor,
+    Landmarks,
+    Order,
+    Photograph,
+    Plan,
+    Status,
+    Wait,
+    as_learnt,
+    compiled,
+    parse_mission,
+    way_along,
+)
+from refseq.view import Pose, View
+from robots.errors import RobotsError
+from sim.bench.bench import Bench, BenchSettings
+from sim.drives.behaviour_drive import tour_and_sense
+from sim.drives.recorder import Trigger
+from sim.errors import SimError
+from sim.missions.mission import Mission, run_mission
+from sim.rendering.render import RendererKind
+from worlds.build import World, build
+from worlds.light import light_named
+from worlds.plans.plan import load_plan
+
+BLIND = BenchSettings(RendererKind.NONE, cameras=())
+WEST = Landmarks({"LA3": "end"})
+ABOUT = "MN:25"
+LASER_AHEAD = 0.25
+"""Of the Robuter's axle [m]."""
+
+
+@pytest.fixture(scope="module")
+def offices() -> World:
+    return build(load_plan("offices"), light_named("16:00"), 0)
+
+
+@pytest.fixture(scope="module")
+def learnt(offices: World) -> ReferenceSequence:
+    """The corridor of offices as the laser saw it once."""
+    with Bench(offices, robots.load("robuter"), seed=3, settings=BLIND) as bench:
+        taken = list(tour_and_sense(bench, [ABOUT], Trigger()))
+    return learn([one.view for one in taken], profile=BEST)
+
+
+def run(
+    world: World,
+    plan: Plan,
+    learnt: ReferenceSequence | None,
+    *,
+    seed: int = 1003,
+    calls: dict[str, Callable[[View], None]] | None = None,
+    each: Callable[[Executor, Bench], None] | None = None,
+    timeout: float = 300.0,
+    settings: BenchSettings = BLIND,
+) -> Mission:
+    with Bench(world, robots.load("robuter"), seed=seed, settings=settings) as bench:
+        localiser = None if learnt is None else SequenceLocaliser(learnt)
+        executor = Executor(plan, localised=learnt is not None)
+        return run_mission(bench, executor, localiser, trigger=Trigger(), calls=calls, each=each, timeout=timeout)
+
+
+def told(done: Mission) -> str:
+    return "\n".join(map(str, done.executor.log))
+
+
+def at(pose: Pose | None) -> tuple[float, float]:
+    assert pose is not None
+    return pose.x, pose.y
+
+
+# --- what was learnt ---
+
+
+def test_the_doors_of_the_offices_are_found(learnt: ReferenceSequence) -> None:
+    """Against the plan: the open one and the closed ones; the one that is ajar may be overlooked."""
+    start = at(learnt.poses[0])[0] + LASER_AHEAD
+    found: dict[str, bool] = {}
+    for true in load_plan("offices").door:
+        sides = [door for door in learnt.guide.doors if door.side == true.wall]
+        near = [door for door in sides if abs(door.along + start - true.at) < 0.3]
+        if near:
+            found[true.name] = near[0].passable
+    assert len(learnt.guide.doors) <= len(found) + 2
+    found.pop("o3", None)
+    assert found == {"o1": False, "o2": True, "store": False, "o4": False}
+
+
+# --- getting there ---
+
+
+@pytest.fixture(scope="module")
+def there(offices: World, learnt: ReferenceSequence) -> tuple[Mission, list[View], list[View]]:
+    """A mission to the end, with a wait and a call at the first door and a photograph at the end."""
+    called: list[View] = []
+    errands = [Errand(tasks=(Wait(3.0), Call("count"))), Errand(tasks=(Photograph("end"), Call("count")))]
+    plan = compiled(parse_mission("[LD_LA3]"), way_along(learnt), WEST, errands)
+    done = run(offices, plan, learnt, calls={"count": called.append})
+    return done, called, [seen.view for seen in done.seen]
+
+
+def test_it_gets_to_the_end_of_the_corridor(
+    learnt: ReferenceSequence, there: tuple[Mission, list[View], list[View]]
+) -> None:
+    done, *_ = there
+    assert done.executor.status is Status.COMPLETED, told(done)
+    assert math.dist(done.track[-1, 1:3], at(learnt.poses[-1])) < 0.2
+    assert done.touched == ()
+    assert [number for number, _ in done.executor.switches] == [0, 1]
+
+
+def test_the_track_is_the_truth_and_what_was_believed(
+    learnt: ReferenceSequence, there: tuple[Mission, list[View], list[View]]
+) -> None:
+    done, _, views = there
+    time, x, y, _, along = done.track.T
+    assert np.diff(time) == pytest.approx(0.04)
+    assert np.hypot(np.diff(x), np.diff(y)).max() < 0.5 * 0.04 + 1e-3
+    start = at(learnt.poses[0])[0]
+    assert np.abs(along - (x - start)).max() < 0.6, "the robot knows where it is"
+    assert all(view.truth is not None for view in views)
+    assert [entry.time for entry in done.executor.log] == sorted(entry.time for entry in done.executor.log)
+
+
+def test_tasks_happen_where_they_belong(
+    learnt: ReferenceSequence, there: tuple[Mission, list[View], list[View]]
+) -> None:
+    done, called, _ = there
+    door = at(learnt.poses[0])[0] + learnt.guide.doors[0].along
+    assert [at(view.truth)[0] for view in called] == pytest.approx([door, at(learnt.poses[-1])[0]], abs=0.3)
+    assert list(done.photographs) == ["end"]
+    stood = np.abs(np.diff(done.track[:, 1])) < 1e-4
+    assert stood[np.abs(done.track[1:, 1] - door) < 0.5].sum() * 0.04 >= 2.5  # it has come to rest by then
+
+
+def test_no_motion_between_views_is_lost(there: tuple[Mission, list[View], list[View]]) -> None:
+    """A view that a task takes is one of the localiser's as well: their distances make the whole way."""
+    done, called, views = there
+    assert sum(view.distance for view in views) == pytest.approx(done.track[-1, 1] - done.track[0, 1], abs=0.15)
+    times = [view.time for view in views]
+    assert all(view.time in times for view in called)
+
+
+def test_the_same_mission_is_the_same_bit_for_bit(offices: World, learnt: ReferenceSequence) -> None:
+    plan = compiled(parse_mission("[LI6]"), way_along(learnt))
+    one, same, other = (run(offices, plan, learnt, seed=seed) for seed in (5, 5, 6))
+    assert one.track.tobytes() == same.track.tobytes()
+    assert one.executor.log == same.executor.log
+    for seen, again in zip(one.seen, same.seen, strict=True):
+        assert seen.belief.places.tobytes() == again.belief.places.tobytes()
+    assert one.track.tobytes() != other.track.tobytes()
+
+
+def test_by_the_odometer_alone_no_view_is_taken(offices: World, learnt: ReferenceSequence) -> None:
+    done = run(offices, compiled(parse_mission("[LI6]"), way_along(learnt)), None)
+    assert done.executor.status is Status.COMPLETED
+    assert done.seen == ()
+    assert math.dist(done.track[-1, 1:3], at(learnt.poses[6])) < 0.3
+
+
+# --- what is refused ---
+
+
+def test_a_closed_door_is_refused(offices: World, learnt: ReferenceSequence) -> None:
+    done = run(offices, compiled(parse_mission("[LDMC]"), way_along(learnt)), learnt)
+    assert done.executor.status is Status.FAILED
+    assert done.executor.why.startswith("MC:left failed: door ")
+    assert done.executor.why.endswith("closed")
+    assert done.touched == ()
+    assert np.abs(done.track[:, 2]).max() < 1.2, "it stays in the corridor"
+
+
+def test_past_the_first_door_and_through_the_second(offices: World, learnt: ReferenceSequence) -> None:
+    """The first is closed, and the second the only one that is open."""
+    done = run(offices, compiled(parse_mission("[LD_LDMC]"), way_along(learnt)), learnt)
+    assert [number for number, _ in done.executor.switches] == [0, 1, 2], told(done)
+    assert done.touched == ()
+    assert done.executor.status is Status.COMPLETED, told(done)
+    assert done.track[-1, 2] > 1.35 + 0.5, "it is in the office"
+    assert done.track[-1, 1] == pytest.approx(12.2, abs=0.3)
+
+
+def test_calls_and_behaviours_that_are_not_there_are_refused_before_it_moves(
+    offices: World, learnt: ReferenceSequence
+) -> None:
+    way = way_along(learnt)
+    plan = Plan(way, as_learnt(way).orders, way.length, (Call("nobody"),))
+    with pytest.raises(SimError, match=r"^call 'nobody': no such function; valid are count$"):
+        run(offices, plan, learnt, calls={"count": lambda view: None})
+    late = Plan(way, (*as_learnt(way).orders, Order(20.0, "MW:left,0.1", "x")), way.length)
+    moved: list[float] = []
+    with pytest.raises(RobotsError, match=r"MW:left,0\.1"):
+        run(offices, late, None, each=lambda executor, bench: moved.append(bench.pose.x))
+    assert not moved
+
+
+# --- on the way ---
+
+
+def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: ReferenceSequence) -> None:
+    plan = as_learnt(way_along(learnt))
+
+    def each(executor: Executor, bench: Bench) -> None:
+        if 5.0 <= bench.time < 10.0:
+            executor.pause()
+        elif 10.0 <= bench.time < 12.0:
+            executor.resume()
+        elif bench.time >= 12.0:
+            executor.abort("enough")
+
+    done = run(offices, plan, None, each=each)
+    assert done.executor.status is Status.ABORTED
+    time, x = done.track[:, 0], done.track[:, 1]
+    assert np.ptp(x[(time > 7.0) & (time < 10.0)]) < 0.01
+    assert x[-1] > x[np.searchsorted(time, 9.0)] + 0.3
+    assert abs(x[-1] - x[-2]) < 0.002, "it stands in the end"
+    assert 13.0 <= time[-1] <= 15.0
+
+
+def test_a_mission_that_takes_too_long_is_aborted(offices: World, learnt: ReferenceSequence) -> None:
+    done = run(offices, as_learnt(way_along(learnt)), None, timeout=3.0)
+    assert done.executor.status is Status.ABORTED
+    assert done.executor.why == "not over after 3 s"
+
+
+def test_what_it_is_pushed_against_is_told(offices: World, learnt: ReferenceSequence) -> None:
+    pushed: list[bool] = []
+
+    def each(executor: Executor, bench: Bench) -> None:
+        if bench.time > 2.0 and not pushed:
+            pushed.append(True)
+            bench.place(Pose(bench.pose.x + 0.5, 1.2 - bench.robot.shape.half_width + 0.03, 0.0))
+
+    done = run(offices, as_learnt(way_along(learnt)), None, each=each, timeout=4.0)
+    assert done.touched
+    assert any("left" in name for name in done.touched)

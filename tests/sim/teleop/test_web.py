@@ -1,0 +1,70 @@
+"""The viewer in the browser: it is served on this machine alone, and what keeps it from starting is one line."""
+
+import socket
+import time
+import urllib.request
+from collections.abc import Iterator
+
+import pytest
+
+import robots
+from refseq.viewer.sinks import free_port
+from sim.bench.bench import Bench, BenchSettings
+from sim.errors import SimError
+from sim.rendering.render import RendererKind
+from sim.teleop.commands import Button, Orders, Status
+from sim.teleop.session import familiarise
+from sim.teleop.viewer import Look, opened
+from tests.sim.drives.behaving_in import corridor
+
+LOOPBACK = "127.0.0.1"
+
+
+@pytest.fixture
+def bench() -> Iterator[Bench]:
+    settings = BenchSettings(RendererKind.NONE, cameras=())
+    with Bench(corridor(), robots.load("robuter"), seed=3, settings=settings) as bench:
+        yield bench
+
+
+def look(port: int) -> Look:
+    return Look("x", "by hand", ("laser",), port=port, rate=100.0)
+
+
+def test_a_page_is_served_on_this_machine_alone_and_a_drive_does_not_need_it(bench: Bench) -> None:
+    """One viewer for both: of a second one in a process, MuJoCo 4.0's thread may not end."""
+    port = free_port()
+    with opened(bench, look(port)) as hand:
+        asked = [hand.orders(Status(time=0.04 * n)) for n in range(5)]
+        assert asked == [Orders(None)] * 5, "no browser, nobody at the controls"
+
+        class Person:
+            def orders(self, status: Status) -> Orders:
+                hand.orders(status)
+                buttons = {0: (Button.START,), 25: (Button.STOP,)}
+                return Orders(robots.Twist(0.3, 0.0), buttons.get(round(status.time / 0.04), ()))
+
+        assert len(list(familiarise(bench, Person(), None))) == 1, "the drive ends as ever"
+        for _ in range(600):
+            try:
+                page = urllib.request.urlopen(f"http://{LOOPBACK}:{port}/", timeout=10).read()
+                break
+            except OSError:
+                time.sleep(0.1)
+        assert b"<html" in page.lower()
+        other = socket.gethostbyname(socket.gethostname())
+        if not other.startswith("127."):
+            with pytest.raises(OSError, match="refused"):
+                socket.create_connection((other, port), timeout=5)
+    with pytest.raises(OSError, match="refused"):
+        socket.create_connection((LOOPBACK, port), timeout=5)
+
+
+def test_a_port_that_is_taken_is_told_in_a_line(bench: Bench) -> None:
+    with socket.socket() as taken:
+        taken.bind((LOOPBACK, 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        told = rf"^port {port}: cannot be listened at: .*; valid is a free port, or 0$"
+        with pytest.raises(SimError, match=told), opened(bench, look(port)):
+            pass

@@ -1,0 +1,214 @@
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from worlds.errors import PlanError, WorldsError
+from worlds.plans.plan import load_plan, names, parse_plan
+
+Text = Callable[..., str]
+
+
+def message(text: str) -> str:
+    with pytest.raises(PlanError) as caught:
+        parse_plan(text)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_the_small_plan_is_good(small: Text) -> None:
+    assert parse_plan(small()).wall_named("left").length == 8.0
+
+
+def test_all_worlds_of_the_library_load() -> None:
+    assert "hallway" in names()
+    for name in names():
+        assert load_plan(name).name == name
+
+
+def test_unknown_world() -> None:
+    with pytest.raises(WorldsError) as caught:
+        load_plan("halway")
+    known = f"{', '.join(names())}, corridor:SEED (a whole number from 0), or a path ending in .toml"
+    assert str(caught.value) == f"unknown world 'halway'; known are {known}"
+
+
+def test_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match=r"nowhere\.toml: cannot be read: No such file or directory$"):
+        load_plan(tmp_path / "nowhere.toml")
+
+
+def test_toml_syntax_names_file_and_line(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text('name = "mine"\nwall = [\n')
+    with pytest.raises(PlanError, match=r"^mine\.toml: not valid TOML: .*line 2|end of document"):
+        load_plan(path)
+
+
+def test_a_door_outside_its_wall(small: Text) -> None:
+    said = message(small('door = [{ name = "d1", wall = "left", at = 7.8 }]'))
+    assert said == (
+        "plan.toml: door[0].at: 7.8: door 'd1' spans 7.35 to 8.25 m, outside wall 'left' (0 to 8 m); "
+        "valid is 0.45 to 7.55"
+    )
+
+
+def test_a_window_wider_than_its_wall(small: Text) -> None:
+    said = message(small('window = [{ name = "w1", wall = "right", at = 4, width = 9 }]'))
+    assert said == (
+        "plan.toml: window[0].width: 9: window 'w1' spans -0.5 to 8.5 m, outside wall 'right' (0 to 8 m); "
+        "a width of at most 8 fits"
+    )
+
+
+def test_a_window_above_its_wall(small: Text) -> None:
+    said = message(small('window = [{ name = "w1", wall = "right", at = 4, sill = 2.0 }]'))
+    assert said == (
+        "plan.toml: window[0]: window 'w1' ends 3.5 m above the floor, outside wall 'right', which is 2.8 m high; "
+        "lower or shorten it"
+    )
+
+
+def test_a_leaf_deeper_than_its_wall(small: Text) -> None:
+    said = message(small('door = [{ name = "d1", wall = "left", at = 4, recess = 0.2 }]'))
+    assert said == "plan.toml: door[0].recess: 0.2 is not valid; wall 'left' is 0.15 m thick"
+
+
+def test_overlapping_openings(small: Text) -> None:
+    doors = '{ name = "d1", wall = "left", at = 3 }, { name = "d2", wall = "left", at = 3.5 }'
+    said = message(small(f"door = [{doors}]"))
+    assert said == "plan.toml: door[1].at: 3.5: 'd2' overlaps 'd1', which takes 2.55 to 3.45 m of wall 'left'"
+
+
+def test_openings_that_touch_do_not_overlap(small: Text) -> None:
+    doors = '{ name = "d1", wall = "left", at = 3 }, { name = "d2", wall = "left", at = 3.9 }'
+    assert len(parse_plan(small(f"door = [{doors}]")).door) == 2
+
+
+@pytest.mark.parametrize(
+    ("top", "said"),
+    [
+        (
+            'door = [{ name = "d1", wall = "left", at = 3, widht = 1 }]',
+            "door[0].widht: unknown key; valid keys are name, wall, at, width, height, recess, open, hinge, depth, "
+            "label, material",
+        ),
+        ('door = [{ name = "d1", wall = "left" }]', "door[0].at: missing; it is required"),
+        (
+            'door = [{ name = "d1", wall = "left", at = "3" }]',
+            "door[0].at: '3' is not valid; it should be a valid number",
+        ),
+        (
+            'door = [{ name = "d1", wall = "left", at = 3, width = -1 }]',
+            "door[0].width: -1 is not valid; it should be greater than 0",
+        ),
+        (
+            'door = [{ name = "d1", wall = "left", at = nan }]',
+            "door[0].at: nan is not valid; it should be a finite number",
+        ),
+        ('door = [{ name = "d1", wall = "up", at = 3 }]', "door[0].wall: unknown wall 'up'; known are left, right"),
+        (
+            'door = [{ name = "d1", wall = "left", at = 3, material = "gold" }]',
+            "door[0].material: unknown material 'gold'; known are plaster, door",
+        ),
+        (
+            'poster = [{ name = "p1", wall = "left", at = 3, style = "pop" }]',
+            "poster[0].style: 'pop' is not valid; it should be 'text', 'plots', 'photo', 'mixed', 'diagram' or "
+            "'whiteboard'",
+        ),
+        ("colour = 1", "colour: unknown key; valid keys are name, title, place, floor, ceiling, material, wall, "
+         "window, door, poster, board, cabinet, bin, fixture, furniture, stairs, car, tree, kerb, marking, post, "
+         "person, lamp, routes"),
+    ],
+)  # fmt: skip
+def test_each_mistake_is_one_line(small: Text, top: str, said: str) -> None:
+    assert message(small(top)) == f"plan.toml: {said}"
+
+
+def test_a_material_used_by_default_must_exist(small: Text) -> None:
+    text = small('cabinet = [{ name = "c1", wall = "left", at = 3 }]')
+    assert message(text) == "plan.toml: cabinet[0].material: unknown material 'metal'; known are plaster, door"
+
+
+def test_a_name_taken_twice(small: Text) -> None:
+    posters = '{ name = "p", wall = "left", at = 2 }, { name = "p", wall = "left", at = 5 }'
+    said = message(small(f"poster = [{posters}]"))
+    assert said == "plan.toml: poster[1].name: 'p' is already taken; every poster needs its own name"
+
+
+def test_a_route_through_the_wall(small: Text) -> None:
+    said = message(small(end="out = [[1, 0], [1, 3]]"))
+    assert said == "plan.toml: routes.out[1]: [1.0, 3.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2"
+
+
+@pytest.mark.parametrize(
+    ("top", "said"),
+    [
+        (
+            'furniture = [{ name = "t", kind = "table", at = [4, 2], width = 1, depth = 1, height = 1, '
+            'material = "door" }]',
+            "furniture[0].at: [4.0, 2.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
+        ),
+        (
+            'kerb = [{ name = "k", points = [[1, 0], [9, 0]], material = "plaster" }]',
+            "kerb[0].points[1]: [9.0, 0.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
+        ),
+        (
+            'person = [{ name = "p", at = [1, 0], walk = [[2, 0], [2, 5]] }]',
+            "person[0].walk[1]: [2.0, 5.0] lies outside the walls; valid is x 0 to 8, y -1.2 to 1.2",
+        ),
+    ],
+)
+def test_what_stands_free_stands_between_the_walls(small: Text, top: str, said: str) -> None:
+    assert message(small(top)) == f"plan.toml: {said}"
+
+
+def test_a_plan_in_the_open_air(small: Text) -> None:
+    roofless = small().replace('[ceiling]\nheight = 2.8\nmaterial = "plaster"\n', "")
+    assert message(roofless) == (
+        "plan.toml: floor.area: missing; a plan without a ceiling needs the corners of its ground, [[x, y], [x, y]]"
+    )
+    ground = roofless.replace("[floor]\n", "[floor]\narea = [[-5, -9], [20, 9]]\n")
+    assert message(ground) == "plan.toml: wall[0].height: missing; in the open air every wall needs one"
+    flat = ground.replace("[20, 9]", "[20, -9]")
+    assert message(flat) == (
+        "plan.toml: floor.area: ((-5.0, -9.0), (20.0, -9.0)) is not valid; it should be two opposite corners"
+    )
+    parse_plan(
+        ground.replace("end = [8, 1.2]", "end = [8, 1.2]\nheight = 3").replace("thickness", "height = 3\nthickness")
+    )
+
+
+def test_under_a_ceiling_the_walls_tell_the_area_and_the_height(small: Text) -> None:
+    area = small().replace("[floor]\n", "[floor]\narea = [[-5, -9], [20, 9]]\n")
+    assert message(area) == (
+        "plan.toml: floor.area: ((-5.0, -9.0), (20.0, 9.0)) is not valid; "
+        "under a ceiling the walls tell where the floor ends"
+    )
+    high = small().replace("thickness", "height = 3\nthickness")
+    assert message(high) == (
+        "plan.toml: wall[1].height: 3 is not valid; the ceiling is 2.8 m high: leave the height out"
+    )
+
+
+def test_a_window_into_another_corridor() -> None:
+    from tests.worlds.conftest import corner
+
+    text = 'window = [{ name = "w", wall = "inner-1", at = 2 }]\n' + corner()
+    assert message(text) == (
+        "plan.toml: window[0].wall: 'inner-1' has parts of the plan behind it; windows fit in walls at its edge"
+    )
+
+
+def test_unknown_time_zone(small: Text) -> None:
+    said = message(small().replace("Europe/Lisbon", "Europe/Aveiro"))
+    assert said == (
+        "plan.toml: place.timezone: 'Europe/Aveiro' is not valid; "
+        "it should be a time zone of the IANA list, such as Europe/Lisbon"
+    )
+
+
+def test_a_plan_cannot_be_changed(small: Text) -> None:
+    plan = parse_plan(small())
+    with pytest.raises(ValueError, match="frozen"):
+        plan.ceiling.height = 3.0

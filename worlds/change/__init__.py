@@ -1,0 +1,1 @@
+"""Changes of a world between two drives: doors, furniture, posters, cars, pedestrians."""

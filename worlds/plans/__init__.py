@@ -1,0 +1,1 @@
+"""Floor plans: schema, TOML reading and writing, geometry, generation from a seed."""

@@ -1,0 +1,307 @@
+"""From a TOML file to a checked floor plan; every mistake in it becomes one line that says what to write instead."""
+
+import re
+import tomllib
+import types
+import typing
+from collections.abc import Iterator
+from importlib import resources
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from worlds.errors import PlanError
+from worlds.plans.areas import Rectangle, rectangles
+from worlds.plans.footprints import PERSON_RADIUS, gaps, taken, ways
+from worlds.plans.frame import Frame
+from worlds.plans.generate import corridor
+from worlds.plans.schema import LINES, ON_WALL, SMALLEST, STANDING, TABLES, Door, FloorPlan, OnWall, Wall, Window
+
+__all__ = ["FloorPlan", "checked", "collide", "load_plan", "names", "parse_plan"]
+
+
+def names() -> tuple[str, ...]:
+    """Return the worlds that come with this package."""
+    library = resources.files("worlds") / "library"
+    return tuple(sorted(Path(f.name).stem for f in library.iterdir() if f.name.endswith(".toml")))
+
+
+def load_plan(name_or_path: str | Path) -> FloorPlan:
+    """Read a world of the library by its name, or a plan file by its path (one that ends in ``.toml``).
+
+    ``corridor:SEED`` is a world that is made from a seed.
+
+    Raises ``PlanError`` with one line: file, key, value and what is valid.
+    """
+    path = Path(name_or_path)
+    if path.suffix == ".toml":
+        return parse_plan(_read(path), path.name)
+    if made := re.fullmatch(r"corridor:(\d{1,18})", str(name_or_path)):
+        return corridor(int(made[1]))
+    if str(name_or_path) not in names():
+        known = f"{', '.join(names())}, corridor:SEED (a whole number from 0)"
+        raise PlanError(f"unknown world '{name_or_path}'; known are {known}, or a path ending in .toml")
+    text = (resources.files("worlds") / "library" / f"{name_or_path}.toml").read_text(encoding="utf-8")
+    return parse_plan(text, f"{name_or_path}.toml")
+
+
+def parse_plan(text: str, file: str = "plan.toml") -> FloorPlan:
+    """Turn the text of a plan into a checked plan; ``file`` is what the errors call it."""
+    try:
+        plan = FloorPlan.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise PlanError(f"{file}: not valid TOML: {error}") from None
+    except ValidationError as error:
+        raise PlanError(f"{file}: {_first(error)}") from None
+    return checked(plan, file)
+
+
+def checked(plan: FloorPlan, file: str) -> FloorPlan:
+    """Return the plan if all in it fits together; raises ``PlanError`` with its first mistake, as one of ``file``."""
+    for mistake in _mistakes(plan):
+        raise PlanError(f"{file}: {mistake}")
+    return plan
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise PlanError(f"{path}: cannot be read: {reason}") from None
+
+
+# --- the schema's own complaints, in our words ---
+
+
+def _first(error: ValidationError) -> str:
+    first = error.errors()[0]
+    where, value = _key(first["loc"]), _short(first["input"])
+    match first["type"]:
+        case "extra_forbidden":
+            valid = ", ".join(_valid_keys(first["loc"][:-1]))
+            return f"{where}: unknown key; valid keys are {valid}"
+        case "missing":
+            return f"{where}: missing; it is required"
+        case "value_error":
+            return f"{where}: {value} is not valid; it should be {first['ctx']['error']}"
+    reason = first["msg"].removeprefix("Input should be ").removeprefix("String should ")
+    return f"{where}: {value} is not valid; it should be {reason[0].lower()}{reason[1:]}"
+
+
+def _key(loc: tuple[int | str, ...]) -> str:
+    key = ""
+    for part in loc:
+        key += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return key.removeprefix(".").removesuffix(".[key]")
+
+
+def _short(value: Any) -> str:
+    text = repr(value).replace("\n", " ")
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _valid_keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
+    """Walk the schema down to the table at ``loc`` and return its keys."""
+    kind: Any = FloorPlan
+    for part in loc:
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            kind = kind.model_fields[str(part)].annotation
+        else:
+            kind = next(a for a in reversed(typing.get_args(kind)) if not isinstance(a, types.EllipsisType))
+    return tuple(kind.model_fields)
+
+
+# --- what a schema cannot see: things that must fit together ---
+
+
+def _mistakes(plan: FloorPlan) -> Iterator[str]:
+    yield from _repeated_names(plan)
+    yield from _unknown_materials(plan)
+    yield from _without_bounds(plan)
+    yield from _flat_walls(plan)
+    yield from _wrong_heights(plan)
+    for key, item in _listed(plan, ON_WALL):
+        yield from _off_its_wall(plan, key, item)
+    yield from _windows_inside(plan)
+    yield from _overlaps(plan)
+    yield from _outside(plan)
+    yield from _misfit_furniture(plan)
+    yield from _hemmed_in(plan)
+
+
+def _listed(plan: FloorPlan, tables: tuple[str, ...]) -> Iterator[tuple[str, Any]]:
+    for table in tables:
+        for i, item in enumerate(getattr(plan, table)):
+            yield f"{table}[{i}]", item
+
+
+def _repeated_names(plan: FloorPlan) -> Iterator[str]:
+    for table in TABLES:
+        seen: set[str] = set()
+        for i, item in enumerate(getattr(plan, table)):
+            if item.name in seen:
+                yield f"{table}[{i}].name: '{item.name}' is already taken; every {table} needs its own name"
+            seen.add(item.name)
+
+
+def _unknown_materials(plan: FloorPlan) -> Iterator[str]:
+    known = ", ".join(plan.material)
+    users = [("floor", plan.floor), ("ceiling", plan.ceiling), *_listed(plan, ("wall", *ON_WALL, *STANDING, *LINES))]
+    for key, item in users:
+        name = getattr(item, "material", None)
+        if name is not None and name not in plan.material:
+            yield f"{key}.material: unknown material '{name}'; known are {known}"
+
+
+def _flat_walls(plan: FloorPlan) -> Iterator[str]:
+    for i, wall in enumerate(plan.wall):
+        if wall.length < 0.1:
+            yield f"wall[{i}].end: wall '{wall.name}' is {wall.length:g} m long; it should be at least 0.1 m"
+
+
+def _without_bounds(plan: FloorPlan) -> Iterator[str]:
+    if plan.ceiling is None and plan.floor.area is None:
+        yield "floor.area: missing; a plan without a ceiling needs the corners of its ground, [[x, y], [x, y]]"
+    elif plan.ceiling is not None and plan.floor.area is not None:
+        yield f"floor.area: {_short(plan.floor.area)} is not valid; under a ceiling the walls tell where the floor ends"
+    elif plan.ceiling is not None and not plan.wall:
+        yield "wall: missing; a plan with a ceiling needs at least one wall"
+    elif not all(np.less(*plan.bounds)):
+        yield f"floor.area: {_short(plan.floor.area)} is not valid; it should be two opposite corners"
+
+
+def _wrong_heights(plan: FloorPlan) -> Iterator[str]:
+    for i, wall in enumerate(plan.wall):
+        if plan.ceiling is None and wall.height is None:
+            yield f"wall[{i}].height: missing; in the open air every wall needs one"
+        if plan.ceiling is not None and wall.height is not None and wall.height >= plan.ceiling.height:
+            yield (
+                f"wall[{i}].height: {wall.height:g} is not valid; the ceiling is {plan.ceiling.height:g} m high: leave "
+                "the height out"
+            )
+    for i, flight in enumerate(plan.stairs):
+        top = flight.steps * flight.rise
+        if plan.ceiling is not None and top > plan.ceiling.height:
+            yield (
+                f"stairs[{i}].steps: {flight.steps} is not valid; they rise {top:g} m, and the ceiling is "
+                f"{plan.ceiling.height:g} m high: at most {int(plan.ceiling.height / flight.rise)} steps fit"
+            )
+
+
+def _windows_inside(plan: FloorPlan) -> Iterator[str]:
+    """A window looks at a picture of what is outside, so nothing else of the building may stand behind it."""
+    low, high = plan.bounds
+    for i, window in enumerate(plan.window):
+        wall = plan.wall_named(window.wall)
+        frame = Frame.of(wall)
+        behind = [
+            (np.array([x, y]) - frame.origin) @ frame.inward for x in (low[0], high[0]) for y in (low[1], high[1])
+        ]
+        if plan.ceiling is not None and min(behind) < -1e-9:
+            yield f"window[{i}].wall: '{wall.name}' has parts of the plan behind it; windows fit in walls at its edge"
+
+
+def _off_its_wall(plan: FloorPlan, key: str, item: Any) -> Iterator[str]:
+    known = [w.name for w in plan.wall]
+    if item.wall not in known:
+        yield f"{key}.wall: unknown wall '{item.wall}'; known are {', '.join(known)}"
+        return
+    wall, kind = plan.wall_named(item.wall), key.partition("[")[0]
+    yield from _off_sideways(key, kind, item, wall)
+    top = item.rise[1]
+    if top > plan.wall_height(wall):
+        yield (
+            f"{key}: {kind} '{item.name}' ends {top:g} m above the floor, outside wall '{wall.name}', "
+            f"which is {plan.wall_height(wall):g} m high; lower or shorten it"
+        )
+    if isinstance(item, Door) and item.recess >= wall.thickness:
+        yield f"{key}.recess: {item.recess:g} is not valid; wall '{wall.name}' is {wall.thickness:g} m thick"
+
+
+def _off_sideways(key: str, kind: str, item: OnWall, wall: Wall) -> Iterator[str]:
+    first, last = item.extent
+    if first >= 0.0 and last <= wall.length:
+        return
+    lies = f"{kind} '{item.name}' spans {first:g} to {last:g} m, outside wall '{wall.name}' (0 to {wall.length:g} m)"
+    if item.width > wall.length:
+        yield f"{key}.width: {item.width:g}: {lies}; a width of at most {wall.length:g} fits"
+        return
+    yield f"{key}.at: {item.at:g}: {lies}; valid is {item.width / 2:g} to {wall.length - item.width / 2:g}"
+
+
+def _overlaps(plan: FloorPlan) -> Iterator[str]:
+    """Find things on one wall that cover each other."""
+    items = list(_listed(plan, ON_WALL))
+    for i, (key, item) in enumerate(items):
+        for _, other in items[:i]:
+            if collide(item, other):
+                first, last = other.extent
+                yield (
+                    f"{key}.at: {item.at:g}: '{item.name}' overlaps '{other.name}', which takes {first:g} to "
+                    f"{last:g} m of wall '{item.wall}'"
+                )
+
+
+def collide(item: Any, other: Any) -> bool:
+    """Whether two things on walls cover each other; an opening may only be above another one just as wide."""
+    if item.wall != other.wall or not _meet(item.extent, other.extent):
+        return False
+    both_open = isinstance(item, Door | Window) and isinstance(other, Door | Window)
+    return (both_open and item.extent != other.extent) or _meet(item.rise, other.rise)
+
+
+def _meet(a: tuple[float, float], b: tuple[float, float]) -> bool:
+    return min(a[1], b[1]) - max(a[0], b[0]) > 1e-9
+
+
+def _outside(plan: FloorPlan) -> Iterator[str]:
+    """Find what does not stand between the walls: routes, things that stand free, lamps."""
+    places = [(f"routes.{name}[{i}]", p) for name, points in plan.routes.items() for i, p in enumerate(points)]
+    places += [(f"{key}.at", item.at) for key, item in _listed(plan, STANDING)]
+    places += [(f"{key}.points[{i}]", p) for key, item in _listed(plan, LINES) for i, p in enumerate(item.points)]
+    places += [(f"person[{k}].walk[{i}]", p) for k, one in enumerate(plan.person) for i, p in enumerate(one.walk)]
+    areas = rectangles(plan)
+    for key, point in places:
+        if not any(area.holds(point) for area in areas):
+            yield f"{key}: {list(point)} lies outside the walls; {valid_areas(areas)}"
+
+
+def _misfit_furniture(plan: FloorPlan) -> Iterator[str]:
+    """Find furniture that is too small to be built, or that reaches into a wall or the ceiling."""
+    areas = rectangles(plan)
+    for key, item in _listed(plan, ("furniture",)):
+        for side, least in zip(("width", "depth", "height"), SMALLEST[item.kind], strict=True):
+            if getattr(item, side) < least:
+                yield f"{key}.{side}: {getattr(item, side):g} is not valid; a {item.kind} has at least {least:g} m"
+        if plan.ceiling is not None and item.height > plan.ceiling.height:
+            yield f"{key}.height: {item.height:g} is not valid; the ceiling is {plan.ceiling.height:g} m high"
+        for corner in Frame.under(item).corners(item.width, item.depth):
+            if not any(area.holds(corner) for area in areas):
+                x, y = corner
+                yield f"{key}.at: {item.kind} '{item.name}' reaches to [{x:.2f}, {y:.2f}], outside the walls; move it"
+
+
+def valid_areas(areas: tuple[Rectangle, ...]) -> str:
+    """Return the spans of some areas as they are told in errors."""
+    spans = [f"x {r.low[0]:g} to {r.high[0]:g}, y {r.low[1]:g} to {r.high[1]:g}" for r in areas[:4]]
+    return f"valid is {'; or '.join(spans)}{'; …' if len(areas) > 4 else ''}"
+
+
+def _hemmed_in(plan: FloorPlan) -> Iterator[str]:
+    """Find people who stand or walk in a wall or a thing."""
+    things = [thing for thing in taken(plan) if thing.table != "person"]
+    for k, person in enumerate(plan.person):
+        if any(a == b for a, b in pairwise(person.path)):
+            yield f"person[{k}].walk: {_short(person.walk)} is not valid; no point should follow itself"
+        for way in ways(person.path, PERSON_RADIUS):
+            gap = gaps(way, [thing.footprint for thing in things])
+            if min(gap, default=0.0) < -1e-9:
+                nearest, near = things[int(np.argmin(gap))], max(0.0, gap.min() + PERSON_RADIUS)
+                yield (
+                    f"person[{k}]: '{person.name}' comes as near as {near:.2f} m to "
+                    f"{nearest.table} '{nearest.name}'; it should keep {PERSON_RADIUS:g} m"
+                )
