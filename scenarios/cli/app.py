@@ -1,4 +1,4 @@
-"""The command line: ``refseq record | learn | localise | compare | matrix | ablation | report | view | demo``.
+"""The command line: ``refseq record | learn | localise | compare | matrix | report | view | demo``.
 
 ``refseq similarity | merge`` are for several maps, ``refseq route`` for what they were merged to, ``refseq doctor``
 looks at the machine. ``refseq worlds``, ``refseq robots`` and ``refseq scenario`` have commands of their own, in
@@ -285,53 +285,6 @@ def matrix(
 @app.command(
     epilog="""Examples:
 
-* `refseq ablation reference.mcap query.mcap`
-* `refseq ablation 1/reference.mcap 1/query.mcap 2/reference.mcap 2/query.mcap -o table.csv`
-* `refseq ablation reference.mcap query.mcap --every -o table.json`"""
-)
-def ablation(
-    drives: Drives,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Table to write (.csv or .json).")
-    ] = None,
-    every: Annotated[bool, typer.Option("--every", help="Every subset of the sensors, at every stage.")] = False,
-    profile: ProfileName = "thesis",
-    features: Features = None,
-    seed: Chance = 1,
-) -> None:
-    """Tell what each sensor, the motion prior and the chain contribute."""
-    from refseq.map.profile import profile_named
-    from scenarios.drives.ablation import (
-        Ablation,
-        ablation_table,
-        check_table,
-        left_out,
-        pairs_of,
-        run_ablation,
-        write_table,
-    )
-
-    if output is not None:
-        check_output(output)
-        check_table(output)
-    asked = Ablation(
-        pairs_of(drives), every=every, features=words(features, "features"), profile=profile_named(profile), seed=seed
-    )
-    with _interruptible(), step_bars() as step:
-        experiments, sensors = run_ablation(asked, step)
-    for experiment in experiments:
-        out.print(ablation_table(experiment))
-    if not every and (line := left_out(sensors)):
-        say(out, line)
-    if output is not None:
-        with writing(output):
-            write_table(output, experiments, asked)
-        say(out, f"{output}: {sum(len(experiment.rows) for experiment in experiments)} rows")
-
-
-@app.command(
-    epilog="""Examples:
-
 * `refseq compare reference.mcap query.mcap`
 * `refseq compare reference.mcap query.mcap --methods best/chain,topometric --start 40% --report report.html`
 * `refseq compare reference.mcap query.mcap --places 30:80 --table figures.csv`"""
@@ -360,8 +313,7 @@ def compare(
 ) -> None:
     """Ask several methods about the same views: the profiles' stages, and the baselines."""
     from scenarios.cli.compare import run_comparison
-    from scenarios.drives.ablation import pairs_of
-    from scenarios.drives.benchmark import Contest
+    from scenarios.drives.benchmark import Contest, pairs_of
     from scenarios.methods.by_name import methods_named
 
     for path in (table, report):

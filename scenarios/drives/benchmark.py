@@ -32,6 +32,13 @@ class Contest:
     seed: int = 1
 
 
+def pairs_of(drives: Sequence[Path]) -> tuple[tuple[Path, Path], ...]:
+    """Drives two by two; ``ScenarioError`` for an odd number."""
+    if len(drives) % 2:
+        raise ScenarioError(f"{drives[-1]}: comes without a query; valid are pairs of a reference and a query")
+    return tuple(zip(drives[::2], drives[1::2], strict=True))
+
+
 def run_contest(contest: Contest, step: Callable[[str], object]) -> list[Comparison]:
     """The answers of all methods to each pair of drives. ``step`` is told what begins.
 

@@ -29,7 +29,7 @@ at = 7.8
 width = 0.9
 material = "door"
 """
-COMMANDS = ("record", "learn", "localise", "matrix", "ablation", "report", "view", "demo", "doctor")
+COMMANDS = ("record", "learn", "localise", "matrix", "report", "view", "demo", "doctor")
 LASER_ONLY = ("--renderer", "none")
 
 
@@ -120,7 +120,6 @@ BAD_INPUT = [
     ("localise map.refseq run.mcap --stage magic", "stage 'magic' is unknown; valid are uniform, prior, chain"),
     ("localise map.refseq run.mcap --sensors sonar", "sensor 'sonar' is not in the map; valid are laser"),
     ("learn run.mcap -o new.refseq --profile magic", "profile 'magic' is unknown; valid are thesis, best"),
-    ("ablation run.mcap run.mcap --profile magic", "profile 'magic' is unknown; valid are thesis, best"),
     ("demo -o new --profile magic", "profile 'magic' is unknown; valid are thesis, best"),
     ("compare run.mcap", "run.mcap: comes without a query; valid are pairs of a reference"),
     ("compare run.mcap nothing.mcap", "nothing.mcap: is no file; valid is a recording"),
@@ -130,8 +129,6 @@ BAD_INPUT = [
     ("compare run.mcap run.mcap --kidnap 0:1", "run.mcap: kidnap '0:1' is not in it; valid is FROM:TO"),
     ("compare run.mcap run.mcap --places 5", "run.mcap: views '5' is no stretch of it; valid is FROM:TO within 0:"),
     ("compare run.mcap run.mcap --table new.txt", "new.txt: is no table's name; valid is a name that ends in .csv"),
-    ("ablation run.mcap run.mcap --features magic", "feature 'magic' is unknown; valid are sift, dense, walls"),
-    ("ablation run.mcap run.mcap --features sift", "features sift do not fit sensors laser; valid are walls"),
     ("demo --world nowhere -o new", "unknown world 'nowhere'; known are annex, "),
     ("demo --to dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
     ("demo --from dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
@@ -172,13 +169,11 @@ BAD_INPUT = [
     ("matrix missing.refseq", "missing.refseq: cannot be read: No such file or directory"),
     ("matrix run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
     ("matrix version-9.refseq", "version-9.refseq: is of map format version 9; valid is 3: learn it anew"),
-    ("ablation run.mcap missing.mcap", "missing.mcap: is no file; valid is a recording"),
-    ("ablation missing.mcap run.mcap", "missing.mcap: is no file; valid is a recording"),
-    ("ablation folder run.mcap", "folder: cannot be read: Is a directory"),
-    ("ablation run.mcap empty.mcap", "empty.mcap: is empty; valid are an MCAP recording and a CARMEN log"),
+    ("compare missing.mcap run.mcap", "missing.mcap: is no file; valid is a recording"),
+    ("compare folder run.mcap", "folder: cannot be read: Is a directory"),
+    ("compare run.mcap empty.mcap", "empty.mcap: is empty; valid are an MCAP recording and a CARMEN log"),
     # files that do not fit each other
-    ("ablation run.mcap", "run.mcap: comes without a query; valid are pairs of a reference and a query"),
-    ("ablation run.mcap run.mcap cut.mcap", "cut.mcap: comes without a query; valid are pairs of a reference and a"),
+    ("compare run.mcap run.mcap cut.mcap", "cut.mcap: comes without a query; valid are pairs of a reference and a"),
     ("report map.refseq run.mcap few.parquet -o new.html", "few.parquet: comparison 'map.refseq ← run.mcap', stage"),
     ("report map.refseq run.mcap beliefs.parquet --views 0:3 -o new.html", "15 answers; valid is one a query view, 3"),
     ("view map.refseq run.mcap few.parquet --save new.rrd", "5 answers; valid is one a query view, 15"),
@@ -195,8 +190,6 @@ BAD_INPUT = [
     ("matrix map.refseq -o folder", "folder: is a folder; valid is the name of a file to write"),
     ("matrix map.refseq -o missing/m.png", "missing/m.png: cannot be written: there is no folder missing"),
     ("matrix map.refseq -o m.txt", "m.txt: is no picture's name; valid are names that end in .png, .svg, .pdf"),
-    ("ablation run.mcap run.mcap -o folder", "folder: is a folder; valid is the name of a file to write"),
-    ("ablation run.mcap run.mcap -o t.xlsx", "t.xlsx: is no table's name; valid are names that end in .csv, .json"),
     ("report map.refseq run.mcap beliefs.parquet -o folder", "folder: is a folder; valid is the name of a file"),
     ("report map.refseq run.mcap beliefs.parquet -o missing/r.html", "missing/r.html: cannot be written: there is no"),
     ("view run.mcap --save missing/new.rrd", "missing/new.rrd: cannot be written: there is no folder missing"),
@@ -226,7 +219,7 @@ def test_bad_input_is_one_line_and_code_2(refseq: Refseq, at_desk: Path, line: s
         ("localise map.refseq run.mcap --at-least nan", "--at-least"),
         ("demo --seeds 0", "--seeds"),
         ("matrix map.refseq --top -1", "--top"),
-        ("ablation", "REFERENCE"),
+        ("compare", "REFERENCE"),
         ("learn run.mcap", "--output"),
         ("record small.toml -o new.mcap --wings", "--wings"),
     ],
@@ -361,18 +354,6 @@ def test_a_matrix_is_described_and_drawn(
     assert "The 3 features that tell the most" in answer.out
     assert "…" not in answer.out, "no cell is cut off"
     assert "tell the most" not in refseq("matrix", desk / "map.refseq", "--top", "0").out
-
-
-def test_an_ablation_without_cameras_says_what_it_leaves_out(refseq: Refseq, desk: Path, tmp_path: Path) -> None:
-    run, table = desk / "run.mcap", tmp_path / "t.csv"
-    answer = refseq("ablation", run, run, run, run, "--features", "walls,boundary,sectors", "-o", table)
-    assert answer.code == 0
-    assert "2 pairs, 30 views" in answer.out
-    assert "+ motion prior" in answer.out
-    assert "+ chain" in answer.out
-    assert "no camera-1, camera-2 in both drives: left out camera-1, camera-1 + laser, camera-2 + laser" in answer.out
-    assert answer.out.endswith(f"{table}: 3 rows\n")
-    assert len(table.read_text().splitlines()) == 4
 
 
 # --- stopping it ---
