@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rich.console import Console, RenderableType
+from rich.console import Console
 
 from refseq.files import replace_text
 from scenarios.drives.benchmark import Contest, run_contest
@@ -13,6 +13,7 @@ from scenarios.report.document import write_report
 from scenarios.report.plots.drive import FloorOutline
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.figures import Figures, figures, figures_csv, figures_table, lost_table
+from scenarios.tables import print_whole
 from worlds.drawing.outline import outline_of
 
 ALL = "all drives together"
@@ -50,12 +51,6 @@ def by_experiment(comparisons: Sequence[Comparison]) -> list[tuple[str, list[Fig
     names = list(dict.fromkeys(one.name for one in comparisons))
     found = [(name, figures([one for one in comparisons if one.name == name])) for name in names]
     return [*found, (ALL, figures(comparisons))] if len(names) > 1 else found
-
-
-def print_whole(console: Console, table: RenderableType) -> None:
-    """Print a table as wide as it is: in a file or a narrow window no figure may be cut off."""
-    needed = console.measure(table, options=console.options.update(width=1000)).maximum
-    Console(file=console.file, width=max(needed, console.width)).print(table)
 
 
 def _title(comparisons: Sequence[Comparison]) -> str:

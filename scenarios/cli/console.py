@@ -26,26 +26,13 @@ def say(console: Console, line: str) -> None:
 
 def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
     """The table of the stages, with the number of views and 95 % intervals."""
-    from rich.box import SIMPLE
-    from rich.table import Table
-    from rich.text import Text
+    from scenarios.tables import TextTable
 
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
-    # Five columns with intervals fit a terminal of 80 characters only without a frame.
-    table = Table(
-        title=Text(f"{title}: {runs}{views} views"),
-        title_justify="left",
-        title_style="bold",
-        box=SIMPLE,
-        pad_edge=False,
-    )
-    table.add_column("stage")
     tolerances = list(found[0].success) if found else []
-    for tolerance in tolerances:
-        table.add_column(f"within {tolerance.distance:g} m [95 %]", justify="right")
-    table.add_column("failures", justify="right")
-    table.add_column("lost", justify="right")
+    within = [f">within {tolerance.distance:g} m [95 %]" for tolerance in tolerances]
+    table = TextTable("stage", *within, ">failures", ">lost", title=f"{title}: {runs}{views} views")
     for result in found:
         shares = [share_of(result.success[tolerance]) for tolerance in tolerances]
         table.add_row(result.stage.value, *shares, str(result.failures), str(result.lost))

@@ -8,9 +8,8 @@ import typer
 from scenarios.cli.console import err, out, say
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from refseq.atlas.routes import Route
+    from scenarios.tables import TextTable
 
 NO_ROUTE = 1
 EXAMPLES = """Examples:
@@ -42,18 +41,13 @@ def route(
     say(out, f"{found.length:.1f} m from {start} to {goal}, {_counted(found)}")
 
 
-def leg_table(found: "Route") -> "Table":
+def leg_table(found: "Route") -> "TextTable":
     """The legs of a route, a row each."""
-    from rich.box import SIMPLE
-    from rich.table import Table
-    from rich.text import Text
+    from scenarios.tables import TextTable
 
-    table = Table(box=SIMPLE, pad_edge=False)
-    table.add_column("path", overflow="fold")
-    table.add_column("views", justify="right", no_wrap=True)
-    table.add_column(Text("length [m]"), justify="right", no_wrap=True)  # as a plain word rich takes [m] for markup
+    table = TextTable("path", ">views", ">length [m]", wraps=("path",))
     for leg in found.legs:
-        table.add_row(Text(leg.path), f"{leg.first}-{leg.last}", f"{leg.length:.1f}")
+        table.add_row(leg.path, f"{leg.first}-{leg.last}", f"{leg.length:.1f}")
     return table
 
 

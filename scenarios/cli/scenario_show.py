@@ -12,12 +12,10 @@ from scenarios.errors import ScenarioError
 from scenarios.methods.templates import MY_LOCALISER
 
 if TYPE_CHECKING:
-    from rich.table import Table
-    from rich.text import Text
-
     from scenarios.campaign.declare.cases import Case
     from scenarios.campaign.declare.schema import SourceTable
     from scenarios.campaign.store.cache import Store
+    from scenarios.tables import TextTable
 
 CLASS = "MyLocaliser"
 
@@ -46,7 +44,7 @@ def list_scenarios(
     if as_json:
         typer.echo(json.dumps([_listed(found) for found in of_file.values()], indent=2))
         return
-    from scenarios.cli.compare import print_whole
+    from scenarios.tables import print_whole
 
     print_whole(out, _list_table(list(of_file.values())))
 
@@ -65,20 +63,21 @@ def _listed(cases: "Sequence[Case]") -> dict[str, object]:
     }
 
 
-def _list_table(files: "Sequence[Sequence[Case]]") -> "Table":
-    from rich.box import SIMPLE
-    from rich.table import Table
+def _list_table(files: "Sequence[Sequence[Case]]") -> "TextTable":
+    from scenarios.tables import TextTable
 
-    table = Table(box=SIMPLE, padding=(0, 1, 0, 0))
-    for heading in ("scenario", "what", "cases x seeds", "tags", "blocking", "source"):
-        table.add_column(heading, justify="right" if "seeds" in heading else "left", no_wrap=True)
+    table = TextTable("scenario", "what", ">cases x seeds", "tags", "blocking", "source")
     for cases in files:
         scenario = cases[0].scenario
         each = sorted({len(case.scenario.seeds) for case in cases})
         seeds = "-".join(str(count) for count in dict.fromkeys((each[0], each[-1])))
         table.add_row(
-            *_texts(cases[0].file.stem, scenario.title, f"{len(cases)} x {seeds}", ", ".join(scenario.tags)),
-            *_texts(_blocking(cases), scenario.source),
+            cases[0].file.stem,
+            scenario.title,
+            f"{len(cases)} x {seeds}",
+            ", ".join(scenario.tags),
+            _blocking(cases),
+            scenario.source,
         )
     return table
 
@@ -86,13 +85,6 @@ def _list_table(files: "Sequence[Sequence[Case]]") -> "Table":
 def _blocking(cases: "Sequence[Case]") -> str:
     blocking = {case.scenario.blocking for case in cases}
     return "some" if len(blocking) > 1 else "yes" if True in blocking else "no"
-
-
-def _texts(*cells: str) -> "list[Text]":
-    """Cells as they are: a title may hold what rich takes for markup."""
-    from rich.text import Text
-
-    return [Text(cell) for cell in cells]
 
 
 def show(

@@ -7,8 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, NonNegativeInt, ValidationError
-from rich.box import SIMPLE
-from rich.table import Table
 from rich.text import Text
 
 from refseq.atlas.merge import Decision
@@ -16,6 +14,7 @@ from refseq.files import replace_text
 from scenarios.cli.console import say
 from scenarios.drives.inputs import writing
 from scenarios.errors import ScenarioError
+from scenarios.tables import TextTable
 
 HEAD = """\
 # Joins that refseq merge made or refused. Turn `joined` round, or add a join of your own, and give this file to
@@ -95,20 +94,18 @@ def _tupled(join: dict[str, object]) -> dict[str, object]:
     return {key: tuple(value) if isinstance(value, list) else value for key, value in join.items()}
 
 
-def decision_table(decisions: Sequence[Decision]) -> Table:
+def decision_table(decisions: Sequence[Decision]) -> TextTable:
     """Decisions, a row each."""
-    table = Table(box=SIMPLE, pad_edge=False)
-    for name in ("", "one", "views", "other", "views", "length [m]", "why"):
-        table.add_column(Text(name), no_wrap=name != "why")
+    table = TextTable("", "one", "views", "other", "views", "length [m]", "why", wraps=("why",))
     for d in decisions:
         table.add_row(
             Text("joined" if d.joined else "refused", "green" if d.joined else "yellow"),
-            Text(d.one),
+            d.one,
             f"{d.first[0]}-{d.first[1]}",
-            Text(d.other),
+            d.other,
             f"{d.second[0]}-{d.second[1]}",
             f"{d.lengths[0]:.1f} / {d.lengths[1]:.1f}",
-            Text(d.why),
+            d.why,
         )
     return table
 

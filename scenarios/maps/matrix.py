@@ -10,9 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from numpy.typing import NDArray
-from rich.box import SIMPLE
-from rich.table import Table
-from rich.text import Text
 
 from refseq.files import replacing_at
 from refseq.inference.matching.incidence import IncidenceMatrix, Statistics
@@ -25,6 +22,7 @@ from refseq.inference.matching.information import (
     view_information,
 )
 from scenarios.errors import ScenarioError
+from scenarios.tables import TextTable
 
 PICTURES = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 """Formats of pictures by the file's ending, and what keeps the hour out of them: the same map gives the same bytes."""
@@ -115,9 +113,10 @@ def _noise(matrix: IncidenceMatrix) -> dict[str, Noise]:
 # --- tables ---
 
 
-def statistics_table(title: str, found: Sequence[Summary]) -> Table:
+def statistics_table(title: str, found: Sequence[Summary]) -> TextTable:
     """The figures of the rows."""
-    table = _table(title, ("features of", "rows", "always", "never", "once", "a view", "zeros", "B/place"))
+    headings = (">rows", ">always", ">never", ">once", ">a view", ">zeros", ">B/place")
+    table = TextTable("features of", *headings, title=title)
     for one in found:
         s = one.statistics
         a_view = f"{s.fewest}-{s.median:g}-{s.most}"
@@ -126,13 +125,11 @@ def statistics_table(title: str, found: Sequence[Summary]) -> Table:
     return table
 
 
-def information_table(found: Sequence[Summary]) -> Table:
+def information_table(found: Sequence[Summary]) -> TextTable:
     """The information of the views, in bits, beside the noise that it was reckoned with."""
     limit = found[0].told.limit
-    table = _table(
-        f"Information of a view about the place, of {limit:.2f} bits",
-        ("features of", "seen again", "false alarms", "bits", "without noise"),
-    )
+    title = f"Information of a view about the place, of {limit:.2f} bits"
+    table = TextTable("features of", ">seen again", ">false alarms", ">bits", ">without noise", title=title)
     for one in found:
         rates = (
             (f"{100 * one.noise.detection:.1f} %", f"{100 * one.noise.false_alarm:.2f} %") if one.noise else ("", "")
@@ -141,21 +138,13 @@ def information_table(found: Sequence[Summary]) -> Table:
     return table
 
 
-def features_table(found: Sequence[FeatureSummary]) -> Table:
+def features_table(found: Sequence[FeatureSummary]) -> TextTable:
     """The features that tell the most."""
-    table = _table(
-        f"The {len(found)} features that tell the most", ("feature", "seen at", "from", "to", "bits", "without noise")
-    )
+    headings = (">seen at", ">from", ">to", ">bits", ">without noise")
+    table = TextTable("feature", *headings, title=f"The {len(found)} features that tell the most")
     for one in found:
         seen = (str(number) for number in (one.sightings, one.first, one.last))
         table.add_row(one.name, *seen, f"{one.told:.3f}", f"{one.distinct:.3f}")
-    return table
-
-
-def _table(title: str, headings: Sequence[str]) -> Table:
-    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
-    for number, heading in enumerate(headings):
-        table.add_column(heading, justify="right" if number else "left", no_wrap=True)
     return table
 
 

@@ -10,9 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
-from rich.box import SIMPLE
-from rich.table import Table
-from rich.text import Text
 
 import robots
 from refseq.view import Pose
@@ -21,6 +18,7 @@ from robots.behaviours import Frame, Outcome
 from robots.behaviours.written import Choice, make, parse
 from robots.robot import Shape
 from scenarios.errors import ScenarioError
+from scenarios.tables import TextTable
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_runner import Moment, frame_of, run
 from sim.drives.doors import doors_seen
@@ -140,19 +138,14 @@ def _run(bench: Bench, choice: Choice, frame: Frame, timeout: float) -> Done:
     return Done(choice.text, ended.outcome, ended.why, ended.time, ended.path, tuple(stops.heard.values()))
 
 
-def trip_table(found: Sequence[Done]) -> Table:
+def trip_table(found: Sequence[Done]) -> TextTable:
     """The behaviours, a row each, for a terminal of 80 characters."""
-    table = Table(box=SIMPLE, pad_edge=False)
-    table.add_column("behaviour", no_wrap=True)
-    table.add_column("outcome", no_wrap=True)
-    table.add_column("why")
-    for column in ("time [s]", "way [m]"):
-        table.add_column(Text(column), justify="right", no_wrap=True)
-    table.add_column("stops")
+    headings = ("behaviour", "outcome", "why", ">time [s]", ">way [m]", "stops")
+    table = TextTable(*headings, wraps=("why", "stops"))
     for done in found:
         stops = "; ".join(f"{stop.cause.value} at {stop.since:.1f} s: {stop.detail}" for stop in done.stops)
-        cells = (done.text, done.outcome.value, done.why)
-        table.add_row(*map(Text, cells), f"{done.time:.1f}", f"{done.way:.2f}", Text(stops or "none"))
+        figures = (f"{done.time:.1f}", f"{done.way:.2f}")
+        table.add_row(done.text, done.outcome.value, done.why, *figures, stops or "none")
     return table
 
 

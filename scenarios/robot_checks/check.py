@@ -4,11 +4,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from rich.box import SIMPLE
-from rich.table import Table
-from rich.text import Text
-
 import robots
+from scenarios.tables import TextTable
 from sim.acceptance import trials
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import Bench, BenchSettings
@@ -128,16 +125,11 @@ def _bench(name: str, floor: World) -> Bench:
     return Bench(floor, robots.load(name), settings=BenchSettings(renderer=RendererKind.NONE, cameras=()))
 
 
-def findings_table(name: str, found: list[Finding]) -> Table:
+def findings_table(name: str, found: list[Finding]) -> TextTable:
     """All trials of one robot, for a terminal of 80 characters."""
-    table = Table(box=SIMPLE, pad_edge=False, title=name, title_justify="left", title_style="bold")
-    table.add_column("trial")
-    for column in ("measured", "should be"):
-        table.add_column(column, justify="right", no_wrap=True)
-    table.add_column("")
-    table.add_column("verdict")
+    table = TextTable("trial", ">measured", ">should be", "", "verdict", title=name, wraps=("trial",))
     for row in found:
-        table.add_row(row.what, _shown(row.measured), row.expected, Text(row.unit), row.verdict)
+        table.add_row(row.what, _shown(row.measured), row.expected, row.unit, row.verdict)
     return table
 
 

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from rich.box import SIMPLE
 from rich.table import Table
 from rich.text import Text
 
@@ -13,20 +12,17 @@ from robots import Robot
 from robots.odometry import true_geometry
 from scenarios.robot_checks.body import Body, Floats
 from scenarios.robot_checks.sources import Measure, measures, sourced
+from scenarios.tables import TextTable
 
 
-def robots_table() -> Table:
+def robots_table() -> TextTable:
     """All robots, a row each, for a terminal of 80 characters."""
-    table = Table(box=SIMPLE, pad_edge=False)
-    table.add_column("robot", no_wrap=True)
-    for column in ("mass [kg]", "size [m]", "[m/s]"):
-        table.add_column(Text(column), justify="right", no_wrap=True)
-    table.add_column("sensors")
+    table = TextTable("robot", ">mass [kg]", ">size [m]", ">[m/s]", "sensors", wraps=("sensors",))
     for name in robots.names():
         body = Body(robots.load(name))
         size = " × ".join(f"{side:.2f}" for side in body.whole.size)
         speed = f"{body.robot.limits.speed:g}"
-        table.add_row(name, f"{body.mass:.1f}", size, speed, Text(sensors_text(body.robot)))
+        table.add_row(name, f"{body.mass:.1f}", size, speed, sensors_text(body.robot))
     return table
 
 
@@ -92,17 +88,13 @@ def _point(values: Sequence[float] | Floats, digits: int = 3) -> str:
     return f"({', '.join(f'{round(float(value), digits) + 0.0:.{digits}f}' for value in values)})"
 
 
-def proportions_table(body: Body) -> Table | None:
+def proportions_table(body: Body) -> TextTable | None:
     """Sourced measures beside the model's, also in wheel diameters; None where nothing of the robot was sourced."""
     known = sourced(body)
     if not known:
         return None
     model, wheel = measures(body), known[Measure.WHEEL].value
-    table = Table(box=SIMPLE, pad_edge=False)
-    table.add_column("measure")
-    table.add_column("from")
-    for column in ("sourced [m]", "model [m]", "in wheels", "model", "off"):
-        table.add_column(Text(column), justify="right")
+    table = TextTable("measure", "from", ">sourced [m]", ">model [m]", ">in wheels", ">model", ">off")
     for measure, found in known.items():
         ours = model[measure]
         cells = (found.value, ours, found.value / wheel, ours / model[Measure.WHEEL])

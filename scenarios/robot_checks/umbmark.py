@@ -4,22 +4,17 @@ import math
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
-from rich.box import SIMPLE
-from rich.table import Table
-from rich.text import Text
 
+from scenarios.tables import TextTable
 from sim.acceptance.umbmark import Direction, Umbmark
 
 NAMES = {Direction.CLOCKWISE: "clockwise", Direction.COUNTER_CLOCKWISE: "counter-clockwise"}
 LOOKS = {Direction.CLOCKWISE: ("#0072b2", "o"), Direction.COUNTER_CLOCKWISE: ("#d55e00", "s")}
 
 
-def umbmark_table(found: Umbmark) -> Table:
+def umbmark_table(found: Umbmark) -> TextTable:
     """All figures, for a terminal of 80 characters."""
-    table = Table(box=SIMPLE, pad_edge=False, title=_title(found), title_justify="left", title_style="bold")
-    table.add_column("figure")
-    table.add_column("value", justify="right")
-    table.add_column("")
+    table = TextTable("figure", ">value", "", title=_title(found))
     for direction in Direction:
         centre = found.centre(direction)
         table.add_row(f"centre of {NAMES[direction]} ends", f"{1000 * centre.x:+.1f}, {1000 * centre.y:+.1f}", "mm")
@@ -34,7 +29,7 @@ def umbmark_table(found: Umbmark) -> Table:
         ("right wheel", found.believed.right_radius, found.corrected.right_radius),
         ("track", found.believed.track, found.corrected.track),
     ):
-        table.add_row(f"{name}, believed → corrected", Text(f"{1000 * now:.3f} → {1000 * then:.3f}"), "mm")
+        table.add_row(f"{name}, believed → corrected", f"{1000 * now:.3f} → {1000 * then:.3f}", "mm")
     return table
 
 

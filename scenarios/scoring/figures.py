@@ -8,9 +8,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from rich.box import SIMPLE
-from rich.table import Table
-from rich.text import Text
 
 from refseq.belief import Timings
 from scenarios.scoring.atlas import AtlasScore, JoinScore, atlas_score, pool_atlas
@@ -19,6 +16,7 @@ from scenarios.scoring.comparison import Comparison, shared_methods, single_view
 from scenarios.scoring.outcome import Outcome
 from scenarios.scoring.recovery import Way
 from scenarios.scoring.score import NARROW, PLACES_OFF, RANKS, WIDE, Proportion, Score, Tolerance, harm, pool, score
+from scenarios.tables import TextTable
 
 NONE = "n/a"
 """Stands where there is no figure to give."""
@@ -100,31 +98,25 @@ def _harm(comparisons: Sequence[Comparison], method: str, pooled: Score) -> Prop
     return harm(pooled, pool([score(one, single, pooled.tolerance) for one in comparisons]))
 
 
-def figures_table(title: str, found: Sequence[Figures]) -> Table:
+def figures_table(title: str, found: Sequence[Figures]) -> TextTable:
     """All figures on the terminal, a row a method, of one method at least."""
-    table = _table(title)
     parts = (found[0].wide, found[0].narrow)
-    for heading in (
-        *(f"within {part.tolerance.distance:g} m\nof {part.success.trials}, %" for part in parts),
-        "failed",
-        "AUC",
-        "recall, %\n@1/5/10",
-        "recall, % at\nprec. 100/99",
-        "ECE",
-        "lost\nAUROC",
-        "FPR@\n95TPR",
-        "error [m]\nmed./p95",
-        "ms a\nview",
-    ):
-        table.add_column(Text(heading), justify="right", no_wrap=True)
+    table = TextTable(
+        "method",
+        *(f">within {part.tolerance.distance:g} m\nof {part.success.trials}, %" for part in parts),
+        ">failed",
+        ">AUC",
+        ">recall, %\n@1/5/10",
+        ">recall, % at\nprec. 100/99",
+        ">ECE",
+        ">lost\nAUROC",
+        ">FPR@\n95TPR",
+        ">error [m]\nmed./p95",
+        ">ms a\nview",
+        title=title,
+    )
     for one in found:
         table.add_row(one.method, *_cells(one))
-    return table
-
-
-def _table(title: str) -> Table:
-    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
-    table.add_column("method", no_wrap=True)
     return table
 
 
@@ -146,20 +138,20 @@ def _cells(one: Figures) -> list[str]:
     ]
 
 
-def lost_table(title: str, found: Sequence[Figures]) -> Table | None:
+def lost_table(title: str, found: Sequence[Figures]) -> TextTable | None:
     """How the methods did off the map and on coming back to it; ``None`` where nothing of the kind happened."""
     if not any(one.wide.off_map.any() or any(one.wide.episodes) for one in found):
         return None
-    table = _table(title)
-    for heading in (
-        "false fixes\nof off-map",
-        "worst\n[m]",
-        "ECE of\nP(lost)",
-        "way to lost [m]\nmedian (never)",
-        "way to recover [m]\nmedian (never)",
-        "way to first fix [m]\nmedian (never)",
-    ):
-        table.add_column(Text(heading), justify="right", no_wrap=True)
+    table = TextTable(
+        "method",
+        ">false fixes\nof off-map",
+        ">worst\n[m]",
+        ">ECE of\nP(lost)",
+        ">way to lost [m]\nmedian (never)",
+        ">way to recover [m]\nmedian (never)",
+        ">way to first fix [m]\nmedian (never)",
+        title=title,
+    )
     for one in found:
         wide, off_map = one.wide, int(one.wide.off_map.sum())
         table.add_row(

@@ -3,12 +3,10 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from rich.box import SIMPLE
-from rich.table import Table
-from rich.text import Text
 
 from refseq.atlas.atlas import Atlas
 from refseq.belief import LOST_ABOVE, Belief
+from scenarios.tables import TextTable
 
 
 def answered(atlas: Atlas, beliefs: Sequence[Belief]) -> dict[str, tuple[int, int]]:
@@ -23,24 +21,20 @@ def answered(atlas: Atlas, beliefs: Sequence[Belief]) -> dict[str, tuple[int, in
     return {path.name: (held.get(path.name, 0), int(np.isin(best, atlas.numbered(path)).sum())) for path in atlas.paths}
 
 
-def recognised_table(atlas: Atlas, beliefs: Mapping[str, Sequence[Belief]]) -> Table:
+def recognised_table(atlas: Atlas, beliefs: Mapping[str, Sequence[Belief]]) -> TextTable:
     """A row for each path in their order, and one for the views that are said to be lost; a column a method."""
-    table = Table(
+    table = TextTable(
+        "path",
+        ">places",
+        *(f">{method}" for method in beliefs),
         title="views answered at its places / along its path",
-        title_justify="left",
-        title_style="bold",
-        box=SIMPLE,
-        pad_edge=False,
+        wraps=("path",),
     )
-    table.add_column("path", overflow="fold")
-    table.add_column("places", justify="right")
-    for method in beliefs:
-        table.add_column(Text(str(method)), justify="right")
     found = [answered(atlas, answers) for answers in beliefs.values()]
     places = dict(zip(atlas.names, map(len, atlas.sequences), strict=True))
     for path in atlas.paths:
         cells = ["{} / {}".format(*one[path.name]) for one in found]
-        table.add_row(Text(path.name), str(places.get(path.name, 0)), *cells)
+        table.add_row(path.name, str(places.get(path.name, 0)), *cells)
     lost = [sum(belief.lost > LOST_ABOVE for belief in answers) for answers in beliefs.values()]
     table.add_section()
     table.add_row("says lost", "", *map(str, lost))

@@ -9,11 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from rich.box import SIMPLE
-from rich.table import Table
 
 from refseq.features.sift import Keys, SiftSettings, SiftWords
 from scenarios.drives.record import Drive
+from scenarios.tables import TextTable
 from scenarios.world_views.facts import lux_text
 from scenarios.world_views.snapshots import Still, stills
 from worlds.light import LightSetting
@@ -100,18 +99,16 @@ def found_again(reference: Keys, other: Keys, alias_distance: float) -> float:
 # --- to look at ---
 
 
-def day_table(found: Sequence[Recall]) -> Table:
+def day_table(found: Sequence[Recall]) -> TextTable:
     """Shares [%] by hour, a column for each place and camera; the light [lx] in a column for each place."""
     places, cameras = (list(dict.fromkeys(getattr(r, key) for r in found)) for key in ("along", "camera"))
     cells = {(r.hour, r.along, r.camera): r for r in found}
-    # Three places of two cameras fit a terminal of 80 characters only with narrow gaps.
-    table = Table(box=SIMPLE, padding=0)
-    table.add_column("hour")
+    headings = []
     for place in places:
-        for camera in cameras:
-            keys = cells[found[0].hour, place, camera].keys
-            table.add_column(f"{place:g} m\n{camera}\n% of {keys}", justify="right")
-        table.add_column("lx", justify="right")
+        keys = [cells[found[0].hour, place, camera].keys for camera in cameras]
+        headings += [f">{place:g} m\n{camera}\n% of {of}" for camera, of in zip(cameras, keys, strict=True)] + [">lx"]
+    table = TextTable("hour", *headings)
+    table.padding = 0  # or three places of two cameras would not fit a terminal of 80 characters
     for hour in dict.fromkeys(r.hour for r in found):
         row = []
         for place in places:

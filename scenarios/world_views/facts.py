@@ -7,12 +7,12 @@ from itertools import pairwise
 
 import mujoco
 import numpy as np
-from rich.box import SIMPLE
 from rich.table import Table
 from rich.text import Text
 
 import robots
 from scenarios.errors import ScenarioError
+from scenarios.tables import TextTable
 from worlds.check import RobotBox, geom_boxes
 from worlds.light import PRESETS, LightSetting, light_named
 from worlds.lighting.daylight import sun_position
@@ -29,17 +29,12 @@ GENERATED = "corridor:SEED"
 # --- list and show ---
 
 
-def library_table() -> Table:
+def library_table() -> TextTable:
     """The worlds of the library, a row each, and the one that is made from a seed."""
-    table = Table(box=SIMPLE, pad_edge=False)
-    table.add_column("world", no_wrap=True)
-    table.add_column("what", min_width=20)
-    table.add_column(Text("size [m]"), no_wrap=True)
-    table.add_column(Text("routes [m]"), min_width=14)
-    table.add_column("things", justify="right", no_wrap=True)
+    table = TextTable("world", "what", "size [m]", "routes [m]", ">things", wraps=("what", "routes [m]"))
     for name in names():
         plan = load_plan(name)
-        table.add_row(name, Text(plan.title), size_text(plan), routes_text(plan), str(sum(_counts(plan).values())))
+        table.add_row(name, plan.title, size_text(plan), routes_text(plan), str(sum(_counts(plan).values())))
     table.add_row(GENERATED, "A new corridor from any whole number from 0", "40 to 120", "forward ⇄", "")
     return table
 
@@ -181,12 +176,9 @@ def _triple(what: str, text: str, valid: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def lux_table(readings: Sequence[tuple[str, Reading]]) -> Table:
+def lux_table(readings: Sequence[tuple[str, Reading]]) -> TextTable:
     """Illuminance by point and by where it comes from [lx]."""
-    table = Table(box=SIMPLE, pad_edge=False)
-    table.add_column(Text("at [m]"))
-    for column in ("sun [lx]", "sky", "lamps", "reflected", "total"):
-        table.add_column(Text(column), justify="right")
+    table = TextTable("at [m]", ">sun [lx]", ">sky", ">lamps", ">reflected", ">total")
     for at, reading in readings:
         parts = (reading.sun, reading.sky, reading.lamps, reading.indirect, reading.total)
         table.add_row(at, *map(lux_text, parts))

@@ -3,19 +3,17 @@
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from rich.box import SIMPLE
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from scenarios.campaign.pages.index import index_row, verdict_line
 from scenarios.campaign.pages.summary import Across, plain
 from scenarios.campaign.results import INDEX
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
-from scenarios.cli.compare import print_whole
 from scenarios.cli.console import say
 from scenarios.report.page import duration_text
 from scenarios.scoring.figures import NONE
+from scenarios.tables import TextTable, print_whole
 
 STYLES = {"passed": "green", "failed": "bold red", "error": "bold magenta", "skipped": "dim", "open": "dim"}
 FIGURES = {
@@ -65,26 +63,21 @@ def print_across(found: Across, console: Console) -> None:
     print_whole(console, _table(found.figure, ("method", *found.cases), rows, [False] * len(rows)))
 
 
-def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], bold: Sequence[bool]) -> Table:
+def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]], bold: Sequence[bool]) -> TextTable:
     """Names to the left, figures to the right; some rows stand out."""
-    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
-    for column, heading in enumerate(headings):
-        table.add_column(Text(heading.replace("/", "/\n")), justify="right" if column else "left", no_wrap=True)
+    first, *others = (heading.replace("/", "/\n") for heading in headings)
+    table = TextTable(first, *(f">{heading}" for heading in others), title=title)
     for cells, stands_out in zip(rows, bold, strict=True):
-        table.add_row(*map(Text, cells), style="bold" if stands_out else "")
+        table.add_row(*cells, style="bold" if stands_out else "")
     return table
 
 
-def _verdicts(title: str, cases: list[CaseRecord]) -> Table:
-    table = Table(title=Text(title), title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1, 0, 0))
-    for heading in ("verdict", "case", "judged method"):
-        table.add_column(heading, no_wrap=True)
-    for heading in ("success", "failures", "met"):
-        table.add_column(heading, justify="right", no_wrap=True)
+def _verdicts(title: str, cases: list[CaseRecord]) -> TextTable:
+    table = TextTable("verdict", "case", "judged method", ">success", ">failures", ">met", title=title)
     for row in map(index_row, cases):
         verdict = Text(row.verdict, style=STYLES[row.verdict])
         cells = (row.name, row.judged, _within(row.success, row.within), row.failures, row.met)
-        table.add_row(verdict, *map(Text, cells))
+        table.add_row(verdict, *cells)
     return table
 
 

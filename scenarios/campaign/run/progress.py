@@ -3,10 +3,8 @@
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from rich.box import SIMPLE
 from rich.console import Console, Group
 from rich.live import Live
-from rich.table import Table
 from rich.text import Text
 
 from scenarios.campaign.campaign import Quiet
@@ -16,6 +14,7 @@ from scenarios.campaign.run.eta import Pace, in_words
 from scenarios.campaign.run.tasks import Task, distinct
 from scenarios.campaign.run.workers import Executor
 from scenarios.cli.console import say
+from scenarios.tables import TextTable
 
 STYLES: Mapping[Verdict, str] = {
     Verdict.PASSED: "green",
@@ -147,15 +146,13 @@ class LiveTable(Tally):
         room = max(3, self._console.height - FRAME - len(self.running))
         return Group(Text(self.summary), self._table(room), *self._workers())
 
-    def _table(self, room: int) -> Table:
-        table = Table(box=SIMPLE, pad_edge=False)
-        for name in ("case", "tasks", "state"):
-            table.add_column(name, no_wrap=True, justify="right" if name == "tasks" else "left")
+    def _table(self, room: int) -> TextTable:
+        table = TextTable("case", ">tasks", "state")
         shown = list(self._by_interest())
         for name in shown[:room]:
             keys = self.cases[name]
             done = sum(key in self.outcomes for key in keys)
-            table.add_row(Text(name), f"{done}/{len(keys)}", self._state(name))
+            table.add_row(name, f"{done}/{len(keys)}", self._state(name))
         if len(shown) > room:
             table.add_row(f"and {len(shown) - room} more", "", "")
         return table

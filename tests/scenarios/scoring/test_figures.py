@@ -7,7 +7,7 @@ from rich.console import Console
 
 from refseq.belief import Timings
 from refseq.view import Pose, View
-from scenarios.cli.compare import ALL, by_experiment, print_whole
+from scenarios.cli.compare import ALL, by_experiment
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.figures import (
     figures,
@@ -20,6 +20,7 @@ from scenarios.scoring.figures import (
     ways_text,
 )
 from scenarios.scoring.score import NARROW, harm, pool, score
+from scenarios.tables import print_whole
 from tests.support import certain, corridor_comparison
 
 

@@ -1,0 +1,44 @@
+"""Tables on the terminal, styled once."""
+
+from collections.abc import Collection
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console, RenderableType
+from rich.table import Column, Table
+from rich.text import Text
+
+
+class TextTable(Table):
+    """A table of names and figures, shown as they are written: a name may hold what rich takes for markup.
+
+    A column is told by its heading, with ``>`` before it where cells stand to the right. Cells are broken into lines
+    only under the headings that are listed in ``wraps``.
+    """
+
+    def __init__(self, *headings: str, title: str = "", wraps: Collection[str] = ()) -> None:
+        super().__init__(
+            *(_column(heading, wraps) for heading in headings),
+            title=Text(title) if title else None,
+            title_justify="left",
+            title_style="bold",
+            box=SIMPLE,
+            padding=(0, 1, 0, 0),
+        )
+
+    def add_row(self, *cells: RenderableType | None, **look: Any) -> None:
+        """Add a row; a string is shown as it is written, anything else as rich renders it."""
+        super().add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in cells), **look)
+
+
+def _column(heading: str, wraps: Collection[str]) -> Column:
+    name = heading.removeprefix(">")
+    return Column(
+        Text(name), justify="left" if name == heading else "right", no_wrap=name not in wraps, overflow="fold"
+    )
+
+
+def print_whole(console: Console, table: RenderableType) -> None:
+    """Print a table as wide as it is: in a file or a narrow window no figure may be cut off."""
+    needed = console.measure(table, options=console.options.update(width=1000)).maximum
+    Console(file=console.file, width=max(needed, console.width)).print(table)
