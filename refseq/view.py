@@ -1,6 +1,5 @@
 """What the robot senses at one place: the type that a simulator, an MCAP file and a CARMEN log all deliver."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -8,40 +7,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.planar import Pose
+
 LASER = "laser"
 """Name of the laser among a view's sensors; the other names are those of its cameras."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pose:
-    """A pose in the plane: ``x``, ``y`` [m] and ``heading`` [rad], counter-clockwise from the x axis."""
-
-    x: float
-    y: float
-    heading: float
-
-
-def wrap(angle: float) -> float:
-    """The same direction as ``angle``, in (−π, π] [rad]."""
-    return math.pi - (math.pi - angle) % (2 * math.pi)
-
-
-def motion_between(before: Pose, after: Pose) -> tuple[float, float]:
-    """Distance [m] and turn [rad] from one pose to the next; the distance is negative when the robot reversed.
-
-    The distance is the chord: between two views of a path the arc is longer by turn²/24, 0.4 % at 18°.
-    """
-    east, north = after.x - before.x, after.y - before.y
-    turn = wrap(after.heading - before.heading)
-    heading = before.heading + turn / 2
-    forward = east * math.cos(heading) + north * math.sin(heading)
-    return math.copysign(math.hypot(east, north), forward), turn
-
-
-def after_motion(pose: Pose, distance: float, turn: float) -> Pose:
-    """The inverse of ``motion_between``: where a motion leads from ``pose``."""
-    along = pose.heading + turn / 2
-    return Pose(pose.x + distance * math.cos(along), pose.y + distance * math.sin(along), pose.heading + turn)
 
 
 @dataclass(frozen=True, slots=True)

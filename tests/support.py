@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 
 from refseq.belief import Belief, Stage, Timings
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 from scenarios.scoring.comparison import Comparison
 
 CAMERAS = ("forward", "lateral")

@@ -13,7 +13,7 @@ from refseq.errors import MapError
 from refseq.inference.chain.network import Network
 from refseq.map.annotations import Guide
 from refseq.map.sequence import ReferenceSequence
-from refseq.view import Pose
+from refseq.planar import Pose
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.files import replace_text
 from refseq.logs.recording import Recording
-from refseq.view import Pose, Scan, View, after_motion, motion_between
+from refseq.planar import Pose, after_motion, motion_between
+from refseq.view import Scan, View
 
 NO_RETURN = 81.83
 """Ranges from here on mean 'nothing came back': the LMS 200's first error code in centimetre mode [m]."""

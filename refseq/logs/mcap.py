@@ -35,7 +35,8 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.logs.recording import Recording
-from refseq.view import LASER, Pose, Scan, View, motion_between
+from refseq.planar import Pose, motion_between
+from refseq.view import LASER, Scan, View
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 METADATA_NAME = "refseq"

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.doors import Door, DoorSettings, find_doors
-from refseq.view import Pose, View, after_motion
+from refseq.planar import Pose, after_motion, in_world
+from refseq.view import View
 
 LANDMARK = DoorSettings(edge=0.04, recess=0.0)
 """How doors are found that are landmarks: a closed one counts as well, whose leaf lies behind the wall's face."""
@@ -126,7 +127,7 @@ def doors_along(views: Sequence[View]) -> list[PathDoor]:
 class _Sighting:
     """A door in a view: where its middle is in the odometer's frame (2,) [m], and how far ahead of the laser [m]."""
 
-    centre: tuple[float, float]
+    centre: NDArray[np.float64]
     side: Side
     ahead: float
     along: float
@@ -160,7 +161,7 @@ def _sightings(views: Sequence[View]) -> Iterator[_Sighting]:
         for door in find_doors(view.scan, LANDMARK) if view.scan is not None else ():
             side = _side(door)
             if side is not None and door.distance < NEAR:
-                yield _Sighting(_placed(door.centre, pose), side, door.centre[0], along + door.centre[0], door)
+                yield _Sighting(in_world(door.centre, pose), side, door.centre[0], along + door.centre[0], door)
 
 
 def _side(door: Door) -> Side | None:
@@ -170,9 +171,3 @@ def _side(door: Door) -> Side | None:
     if abs(door.heading) >= math.pi / 4:
         return Side.LEFT if door.heading > 0 else Side.RIGHT
     return Side.AHEAD if abs(door.centre[1]) < door.width / 2 else None
-
-
-def _placed(point: tuple[float, float], pose: Pose) -> tuple[float, float]:
-    """A point (x, y) [m] in the frame of a pose, in the frame that the pose is in."""
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
-    return pose.x + cos * point[0] - sin * point[1], pose.y + sin * point[0] + cos * point[1]

@@ -26,7 +26,7 @@ from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.map.annotations import Guide
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence
-from refseq.view import Pose
+from refseq.planar import Pose
 
 FORMAT = "refseq-map"
 VERSION = 3

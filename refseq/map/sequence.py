@@ -16,7 +16,8 @@ from refseq.inference.matching.log_ratio import Evidence
 from refseq.inference.matching.mixture import Match, match_view
 from refseq.map.annotations import Guide, guide_of
 from refseq.map.profile import Profile
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 
 
 @dataclass(frozen=True)

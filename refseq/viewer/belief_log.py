@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief, Stage
 from refseq.errors import RefseqError
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from refseq.viewer.drawing import colours
 from refseq.viewer.drawing.colours import Colour
 from refseq.viewer.drawing.history import History

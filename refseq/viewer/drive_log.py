@@ -7,10 +7,11 @@ import rerun as rr
 
 from refseq.features.doors import Door, DoorSettings, doors_in
 from refseq.features.walls import WallSettings, find_lines, walls_in
-from refseq.view import Pose, Scan, View, after_motion
+from refseq.planar import Pose, after_motion, in_world
+from refseq.view import Scan, View
 from refseq.viewer.drawing import colours
 from refseq.viewer.drawing.pictures import frame
-from refseq.viewer.drawing.plane import ORIGIN, ROBOT, Points, circle, in_world, north_up, returns, robot_up
+from refseq.viewer.drawing.plane import ORIGIN, ROBOT, Points, circle, north_up, returns, robot_up
 from refseq.viewer.drawing.trail import Trail
 
 RINGS = (2.0, 5.0, 10.0, 20.0)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from refseq.atlas.atlas import Atlas
 from refseq.errors import RefseqError
 from refseq.map.sequence import ReferenceSequence
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 
 NEAR = 1.5
 """A view farther than this from every place [m] is off the path: no place is the true one."""

@@ -8,11 +8,12 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from refseq.map.sequence import ReferenceSequence
+from refseq.planar import in_world
 from refseq.viewer.belief_log import part
 from refseq.viewer.drawing import colours
 from refseq.viewer.drawing.incidence import HEIGHT, WIDTH, bands, features_a_place, incidence_picture
 from refseq.viewer.drawing.pictures import drawing, frame
-from refseq.viewer.drawing.plane import ROBOT, circle, in_world, north_up, returns, robot_up
+from refseq.viewer.drawing.plane import ROBOT, circle, north_up, returns, robot_up
 from refseq.viewer.places import Places
 from refseq.viewer.scene import Extent, Scene, scene_of
 from refseq.viewer.timelines import Moment, set_moment

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose, View, after_motion
+from refseq.planar import Pose, after_motion
+from refseq.view import View
 from refseq.viewer.belief_log import Layer
 from refseq.viewer.drawing.plane import ORIGIN
 

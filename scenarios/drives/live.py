@@ -12,7 +12,8 @@ from refseq.atlas.atlas import Atlas
 from refseq.atlas.localiser import AtlasMatcher, atlas_tracker
 from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.map.localiser import Matcher, check_among, tracker_for
-from refseq.view import LASER, Pose, View
+from refseq.planar import Pose
+from refseq.view import LASER, View
 from refseq.viewer.belief_log import Layer
 from refseq.viewer.live_logger import Watch
 from refseq.viewer.localise_tab import localise_layout

@@ -13,7 +13,8 @@ from refseq.belief import Belief, Localiser, Stage
 from refseq.map.localiser import SequenceLocaliser
 from refseq.map.sequence import ReferenceSequence
 from refseq.missions import Plan, Way, way_along, way_of
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.methods.baselines import BASELINES, Reference
 from scenarios.methods.by_name import STAGED

@@ -11,7 +11,8 @@ from refseq.belief import Belief, Localiser
 from refseq.missions import Executor, Plan, Status
 from refseq.missions.behaviour_codes import code_of
 from refseq.missions.lamp import Stage
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from robots.behaviours.written import parse
 from robots.motion import Limits
 from scenarios.campaign.declare.sources import only

@@ -14,7 +14,8 @@ from refseq.errors import MapError
 from refseq.files import replace_bytes, replace_text, replacing_at
 from refseq.map.localiser import SequenceLocaliser
 from refseq.missions import Entry, Executor, Plan
-from refseq.view import LASER, Pose
+from refseq.planar import Pose
+from refseq.view import LASER
 from refseq.viewer.mission.record import MissionRecord, Recorder
 from refseq.viewer.mission.tab import MissionTab
 from refseq.viewer.recording import write_recording

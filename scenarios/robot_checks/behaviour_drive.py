@@ -12,7 +12,7 @@ from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose, in_world
 from robots import RobotState, Stop
 from robots.behaviours import Frame, Outcome
 from robots.behaviours.written import Choice, make, parse
@@ -186,5 +186,4 @@ def _footprint(pose: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:
     corners = np.array(
         [[-shape.behind, -side], [0.6 * ahead, -side], [ahead, 0], [0.6 * ahead, side], [-shape.behind, side]]
     )
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    return pose[:2] + corners @ np.array([[cos, sin], [-sin, cos]])
+    return in_world(corners, Pose(*pose))

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import RobotState
 from scenarios.errors import ScenarioError
 from scenarios.report.picture_rows import Captioned, in_rows

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.scoring.outcome import OFF_MAP, ON_MAP, SAYS_LOST, Outcome
 
 JUMP = 1.5

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.outcome import OFF_MAP, ON_MAP, Outcome

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose
+from refseq.planar import Pose
 from scenarios.drives.record import Drive, open_bench
 from scenarios.errors import ScenarioError
 from worlds.plans.plan import load_plan

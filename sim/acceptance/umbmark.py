@@ -13,7 +13,7 @@ from enum import Enum
 from typing import NamedTuple
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose, relative_pose
 from robots import Twist
 from robots.odometry import Geometry
 from sim.acceptance.floor import empty_floor
@@ -152,7 +152,7 @@ def _square(bench: Bench, direction: Direction, side: float) -> Return:
     for number in range(4):
         square.follow_side(number)
         square.turn(number)
-    end, believed = relative(bench.pose, truth), square.seen
+    end, believed = relative_pose(bench.pose, truth), square.seen
     heading = math.remainder(end.heading - believed.heading, 2 * math.pi)
     return Return(direction, end.x - believed.x, end.y - believed.y, heading)
 
@@ -170,14 +170,14 @@ class _Square:
     @property
     def seen(self) -> Pose:
         """What the odometer shows since the start."""
-        return relative(self._bench.odometry, self._origin)
+        return relative_pose(self._bench.odometry, self._origin)
 
     def follow_side(self, number: int) -> None:
         """Follow a side to its end, and stand."""
         x, y = ((0.0, 0.0), (self._side, 0.0), (self._side, self._side), (0.0, self._side))[number]
         start = Pose(x, self._way * y, self._way * number * math.pi / 2)
         patience = self._patience(self._side / self._speed)
-        while (left := self._side - (here := relative(self.seen, start)).x) > 0:
+        while (left := self._side - (here := relative_pose(self.seen, start)).x) > 0:
             steer = -HEADING_GAIN * here.heading - ASIDE_GAIN * here.y
             pace = _eased(self._speed, self._acceleration, left)
             self._bench.drive(Twist(pace, min(max(steer, -self._turn_rate), self._turn_rate)))
@@ -224,10 +224,3 @@ def _stand(bench: Bench) -> None:
     until = bench.time + STANDING
     while bench.time < until - 1e-9:
         bench.drive(Twist())
-
-
-def relative(pose: Pose, origin: Pose) -> Pose:
-    """``pose`` as it is seen from ``origin``; the heading is not wrapped."""
-    dx, dy = pose.x - origin.x, pose.y - origin.y
-    cos, sin = math.cos(origin.heading), math.sin(origin.heading)
-    return Pose(cos * dx + sin * dy, cos * dy - sin * dx, pose.heading - origin.heading)

@@ -9,7 +9,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose, Scan, View, motion_between
+from refseq.planar import Pose, motion_between
+from refseq.view import Scan, View
 from robots import ControlLayer, Inertial, Robot, RobotState, Signals, Twist
 from robots.odometry import CalibrationErrors, believed_geometry
 from sim.bench.hardware import Hardware

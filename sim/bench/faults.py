@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
-from refseq.view import Pose
+from refseq.planar import Pose
 from sim.bench.hardware import SIDES
 from sim.errors import SimError
 from sim.sensors.device_tables import TABLE

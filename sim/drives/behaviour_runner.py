@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Robot
 from robots.behaviours import Behaviour, Frame, Outcome, Ranger, Senses, Step, failed
 from robots.behaviours.written import make, parse

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Twist
 from sim.errors import SimError
 

@@ -8,7 +8,8 @@ from importlib.metadata import version
 
 import numpy as np
 
-from refseq.view import Pose, View, wrap
+from refseq.planar import Pose, wrap
+from refseq.view import View
 from sim.bench.bench import CONTROL_PERIOD, Bench
 from sim.bench.faults import Agenda, Fault
 from sim.drives.operator import Operator, OperatorStyle

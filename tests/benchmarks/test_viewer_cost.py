@@ -103,7 +103,7 @@ from refseq.viewer.belief_log import Layer
 from refseq.viewer.places import Places
 from refseq.viewer.recording import saved
 from refseq.viewer.live_logger import Watch
-from refseq.view import Pose
+from refseq.planar import Pose
 count, path = int(sys.argv[1]), Path(sys.argv[2])
 places = Places([Pose(0.85 * k, 0.0, 0.0) for k in range(PLACES)])
 with saved(path, "long") as stream:

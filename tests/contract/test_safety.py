@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Cause, Inertial, Signals, Twist
 from robots.odometry import Pulses
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings

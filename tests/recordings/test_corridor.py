@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.score import ReferencePath, Tolerance
 from tests.recordings.asking import PROFILES, ask, print_scores, recording, scores

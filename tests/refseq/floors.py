@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose, wrap
+from refseq.planar import Pose, wrap
 from tests.refseq.rooms import Wall, rays, rectangle
 
 Point = NDArray[np.float64]

@@ -11,7 +11,8 @@ from refseq.features.extractor import Observer
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 
 Wall = tuple[float, float, float, float]
 """A wall from (x0, y0) to (x1, y1) [m]."""

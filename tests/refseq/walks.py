@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from tests.refseq.rooms import bits_drive, bits_sequence
 
 Leg = tuple[str, float, float]

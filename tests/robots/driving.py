@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Twist
 from robots.robuter.firmware import PERIOD
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from refseq.atlas.merge import Decision
 from refseq.belief import Belief, belief_from
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.scoring.comparison import Comparison, Drives
 from scenarios.scoring.merging import Merging
 from tests.support import certain

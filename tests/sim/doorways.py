@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots.behaviours import Frame, Outcome
 from robots.behaviours.cross_door import CrossDoor, Side
 from robots.behaviours.guarded import PATIENCE

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from refseq.atlas.atlas import Atlas
 from refseq.belief import Belief
-from refseq.view import Pose
+from refseq.planar import Pose, in_world
 from refseq.viewer.atlas.marks import of_path
 from refseq.viewer.drawing.colours import BELIEVED, DIM, TRUTH
-from refseq.viewer.drawing.plane import ROBOT, circle, in_world, north_up
+from refseq.viewer.drawing.plane import ROBOT, circle, north_up
 
 ASIDE = 0.35
 """How far to the right of its way each further path is drawn [m], or they would hide each other."""

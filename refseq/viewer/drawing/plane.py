@@ -1,11 +1,10 @@
 """Points of the robot and of the world, as Rerun's plane shows them: its y runs downwards."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 
 Points = NDArray[np.float64]
 
@@ -23,13 +22,6 @@ def north_up(points: Points) -> Points:
 def robot_up(points: Points) -> Points:
     """Points in the robot's frame (n, 2) [m], x forward and y left, drawn with forward up."""
     return np.negative(points[:, ::-1])
-
-
-def in_world(points: Points, pose: Pose) -> Points:
-    """Points in the robot's frame (n, 2) [m] in the frame of its pose."""
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
-    turned: Points = points @ np.array([[cos, sin], [-sin, cos]])
-    return np.add(turned, (pose.x, pose.y))
 
 
 def circle(radius: float, centre: Pose = ORIGIN) -> Points:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose
+from refseq.planar import Pose
 
 MOST = 512
 """Points that are kept at most."""

@@ -7,9 +7,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from refseq.view import Pose
+from refseq.planar import Pose, in_world
 from refseq.viewer.drawing.colours import BELIEVED, DIM, REFERENCE, SCAN, TEXT, TRUTH
-from refseq.viewer.drawing.plane import ROBOT, circle, in_world, north_up, returns
+from refseq.viewer.drawing.plane import ROBOT, circle, north_up, returns
 from refseq.viewer.drawing.trail import Trail
 from refseq.viewer.mission.record import Glance, Instant, MissionRecord
 from refseq.viewer.scene import Extent

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from refseq.belief import Belief, Localiser
 from refseq.missions import Executor, Plan, Status
 from refseq.missions.executor import Entry
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from refseq.viewer.drawing.pictures import frame
 
 EVERY = 0.2

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.logs import Recording, read_recording
 from refseq.logs.thin import every, with_odometry_noise
-from refseq.view import LASER, Pose, View
+from refseq.planar import Pose
+from refseq.view import LASER, View
 from scenarios.campaign.store.cache import RECORDING, DamagedError, Store
 from scenarios.campaign.store.keys import key_of, recording_key
 from scenarios.drives.inputs import stretch

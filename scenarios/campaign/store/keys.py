@@ -16,7 +16,15 @@ from sim.rendering.render import RendererKind
 
 LENGTH = 24
 """Hexadecimal digits of a key: 96 bits, so that no two things will ever have the same by chance."""
-RECORDING_SOURCES = ("worlds", "robots", "sim", "refseq.view", "refseq.logs", "scenarios.drives.record")
+RECORDING_SOURCES = (
+    "worlds",
+    "robots",
+    "sim",
+    "refseq.planar",
+    "refseq.view",
+    "refseq.logs",
+    "scenarios.drives.record",
+)
 RECORDING_PACKAGES = ("mujoco", "numpy", "scipy", "opencv-python-headless", "astral", "foxglove-sdk")
 
 

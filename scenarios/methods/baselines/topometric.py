@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from refseq.belief import Belief
-from refseq.view import Pose, View, after_motion
+from refseq.planar import Pose, after_motion
+from refseq.view import View
 from scenarios.methods.baselines.answer import answer
 from scenarios.methods.baselines.likelihood import Calibration
 from scenarios.methods.baselines.vlad import VladMap

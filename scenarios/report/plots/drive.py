@@ -20,7 +20,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief, Stage
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.scoring.comparison import Comparison, Drives, method_label
 from scenarios.scoring.fault_spans import Incident
 from scenarios.scoring.outcome import Outcome

@@ -1,6 +1,5 @@
 """One episode of a task on a bench of its own: setting the robot down, an action after the other, what is true then."""
 
-import math
 from collections.abc import Generator
 from dataclasses import dataclass
 
@@ -8,7 +7,7 @@ import numpy as np
 
 import robots
 from refseq.map.sequence import ReferenceSequence
-from refseq.view import Pose, wrap
+from refseq.planar import Pose, relative_pose, wrap
 from robots import Twist
 from robots.behaviours import Outcome, Senses
 from robots.state import LATCHED
@@ -152,5 +151,5 @@ class Stage:
 
 def _motion(before: Pose, after: Pose) -> tuple[float, float, float]:
     """Motion from one pose to another in the first one's frame [m, m, rad]."""
-    x, y, cos, sin = after.x - before.x, after.y - before.y, math.cos(before.heading), math.sin(before.heading)
-    return cos * x + sin * y, cos * y - sin * x, wrap(after.heading - before.heading)
+    motion = relative_pose(after, before)
+    return motion.x, motion.y, wrap(motion.heading)

@@ -13,7 +13,8 @@ from refseq.belief import Belief
 from refseq.map.localiser import SequenceLocaliser
 from refseq.map.profile import BEST
 from refseq.map.sequence import ReferenceSequence, learn
-from refseq.view import LASER, Pose, View, motion_between
+from refseq.planar import Pose, motion_between
+from refseq.view import LASER, View
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.recorder import Moved, Trigger, drive_and_sense, operator_for
 from sim.envs.worlds.named import world_named

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose
+from refseq.planar import Pose
 from sim.envs.tasks.task import Episode, Ground, Situation, Task
 from sim.errors import SimError
 from worlds.plans.frame import Frame

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.view import Pose
+from refseq.planar import Pose
 
 REACH = 2.0
 """Who was at one place of a way is now no farther along or back than this [m]: a choice, twice the way of a second."""

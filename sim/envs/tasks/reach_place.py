@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from refseq.view import Pose
+from refseq.planar import Pose
 from sim.envs.tasks.task import Episode, Ground, Situation, Task
 
 NEAREST, FARTHEST = 4.0, 12.0

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import Belief
-from refseq.view import Pose
+from refseq.planar import Pose
 from sim.envs.tasks.task import Episode, Ground, Situation, Task
 
 LED = 3.0

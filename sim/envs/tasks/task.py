@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import Belief
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots.robot import Shape
 from sim.envs.tasks.path import Way
 from worlds.plans.schema import FloorPlan

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from refseq.features.boundary import ScanBoundary, boundary_of
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 from tests.refseq.rooms import cast, rectangle
 
 

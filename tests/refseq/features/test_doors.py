@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from refseq.features.doors import Door, DoorCounts, DoorSettings, find_doors
 from refseq.features.walls import WallSettings
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 from tests.refseq.floors import Doorway, Floor, Leaf, in_sight, random_floor, wall_with_doors
 from tests.refseq.rooms import Wall, cast, rectangle
 

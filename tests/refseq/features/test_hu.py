@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.features.hu import HuMoments, HuSettings, hu_moments, log_scaled
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 from tests.refseq.rooms import Wall, cast, rectangle
 
 SETTINGS = HuSettings()

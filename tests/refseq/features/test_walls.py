@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from refseq.features.walls import Lines, WallLines, WallSettings, find_walls, fuse, grow_segments
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 from tests.refseq.floors import box, random_floor
 from tests.refseq.rooms import Wall, cast, rectangle
 

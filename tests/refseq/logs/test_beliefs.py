@@ -8,7 +8,8 @@ import pytest
 from refseq.belief import LOST, Belief, Stage, Timings
 from refseq.errors import LogError
 from refseq.logs.beliefs import SCHEMA, read_beliefs, write_beliefs
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 
 
 def random_belief(rng: np.random.Generator) -> Belief:

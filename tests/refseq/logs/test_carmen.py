@@ -8,7 +8,8 @@ import pytest
 from refseq.errors import LogError
 from refseq.logs import read_carmen, read_recording, write_carmen
 from refseq.logs.carmen import NO_RETURN
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 
 DATA = Path(__file__).resolve().parents[3].parent / "shared" / "data"
 FLASER = "FLASER 3 1.5 2 81.91 10 20 0.5 1 2 0.25 7.5 host 7.6"

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from refseq.errors import LogError
 from refseq.logs import Recording, RecordingWriter, read_mcap, read_recording
-from refseq.view import Pose, Scan, View, motion_between
+from refseq.planar import Pose, motion_between
+from refseq.view import Scan, View
 
 quick = settings(deadline=None, max_examples=60, derandomize=True)
 METADATA = {"world": "hallway", "seed": "3", "config": '{"a": "ü"}'}

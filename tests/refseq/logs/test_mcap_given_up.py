@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from refseq.logs import RecordingWriter, read_recording
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 
 VIEW = View(1.0, scan=Scan(np.full(361, 2.0, np.float32)), truth=Pose(0.0, 0.0, 0.0))
 POSE = Pose(0.0, 0.0, 0.0)

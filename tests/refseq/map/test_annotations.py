@@ -23,7 +23,8 @@ from refseq.map.file import load_map, save_map
 from refseq.map.profile import BEST
 from refseq.map.reduction import reduced
 from refseq.map.sequence import ReferenceSequence, learn
-from refseq.view import Pose, View, motion_between
+from refseq.planar import Pose, motion_between
+from refseq.view import View
 from tests.refseq.floors import Leaf, wall_with_doors
 from tests.refseq.rooms import Wall, cast
 from tests.support import corridor_drive

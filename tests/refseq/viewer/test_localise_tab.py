@@ -12,7 +12,8 @@ from refseq.belief import Belief, Stage
 from refseq.errors import RefseqError
 from refseq.logs.beliefs import read_beliefs, write_beliefs
 from refseq.map.sequence import learn
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 from refseq.viewer.belief_log import Layer, beside
 from refseq.viewer.layers import write_layers
 from refseq.viewer.localise_tab import Answers, LocaliseTab

@@ -15,7 +15,8 @@ from refseq.atlas.merge import merge
 from refseq.belief import Belief, Stage
 from refseq.map.profile import BEST
 from refseq.missions import Executor, as_learnt
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from refseq.viewer.atlas.tab import AtlasTab
 from refseq.viewer.mission.record import Recorder
 from refseq.viewer.mission.tab import MissionTab

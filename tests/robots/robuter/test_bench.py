@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Cause, Motors, Signals, Twist
 from robots.odometry import CalibrationErrors
 from robots.robuter import LIMITS, SHAPE

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from refseq.logs.mcap import RecordingWriter
-from refseq.view import Pose
+from refseq.planar import Pose
 from scenarios.campaign.declare.cases import Case, load
 from scenarios.campaign.declare.outcomes import Outcome
 from scenarios.campaign.judge.drives import Judged, judged, tasks_of

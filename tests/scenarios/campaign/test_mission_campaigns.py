@@ -11,7 +11,7 @@ from junitparser import JUnitXml
 
 from refseq.missions.path import Way
 from refseq.missions.plan import Order, Plan
-from refseq.view import Pose
+from refseq.planar import Pose
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.case_types import tasks_of
 from scenarios.campaign.declare.cases import LIBRARY, Case, load

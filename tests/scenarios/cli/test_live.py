@@ -161,7 +161,8 @@ def test_an_interrupted_drive_keeps_its_recording(here: Path, refseq: Refseq, mo
 
 def test_a_line_tells_how_it_stands() -> None:
     from refseq.belief import Belief, Stage
-    from refseq.view import Pose, View
+    from refseq.planar import Pose
+    from refseq.view import View
     from refseq.viewer.places import Places
 
     places = Places([Pose(0.0, 0.0, 0.0), Pose(1.0, 0.0, 0.0), None])

@@ -22,7 +22,8 @@ from refseq.logs.beliefs import read_beliefs
 from refseq.map.file import load_map, save_map
 from refseq.map.profile import BEST
 from refseq.map.sequence import learn
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.drives.evaluate import compare, compare_in_atlas, places_as_views
 from scenarios.scoring.comparison import Drives
 from scenarios.scoring.sequence_recall import answered, recognised_table

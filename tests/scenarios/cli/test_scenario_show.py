@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from refseq.logs import RecordingWriter
-from refseq.view import Pose
+from refseq.planar import Pose
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.declare.cases import load, names
 from scenarios.campaign.declare.outcomes import Verdict

@@ -22,7 +22,8 @@ from refseq.logs.beliefs import write_beliefs
 from refseq.map.file import save_map
 from refseq.map.localiser import localise
 from refseq.map.sequence import learn
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from refseq.viewer.sinks import free_port
 from tests.refseq.viewer.readback import entities, values, verified
 from tests.scenarios.conftest import Refseq

@@ -11,7 +11,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from refseq.belief import Stage, Timings
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.methods.by_name import METHODS
 from scenarios.report.document import write_report

@@ -14,7 +14,8 @@ from refseq.belief import Belief, Stage
 from refseq.map.localiser import Matcher
 from refseq.map.profile import PROFILES
 from refseq.map.sequence import ReferenceSequence
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.methods.baselines import BASELINES, Reference
 from scenarios.methods.by_name import InAtlas, InMap, Learnt

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.campaign.declare.figures import FIGURES
 from scenarios.scoring.atlas import AtlasScore, JoinScore, atlas_score, join_score, p_right, passing, pool_atlas
 from scenarios.scoring.comparison import Comparison

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.scoring.bootstrap import MOST_EXACT, interval_over_runs, resamples
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.score import Score, score

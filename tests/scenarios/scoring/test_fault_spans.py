@@ -4,7 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.scoring.fault_spans import Incident, incidents, way_along
 
 

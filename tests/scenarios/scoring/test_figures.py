@@ -6,7 +6,8 @@ import pytest
 from rich.console import Console
 
 from refseq.belief import Timings
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.cli.compare import ALL, by_experiment
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.figures import (

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.scoring.outcome import OFF_MAP, ON_MAP, Outcome
 from scenarios.scoring.recovery import Episodes, episodes, first_fix
 

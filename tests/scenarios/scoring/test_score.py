@@ -8,7 +8,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from refseq.belief import Belief, Stage
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.outcome import Outcome

@@ -2,7 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.report.sections.frames import failure_shown, matches
 from scenarios.scoring.comparison import Comparison, Drives
 from scenarios.scoring.outcome import Outcome

@@ -54,7 +54,7 @@ def test_a_still_shows_the_place_in_its_light(tmp_path: object) -> None:
 
 
 def test_a_sheet_has_a_cell_for_each_place_camera_and_light() -> None:
-    from refseq.view import Pose
+    from refseq.planar import Pose
 
     image = np.zeros((48, 64), np.uint8)
     cells = [

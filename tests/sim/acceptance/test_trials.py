@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Limits, Twist
 from sim.acceptance import trials
 from sim.acceptance.floor import empty_floor

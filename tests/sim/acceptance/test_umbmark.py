@@ -5,10 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import DifferentialDrive, RobotsError
 from robots.odometry import Geometry, along_arc, true_geometry
-from sim.acceptance.umbmark import Direction, Point, Return, Umbmark, relative, umbmark
+from sim.acceptance.umbmark import Direction, Point, Return, Umbmark, umbmark
 from sim.bench.bench import Bench
 from sim.errors import SimError
 
@@ -100,13 +100,6 @@ def test_centres_and_spread_by_hand() -> None:
     assert found.spread(CW) == found.spread(CCW) == 1
     assert found.alpha == pytest.approx((2 + 0 + 2 - 2) / -32)
     assert found.beta == pytest.approx((2 - 0 + 2 + 2) / -32)
-
-
-@given(*(st.floats(-3, 3) for _ in range(6)))
-def test_relative_undoes_a_motion(x: float, y: float, h: float, dx: float, dy: float, turn: float) -> None:
-    moved = Pose(x + dx * math.cos(h) - dy * math.sin(h), y + dx * math.sin(h) + dy * math.cos(h), h + turn)
-    seen = relative(moved, Pose(x, y, h))
-    assert (seen.x, seen.y, seen.heading) == pytest.approx((dx, dy, turn), abs=1e-9)
 
 
 class Driven:

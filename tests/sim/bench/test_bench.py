@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 import robots
 import sim.bench.bench
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from robots import Twist
 from robots.odometry import CalibrationErrors
 from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench, BenchSettings

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Twist
 from sim.bench.bench import Bench
 from sim.bench.contacts import Touches

@@ -13,7 +13,7 @@ from scipy.stats import norm
 
 import robots
 import sim.bench.bench
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Robot, Twist
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench, BenchSettings

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots.behaviours import Behaviour, Outcome
 from robots.behaviours.written import make, parse
 from robots.odometry import CalibrationErrors

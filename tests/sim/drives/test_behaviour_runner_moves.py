@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Signals, Twist
 from robots.behaviours import Outcome, Step
 from robots.behaviours.guarded import PATIENCE

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Twist
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import Bench, BenchSettings

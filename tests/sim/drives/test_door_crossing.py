@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Twist
 from robots.behaviours import Outcome
 from robots.behaviours.cross_door import Side

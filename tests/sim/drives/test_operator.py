@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots import Twist
 from sim.drives.operator import Operator, OperatorStyle
 from sim.errors import SimError

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import robots
 from refseq.logs import RecordingWriter, read_mcap
-from refseq.view import Pose
+from refseq.planar import Pose
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import Moved, Taken, Trigger, describe, drive_and_sense, operator_for

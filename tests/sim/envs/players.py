@@ -7,7 +7,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from refseq.view import Pose
+from refseq.planar import Pose
 from sim.envs.robot_env import RobotEnv
 from sim.envs.tasks.path import Way
 

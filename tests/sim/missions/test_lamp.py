@@ -9,7 +9,7 @@ import pytest
 
 import robots
 from refseq.missions.lamp import Stage, Verb, Word, parse_lamp
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots.behaviours import Outcome
 from robots.behaviours.beside import keeps
 from scenarios.cli.lamp import LIBRARY

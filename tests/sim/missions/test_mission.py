@@ -25,7 +25,8 @@ from refseq.missions import (
     parse_mission,
     way_along,
 )
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from robots.errors import RobotsError
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_drive import tour_and_sense

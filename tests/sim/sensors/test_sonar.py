@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import robots
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots.robuter import sonars
 from sim.acceptance.floor import FLOOR
 from sim.bench.bench import OPTIONS, Bench, BenchSettings

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from refseq.view import Pose
+from refseq.planar import Pose
 from refseq.viewer.drawing.colours import LOST
 from refseq.viewer.drawing.history import CELLS, HEIGHT, MARGIN, WIDTH, History
 from refseq.viewer.drawing.pictures import inferno

@@ -9,7 +9,8 @@ import pytest
 from refseq.belief import Belief
 from refseq.missions import Errand, Executor, Photograph, Plan, Status, Wait, as_learnt, compiled, parse_mission
 from refseq.missions.executor import Level
-from refseq.view import Pose, Scan, View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 from refseq.viewer.mission.record import MissionRecord, Recorder
 from refseq.viewer.mission.tab import MissionTab, steps_text
 from refseq.viewer.recording import write_recording

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refseq.belief import Timings
-from refseq.view import Pose, View
+from refseq.planar import Pose
+from refseq.view import View
 from scenarios.campaign.declare.expectations import SUFFIXES, Expectation, Term, about, judge, parse, told
 from scenarios.campaign.declare.figures import FIGURES, Unit
 from scenarios.errors import ScenarioError

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from refseq.view import Pose, View, after_motion
+from refseq.planar import Pose, after_motion
+from refseq.view import View
 from scenarios.methods.baselines.single import SingleBest
 from scenarios.methods.baselines.topological import TopologicalFilter, TopologicalSettings
 from scenarios.methods.baselines.topometric import Steps, TopometricFilter, TopometricSettings

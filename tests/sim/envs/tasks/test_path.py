@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from refseq.view import Pose
+from refseq.planar import Pose
 from sim.envs.tasks.path import REACH, Way
 
 BENT = Way(np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [4.0, 3.0]]))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from refseq.belief import belief_from
-from refseq.view import Pose
+from refseq.planar import Pose
 from robots.robot import Shape
 from sim.envs.tasks.cross_door import FAR, NEAR, CrossDoor
 from sim.envs.tasks.follow_corridor import ARRIVED, FollowCorridor
