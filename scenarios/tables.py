@@ -42,3 +42,8 @@ def print_whole(console: Console, table: RenderableType) -> None:
     """Print a table as wide as it is: in a file or a narrow window no figure may be cut off."""
     needed = console.measure(table, options=console.options.update(width=1000)).maximum
     Console(file=console.file, width=max(needed, console.width)).print(table)
+
+
+def say(console: Console, line: str) -> None:
+    """Print one line as it is: a file's name may be long, and may hold what rich takes for markup."""
+    console.print(line.replace("\n", " "), highlight=False, markup=False, emoji=False, soft_wrap=True)

@@ -8,6 +8,7 @@ Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2
 command needs is imported when it runs, so that ``refseq doctor`` answers on a machine where half of it is missing.
 """
 
+import logging
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.console import err, out, print_results, progress_bar, say, step_bars
+from scenarios.cli.console import Notes, err, out, print_results, progress_bar, say, step_bars
 from scenarios.cli.drive import EXAMPLES as DRIVE_EXAMPLES
 from scenarios.cli.drive import drive
 from scenarios.cli.localise import EXAMPLES as LOCALISE_EXAMPLES
@@ -416,6 +417,7 @@ def main() -> None:
 
     What a user's own localiser did wrong is one line and exit code 1.
     """
+    logging.getLogger("scenarios").handlers = [Notes()]
     try:
         app()
     except Exception as error:

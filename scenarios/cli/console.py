@@ -1,10 +1,13 @@
 """What the commands show on the terminal: lines, the table of results, bars."""
 
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+
+from scenarios.tables import say as say
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bars
@@ -16,12 +19,27 @@ if TYPE_CHECKING:
     from scenarios.scoring.comparison import Comparison
     from scenarios.scoring.score import Proportion
 
+__all__ = [
+    "bars_on_terminal",
+    "drive_progress",
+    "err",
+    "out",
+    "print_results",
+    "progress_bar",
+    "say",
+    "share_of",
+    "step_bars",
+]
+
 out, err = Console(), Console(stderr=True)
 
 
-def say(console: Console, line: str) -> None:
-    """Print one line as it is: a file's name may be long, and may hold what rich takes for markup."""
-    console.print(line.replace("\n", " "), highlight=False, markup=False, emoji=False, soft_wrap=True)
+class Notes(logging.Handler):
+    """Print warnings of the library as notes."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one."""
+        say(err, f"note: {record.getMessage()}")
 
 
 def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:

@@ -1,6 +1,7 @@
 """``refseq similarity``: two maps beside each other; ``refseq merge``: several maps to one atlas."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -89,7 +90,7 @@ def merge(
     from refseq.atlas.merge import added, leave_it
     from refseq.atlas.overlap import OverlapSettings
     from refseq.map.file import load_map
-    from scenarios.maps.joins import ask, decision_table, read_decisions, write_decisions
+    from scenarios.maps.joins import decision_table, read_decisions, write_decisions
 
     for path in (output, *([log] if log else [])):
         check_output(path)
@@ -159,3 +160,17 @@ def _check_wishes(views: Mapping[str, int], wishes: "Sequence[Decision]") -> Non
                 raise ScenarioError(
                     f"decisions: {name!r} has no views {first} to {last}; valid are 0 to {views[name] - 1}"
                 )
+
+
+def ask(decision: "Decision") -> "Decision":
+    """Ask on the terminal whether a join is right; an empty answer leaves it as it is."""
+    from scenarios.maps.joins import BY_A_PERSON
+
+    say(
+        out,
+        f"{decision.one} views {decision.first[0]}-{decision.first[1]} and {decision.other} views "
+        f"{decision.second[0]}-{decision.second[1]}, {decision.lengths[0]:.1f} and {decision.lengths[1]:.1f} m: "
+        f"{decision.why}",
+    )
+    joined = typer.confirm("join them?", default=decision.joined)
+    return decision if joined is decision.joined else replace(decision, joined=joined, why=BY_A_PERSON)

@@ -1,5 +1,6 @@
 """What the commands are given: names, files, stretches of recordings; what is wrong is told in one line."""
 
+import logging
 import math
 import os
 import re
@@ -10,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from zipfile import is_zipfile
 
-from scenarios.cli.console import err, say
 from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def read_drive(path: Path, views: str | None, thin: float | None, noise_seed: in
 
     recording = read_recording(path)
     if not recording.complete:
-        say(err, f"note: {path} was cut off; its {len(recording.views)} views are used")
+        logging.getLogger(__name__).warning("%s was cut off; its %d views are used", path, len(recording.views))
     kept = recording.views[stretch(views, len(recording.views), path)]
     if noise_seed is not None:
         kept = with_odometry_noise(kept, np.random.default_rng(noise_seed))

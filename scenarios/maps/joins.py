@@ -3,7 +3,6 @@
 import json
 import tomllib
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, NonNegativeInt, ValidationError
@@ -11,7 +10,6 @@ from rich.text import Text
 
 from refseq.atlas.merge import Decision
 from refseq.files import replace_text
-from scenarios.cli.console import say
 from scenarios.drives.inputs import writing
 from scenarios.errors import ScenarioError
 from scenarios.tables import TextTable
@@ -108,19 +106,3 @@ def decision_table(decisions: Sequence[Decision]) -> TextTable:
             d.why,
         )
     return table
-
-
-def ask(decision: Decision) -> Decision:
-    """Ask on the terminal whether a join is right; an empty answer leaves it as it is."""
-    from typer import confirm
-
-    from scenarios.cli.console import out
-
-    say(
-        out,
-        f"{decision.one} views {decision.first[0]}-{decision.first[1]} and {decision.other} views "
-        f"{decision.second[0]}-{decision.second[1]}, {decision.lengths[0]:.1f} and {decision.lengths[1]:.1f} m: "
-        f"{decision.why}",
-    )
-    joined = confirm("join them?", default=decision.joined)
-    return decision if joined is decision.joined else replace(decision, joined=joined, why=BY_A_PERSON)

@@ -10,10 +10,10 @@ from refseq.missions import Behaviour, Call, Label, MissionError
 from refseq.missions.lamp import Stage
 from scenarios.campaign.declare.schema import LAMP, LEADERS, DriveTable, MissionScenario, MissionTable
 from scenarios.campaign.declare.sources import Source, names_of
-from scenarios.cli.lamp import read_program
 from scenarios.errors import ScenarioError
 from scenarios.methods.by_name import HINDSIGHT, check_methods
 from scenarios.missions.file import Asked, asked_for, located
+from scenarios.missions.lamp import read_program
 
 END = "end"
 ENDED = (Label.IMAGE, Label.DOOR)

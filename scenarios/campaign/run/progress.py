@@ -13,8 +13,7 @@ from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.eta import Pace, in_words
 from scenarios.campaign.run.tasks import Task, distinct
 from scenarios.campaign.run.workers import Executor
-from scenarios.cli.console import say
-from scenarios.tables import TextTable
+from scenarios.tables import TextTable, say
 
 STYLES: Mapping[Verdict, str] = {
     Verdict.PASSED: "green",

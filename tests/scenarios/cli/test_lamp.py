@@ -9,8 +9,10 @@ from typer.testing import CliRunner
 from refseq.missions.lamp import parse_lamp, print_lamp
 from refseq.missions.language import MissionError
 from scenarios.cli.console import out
-from scenarios.cli.lamp import LIBRARY, lamp, read_program
+from scenarios.cli.lamp import lamp
 from scenarios.errors import ScenarioError
+from scenarios.library import LIBRARY
+from scenarios.missions.lamp import read_program
 from sim.errors import SimError
 from tests.refseq.missions.test_lamp import ELEVEN
 

@@ -12,7 +12,7 @@ from refseq.missions.lamp import Stage, Verb, Word, parse_lamp
 from refseq.planar import Pose
 from robots.behaviours import Outcome
 from robots.behaviours.beside import keeps
-from scenarios.cli.lamp import LIBRARY
+from scenarios.library import LIBRARY
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_runner import frame_of
 from sim.errors import SimError
