@@ -88,7 +88,7 @@ class _Thing(NamedTuple):
 
 def _things(plan: FloorPlan) -> dict[str, _Thing]:
     """All things by what the names of their geoms begin with: their table's or their kind's word, and their name."""
-    found = {}
+    found: dict[str, _Thing] = {}
     for table in TABLES:
         for item in getattr(plan, table):
             thing = _Thing(table, item.name, getattr(item, "kind", table))

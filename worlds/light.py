@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
+from typing import Any
 
 from worlds.errors import LightError
 
@@ -70,7 +71,7 @@ def _hour(text: str, clock: str) -> float:
     return hour
 
 
-def _option(text: str, part: str) -> tuple[str, object]:
+def _option(text: str, part: str) -> tuple[str, Any]:
     key, _, value = part.partition("=")
     if key not in _OPTIONS:
         raise LightError(f"light '{text}': unknown option '{part}'; valid is {FORM}")
@@ -88,7 +89,7 @@ def _share(value: str) -> float:
     return share
 
 
-_OPTIONS: Mapping[str, tuple[Callable[[str], object], str]] = MappingProxyType(
+_OPTIONS: Mapping[str, tuple[Callable[[str], Any], str]] = MappingProxyType(
     {
         "cloud": (_share, "a share from 0 to 1"),
         "lamps": (Lamps, "auto, on or off"),

@@ -115,14 +115,14 @@ class _OpenAir:
 
     def sun(self, cards: Cards) -> Floats:
         beam = sun_direction(self._outdoors, self._plan.place.x_azimuth)
-        clear = ~shaded(self._plan, cards.points, beam)
+        clear = (~shaded(self._plan, cards.points, beam)).astype(float)
         return clear * self._outdoors.direct * np.maximum(0.0, -cards.normals @ beam)
 
     def sky(self, cards: Cards) -> Floats:
-        return self._above * (1.0 + cards.normals[:, 2]) / 2
+        return np.asarray(self._above * (1.0 + cards.normals[:, 2]) / 2)
 
     def indirect(self, cards: Cards) -> Floats:
-        return np.repeat(self._below * (1.0 - cards.normals[:, 2:]) / 2, 2, axis=1)
+        return np.asarray(np.repeat(self._below * (1.0 - cards.normals[:, 2:]) / 2, 2, axis=1))
 
     def lamps(self, cards: Cards) -> Floats:
         """E = I(θ) cosβ / d², the intensity as ``worlds.lighting.open_air`` has it."""

@@ -78,7 +78,7 @@ def _room_fits(plan: FloorPlan, door: Door) -> bool:
         return False
     lit = [plan.wall_named(name) for name in {window.wall for window in plan.window}]
     outlooks = [against(plan, w.name, (0.0, w.length), (-OUTLOOK, -w.thickness)) for w in lit]
-    corridors = [Footprint(*area.middle, 0.0, *area.size / 2) for area in rectangles(plan)]
+    corridors = [Footprint(area.middle[0], area.middle[1], 0.0, *(area.size / 2).tolist()) for area in rectangles(plan)]
     rooms = [room_behind(plan, other) for other in plan.door if other.open]
     return bool(gaps(room_behind(plan, door), outlooks + corridors + rooms).min() > 0.0)
 
@@ -88,7 +88,8 @@ def _room_fits(plan: FloorPlan, door: Door) -> bool:
 
 def move(reach: Mapping[str, float], plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     """Move things of the kinds in ``reach`` by up to so many metres: along their wall, or any way on the floor."""
-    movable = {f"{_kind(i)} {i.name}": i for i in (*plan.bin, *plan.cabinet, *plan.furniture) if _kind(i) in reach}
+    things: tuple[Movable, ...] = (*plan.bin, *plan.cabinet, *plan.furniture)
+    movable = {f"{_kind(thing)} {thing.name}": thing for thing in things if _kind(thing) in reach}
     for item, rng in drawn("moved", movable, strength, seed):
         others = _Others.of(plan, item)
         places = (_shifted(item, reach[_kind(item)], rng) for _ in range(TRIES))
@@ -97,7 +98,7 @@ def move(reach: Mapping[str, float], plan: FloorPlan, strength: float, seed: int
     return plan
 
 
-def _table(item: Movable) -> str:
+def _table(item: Movable | Car) -> str:
     return type(item).__name__.lower()
 
 

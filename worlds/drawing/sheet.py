@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from worlds.arrays import Floats
 from worlds.plans.areas import Rectangle
 
 PAPERS = {"A3": (420.0, 297.0), "A2": (594.0, 420.0), "A1": (841.0, 594.0)}
@@ -28,25 +28,25 @@ MOST_PIECES = 6
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class SheetPiece:
     """A part of the ground, [m], and where on the paper its lower left corner lies, (2,) [mm]."""
 
     ground: Rectangle
-    corner: NDArray[np.float64]
+    corner: Floats
 
 
 @dataclass(frozen=True, slots=True)
-class Sheet:
+class DrawingSheet:
     """Pieces of a plan in the order of their place, all drawn 1 to ``scale``; ``axis`` is the one that is cut.
 
     ``paper`` is its name, ``size`` its (width, height) [mm].
     """
 
     paper: str
-    size: NDArray[np.float64]
+    size: Floats
     scale: int
     axis: int
-    pieces: tuple[Piece, ...]
+    pieces: tuple[SheetPiece, ...]
 
     @property
     def lettering(self) -> float:
@@ -54,23 +54,23 @@ class Sheet:
         return float((self.size[0] / PAPERS["A3"][0]) ** 0.7)
 
 
-def lay_out(ground: Rectangle) -> Sheet:
+def lay_out(ground: Rectangle) -> DrawingSheet:
     """Choose paper and scale for a rectangle of ground, and the fewest pieces in which it fits at that scale."""
     sheets = (_on_paper(ground, name) for name in PAPERS)
     return next((sheet for sheet in sheets if sheet.scale <= COARSE), _on_paper(ground, [*PAPERS][-1]))
 
 
-def _on_paper(ground: Rectangle, paper: str) -> Sheet:
+def _on_paper(ground: Rectangle, paper: str) -> DrawingSheet:
     axis, size = int(np.argmax(ground.size)), np.array(PAPERS[paper])
     scales = [_scale(ground, axis, n, size) for n in range(1, MOST_PIECES + 1)]
     scale, count = min(scales), int(np.argmin(scales)) + 1
     grounds = _cut(ground, axis, count)
     taken = grounds[0].size * 1000 / scale + GAP
-    pieces = tuple(Piece(g, _corner(i, axis, taken, size)) for i, g in enumerate(grounds))
-    return Sheet(paper, size, scale, axis, pieces)
+    pieces = tuple(SheetPiece(g, _corner(i, axis, taken, size)) for i, g in enumerate(grounds))
+    return DrawingSheet(paper, size, scale, axis, pieces)
 
 
-def _scale(ground: Rectangle, axis: int, count: int, paper: NDArray[np.float64]) -> int:
+def _scale(ground: Rectangle, axis: int, count: int, paper: Floats) -> int:
     """The largest scale at which ``count`` pieces fit."""
     room = paper - 2 * EDGE - [0.0, FOOT * paper[0] / PAPERS["A3"][0]]
     in_a_row = np.ones(2)
@@ -90,7 +90,7 @@ def _cut(ground: Rectangle, axis: int, count: int) -> list[Rectangle]:
     return pieces
 
 
-def _corner(i: int, axis: int, taken: NDArray[np.float64], paper: NDArray[np.float64]) -> NDArray[np.float64]:
+def _corner(i: int, axis: int, taken: Floats, paper: Floats) -> Floats:
     """Lower left corner of piece ``i``: downwards from the top, or to the right from the left edge."""
     top_left = np.array([EDGE + GAP, paper[1] - EDGE - taken[1] + GAP])
     step = np.array([0.0, -taken[1]]) if axis == 0 else np.array([taken[0], 0.0])

@@ -81,7 +81,7 @@ def _lamps(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
         else:
             site.plain(material, Material(albedo=0.75, roughness=0.6))
         for i, (x, y) in enumerate(row.positions):
-            up = (plan.ceiling.height - LAMP_DEPTH, plan.ceiling.height)
+            up = (plan.roof.height - LAMP_DEPTH, plan.roof.height)
             block = ((x - width / 2, x + width / 2), (y - depth / 2, y + depth / 2), up)
             site.shown(f"lamp_{row.name}_{i}", LEVEL, block, material)
 

@@ -3,9 +3,8 @@
 import cv2
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
-from worlds.parts.greyscale import Image, around, cloud, encode
+from worlds.parts.greyscale import Field, Image, around, cloud, encode
 
 SKY_BY_DAY, SKY_BY_NIGHT = 0.9, 0.004
 """Luminance of the sky over the brightest thing outside, by day and by night."""
@@ -19,9 +18,7 @@ def outside(width: int, height: int, horizon: float, day: bool, rng: Generator) 
     """
     line = round((1.0 - horizon) * height)
     field = np.full((height, width), SKY_BY_DAY if day else SKY_BY_NIGHT, np.float32)
-    fade = np.clip(np.linspace(0.0, 2.0, height, dtype=np.float32), 0.0, 1.0)[
-        :, None
-    ]  # the plain sky goes on above the picture
+    fade = np.linspace(0.0, 2.0, height, dtype=np.float32).clip(0.0, 1.0)[:, None]  # plain sky above the picture
     haze = cloud((height, width), rng, coarsest=2)
     haze *= 0.05 * fade
     haze += 1.0
@@ -36,10 +33,10 @@ def outside(width: int, height: int, horizon: float, day: bool, rng: Generator) 
         x += w + int(rng.integers(0, height // 3))
     if not day:
         _street_lamps(field, line, rng)
-    return encode(cv2.GaussianBlur(field, (0, 0), 1.0), rng)
+    return encode(np.asarray(cv2.GaussianBlur(field, (0, 0), 1.0), np.float32), rng)
 
 
-def _trees(field: NDArray, line: int, day: bool, rng: Generator) -> None:
+def _trees(field: Field, line: int, day: bool, rng: Generator) -> None:
     height, width = field.shape
     largest = 4 + height // 22
     for _ in range(width // 60):
@@ -56,7 +53,7 @@ def _trees(field: NDArray, line: int, day: bool, rng: Generator) -> None:
         part[blob > 127] = (0.1 if day else 0.001) * rng.uniform(0.6, 1.5)
 
 
-def _house(field: NDArray, x: int, width: int, line: int, day: bool, rng: Generator) -> None:
+def _house(field: Field, x: int, width: int, line: int, day: bool, rng: Generator) -> None:
     height = field.shape[0]
     top = line - int(rng.integers(height // 10, max(height // 10 + 1, line)))
     field[max(0, top) : line + height // 30, x : x + width] = (0.45 if day else 0.003) * rng.uniform(0.5, 1.4)
@@ -68,6 +65,6 @@ def _house(field: NDArray, x: int, width: int, line: int, day: bool, rng: Genera
             field[v : v + step, u : u + step] = shade * rng.uniform(0.7, 1.3)
 
 
-def _street_lamps(field: NDArray, line: int, rng: Generator) -> None:
+def _street_lamps(field: Field, line: int, rng: Generator) -> None:
     for x in range(int(rng.integers(40, 120)), field.shape[1], 260):
         cv2.circle(field, (x, max(3, line - field.shape[0] // 6)), 3, 1.0, -1)

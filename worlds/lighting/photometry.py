@@ -50,7 +50,8 @@ class Photometry:
 def photometry(plan: FloorPlan, setting: LightSetting) -> Photometry:
     """Look up the sky and the switches for ``plan`` under ``setting``."""
     outdoors = daylight(plan.place, setting.date or plan.place.date, setting.hour, setting.cloud)
-    return Photometry(outdoors, tuple(row.name for row in (*plan.lamp, *plan.post) if burns(row, setting, outdoors)))
+    lights: tuple[LampRow | Post, ...] = (*plan.lamp, *plan.post)
+    return Photometry(outdoors, tuple(row.name for row in lights if burns(row, setting, outdoors)))
 
 
 def burns(row: LampRow | Post, setting: LightSetting, outdoors: Daylight) -> bool:
@@ -132,7 +133,7 @@ def frame_face(frame: Frame, s: tuple[float, float], z: tuple[float, float], til
 
 
 def _lamp(plan: FloorPlan, row: LampRow, at: Floats) -> Faces:
-    low = np.append(at - np.array(row.size) / 2, plan.ceiling.height - LAMP_DEPTH)
+    low = np.append(at - np.array(row.size) / 2, plan.roof.height - LAMP_DEPTH)
     return Faces.tiled(low, [0.0, row.size[1], 0.0], [row.size[0], 0.0, 0.0])
 
 
@@ -163,7 +164,7 @@ def spots(plan: FloorPlan, numbers: Photometry) -> tuple[Spot, ...]:
     found = [_window_spot(plan, window, numbers.outdoors) for window in plan.window]
     for row in (row for row in plan.lamp if row.name in numbers.burning):
         candela = camera_weight(row.kelvin) * row.lumen / (np.pi * LOBE)
-        height = plan.ceiling.height - LAMP_DEPTH
+        height = plan.roof.height - LAMP_DEPTH
         found += [
             Spot(f"lamp_{row.name}_{i}", "lamp", candela, np.append(at, height), -UP)
             for i, at in enumerate(row.positions)

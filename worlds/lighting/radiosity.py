@@ -17,7 +17,7 @@ from worlds.lighting.photometry import FRAME_SHARE, Photometry, Sources, frame_f
 from worlds.lighting.sunlight import sunlit
 from worlds.plans.areas import enclosing, rectangles
 from worlds.plans.frame import Frame
-from worlds.plans.schema import Door, FloorPlan, Wall
+from worlds.plans.schema import Door, FloorPlan, Wall, Window
 
 PATCH = 1.0
 """Longest side of a patch [m]; a choice."""
@@ -91,20 +91,21 @@ def _levels(plan: FloorPlan, low: Floats, size: Floats) -> tuple[Patches, Patche
     x, y = np.array([size[0], 0.0, 0.0]), np.array([0.0, size[1], 0.0])
     m, n = _tiles(size)
     floor = Faces.tiled([*low, 0.0], x, y, (m, n))
-    ceiling = Faces.tiled([*low, plan.ceiling.height], y, x, (n, m))
-    return _plain(floor, _albedo(plan, plan.floor.material)), _plain(ceiling, _albedo(plan, plan.ceiling.material))
+    ceiling = Faces.tiled([*low, plan.roof.height], y, x, (n, m))
+    return _plain(floor, _albedo(plan, plan.floor.material)), _plain(ceiling, _albedo(plan, plan.roof.material))
 
 
 def _on_wall(plan: FloorPlan, wall: Wall) -> Patches:
     """Lay patches on a wall; doors and windows change their albedo by the share that they cover."""
-    frame, size = Frame.of(wall), (wall.length, plan.ceiling.height)
+    frame, size = Frame.of(wall), (wall.length, plan.roof.height)
     m, n = _tiles(size)
     faces = frame_face(frame, (0.0, size[0]), (0.0, size[1]), (m, n))
     local = np.stack([(faces.centres[:, :2] - frame.origin) @ frame.along, faces.centres[:, 2]])
-    half = np.array(size) / (m, n) / 2
+    half = np.array(size) / np.array([m, n]) / 2
     base = _albedo(plan, wall.material)
     albedo = np.full(len(faces), base)
-    for item in (o for o in (*plan.door, *plan.window) if o.wall == wall.name):
+    openings: tuple[Door | Window, ...] = (*plan.door, *plan.window)
+    for item in (item for item in openings if item.wall == wall.name):
         own = _albedo(plan, item.material) if isinstance(item, Door) else WINDOW_ALBEDO
         covered = _overlap(local[0], half[0], item.extent) * _overlap(local[1], half[1], item.rise)
         albedo += covered * (own - base)

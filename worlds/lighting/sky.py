@@ -82,7 +82,7 @@ def panorama(size: tuple[int, int], light: Daylight, sun: float, albedo: float, 
     """Luminance of the sky and of trees and houses far around, (height, width) [cd/m²]; see ``sky``."""
     width, height = size
     small = sky((width // SIMPLER, height // SIMPLER), light, sun, rng)
-    field = cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
+    field = np.asarray(cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR), np.float64)
     facing = np.cos(light.elevation) * np.maximum(0.0, -np.cos(_azimuths(width) - sun))
     level = (light.sky + albedo * light.ground) / 2  # on an upright wall, without the sun
     around = (level + light.direct * facing) / np.pi  # (width,), of white walls

@@ -7,6 +7,7 @@ choices, after common cars of the years around 2000.
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -125,7 +126,7 @@ def _park(site: Site, car: Car, ground: float) -> None:
     shade = scenery.shade_under((kind.length, 2 * kind.half_width), CLEARANCE, SHADED, ground)
     image = scenery.car_atlas(shade, site.rng(key))
     site.picture(f"{key}_trim", image, TRIM)
-    place = {"pos": [*car.at, 0.0], "quat": Frame.under(car).box_quat}
+    place: dict[str, Any] = {"pos": [*car.at, 0.0], "quat": Frame.under(car).box_quat}
     site.meshed(key, f"{car.kind}_hull", key, **place)
     site.meshed(f"{key}_trim", f"{car.kind}_trim", f"{key}_trim", SEEN, castshadow=True, **place)
 

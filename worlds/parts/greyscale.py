@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from worlds.arrays import Floats
 
 Image = NDArray[np.uint8]
+Field = NDArray[np.float32]
+"""Albedo or luminance of each pixel, before it is encoded."""
+Pixels = NDArray[np.integer]
 
 DENSITY = 640
 """Pixels a metre on what is seen from near: a camera of 45° and 640 columns, 1.2 m away, sees as much."""
@@ -39,7 +42,7 @@ def linear(code: NDArray[np.uint8]) -> Floats:
 def encode(albedo: NDArray[np.floating], rng: Generator) -> Image:
     """Turn albedos into bytes, dithered so that a faint gradient does not become steps."""
     albedo = np.clip(albedo, 0.0, 1.0, dtype=np.float32)
-    code = cv2.pow(albedo, 1 / 2.4)  # as ``srgb``, in a quarter of the time
+    code = np.asarray(cv2.pow(albedo, 1 / 2.4), np.float32)  # as ``srgb``, in a quarter of the time
     code *= 1.055
     code -= 0.055
     np.copyto(code, 12.92 * albedo, where=albedo <= 0.0031308)
@@ -53,9 +56,7 @@ def tone(albedo: float) -> int:
     return round(255 * float(srgb(albedo)))
 
 
-def cloud(
-    shape: tuple[int, int], rng: Generator, coarsest: int = 4, octaves: int = 5, fall: float = 0.55
-) -> NDArray[np.float32]:
+def cloud(shape: tuple[int, int], rng: Generator, coarsest: int = 4, octaves: int = 5, fall: float = 0.55) -> Field:
     """Draw fractal value noise, zero mean and unit deviation; ``coarsest`` cells across the shorter side."""
     total = np.zeros(shape, np.float32)
     scale = min(shape)
@@ -69,12 +70,12 @@ def cloud(
     return total
 
 
-def noise(shape: tuple[int, int], rng: Generator) -> NDArray[np.float32]:
+def noise(shape: tuple[int, int], rng: Generator) -> Field:
     """Draw a number for each pixel, zero mean and unit deviation."""
     return rng.standard_normal(shape, dtype=np.float32)
 
 
-def around(points: NDArray[np.integer], margin: int, shape: tuple[int, ...]) -> tuple[NDArray, NDArray]:
+def around(points: Pixels, margin: int, shape: tuple[int, ...]) -> tuple[Pixels, Pixels]:
     """Corners (x, y) of the part of an image of that shape that lies around ``points`` (n, 2) [px]."""
     low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
     return np.clip(low, 0, shape[::-1]), np.clip(high, 0, shape[::-1])

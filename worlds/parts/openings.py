@@ -66,10 +66,7 @@ def _door(site: Site, frame: Frame, door: Door, plan: FloorPlan) -> None:
 
 def _leaf(site: Site, frame: Frame, door: Door) -> None:
     """Hang the leaf on its hinge; opened, it swings into the room behind."""
-    at_start = door.hinge == "start"
-    hinge = frame if at_start else frame.reversed()
-    s = door.extent[0] if at_start else -door.extent[1]
-    leaf = hinge.turned(s, -door.recess, np.radians(door.open))
+    leaf = frame.leaf(door, float(np.radians(door.open)))
     material = _leaf_material(door.material, door.width, door.height)
     block = ((0.0, door.width), (-0.04, 0.0), (0.0, door.height))
     site.solid(f"door_{door.name}_leaf", leaf, block, material)

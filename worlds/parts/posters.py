@@ -9,9 +9,8 @@ from itertools import pairwise
 import cv2
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
-from worlds.parts.greyscale import DENSITY, FONT, INK, PAPER, Image, around, cloud, encode, noise, tone
+from worlds.parts.greyscale import DENSITY, FONT, INK, PAPER, Image, Pixels, around, cloud, encode, noise, tone
 
 
 def number_plate(label: str, rng: Generator, density: int = DENSITY) -> Image:
@@ -55,7 +54,7 @@ def plot(image: Image, box: tuple[int, int, int, int], rng: Generator) -> None:
     cv2.rectangle(image, (x, y), (x + width, y + height), tone(0.9), -1)
     left, bottom = x + round(0.12 * width), y + round(0.86 * height)
     right, top = x + round(0.96 * width), y + round(0.08 * height)
-    kind = rng.integers(3)
+    kind = int(rng.integers(3))
     t = np.linspace(0, 1, 9 if kind == 1 else 60)
     for _ in range(1 if kind == 1 else rng.integers(1, 4)):
         values = 0.5 + 0.35 * np.sin(rng.uniform(1, 9) * t + rng.uniform(0, 6)) * np.exp(-rng.uniform(0, 2) * t)
@@ -72,7 +71,7 @@ def plot(image: Image, box: tuple[int, int, int, int], rng: Generator) -> None:
         cv2.line(image, (left - 4, rung), (left, rung), tone(INK), 1)
 
 
-def _draw_series(image: Image, kind: int, px: NDArray, py: NDArray, bottom: int, shade: int) -> None:
+def _draw_series(image: Image, kind: int, px: Pixels, py: Pixels, bottom: int, shade: int) -> None:
     if kind == 0:
         cv2.polylines(image, [np.stack([px, py], 1)], False, shade, 2, cv2.LINE_AA)
     elif kind == 1:
@@ -143,11 +142,11 @@ def poster(size: tuple[float, float], style: str, rng: Generator, density: int =
 def whiteboard(size: tuple[float, float], rng: Generator, density: int = DENSITY) -> Image:
     """Draw a whiteboard of (width, height) [m]: what was sketched and written, badly wiped, a metal frame."""
     width, height = round(size[0] * density), round(size[1] * density)
-    smears = np.zeros((60, 100), np.float32)
+    wiped = np.zeros((60, 100), np.float32)
     for _ in range(rng.integers(2, 5)):
         centre, axes = rng.integers((15, 12), (86, 49)).tolist(), rng.integers((10, 5), (25, 12)).tolist()
-        cv2.ellipse(smears, centre, axes, float(rng.uniform(-20, 20)), 0, 360, 1.0, -1)
-    smears = cv2.resize(cv2.GaussianBlur(smears, (0, 0), 2.0), (width, height), interpolation=cv2.INTER_CUBIC)
+        cv2.ellipse(wiped, centre, axes, float(rng.uniform(-20, 20)), 0, 360, 1.0, -1)
+    smears = cv2.resize(cv2.GaussianBlur(wiped, (0, 0), 2.0), (width, height), interpolation=cv2.INTER_CUBIC)
     image = encode(0.8 * (1.0 - 0.05 * smears), rng)
     columns = max(1, round(size[0] / 0.7))
     for i in range(columns):
@@ -207,8 +206,8 @@ def _fill_cells(image: Image, cells: list[tuple[int, int, int, int]], style: str
 def notice_board(size: tuple[float, float], sheets: int, rng: Generator, density: int = DENSITY) -> Image:
     """Draw a cork board of (width, height) [m] with a dark frame and two rows of pinned, slightly askew papers."""
     width, height = round(size[0] * density), round(size[1] * density)
-    image = encode(0.28 * (1.0 + 0.16 * noise((height, width), rng)), rng)
-    image = cv2.GaussianBlur(image, (0, 0), 0.9)
+    cork = encode(0.28 * (1.0 + 0.16 * noise((height, width), rng)), rng)
+    image = np.asarray(cv2.GaussianBlur(cork, (0, 0), 0.9), np.uint8)
     columns = (sheets + 1) // 2
     slot = 0.94 * width / columns
     for i in range(sheets):
@@ -241,7 +240,7 @@ def _pin(image: Image, sheet: Image, x: int, y: int, rng: Generator) -> None:
     part = np.s_[low[1] : high[1], low[0] : high[0]]
 
     def placed(patch: Image) -> Image:
-        return cv2.warpAffine(patch, turn, image.shape[::-1], flags=cv2.INTER_LINEAR)[part]
+        return np.asarray(cv2.warpAffine(patch, turn, image.shape[::-1], flags=cv2.INTER_LINEAR)[part], np.uint8)
 
     mask = placed(np.full_like(sheet, 255)) / 255.0
     shadow = cv2.GaussianBlur(np.roll(mask, (3, 2), (0, 1)), (0, 0), 2)
@@ -258,6 +257,6 @@ def sign(size: tuple[float, float], rng: Generator, density: int = DENSITY) -> I
     ends = [(width // 10, middle), (width * 4 // 10, middle)]
     if rng.random() < 0.5:
         ends.reverse()
-    cv2.arrowedLine(image, *ends, tone(0.8), 4, cv2.LINE_AA, tipLength=0.4)
+    cv2.arrowedLine(image, ends[0], ends[1], tone(0.8), 4, cv2.LINE_AA, tipLength=0.4)
     cv2.putText(image, words(rng, 1)[:6].upper(), (width // 2, middle + 8), FONT, 0.7, tone(0.8), 2, cv2.LINE_AA)
     return image

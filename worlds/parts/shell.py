@@ -78,14 +78,14 @@ def _drawn(size: Floats, each: float, most: int) -> tuple[int, int]:
 
 def _ceiling(site: Site, plan: FloorPlan) -> None:
     """On each part of the ground a picture that looks down, and a slab that keeps the sun out."""
-    panel, height, material = plan.ceiling.panel, plan.ceiling.height, plan.material[plan.ceiling.material]
+    panel, height, material = plan.roof.panel, plan.roof.height, plan.material[plan.roof.material]
     low, high = plan.bounds
     drawn = _drawn(high - low, panel, 20)
     site.texture("ceiling", textures.ceiling_panels(drawn, material.albedo, site.rng("ceiling")))
     for i, area in enumerate(rectangles(plan)):
         name = site.papered(f"ceiling_{i}", "ceiling", material, area.size / (panel * np.array(drawn)))
         site.plane(name, [*area.middle, height], quaternion([1, 0, 0], [0, 0, -1]), tuple(area.size), name)
-        site.solid(f"{name}_slab", LEVEL, _slab(area, height), plan.ceiling.material)
+        site.solid(f"{name}_slab", LEVEL, _slab(area, height), plan.roof.material)
 
 
 def _slab(area: Rectangle, height: float) -> Block:
@@ -98,7 +98,7 @@ def _slab(area: Rectangle, height: float) -> Block:
 
 def _wall(site: Site, plan: FloorPlan, wall: Wall) -> None:
     frame = Frame.of(wall)
-    openings = sorted((o for o in (*plan.window, *plan.door) if o.wall == wall.name), key=lambda o: o.at)
+    openings = plan.openings_in(wall)
     skirting: list[Block] = []
     for i, (s, z) in enumerate(_pieces(wall, openings, plan.wall_height(wall), _reach(plan, wall))):
         material = _plastered(site, plan, wall, i, s, z)

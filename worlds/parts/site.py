@@ -7,6 +7,7 @@ for physically based shading.
 """
 
 import zlib
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -112,7 +113,7 @@ class Site:
 
     def panel(self, name: str, frame: Frame, s: Span, out: float, z: Span, material: str) -> None:
         """Add a picture flat on a wall, ``out`` metres in front of it."""
-        middle, extent = frame.point(np.mean(s), out, np.mean(z)), (s[1] - s[0], z[1] - z[0])
+        middle, extent = frame.point(sum(s) / 2, out, sum(z) / 2), (s[1] - s[0], z[1] - z[0])
         self.plane(name, middle, frame.panel_quat, extent, material)
 
     def plane(self, name: str, pos: ArrayLike, quat: ArrayLike, extent: Span, material: str) -> None:
@@ -131,16 +132,16 @@ class Site:
         self.mesh(name, uservert=corners.flatten(), userface=faces.flatten())
         self.meshed(name, name, material, SEEN, castshadow=cast)
 
-    def mesh(self, name: str, **arrays: NDArray) -> None:
+    def mesh(self, name: str, **arrays: NDArray[Any]) -> None:
         """Add a mesh of flat faces, to be shown by any number of geoms."""
         mesh = self.spec.add_mesh(name=name, **arrays)
         mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
         mesh.smoothnormal = False
 
-    def meshed(self, name: str, mesh: str, material: str, group: int = SOLID, **options: object) -> None:
+    def meshed(self, name: str, mesh: str, material: str, group: int = SOLID, **options: Any) -> None:
         """Add a geom that is a mesh."""
-        options = {"pos": [0.0] * 3, "size": [0.0] * 3, **options}
-        self.shape(name, mujoco.mjtGeom.mjGEOM_MESH, material=material, group=group, meshname=mesh, **options)
+        placed = {"pos": [0.0] * 3, "size": [0.0] * 3, **options}
+        self.shape(name, mujoco.mjtGeom.mjGEOM_MESH, material=material, group=group, meshname=mesh, **placed)
 
     def shape(
         self,
@@ -151,7 +152,7 @@ class Site:
         material: str,
         group: int = SOLID,
         body: mujoco.MjsBody | None = None,
-        **options: object,
+        **options: Any,
     ) -> None:
         """Add a geom of any kind to the world, or to another ``body``; its group tells whether things touch it."""
         touched = group in (SOLID, TOUCHED)

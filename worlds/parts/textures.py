@@ -21,7 +21,7 @@ def plaster(size: tuple[float, float], albedo: float, rng: Generator, density: i
     return encode(field, rng)
 
 
-def _scuff(field: NDArray, rng: Generator, darken: float) -> None:
+def _scuff(field: NDArray[np.floating], rng: Generator, darken: float) -> None:
     height, width = field.shape
     mask = np.zeros(field.shape, np.uint8)
     start = np.array([rng.integers(width), height * (0.55 + 0.4 * rng.random())])
@@ -78,7 +78,7 @@ def _checkered(count: tuple[int, int], pixels: int) -> NDArray[np.bool_]:
     return np.kron(squares, np.ones((pixels, pixels), bool))
 
 
-def _joints(across: NDArray, pixels: int, strips: int) -> NDArray[np.bool_]:
+def _joints(across: NDArray[np.integer], pixels: int, strips: int) -> NDArray[np.bool_]:
     """Where one strip ends and the next begins."""
     return (across % pixels * strips) % pixels < strips
 
@@ -130,7 +130,7 @@ def metal(size: tuple[float, float], albedo: float, rng: Generator, density: int
         for x in (0.12, 0.62):
             cv2.line(image, (round(x * width), y), (round((x + 0.26) * width), y), dark, 2)
     for _ in range(rng.integers(1, 4)):
-        label = printed((rng.integers(24, 44), rng.integers(30, 60)), rng)
-        x, y = rng.integers(8, max(9, width - 70)), rng.integers(height // 4, max(height // 4 + 1, height - 70))
-        paste(image, label, x, y)
+        label = printed((int(rng.integers(24, 44)), int(rng.integers(30, 60))), rng)
+        left, top = rng.integers(8, max(9, width - 70)), rng.integers(height // 4, max(height // 4 + 1, height - 70))
+        paste(image, label, int(left), int(top))
     return image

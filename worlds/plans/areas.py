@@ -35,7 +35,7 @@ class Rectangle:
 
     def holds(self, point: ArrayLike) -> bool:
         """Whether ``point`` (2,) lies in it or on its edge."""
-        return bool(np.all(self.low <= point) and np.all(point <= self.high))
+        return bool(np.all(np.less_equal(self.low, point)) and np.all(np.less_equal(point, self.high)))
 
 
 def rectangles(plan: FloorPlan) -> tuple[Rectangle, ...]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from worlds.arrays import Floats
-from worlds.plans.schema import Standing, Wall
+from worlds.plans.schema import Door, Standing, Wall
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -74,6 +74,12 @@ class Frame:
         cos, sin = np.cos(angle), np.sin(angle)
         origin = self.point(s, out, 0.0)[:2]
         return Frame(origin, cos * self.along - sin * self.inward, cos * self.inward + sin * self.along)
+
+    def leaf(self, door: Door, angle: float) -> "Frame":
+        """Return the frame of the leaf of a wall's door, from its hinge on, opened by ``angle`` [rad]."""
+        at_start = door.hinge == "start"
+        hinge, s = (self, door.extent[0]) if at_start else (self.reversed(), -door.extent[1])
+        return hinge.turned(s, -door.recess, angle)
 
     def reversed(self) -> "Frame":
         """Return the same place with ``along`` pointing the other way."""

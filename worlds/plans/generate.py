@@ -6,7 +6,7 @@ buildings have.
 """
 
 import datetime
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -295,7 +295,7 @@ def _hung(rng: Generator, like: _Character, wall: Wall, glazed: bool, points: Fl
     rail.taken += _on_wall(wall, points, [span for on, span in bare if on == leg])
     for kind, rate in like.rates.items():
         for _ in range(int(rng.poisson(rate * wall.length))):
-            thing = THINGS[kind](rng)
+            thing = CLUTTER[kind](rng)
             if (at := rail.find(rng, thing["width"])) is not None:
                 items.append({**thing, "at": at})
     items = [{**item, "wall": wall.name} for item in items]
@@ -375,7 +375,7 @@ def _fixture(kind: str, width: float, height: float, bottom: float, depth: float
     return {"table": "fixture", "kind": kind, **shape, "material": material}
 
 
-THINGS = {
+CLUTTER: Mapping[str, Callable[[Generator], Item]] = {
     "poster": _poster,
     "board": _board,
     "cabinet": _cabinet,

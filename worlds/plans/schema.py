@@ -11,6 +11,9 @@ from zoneinfo import available_timezones
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
+from worlds.arrays import Floats
+from worlds.errors import PlanError
+
 Number = Annotated[float, Field(strict=True)]
 Length = Annotated[float, Field(strict=True, gt=0.0)]
 Height = Annotated[float, Field(strict=True, ge=0.0)]
@@ -335,7 +338,7 @@ class LampRow(_Table):
     switch: Literal["dusk", "always"] = "dusk"
 
     @property
-    def positions(self) -> np.ndarray:
+    def positions(self) -> Floats:
         """Centres of the lamps, (count, 2) [m]."""
         return np.asarray(self.first) + np.arange(self.count)[:, None] * np.asarray(self.step)
 
@@ -383,12 +386,24 @@ class FloorPlan(_Table):
         """Return the wall of that name; the loader has made sure that there is one."""
         return next(w for w in self.wall if w.name == name)
 
+    @property
+    def roof(self) -> Ceiling:
+        """The ceiling of a plan that is indoors; raises ``PlanError`` for one in the open air."""
+        if self.ceiling is None:
+            raise PlanError(f"world '{self.name}' is in the open air; it should have a ceiling")
+        return self.ceiling
+
+    def openings_in(self, wall: Wall) -> list[Window | Door]:
+        """Return the windows and doors of a wall, in their order along it."""
+        openings: tuple[Window | Door, ...] = (*self.window, *self.door)
+        return sorted((item for item in openings if item.wall == wall.name), key=lambda item: item.at)
+
     def wall_height(self, wall: Wall) -> float:
         """Return how high a wall is [m]."""
-        return self.ceiling.height if wall.height is None else wall.height
+        return self.roof.height if wall.height is None else wall.height
 
     @property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+    def bounds(self) -> tuple[Floats, Floats]:
         """Smallest and largest corner of the ground's area, or of the walls' inner faces, (2,) each [m]."""
         corners = np.array(self.floor.area or [p for w in self.wall for p in (w.start, w.end)])
         return corners.min(axis=0), corners.max(axis=0)

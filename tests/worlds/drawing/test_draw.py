@@ -6,8 +6,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from worlds.drawing.draw import DPI, _bearing, draw_plan
+from worlds.drawing.draw import DPI, draw_plan
 from worlds.drawing.sheet import PAPERS
+from worlds.drawing.title_block import _bearing
 from worlds.errors import WorldsError
 from worlds.light import light_named
 from worlds.lighting.daylight import sun_position
