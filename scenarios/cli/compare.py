@@ -12,7 +12,8 @@ from scenarios.errors import ScenarioError
 from scenarios.report.document import write_report
 from scenarios.report.plots.drive import FloorOutline
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import Figures, figures, figures_csv, figures_table, lost_table
+from scenarios.scoring.figures import Figures, figures, figures_csv
+from scenarios.scoring.tables import figures_table, lost_table
 from scenarios.tables import print_whole
 from worlds.drawing.outline import outline_of
 

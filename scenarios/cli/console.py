@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scenarios.drives.evaluate import StageResult
     from scenarios.drives.record import Progress
     from scenarios.scoring.comparison import Comparison
-    from scenarios.scoring.score import Proportion
+    from scenarios.scoring.proportion import Proportion
 
 __all__ = [
     "bars_on_terminal",

@@ -12,7 +12,9 @@ from refseq.map.localiser import check_among, localise
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from scenarios.scoring.comparison import Comparison, Drives, shared_methods
-from scenarios.scoring.score import NARROW, WIDE, Proportion, Tolerance, pool, score
+from scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
+from scenarios.scoring.proportion import Proportion
+from scenarios.scoring.score import pool, score
 
 TOLERANCES = (WIDE, NARROW)
 

@@ -28,7 +28,7 @@ from scenarios.missions.leader import Ground, Leader
 from scenarios.missions.runs import NOWHERE, Done, led
 from scenarios.report.plots.mission import mission_plan
 from scenarios.scoring.missions import score_mission
-from scenarios.scoring.score import NARROW, WIDE
+from scenarios.scoring.path_geometry import NARROW, WIDE
 from sim.bench.bench import Bench
 from sim.drives.recorder import Trigger
 from sim.missions.mission import EVERY

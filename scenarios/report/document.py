@@ -9,7 +9,7 @@ from scenarios.report.page import rendered
 from scenarios.report.plots.drive import FloorOutline
 from scenarios.report.sections.experiment import Terms, section
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import NONE
+from scenarios.scoring.tables import NONE
 
 LONG_VALUE = 80
 """Metadata longer than this many characters are folded away."""

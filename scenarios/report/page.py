@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.view import Scan
-from scenarios.scoring.figures import NONE
-from scenarios.scoring.recovery import Way
+from scenarios.scoring.recovery import DistanceOrNever
+from scenarios.scoring.tables import NONE
 
 FRAME_WIDTH = 320
 """Width of a frame [pixels]."""
@@ -80,7 +80,7 @@ def duration_text(seconds: float) -> str:
     return f"{minutes} min {left:02d} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
-def ways(found: Sequence[Way]) -> str:
+def ways(found: Sequence[DistanceOrNever]) -> str:
     """Median of some ways, and how many never got there."""
     there = [way for way in found if way is not None]
     never = len(found) - len(there)

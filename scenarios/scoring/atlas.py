@@ -16,8 +16,9 @@ from refseq.atlas.merge import Decision
 from refseq.belief import LOST_ABOVE, Belief
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.merging import Merging
-from scenarios.scoring.recovery import Way
-from scenarios.scoring.score import Proportion, ReferencePath, Tolerance, path_of
+from scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
+from scenarios.scoring.proportion import Proportion
+from scenarios.scoring.recovery import DistanceOrNever
 
 SETTLED = 0.9
 """P(right) above which a fork is decided."""
@@ -58,7 +59,7 @@ class AtlasScore:
     than twice the tolerance, both of them given on the map. ``joined`` is None of a method without an atlas.
     """
 
-    forks: tuple[Way, ...]
+    forks: tuple[DistanceOrNever, ...]
     jumps: int
     joined: JoinScore | None
 
@@ -88,14 +89,14 @@ def passing(path: ReferencePath, near: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 def _forks(
     comparison: Comparison, path: ReferencePath, near: NDArray[np.bool_], right: NDArray[np.float64]
-) -> list[Way]:
+) -> list[DistanceOrNever]:
     by = passing(path, near)
     # A drive is left where it passed the last view and passes none of the next few: its views are not that even.
     forks = [
         t for t in range(1, len(by)) if (by[t - 1] & ~by[t : t + 3].any(axis=0)).any() and (by[t - 1] & by[t]).any()
     ]
     travelled = _travelled(comparison)
-    found: list[Way] = []
+    found: list[DistanceOrNever] = []
     for t in forks:
         gone = np.flatnonzero(~by[t:].any(axis=1))
         end = t + int(gone[0]) if len(gone) else len(by)

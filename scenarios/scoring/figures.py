@@ -1,4 +1,4 @@
-"""The figures of several methods on the same views, side by side in one table."""
+"""Figures of several methods on the same views: pooled scores, time a view, and their record."""
 
 import csv
 import io
@@ -10,17 +10,14 @@ from types import MappingProxyType
 import numpy as np
 
 from refseq.belief import Timings
-from scenarios.scoring.atlas import AtlasScore, JoinScore, atlas_score, pool_atlas
+from scenarios.scoring.atlas import AtlasScore, atlas_score, pool_atlas
 from scenarios.scoring.bootstrap import interval_over_runs
 from scenarios.scoring.comparison import Comparison, shared_methods, single_view_of
 from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.recovery import Way
-from scenarios.scoring.score import NARROW, PLACES_OFF, RANKS, WIDE, Proportion, Score, Tolerance, harm, pool, score
-from scenarios.tables import TextTable
-
-NONE = "n/a"
-"""Stands where there is no figure to give."""
-
+from scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
+from scenarios.scoring.proportion import Proportion
+from scenarios.scoring.recovery import DistanceOrNever
+from scenarios.scoring.score import PLACES_OFF, RANKS, Score, harm, pool, score
 
 STEPS = ("features", "matching", "mixture", "chain", "total")
 """Steps of answering a view, of which the time is told; those of ``refseq.belief.Timings``."""
@@ -98,93 +95,6 @@ def _harm(comparisons: Sequence[Comparison], method: str, pooled: Score) -> Prop
     return harm(pooled, pool([score(one, single, pooled.tolerance) for one in comparisons]))
 
 
-def figures_table(title: str, found: Sequence[Figures]) -> TextTable:
-    """All figures on the terminal, a row a method, of one method at least."""
-    parts = (found[0].wide, found[0].narrow)
-    table = TextTable(
-        "method",
-        *(f">within {part.tolerance.distance:g} m\nof {part.success.trials}, %" for part in parts),
-        ">failed",
-        ">AUC",
-        ">recall, %\n@1/5/10",
-        ">recall, % at\nprec. 100/99",
-        ">ECE",
-        ">lost\nAUROC",
-        ">FPR@\n95TPR",
-        ">error [m]\nmed./p95",
-        ">ms a\nview",
-        title=title,
-    )
-    for one in found:
-        table.add_row(one.method, *_cells(one))
-    return table
-
-
-def _cells(one: Figures) -> list[str]:
-    wide, curve = one.wide, one.wide.retrieval
-    recalls = [wide.recall(first) for first in RANKS]
-    return [
-        _percent(wide.success),
-        _percent(one.narrow.success),
-        str(wide.failures),
-        _number(curve.auc if curve else None),
-        "/".join(f"{100 * recall.value:.0f}" for recall in recalls) if recalls[0].trials else NONE,
-        "/".join(f"{100 * curve.recall_at(precision):.0f}" for precision in (1.0, 0.99)) if curve else NONE,
-        _number(wide.top_reliability.error),
-        _number(wide.auroc),
-        _number(wide.false_alarms),
-        f"{wide.error_quantile(0.5):.2f}/{wide.error_quantile(0.95):.2f}",
-        f"{one.cost:.2f}",
-    ]
-
-
-def lost_table(title: str, found: Sequence[Figures]) -> TextTable | None:
-    """How the methods did off the map and on coming back to it; ``None`` where nothing of the kind happened."""
-    if not any(one.wide.off_map.any() or any(one.wide.episodes) for one in found):
-        return None
-    table = TextTable(
-        "method",
-        ">false fixes\nof off-map",
-        ">worst\n[m]",
-        ">ECE of\nP(lost)",
-        ">way to lost [m]\nmedian (never)",
-        ">way to recover [m]\nmedian (never)",
-        ">way to first fix [m]\nmedian (never)",
-        title=title,
-    )
-    for one in found:
-        wide, off_map = one.wide, int(one.wide.off_map.sum())
-        table.add_row(
-            one.method,
-            f"{int(np.isfinite(wide.false_fixes).sum())} of {off_map}",
-            _metres(wide.worst_false_fix),
-            _number(wide.lost_reliability.error),
-            *(ways_text(ways) for ways in (*wide.episodes, wide.first_fixes)),
-        )
-    return table
-
-
-def ways_text(ways: Sequence[Way]) -> str:
-    """Median [m] of what was found, and how many never got there."""
-    found = [way for way in ways if way is not None]
-    never = len(ways) - len(found)
-    return (_metres(float(np.median(found))) if found else NONE) + (f" ({never} of {len(ways)})" if never else "")
-
-
-def join_cells(joined: JoinScore | None) -> list[str]:
-    """What was merged, in words: joins, precision, recall, places, duplicates, bytes."""
-    if joined is None:
-        return [NONE] * 6
-    return [
-        f"{joined.joins} ({joined.false_joins})",
-        _percent(joined.precision),
-        _percent(joined.recall),
-        f"{joined.places} of {joined.views}",
-        str(joined.duplicates),
-        f"{joined.bytes_after / 1000:.0f} of {joined.bytes_before / 1000:.0f}",
-    ]
-
-
 def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
     """All figures as a table of comma-separated values, units in the columns' names; empty where there is none."""
     text = io.StringIO()
@@ -229,11 +139,13 @@ def figures_record(one: Figures) -> dict[str, float | None]:
         "without_features_ms": _finite(one.cost),
         "without_truth_views": wide.count(Outcome.UNSCORED),
         "entropy_auroc": _finite(wide.entropy_auroc),
+        "posterior_bits": _finite(wide.information),
+        "proven_bits": _finite(wide.proven_information),
         "harm_views": None if one.harm is None else one.harm.successes,
         "harm_of_views": None if one.harm is None else one.harm.trials,
         **_ways_record("first_fix", wide.first_fixes),
-        **_ways_record("to_lost", wide.episodes.to_lost),
-        **_ways_record("to_recover", wide.episodes.to_recover),
+        **_ways_record("to_lost", wide.recovery.to_lost),
+        **_ways_record("to_recover", wide.recovery.to_recover),
         **{f"{step}_median_ms": _finite(one.times[step].median) for step in STEPS},
         **{f"{step}_p95_ms": _finite(one.times[step].p95) for step in STEPS},
         **({} if one.atlas is None else _atlas_record(one.atlas)),
@@ -266,28 +178,13 @@ def success_over_seeds(runs: Sequence[Score]) -> tuple[float, float] | None:
     return interval_over_runs(runs, lambda pooled: pooled.success.value)
 
 
-def _ways_record(name: str, ways: Sequence[Way]) -> dict[str, float | None]:
+def _ways_record(name: str, ways: Sequence[DistanceOrNever]) -> dict[str, float | None]:
     found = [way for way in ways if way is not None]
     return {
         f"{name}_median_m": _finite(float(np.median(found))) if found else None,
         f"{name}_times": len(ways),
         f"{name}_never_times": len(ways) - len(found),
     }
-
-
-def _percent(share: Proportion) -> str:
-    if not share.trials:
-        return NONE
-    low, high = share.interval
-    return f"{100 * share.value:.1f} [{100 * low:.0f}, {100 * high:.0f}]"
-
-
-def _number(value: float | None) -> str:
-    return NONE if value is None or math.isnan(value) else f"{value:.3f}"
-
-
-def _metres(value: float) -> str:
-    return NONE if math.isnan(value) else f"{value:.2f}"
 
 
 def _finite(value: float | None) -> float | None:

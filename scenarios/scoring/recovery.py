@@ -1,4 +1,4 @@
-"""How far the robot travels until the localiser notices what happened to it.
+"""Recovery distances: how far the robot travels until the localiser notices what happened to it.
 
 Distances are lengths of the true path [m], from view to view, over the views whose true pose is known.
 """
@@ -15,20 +15,20 @@ from scenarios.scoring.outcome import OFF_MAP, ON_MAP, SAYS_LOST, Outcome
 JUMP = 1.5
 """Carried away [m]: that much farther from the view before than odometry has it."""
 
-Way = float | None
+DistanceOrNever = float | None
 """A distance [m], or ``None`` where the thing never happened."""
 
 
-class Episodes(NamedTuple):
-    """Ways from the first view after something happened to the first that shows that it was noticed.
+class Recovery(NamedTuple):
+    """Distances from the first view after something happened to the first that shows that it was noticed.
 
     ``to_lost`` holds, for each time that the robot left the map, the way from its first view off it to the first that
     says lost; ``to_recover``, for each time that it came onto the map or was carried to another place of it, the way
     from its first view there to the first right answer. A way ends where the episode does.
     """
 
-    to_lost: tuple[Way, ...]
-    to_recover: tuple[Way, ...]
+    to_lost: tuple[DistanceOrNever, ...]
+    to_recover: tuple[DistanceOrNever, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,18 +40,18 @@ class _Known:
     carried: bool
 
 
-def episodes(views: Sequence[View], outcomes: Sequence[Outcome]) -> Episodes:
-    """Find the episodes of a drive, one outcome a view."""
+def recovery_of(views: Sequence[View], outcomes: Sequence[Outcome]) -> Recovery:
+    """Measure a drive's recovery distances, one outcome a view."""
     stretches = list(_stretches(list(_known(views, outcomes))))
-    return Episodes(
-        to_lost=tuple(_way(s, SAYS_LOST) for s in stretches[1:] if s[0].outcome in OFF_MAP),
-        to_recover=tuple(_way(s, (Outcome.RIGHT,)) for s in stretches[1:] if s[0].outcome in ON_MAP),
+    return Recovery(
+        to_lost=tuple(_distance(s, SAYS_LOST) for s in stretches[1:] if s[0].outcome in OFF_MAP),
+        to_recover=tuple(_distance(s, (Outcome.RIGHT,)) for s in stretches[1:] if s[0].outcome in ON_MAP),
     )
 
 
-def first_fix(views: Sequence[View], outcomes: Sequence[Outcome]) -> Way:
+def first_fix(views: Sequence[View], outcomes: Sequence[Outcome]) -> DistanceOrNever:
     """Way from the first view to the first right answer."""
-    return _way(list(_known(views, outcomes)), (Outcome.RIGHT,))
+    return _distance(list(_known(views, outcomes)), (Outcome.RIGHT,))
 
 
 def _known(views: Sequence[View], outcomes: Sequence[Outcome]) -> Iterator[_Known]:
@@ -92,6 +92,6 @@ def _stretches(views: Sequence[_Known]) -> Iterator[list[_Known]]:
         yield stretch
 
 
-def _way(stretch: Sequence[_Known], wanted: Sequence[Outcome]) -> Way:
+def _distance(stretch: Sequence[_Known], wanted: Sequence[Outcome]) -> DistanceOrNever:
     """Way from a stretch's first view to its first with a wanted outcome."""
     return next((view.travelled - stretch[0].travelled for view in stretch if view.outcome in wanted), None)

@@ -1,4 +1,4 @@
-"""The one scorer: what is right, what is wrong, and how sure that is.
+"""Score a localiser's answers against the truth: outcomes, errors, and how sure they were.
 
 A query view is *on the map* when some reference view lies within the tolerance of its true pose. The answer to a view
 is ``belief.best``, unless ``belief.lost`` is above a threshold: then the localiser says that it is lost. An answer is
@@ -10,103 +10,29 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief
+from refseq.inference.matching.information import posterior_information, proven_information
 from refseq.planar import Pose
-from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.outcome import OFF_MAP, ON_MAP, Outcome
-from scenarios.scoring.recovery import Episodes, Way, episodes, first_fix
+from scenarios.scoring.metrics import Retrieval, auroc, false_positive_rate, retrieval
+from scenarios.scoring.outcome import OFF_MAP, ON_MAP, Outcome, judge
+from scenarios.scoring.path_geometry import WIDE, ReferencePath, Tolerance, path_of
+from scenarios.scoring.proportion import Proportion
+from scenarios.scoring.recovery import DistanceOrNever, Recovery, first_fix, recovery_of
 from scenarios.scoring.reliability import Reliability, reliability
-
-Z_95 = 1.959963984540054
-"""Quantile of the normal distribution that leaves 2.5 % above it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Tolerance:
-    """How near an answer must be: ``distance`` [m] and ``heading`` [rad], both inclusive."""
-
-    distance: float = 1.5
-    heading: float = math.radians(30)
-
-    def __post_init__(self) -> None:
-        if not (self.distance > 0 and self.heading > 0):
-            raise ScenarioError(f"tolerance {self.distance} m, {self.heading} rad: valid are positive numbers")
-
-
-WIDE = Tolerance()
-"""The tolerance of the headline figures: 1.5 m and 30°."""
-
-NARROW = Tolerance(0.5)
-"""Printed beside it, always."""
-
 
 RANKS = (1, 5, 10)
 """Numbers of most probable places for which recall is told."""
 
 PLACES_OFF = (1, 2, 5)
 """Numbers of places by which an answer may be off, for which success by places is told."""
-
-
-@dataclass(frozen=True, slots=True)
-class Proportion:
-    """``successes`` out of ``trials``."""
-
-    successes: int
-    trials: int
-
-    @property
-    def value(self) -> float:
-        """The share, ``nan`` without trials."""
-        return self.successes / self.trials if self.trials else math.nan
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Wilson's 95 % score interval (E. B. Wilson, JASA 22, 1927); (0, 1) without trials: nothing is known."""
-        n, p, z = self.trials, self.value, Z_95
-        if n == 0:
-            return 0.0, 1.0
-        centre = (p + z * z / (2 * n)) / (1 + z * z / n)
-        half = z / (1 + z * z / n) * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-        low = 0.0 if self.successes == 0 else centre - half
-        high = 1.0 if self.successes == n else centre + half
-        return low, high
-
-    def __str__(self) -> str:
-        return share_words(self.value, *self.interval)
-
-
-def share_words(value: float, low: float, high: float) -> str:
-    """A share in per cent with its interval; ``nan`` is one of nothing."""
-    return "n/a" if math.isnan(value) else f"{100 * value:.1f} % [{100 * low:.0f}, {100 * high:.0f}]"
-
-
-@dataclass(frozen=True)
-class Retrieval:
-    """Precision and recall over all distinct scores, from the surest answer on; ``recall`` rises.
-
-    An answer's score is (1 − P(lost)) × the top place's probability. Precision counts right answers among those given,
-    off the map too; recall counts them among all views on the map, so that it ends at the share of right top places.
-    """
-
-    thresholds: NDArray[np.float64]
-    precision: NDArray[np.float64]
-    recall: NDArray[np.float64]
-
-    @property
-    def auc(self) -> float:
-        """Area under the steps of the curve (average precision)."""
-        return float(np.sum(np.diff(self.recall, prepend=0.0) * self.precision))
-
-    def recall_at(self, precision: float) -> float:
-        """Largest recall that keeps at least this precision, 0 when none does."""
-        enough = self.precision >= precision
-        return float(self.recall[enough].max()) if enough.any() else 0.0
 
 
 @dataclass(frozen=True)
@@ -118,9 +44,10 @@ class Score:
     the answer of a false fix lies, ``nan`` elsewhere. ``ranks`` is where the first right place stands among all places,
     the most probable being 1, lost or not, and infinite where no place is right; ``top_nearest`` says whether the top
     place is the very place nearest to the truth. ``places_off`` is by how many places an answer on the map is ahead of
-    that one, ``nan`` as in ``errors``; ``entropies`` [nats] are those of the beliefs. ``first_fixes`` [m] holds for
-    each run the distance travelled to its first right answer, ``None`` where there was none; ``episodes`` those of all
-    runs.
+    that one, ``nan`` as in ``errors``; ``entropies`` [nats] are those of the beliefs. ``posterior_bits`` is the
+    information about the place that each posterior claims, ``proven_bits`` what the true place leaves of that, ``nan``
+    off the map. ``first_fixes`` [m] holds for each run the distance travelled to its first right answer, ``None`` where
+    there was none; ``recovery`` the distances of all runs.
 
     Where several drives were learnt, these distances and numbers of places are along the one that the answer is on. If
     that does not come by, the error is the straight distance, and the number of places infinite.
@@ -136,8 +63,10 @@ class Score:
     top_nearest: NDArray[np.bool_]
     places_off: NDArray[np.float64]
     entropies: NDArray[np.float64]
-    first_fixes: tuple[Way, ...]
-    episodes: Episodes
+    posterior_bits: NDArray[np.float64]
+    proven_bits: NDArray[np.float64]
+    first_fixes: tuple[DistanceOrNever, ...]
+    recovery: Recovery
 
     def count(self, *outcomes: Outcome) -> int:
         """Count the views with one of these outcomes."""
@@ -183,8 +112,22 @@ class Score:
     @property
     def entropy_auroc(self) -> float | None:
         """Chance that a wrong answer's belief has more entropy than a right one's; ``None`` unless both exist."""
-        wrong, right = (np.array([one is kind for one in self.outcomes]) for kind in (Outcome.WRONG, Outcome.RIGHT))
+        outcomes = np.array(self.outcomes)
+        wrong, right = outcomes == Outcome.WRONG, outcomes == Outcome.RIGHT
         return auroc(self.entropies[wrong], self.entropies[right]) if len(self.outcomes) else None
+
+    @property
+    def information(self) -> float:
+        """Information about the place that the posteriors claim, a view's mean [bits], ``nan`` without views."""
+        return _mean(self.posterior_bits)
+
+    @property
+    def proven_information(self) -> float:
+        """What the true places leave of that [bits]: more than claimed means too little trust, less too much.
+
+        Below zero a uniform answer would have been better; ``nan`` without a view on the map.
+        """
+        return _mean(self.proven_bits[self.on_map])
 
     @property
     def worst_false_fix(self) -> float:
@@ -225,36 +168,23 @@ class Score:
         return retrieval(((1 - self.lost) * self.top)[scored], (self.ranks == 1)[scored], int(self.on_map.sum()))
 
 
-def auroc(positives: NDArray[np.float64], negatives: NDArray[np.float64]) -> float | None:
-    """Chance that a positive scores above a negative, ties counting half (Mann & Whitney); ``None`` without both."""
-    if not (len(positives) and len(negatives)):
-        return None
-    ordered = np.sort(negatives)
-    below = np.searchsorted(ordered, positives, side="left")
-    not_above = np.searchsorted(ordered, positives, side="right")
-    return float((below + not_above).sum() / (2 * len(positives) * len(negatives)))
+def _mean(values: NDArray[np.float64]) -> float:
+    return float(values.mean()) if len(values) else math.nan
 
 
-def false_positive_rate(
-    positives: NDArray[np.float64], negatives: NDArray[np.float64], true_positive_rate: float
-) -> float | None:
-    """Share of negatives at or above the highest threshold that enough positives reach; ``None`` without both."""
-    if not (len(positives) and len(negatives)):
-        return None
-    needed = math.ceil(true_positive_rate * len(positives) - 1e-9)
-    threshold = np.sort(positives)[len(positives) - needed]
-    return float(np.mean(negatives >= threshold))
+class _Row(NamedTuple):
+    """A view's entries in the arrays of ``Score``, by their names there."""
 
-
-def retrieval(scores: NDArray[np.float64], right: NDArray[np.bool_], relevant: int) -> Retrieval:
-    """Precision and recall when all answers with at least a score are taken, for every distinct score.
-
-    ``scores`` and ``right`` are (n,); ``relevant`` is the number of views that have a right answer.
-    """
-    thresholds, taken = np.unique(-scores, return_counts=True)
-    ends = np.cumsum(taken)
-    hits = np.cumsum(right[np.argsort(-scores, kind="stable")])[ends - 1]
-    return Retrieval(-thresholds, hits / ends, hits / relevant)
+    errors: float
+    false_fixes: float
+    lost: float
+    top: float
+    ranks: float
+    top_nearest: bool
+    places_off: float
+    entropies: float
+    posterior_bits: float
+    proven_bits: float
 
 
 def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost_above: float = LOST_ABOVE) -> Score:
@@ -262,35 +192,58 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
     if method not in comparison.beliefs:
         there = ", ".join(comparison.beliefs) or "none"
         raise ScenarioError(f"comparison {comparison.name!r} has no answers of {str(method)!r}; valid are {there}")
-    beliefs = comparison.beliefs[method]
-    path = path_of(comparison)
-    truths = [view.truth for view in comparison.query_views]
-    near = path.near(comparison.query_views, tolerance)
-    on_map = [bool(places.any()) for places in near]
-    ranks = np.array([_rank(belief, right) for belief, right in zip(beliefs, near, strict=True)], dtype=float)
-    says_lost = np.array([belief.lost > lost_above for belief in beliefs], dtype=bool)
-    nearest = [path.nearest_beside(b.best, truth, on) for b, truth, on in zip(beliefs, truths, near, strict=True)]
-    held_by = comparison.held_by(method)
-    outcomes = tuple(
-        judge(truth, on, bool(lost), rank == 1)
-        for truth, on, lost, rank in zip(truths, on_map, says_lost, ranks, strict=True)
-    )
+    path, held_by = path_of(comparison), comparison.held_by(method)
+    outcomes, rows = [], []
+    for view, belief in zip(comparison.query_views, comparison.beliefs[method], strict=True):
+        near = path.within(view.truth, tolerance)
+        rank = _rank(belief, near)
+        outcome = judge(view.truth, bool(near.any()), belief.lost > lost_above, rank == 1)
+        outcomes.append(outcome)
+        rows.append(_row(path, view.truth, belief, near, rank, outcome, held_by))
     return Score(
         tolerance=tolerance,
-        outcomes=outcomes,
-        errors=_errors(path, truths, beliefs, outcomes, nearest),
-        false_fixes=_false_fixes(path, truths, beliefs, outcomes),
-        lost=np.array([belief.lost for belief in beliefs], dtype=float),
-        top=np.array([belief.places[belief.best] for belief in beliefs], dtype=float),
-        ranks=ranks,
-        top_nearest=np.array(
-            [k is not None and held_by[k] == belief.best for k, belief in zip(nearest, beliefs, strict=True)],
-            dtype=bool,
-        ),
-        places_off=_places_off(truths, nearest, beliefs, outcomes),
-        entropies=np.array([belief.entropy for belief in beliefs], dtype=float),
+        outcomes=tuple(outcomes),
         first_fixes=(first_fix(comparison.query_views, outcomes),),
-        episodes=episodes(comparison.query_views, outcomes),
+        recovery=recovery_of(comparison.query_views, outcomes),
+        **_columns(rows),
+    )
+
+
+def _columns(rows: Sequence[_Row]) -> dict[str, NDArray[Any]]:
+    kinds = _Row.__annotations__
+    return {name: np.array([getattr(row, name) for row in rows], dtype=kinds[name]) for name in _Row._fields}
+
+
+def _row(
+    path: ReferencePath,
+    truth: Pose | None,
+    belief: Belief,
+    near: NDArray[np.bool_],
+    rank: float,
+    outcome: Outcome,
+    held_by: NDArray[np.intp],
+) -> _Row:
+    """Measure one answer; ``near`` (K,) are the right places, ``held_by`` (K,) who holds each place."""
+    nearest = path.nearest_beside(belief.best, truth, near)
+    error = places_off = false_fix = proven = math.nan
+    if truth is not None and outcome in (Outcome.RIGHT, Outcome.WRONG):
+        error = path.error(belief.best, truth, astray=nearest is None)
+        places_off = math.inf if nearest is None else belief.best - nearest
+    if truth is not None and outcome is Outcome.FALSE_FIX:
+        false_fix = path.apart(belief.best, truth)
+    if near.any() and (true_place := path.nearest(truth)) is not None:
+        proven = proven_information([belief.places], [int(held_by[true_place])]).bits
+    return _Row(
+        errors=error,
+        false_fixes=false_fix,
+        lost=belief.lost,
+        top=belief.places[belief.best],
+        ranks=rank,
+        top_nearest=nearest is not None and held_by[nearest] == belief.best,
+        places_off=places_off,
+        entropies=belief.entropy,
+        posterior_bits=posterior_information([belief.places]).bits,
+        proven_bits=proven,
     )
 
 
@@ -306,86 +259,20 @@ def _rank(belief: Belief, right: NDArray[np.bool_]) -> float:
     return float(np.argmax(right[order])) + 1
 
 
-def judge(truth: Pose | None, on_map: bool, says_lost: bool, right: bool) -> Outcome:
-    """Decide the outcome of one view."""
-    if truth is None:
-        return Outcome.UNSCORED
-    if not on_map:
-        return Outcome.REJECTED if says_lost else Outcome.FALSE_FIX
-    if says_lost:
-        return Outcome.MISSED
-    return Outcome.RIGHT if right else Outcome.WRONG
-
-
-def _errors(
-    path: "ReferencePath",
-    truths: Sequence[Pose | None],
-    beliefs: Sequence[Belief],
-    outcomes: Sequence[Outcome],
-    nearest: Sequence[int | None],
-) -> NDArray[np.float64]:
-    """Signed along-path error of each answer given on the map, (M,) [m]; ``nan`` elsewhere."""
-    answered = (Outcome.RIGHT, Outcome.WRONG)
-    return np.array(
-        [
-            path.error(belief.best, truth, astray=k is None) if truth is not None and outcome in answered else math.nan
-            for truth, belief, outcome, k in zip(truths, beliefs, outcomes, nearest, strict=True)
-        ],
-        dtype=float,
-    )
-
-
-def _places_off(
-    truths: Sequence[Pose | None],
-    nearest: Sequence[int | None],
-    beliefs: Sequence[Belief],
-    outcomes: Sequence[Outcome],
-) -> NDArray[np.float64]:
-    """By how many places each answer given on the map is ahead of the one nearest to the truth, (M,)."""
-    answered = (Outcome.RIGHT, Outcome.WRONG)
-    return np.array(
-        [
-            (math.inf if k is None else belief.best - k) if truth is not None and outcome in answered else math.nan
-            for truth, k, belief, outcome in zip(truths, nearest, beliefs, outcomes, strict=True)
-        ],
-        dtype=float,
-    )
-
-
-def _false_fixes(
-    path: "ReferencePath", truths: Sequence[Pose | None], beliefs: Sequence[Belief], outcomes: Sequence[Outcome]
-) -> NDArray[np.float64]:
-    """How far each answer given off the map lies from the truth, (M,) [m]; ``nan`` elsewhere."""
-    return np.array(
-        [
-            path.apart(belief.best, truth) if truth is not None and outcome is Outcome.FALSE_FIX else math.nan
-            for truth, belief, outcome in zip(truths, beliefs, outcomes, strict=True)
-        ],
-        dtype=float,
-    )
-
-
 def pool(scores: Sequence[Score]) -> Score:
     """All views of several runs as one; raises ``ScenarioError`` for none, or for runs judged at other tolerances."""
     tolerances = {one.tolerance for one in scores}
     if len(tolerances) != 1:
         raise ScenarioError(f"{len(scores)} runs judged at {len(tolerances)} tolerances; valid is one tolerance")
+    columns: dict[str, NDArray[Any]] = {
+        name: np.concatenate([getattr(one, name) for one in scores]) for name in _Row._fields
+    }
     return Score(
         tolerance=scores[0].tolerance,
-        outcomes=tuple(outcome for one in scores for outcome in one.outcomes),
-        errors=np.concatenate([one.errors for one in scores]),
-        false_fixes=np.concatenate([one.false_fixes for one in scores]),
-        lost=np.concatenate([one.lost for one in scores]),
-        top=np.concatenate([one.top for one in scores]),
-        ranks=np.concatenate([one.ranks for one in scores]),
-        top_nearest=np.concatenate([one.top_nearest for one in scores]),
-        places_off=np.concatenate([one.places_off for one in scores]),
-        entropies=np.concatenate([one.entropies for one in scores]),
-        first_fixes=tuple(fix for one in scores for fix in one.first_fixes),
-        episodes=Episodes(
-            to_lost=tuple(way for one in scores for way in one.episodes.to_lost),
-            to_recover=tuple(way for one in scores for way in one.episodes.to_recover),
-        ),
+        outcomes=tuple(chain.from_iterable(one.outcomes for one in scores)),
+        first_fixes=tuple(chain.from_iterable(one.first_fixes for one in scores)),
+        recovery=Recovery(*map(tuple, map(chain.from_iterable, zip(*(one.recovery for one in scores), strict=True)))),
+        **columns,
     )
 
 
@@ -393,117 +280,3 @@ def harm(sequence: Score, single: Score) -> Proportion:
     """Count the views where the sequence answered wrong, among those that a single view had answered right."""
     pairs = list(zip(sequence.outcomes, single.outcomes, strict=True))
     return Proportion(pairs.count((Outcome.WRONG, Outcome.RIGHT)), single.outcomes.count(Outcome.RIGHT))
-
-
-class ReferencePath:
-    """The true poses of a reference drive as a path: ``size`` K places, ``along`` (K,) [m] from the first known pose.
-
-    The path runs straight from each known pose to the next. A place without a pose has ``along`` nan and is near to
-    nothing. Several drives are ``stretches`` of the views, each a path of its own; ``along`` goes on from one to the
-    next without a gap.
-    """
-
-    def __init__(self, views: Sequence[View], stretches: Sequence[slice] | None = None) -> None:
-        poses = [view.truth for view in views]
-        if not any(poses):
-            raise ScenarioError("the reference drive has no true pose; valid is a drive with one, to be scored against")
-        table = [(pose.x, pose.y, pose.heading) if pose else (math.nan,) * 3 for pose in poses]
-        self.size = len(table)
-        self.points: NDArray[np.float64] = np.array(table)[:, :2]
-        self.headings: NDArray[np.float64] = np.array(table)[:, 2]
-        self._known = np.flatnonzero(np.isfinite(self.headings))
-        self.stretches = tuple(stretches or (slice(0, self.size),))
-        self._drive: NDArray[np.intp] = np.repeat(
-            range(len(self.stretches)), [s.stop - s.start for s in self.stretches]
-        )
-        self._joined = np.diff(self._drive[self._known]) == 0
-        steps = np.where(self._joined, np.linalg.norm(np.diff(self.points[self._known], axis=0), axis=1), 0.0)
-        self.along: NDArray[np.float64] = np.full(self.size, math.nan)
-        self.along[self._known] = np.concatenate([[0.0], np.cumsum(steps)])
-
-    def within(self, pose: Pose | None, tolerance: Tolerance) -> NDArray[np.bool_]:
-        """Which places lie within the tolerance of a pose, (K,); none when it is not known."""
-        if pose is None:
-            return np.zeros(self.size, dtype=bool)
-        near = np.hypot(*(self.points - (pose.x, pose.y)).T) <= tolerance.distance
-        return near & (angle_between(self.headings, pose.heading) <= tolerance.heading)
-
-    def near(self, views: Sequence[View], tolerance: Tolerance) -> NDArray[np.bool_]:
-        """Which places lie within the tolerance of each view's true pose, (M, K)."""
-        return np.array([self.within(view.truth, tolerance) for view in views]).reshape(len(views), self.size)
-
-    def apart(self, place: int, pose: Pose) -> float:
-        """How far a place is from a pose, straight [m]; nan where it is not known."""
-        return math.hypot(*(self.points[place] - (pose.x, pose.y)))
-
-    def nearest(self, pose: Pose | None, among: slice | None = None) -> int | None:
-        """Find the place nearest to a pose, among those that look the same way (within 90°), else among all.
-
-        Only those of a stretch are looked at, if one is given.
-        """
-        if pose is None:
-            return None
-        distances = np.full(self.size, np.nan)
-        distances[among or slice(None)] = np.hypot(*(self.points - (pose.x, pose.y)).T)[among or slice(None)]
-        same_way = np.isfinite(distances) & (angle_between(self.headings, pose.heading) < math.pi / 2)
-        candidates = np.where(same_way if same_way.any() else True, distances, np.nan)
-        return None if np.isnan(candidates).all() else int(np.nanargmin(candidates))
-
-    def pose(self, place: int) -> Pose | None:
-        """The true pose of a place, None where it is not known."""
-        x, y = self.points[place]
-        return None if math.isnan(x) else Pose(float(x), float(y), float(self.headings[place]))
-
-    def drive(self, place: int) -> int:
-        """The number of the drive that a place is on."""
-        return int(self._drive[place])
-
-    def beside(self, place: int) -> slice:
-        """The places of the drive that a place is on."""
-        return self.stretches[self.drive(place)]
-
-    def nearest_beside(self, place: int, pose: Pose | None, near: NDArray[np.bool_]) -> int | None:
-        """Of the drive that a place is on the place nearest to a pose; None where none of it is among the ``near``.
-
-        Where there is but one drive, it is simply the nearest.
-        """
-        own = self.beside(place)
-        astray = len(self.stretches) > 1 and not near[own].any()
-        return None if astray else self.nearest(pose, own)
-
-    def error(self, place: int, pose: Pose, *, astray: bool) -> float:
-        """From a pose to a place [m]: along the drive that the place is on, or straight, if that is ``astray``."""
-        if astray:
-            return self.apart(place, pose)
-        return float(self.along[place] - self.project(pose, self.beside(place)))
-
-    def project(self, pose: Pose, among: slice | None = None) -> float:
-        """Distance along the path [m] of its point nearest to a pose, on stretches driven the same way if any.
-
-        Only the places of a stretch are looked at, if one is given.
-        """
-        inside = self._joined.copy()
-        if among is not None:
-            inside &= (self._known[:-1] >= among.start) & (self._known[1:] < among.stop)
-        starts, ends = self._known[:-1][inside], self._known[1:][inside]
-        if not len(starts):
-            return float(self.along[self.nearest(pose, among) or self._known[0]])
-        leg = self.points[ends] - self.points[starts]
-        length = np.linalg.norm(leg, axis=1)
-        offset = np.array([pose.x, pose.y]) - self.points[starts]
-        share = np.clip(np.einsum("ij,ij->i", offset, leg) / np.maximum(length, 1e-12) ** 2, 0, 1)
-        miss = np.linalg.norm(offset - share[:, None] * leg, axis=1)
-        same_way = angle_between(self.headings[starts], pose.heading) < math.pi / 2
-        leg_number = int(np.argmin(np.where(same_way, miss, np.inf) if same_way.any() else miss))
-        return float(self.along[starts[leg_number]] + share[leg_number] * length[leg_number])
-
-
-def path_of(comparison: Comparison) -> ReferencePath:
-    """The path, or the paths, of what was learnt. Raises ``ScenarioError`` where no pose is known."""
-    return ReferencePath(comparison.reference_views, comparison.stretches)
-
-
-def angle_between(headings: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
-    """Size of the turn between headings, (K,), in [0, π] [rad]."""
-    turn = np.abs(headings - heading) % (2 * math.pi)
-    return np.minimum(turn, 2 * math.pi - turn)

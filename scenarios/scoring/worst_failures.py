@@ -6,7 +6,8 @@ from itertools import groupby
 
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.score import ReferencePath, Score, path_of
+from scenarios.scoring.path_geometry import ReferencePath, path_of
+from scenarios.scoring.score import Score
 
 KINDS = (Outcome.WRONG, Outcome.FALSE_FIX, Outcome.MISSED)
 EACH = 2

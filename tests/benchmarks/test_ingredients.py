@@ -27,7 +27,10 @@ from refseq.map.sequence import learn
 from refseq.view import View
 from scenarios.drives.record import Drive, record
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.score import NARROW, WIDE, Outcome, auroc, pool, score
+from scenarios.scoring.metrics import auroc
+from scenarios.scoring.outcome import Outcome
+from scenarios.scoring.path_geometry import NARROW, WIDE
+from scenarios.scoring.score import pool, score
 
 pytestmark = pytest.mark.benchmark
 

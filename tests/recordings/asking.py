@@ -21,7 +21,8 @@ from refseq.view import View
 from scenarios.drives.inputs import read_drive
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.score import WIDE, Score, Tolerance, pool, score
+from scenarios.scoring.path_geometry import WIDE, Tolerance
+from scenarios.scoring.score import Score, pool, score
 
 SEEDS = range(5)
 DATA = Path(os.environ.get("REFSEQ_RECORDINGS") or Path(__file__).resolve().parents[2].parent / "shared" / "data")

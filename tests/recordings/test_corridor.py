@@ -14,7 +14,7 @@ import pytest
 from refseq.planar import Pose
 from refseq.view import View
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.score import ReferencePath, Tolerance
+from scenarios.scoring.path_geometry import ReferencePath, Tolerance
 from tests.recordings.asking import PROFILES, ask, print_scores, recording, scores
 
 ALLOWED = Tolerance(2.0)

@@ -14,9 +14,9 @@ import numpy as np
 
 from scenarios.scoring.atlas import JoinScore
 from scenarios.scoring.figures import Figures
+from scenarios.scoring.metrics import Retrieval
 from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.recovery import Way
-from scenarios.scoring.score import Retrieval
+from scenarios.scoring.recovery import DistanceOrNever
 
 
 class Unit(StrEnum):
@@ -49,7 +49,7 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _median(ways: Sequence[Way]) -> float:
+def _median(ways: Sequence[DistanceOrNever]) -> float:
     """Median way [m]; one that never got there is longer than all others, nan without any."""
     return float(np.median([math.inf if way is None else way for way in ways])) if ways else math.nan
 
@@ -109,8 +109,8 @@ FIGURES: Mapping[str, Figure[Figures]] = MappingProxyType(
         "error_median": _metres(lambda f: f.wide.error_quantile(0.5), "error along the path, median"),
         "error_p95": _metres(lambda f: f.wide.error_quantile(0.95), "error along the path, 95th percentile"),
         "worst_false_fix": _metres(lambda f: f.wide.worst_false_fix, "farthest that an answer off the map lay"),
-        "to_lost": _metres(lambda f: _median(f.wide.episodes.to_lost), "way to say lost, median"),
-        "to_recover": _metres(lambda f: _median(f.wide.episodes.to_recover), "way to be right again, median"),
+        "to_lost": _metres(lambda f: _median(f.wide.recovery.to_lost), "way to say lost, median"),
+        "to_recover": _metres(lambda f: _median(f.wide.recovery.to_recover), "way to be right again, median"),
         "to_first_fix": _metres(lambda f: _median(f.wide.first_fixes), "way to the first right answer, median"),
         "to_settle": _metres(
             lambda f: _median(f.atlas.forks) if f.atlas else math.nan, "way after a fork to P(right) > 0.9, median"

@@ -22,7 +22,7 @@ from scenarios.scoring.comparison import Comparison, Drives
 from scenarios.scoring.cost import Cost
 from scenarios.scoring.figures import Figures, figures
 from scenarios.scoring.merging import Merging
-from scenarios.scoring.score import Tolerance
+from scenarios.scoring.path_geometry import Tolerance
 
 
 @dataclass(frozen=True)

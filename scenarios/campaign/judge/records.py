@@ -12,7 +12,7 @@ from scenarios.campaign.store.result_file import CaseRecord, MethodRecord, Misha
 from scenarios.report.plot_selection import drawn
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.figures import Figures, figures_record
-from scenarios.scoring.score import Proportion
+from scenarios.scoring.proportion import Proportion
 
 
 def open_record(case: Case) -> CaseRecord:

@@ -8,7 +8,7 @@ from scenarios.campaign.pages.sweep_plot import DialShown
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
 from scenarios.report.page import duration_text, rendered
 from scenarios.scoring.comparison import method_label
-from scenarios.scoring.figures import NONE
+from scenarios.scoring.tables import NONE
 
 
 @dataclass(frozen=True)

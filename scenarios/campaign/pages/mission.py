@@ -12,8 +12,8 @@ from scenarios.drives.record import Drive, plan_of
 from scenarios.report.page import duration_text, metres, rendered
 from scenarios.report.plots.drive import FloorOutline, Plot
 from scenarios.report.plots.mission import mission_plan
-from scenarios.scoring.figures import NONE
 from scenarios.scoring.missions import MissionFigures, MissionRun, MissionScore, outcome_words
+from scenarios.scoring.tables import NONE
 from worlds.drawing.outline import outline_of
 from worlds.errors import WorldsError
 

@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from scenarios.errors import ScenarioError
-from scenarios.scoring.figures import NONE
+from scenarios.scoring.tables import NONE
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from scenarios.report.plot_selection import MOST
 from scenarios.report.plots import drive as plots
 from scenarios.report.plots.drive import Dial, Plot
 from scenarios.scoring.comparison import method_label
-from scenarios.scoring.figures import NONE
+from scenarios.scoring.tables import NONE
 from worlds.light import light_named
 
 

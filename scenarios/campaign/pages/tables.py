@@ -29,7 +29,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from scenarios.campaign.pages.text_report import markdown_table
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from scenarios.errors import ScenarioError
-from scenarios.scoring.figures import NONE
+from scenarios.scoring.tables import NONE
 
 END = "<!-- end table -->"
 OPENS = re.compile(r"^<!-- table\b.*$", re.MULTILINE)

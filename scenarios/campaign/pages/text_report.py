@@ -11,7 +11,7 @@ from scenarios.campaign.pages.summary import Across, plain
 from scenarios.campaign.results import INDEX
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
 from scenarios.report.page import duration_text
-from scenarios.scoring.figures import NONE
+from scenarios.scoring.tables import NONE
 from scenarios.tables import TextTable, print_whole, say
 
 STYLES = {"passed": "green", "failed": "bold red", "error": "bold magenta", "skipped": "dim", "open": "dim"}

@@ -11,8 +11,8 @@ from refseq.files import replace_text
 from scenarios.campaign.declare.outcomes import Verdict
 from scenarios.errors import ScenarioError
 from scenarios.scoring.cost import Cost
-from scenarios.scoring.figures import NONE
-from scenarios.scoring.score import share_words
+from scenarios.scoring.proportion import share_words
+from scenarios.scoring.tables import NONE
 
 FORMAT = 1
 """Version of the file's form: another one when a reader of this one would misread it."""

@@ -28,7 +28,7 @@ from scenarios.report.plots.drive import (
 from scenarios.scoring.atlas import passing
 from scenarios.scoring.comparison import Comparison, method_label
 from scenarios.scoring.merging import Merging
-from scenarios.scoring.score import ReferencePath, Tolerance, path_of
+from scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
 
 COLOURS = ("#2a8fd4", "#d55e00", "#2a9d6f", "#d6409f", "#b8860b", "#5b5bd6", "#2f9aa8", "#a0695d")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")

@@ -24,9 +24,11 @@ from refseq.planar import Pose
 from refseq.view import View
 from scenarios.scoring.comparison import Comparison, Drives, method_label
 from scenarios.scoring.fault_spans import Incident
+from scenarios.scoring.metrics import Retrieval
 from scenarios.scoring.outcome import Outcome
+from scenarios.scoring.path_geometry import ReferencePath, Tolerance
 from scenarios.scoring.reliability import Reliability
-from scenarios.scoring.score import ReferencePath, Retrieval, Score, Tolerance
+from scenarios.scoring.score import Score
 
 FloorOutline = Sequence[NDArray[np.float64]]
 """Walls as polylines of (m, 2) points [m]."""

@@ -7,8 +7,9 @@ from scenarios.report.page import ways
 from scenarios.report.plots.atlas import joined_plan, which_drive
 from scenarios.report.plots.drive import FloorOutline, Plot
 from scenarios.scoring.comparison import Comparison, method_label
-from scenarios.scoring.figures import Figures, join_cells
-from scenarios.scoring.score import Tolerance
+from scenarios.scoring.figures import Figures
+from scenarios.scoring.path_geometry import Tolerance
+from scenarios.scoring.tables import join_cells
 
 
 @dataclass(frozen=True)

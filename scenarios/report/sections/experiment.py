@@ -36,7 +36,8 @@ from scenarios.scoring.cost import Cost
 from scenarios.scoring.fault_spans import incidents
 from scenarios.scoring.figures import Figures, figures
 from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.score import NARROW, WIDE, ReferencePath, Score, Tolerance, path_of
+from scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance, path_of
+from scenarios.scoring.score import Score
 from scenarios.scoring.worst_failures import worst_failures
 
 

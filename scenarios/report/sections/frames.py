@@ -9,7 +9,7 @@ from refseq.view import View
 from scenarios.report.page import picture, scan_outline
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.score import ReferencePath, Tolerance
+from scenarios.scoring.path_geometry import ReferencePath, Tolerance
 from scenarios.scoring.worst_failures import Failure
 
 PLACES_SHOWN = 4

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from scenarios.report.page import duration_text, metres, number, size_text, ways
 from scenarios.scoring.comparison import Comparison, method_label
 from scenarios.scoring.cost import Cost
-from scenarios.scoring.figures import NONE, STEPS, Figures, figures_record, step_times, success_over_seeds
+from scenarios.scoring.figures import STEPS, Figures, figures_record, step_times, success_over_seeds
 from scenarios.scoring.outcome import Outcome
 from scenarios.scoring.score import PLACES_OFF, RANKS, Score
+from scenarios.scoring.tables import NONE
 
 
 @dataclass(frozen=True)
@@ -128,8 +129,8 @@ def lost_row(method: str, pooled: Score) -> LostRow:
         auroc=number(pooled.auroc),
         false_alarms=NONE if pooled.false_alarms is None else f"{100 * pooled.false_alarms:.0f} %",
         calibration=number(pooled.lost_reliability.error),
-        to_lost=ways(pooled.episodes.to_lost),
-        to_recover=ways(pooled.episodes.to_recover),
+        to_lost=ways(pooled.recovery.to_lost),
+        to_recover=ways(pooled.recovery.to_recover),
         worst=metres(pooled.worst_false_fix),
     )
 

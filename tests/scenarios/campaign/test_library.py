@@ -23,7 +23,7 @@ from scenarios.campaign.run.workers import LocalWorkers
 from scenarios.campaign.store.cache import Store
 from scenarios.drives.inputs import stretch
 from scenarios.drives.record import QUERY_SEEDS, Drive, driven, plan_of
-from scenarios.scoring.score import WIDE
+from scenarios.scoring.path_geometry import WIDE
 from scenarios.world_views.facts import robot_boxes
 from sim.rendering.drivers import vulkan_device
 from worlds.build import build

@@ -23,7 +23,8 @@ from scenarios.campaign.store.result_file import CampaignRecord, JudgementRecord
 from scenarios.errors import ScenarioError
 from scenarios.report.page import picture
 from scenarios.scoring.figures import figures_record
-from scenarios.scoring.score import WIDE, score
+from scenarios.scoring.path_geometry import WIDE
+from scenarios.scoring.score import score
 from scenarios.scoring.worst_failures import worst_failures
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
 from tests.scenarios.report.test_document import Page

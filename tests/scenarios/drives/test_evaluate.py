@@ -9,7 +9,7 @@ from refseq.logs import Recording
 from refseq.map.sequence import ReferenceSequence, learn
 from refseq.view import View
 from scenarios.drives.evaluate import compare, places_as_views, results
-from scenarios.scoring.score import NARROW, WIDE
+from scenarios.scoring.path_geometry import NARROW, WIDE
 from tests.support import beliefs_with_errors, corridor_comparison, corridor_drive
 
 

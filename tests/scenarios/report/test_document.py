@@ -21,7 +21,8 @@ from scenarios.report.sections.tables import further_row
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.fault_spans import incidents
 from scenarios.scoring.figures import figures, success_over_seeds
-from scenarios.scoring.score import NARROW, WIDE, ReferencePath, pool, score
+from scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath
+from scenarios.scoring.score import pool, score
 from tests.support import CORRIDOR, certain, corridor_comparison
 
 COUNT = 30

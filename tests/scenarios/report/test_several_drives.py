@@ -21,7 +21,8 @@ from scenarios.methods.baselines import BASELINES, Reference
 from scenarios.methods.by_name import InAtlas, InMap, Learnt
 from scenarios.scoring.comparison import Comparison, Drives
 from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.score import WIDE, ReferencePath, Score, score
+from scenarios.scoring.path_geometry import WIDE, ReferencePath
+from scenarios.scoring.score import Score, score
 from tests.refseq.walks import Leg, Town, apart
 from tests.scenarios.forks import AHEAD, ASIDE, COUNT, DRIVES, PARTING, RIGHTLY, UP, compared, known, merging, views
 from tests.support import certain, corridor_comparison, corridor_drive

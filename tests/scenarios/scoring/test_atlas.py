@@ -14,9 +14,11 @@ from refseq.view import View
 from scenarios.campaign.declare.figures import FIGURES
 from scenarios.scoring.atlas import AtlasScore, JoinScore, atlas_score, join_score, p_right, passing, pool_atlas
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import Figures, figures, figures_record, join_cells
+from scenarios.scoring.figures import Figures, figures, figures_record
 from scenarios.scoring.merging import Merging
-from scenarios.scoring.score import WIDE, Proportion, ReferencePath, Tolerance, path_of
+from scenarios.scoring.path_geometry import WIDE, ReferencePath, Tolerance, path_of
+from scenarios.scoring.proportion import Proportion
+from scenarios.scoring.tables import join_cells
 from tests.scenarios.forks import (
     AHEAD,
     ASIDE,

@@ -10,17 +10,10 @@ from refseq.planar import Pose
 from refseq.view import View
 from scenarios.cli.compare import ALL, by_experiment
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import (
-    figures,
-    figures_csv,
-    figures_record,
-    figures_table,
-    lost_table,
-    step_times,
-    success_over_seeds,
-    ways_text,
-)
-from scenarios.scoring.score import NARROW, harm, pool, score
+from scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
+from scenarios.scoring.path_geometry import NARROW
+from scenarios.scoring.score import harm, pool, score
+from scenarios.scoring.tables import figures_table, lost_table, ways_text
 from scenarios.tables import print_whole
 from tests.support import certain, corridor_comparison
 

@@ -12,21 +12,11 @@ from refseq.planar import Pose
 from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.metrics import auroc, false_positive_rate, retrieval
 from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.score import (
-    NARROW,
-    WIDE,
-    Proportion,
-    ReferencePath,
-    Score,
-    Tolerance,
-    auroc,
-    false_positive_rate,
-    harm,
-    pool,
-    retrieval,
-    score,
-)
+from scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance, path_of
+from scenarios.scoring.proportion import Proportion
+from scenarios.scoring.score import Score, harm, pool, score
 from tests.support import certain, corridor_comparison
 
 PLACES = 11
@@ -318,16 +308,16 @@ def test_pooled_runs_keep_each_view_s_own() -> None:
     runs = [score(corridor_comparison(seed, count=12, size=24), Stage.UNIFORM) for seed in range(2)]
     whole = pool(runs)
     arrays = [field.name for field in fields(Score) if isinstance(getattr(whole, field.name), np.ndarray)]
-    assert len(arrays) == 8
+    assert len(arrays) == 10
     for name in arrays:
         parts = [getattr(run, name) for run in runs]
         np.testing.assert_array_equal(getattr(whole, name), np.concatenate(parts), err_msg=name)
 
 
-def test_pooled_runs_keep_the_episodes_of_all() -> None:
+def test_pooled_runs_keep_the_recovery_distances_of_all() -> None:
     away = judged(at(5.0), at(5.0, 9.0), at(5.0), beliefs=[certain(PLACES, 5, lost=p) for p in (0, 0.9, 0)])
     never = judged(at(5.0), at(5.0, 9.0), beliefs=[certain(PLACES, 5)] * 2)
-    assert pool([away, never]).episodes == ((0.0, None), (0.0,))
+    assert pool([away, never]).recovery == ((0.0, None), (0.0,))
     assert pool([away, never]).worst_false_fix == 9.0
 
 
@@ -389,3 +379,23 @@ def test_entropy_is_weighed_against_being_wrong() -> None:
     assert result.entropy_auroc == 0.75  # of four pairs of a wrong and a right one, in three the wrong one doubts more
     assert judged(at(4.0), beliefs=[answer(4, 1.0)]).entropy_auroc is None
     assert judged(beliefs=[]).entropy_auroc is None
+
+
+def test_information_is_what_posteriors_claim_and_true_places_prove() -> None:
+    comparison = corridor_comparison(3, count=20, size=16)
+    result = score(comparison, "chain")
+    posteriors = [belief.places for belief in comparison.beliefs["chain"]]
+    entropies = [-np.sum(p[p > 0] * np.log2(p[p > 0])) for p in posteriors]
+    assert result.information == pytest.approx(math.log2(20) - np.mean(entropies), abs=1e-9)
+    path = path_of(comparison)
+    nearest = [path.nearest(view.truth) for view in comparison.query_views]
+    there = [p[k] for p, k in zip(posteriors, nearest, strict=True)]
+    assert result.proven_information == pytest.approx(math.log2(20) + np.mean(np.log2(there)), abs=1e-9)
+
+
+def test_information_is_proven_on_the_map_only() -> None:
+    result = judged(at(5.0), at(5.0, 9.0), View(0.0), beliefs=[certain(PLACES, 5)] * 3)
+    assert result.proven_information == pytest.approx(math.log2(PLACES), abs=1e-12)
+    assert result.information == pytest.approx(math.log2(PLACES), abs=1e-12)
+    assert math.isnan(judged(at(5.0, 9.0), beliefs=[certain(PLACES, 5)]).proven_information)
+    assert math.isnan(judged(beliefs=[]).information)

@@ -7,7 +7,8 @@ from refseq.view import View
 from scenarios.report.sections.frames import failure_shown, matches
 from scenarios.scoring.comparison import Comparison, Drives
 from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.score import WIDE, path_of, score
+from scenarios.scoring.path_geometry import WIDE, path_of
+from scenarios.scoring.score import score
 from scenarios.scoring.worst_failures import EACH, KINDS, worst_failures
 from tests.support import certain
 

@@ -15,7 +15,7 @@ from scenarios.campaign.store.result_file import (
     ShareRecord,
     write_result,
 )
-from scenarios.scoring.score import Proportion
+from scenarios.scoring.proportion import Proportion
 from tests.scenarios.conftest import Refseq
 from tests.scenarios.report.test_document import Page
 

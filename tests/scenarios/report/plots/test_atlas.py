@@ -17,8 +17,9 @@ from scenarios.report.plots.drive import FINEST, coarser, posterior
 from scenarios.report.sections.atlas import atlas_shown
 from scenarios.scoring.atlas import passing
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import NONE, figures
-from scenarios.scoring.score import WIDE, Tolerance, path_of
+from scenarios.scoring.figures import figures
+from scenarios.scoring.path_geometry import WIDE, Tolerance, path_of
+from scenarios.scoring.tables import NONE
 from tests.scenarios.forks import (
     AHEAD,
     COUNT,

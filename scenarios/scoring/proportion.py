@@ -1,0 +1,35 @@
+"""Proportions with Wilson's 95 % score interval."""
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Proportion:
+    """``successes`` out of ``trials``."""
+
+    successes: int
+    trials: int
+
+    @property
+    def value(self) -> float:
+        """The share, ``nan`` without trials."""
+        return self.successes / self.trials if self.trials else math.nan
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's 95 % score interval (E. B. Wilson, JASA 22, 1927); (0, 1) without trials: nothing is known."""
+        if not self.trials:
+            return 0.0, 1.0
+        from scipy.stats import binomtest  # a second to import, which a command without figures need not wait
+
+        found = binomtest(self.successes, self.trials).proportion_ci(method="wilson")
+        return float(found.low), float(found.high)
+
+    def __str__(self) -> str:
+        return share_words(self.value, *self.interval)
+
+
+def share_words(value: float, low: float, high: float) -> str:
+    """A share in per cent with its interval; ``nan`` is one of nothing."""
+    return "n/a" if math.isnan(value) else f"{100 * value:.1f} % [{100 * low:.0f}, {100 * high:.0f}]"
