@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from refseq.errors import RefseqError
-from refseq.inference.chain.chain import entropy
 from refseq.view import View
 
 LOST = -1
@@ -96,6 +95,17 @@ def belief_from(
     places = scaled / scaled.sum()
     top = int(np.argmax(given)) if best is None else best
     return Belief(places, float(lost), top, (top,) if path is None else path, entropy(places), timings or Timings())
+
+
+def entropy(distribution: NDArray[np.float64]) -> float:
+    """Entropy [nats]; 0 · log 0 is 0."""
+    positive = distribution[distribution > 0]
+    return float(-(positive * np.log(positive)).sum())
+
+
+def normalised_entropy(distribution: NDArray[np.float64]) -> float:
+    """Entropy as a share of the uniform distribution's: 0 is sure, 1 knows nothing; a single place is always sure."""
+    return entropy(distribution) / np.log(len(distribution)) if len(distribution) > 1 else 0.0
 
 
 class Localiser(Protocol):

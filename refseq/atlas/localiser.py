@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from refseq.atlas.atlas import Atlas
-from refseq.belief import Belief, Stage, Timings, belief_from
+from refseq.belief import Belief, Stage, Timings, belief_from, normalised_entropy
 from refseq.features import Observed
-from refseq.inference.chain.chain import Chain, Observation, normalised_entropy
+from refseq.inference.chain.chain import Chain, Observation
 from refseq.inference.chain.forward import ForwardFilter
 from refseq.inference.chain.trajectory import trajectory_entropy
 from refseq.map.localiser import ChainTracker, Matcher, Sighting, decoded_belief, tracker_for

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import MapError
-from refseq.features.vocabulary import nearest, squared_distances
+from refseq.features.nearest import nearest, squared_distances
 
 _PAIRS = 100
 """Pairs of views that are looked at: more cost time and hardly move the distance."""

@@ -1,23 +1,14 @@
 """A vocabulary of descriptors that grows image by image (A.3, Algorithm 3)."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
+
+from refseq.features.nearest import BLOCK, nearest, squared_distances
 
 if TYPE_CHECKING:
     from refseq.features.word_index import WordIndex
-
-_BLOCK = 1024
-"""Words that are compared at once: few enough to stay in the processor's cache, many enough for a fast product."""
-
-
-class Nearest(NamedTuple):
-    """For each of n descriptors the id of a word, (n,), and the squared distance to it, (n,)."""
-
-    ids: NDArray[np.intp]
-    squared: NDArray[Any]
 
 
 class Vocabulary:
@@ -51,7 +42,7 @@ class Vocabulary:
 
     def learn(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
         """Word of each descriptor, (n,); those unlike every word so far are added. ``descriptors`` is (n, D)."""
-        parts = [self._learn(descriptors[start : start + _BLOCK]) for start in range(0, len(descriptors), _BLOCK)]
+        parts = [self._learn(descriptors[start : start + BLOCK]) for start in range(0, len(descriptors), BLOCK)]
         return np.concatenate([np.zeros(0, np.intp), *parts])
 
     def match(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
@@ -104,34 +95,3 @@ class Vocabulary:
             self._index = WordIndex()
         self._index.update(self.words)
         return self._index
-
-
-def nearest(descriptors: NDArray[Any], words: NDArray[Any]) -> Nearest:
-    """Nearest of the words (W, D), the first of equals, to each descriptor (n, D); at infinity while there are none."""
-    rows = np.arange(len(descriptors))
-    best = Nearest(np.zeros(len(rows), np.intp), np.full(len(rows), np.inf))
-    for start in range(0, len(words), _BLOCK):
-        squared = squared_distances(descriptors, words[start : start + _BLOCK])
-        ids = np.argmin(squared, axis=1)
-        found = squared[rows, ids]
-        closer = found < best.squared
-        best.ids[closer] = start + ids[closer]
-        best.squared[closer] = found[closer]
-    return best
-
-
-def squared_distances(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
-    """Squared Euclidean distances, (len(a), len(b)), which do not depend on what else is in ``a`` and ``b``.
-
-    A product of matrices rounds differently with its shape, which would make the vocabulary depend on how descriptors
-    come in images. Bytes are safe from that: their sums over up to 129 stay below 2²⁴, float32's last exact whole
-    number. Other numbers are compared pair by pair.
-    """
-    if a.dtype != np.uint8 or a.shape[1] > 129:
-        pairs: NDArray[np.float64] = cdist(a, b, "sqeuclidean")
-        return pairs
-    x, y = a.astype(np.float32), b.astype(np.float32)
-    squared: NDArray[np.float32] = x @ (-2 * y.T)
-    squared += np.einsum("ij,ij->i", x, x)[:, None]
-    squared += np.einsum("ij,ij->i", y, y)[None, :]
-    return squared

@@ -4,7 +4,7 @@ import faiss
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.vocabulary import Nearest
+from refseq.features.nearest import Nearest
 
 _PROBES = 32
 """Cells that are searched for a descriptor."""

@@ -2,7 +2,8 @@
 
 from refseq.logs.carmen import read_carmen, write_carmen
 from refseq.logs.mcap import MCAP_MAGIC, RecordingWriter, read_mcap
-from refseq.logs.recording import Recording, read_recording
+from refseq.logs.reader import read_recording
+from refseq.logs.recording import Recording
 
 __all__ = [
     "MCAP_MAGIC",

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.files import replace_text
-from refseq.logs.recording import Recording
-from refseq.planar import Pose, after_motion, motion_between
+from refseq.logs.recording import Recording, TimedData, views_of
+from refseq.planar import Pose, after_motion
 from refseq.view import Scan, View
 
 NO_RETURN = 81.83
@@ -72,16 +72,6 @@ class _State:
     skipped: dict[str, int] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class _Sighting:
-    """One front-laser message: its time, scan, corrected pose and odometer pose."""
-
-    time: float
-    scan: Scan
-    truth: Pose | None
-    odometry: Pose | None
-
-
 def read_carmen(path: Path) -> Recording:
     """Read the front laser's scans of a CARMEN log as views.
 
@@ -90,11 +80,11 @@ def read_carmen(path: Path) -> Recording:
     fields does not fit, for a value that is no number, and when there is no scan.
     """
     state = _State()
-    sightings = [sighting for line in _lines(path) if (sighting := _read_line(line, state)) is not None]
-    if not sightings:
+    scans = [scan for line in _lines(path) if (scan := _read_line(line, state)) is not None]
+    if not scans:
         seen = _some(sorted(state.skipped))
         raise LogError(f"{path}: holds no scan (kinds of lines seen: {seen}); valid are FLASER, ROBOTLASER1, RAWLASER1")
-    return Recording(tuple(_views(sightings)), state.metadata, skipped=state.skipped)
+    return Recording(tuple(views_of(scans)), state.metadata, skipped=state.skipped)
 
 
 def _some(kinds: Sequence[str], most: int = 5) -> str:
@@ -111,7 +101,7 @@ def _lines(path: Path) -> Iterator[_Line]:
                 yield _Line(path, number, fields)
 
 
-def _read_line(line: _Line, state: _State) -> _Sighting | None:
+def _read_line(line: _Line, state: _State) -> TimedData | None:
     """Take one line into the state; a line of the front laser is returned."""
     match line.kind:
         case "FLASER":
@@ -122,10 +112,10 @@ def _read_line(line: _Line, state: _State) -> _Sighting | None:
             return _rawlaser(line, state)
         case "ODOM":
             line.expect(10)
-            state.odometry = Pose(*map(float, line.floats(1, 4)))
+            state.odometry = _pose(line.floats(1, 4))
         case "TRUEPOS":
             line.expect(10)
-            state.truth = Pose(*map(float, line.floats(1, 4)))
+            state.truth = _pose(line.floats(1, 4))
         case "PARAM":
             if len(line.fields) < 3:
                 raise line.error(f"has {len(line.fields)} fields; valid are at least 3: PARAM, a name and a value")
@@ -135,14 +125,14 @@ def _read_line(line: _Line, state: _State) -> _Sighting | None:
     return None
 
 
-def _flaser(line: _Line) -> _Sighting:
+def _flaser(line: _Line) -> TimedData:
     n = line.count(1)
     line.expect(n + 11, n)
     truth, odometry = line.floats(n + 2, n + 5), line.floats(n + 5, n + 8)
     # The message has no angles: 360 beams and more come every half degree, fewer every degree.
     step = HALF_DEGREE if n >= 360 else 2 * HALF_DEGREE
     scan = _scan(line.floats(2, n + 2), -math.pi / 2, step, NO_RETURN)
-    return _Sighting(float(line.floats(n + 8, n + 9)[0]), scan, Pose(*map(float, truth)), Pose(*map(float, odometry)))
+    return _timed(line.floats(n + 8, n + 9), scan, truth=_pose(truth), odometry=_pose(odometry))
 
 
 def _laser_head(line: _Line) -> tuple[Scan, int]:
@@ -157,33 +147,31 @@ def _laser_head(line: _Line) -> tuple[Scan, int]:
     return scan, behind_ranges + 1 + remissions
 
 
-def _robotlaser(line: _Line) -> _Sighting:
+def _robotlaser(line: _Line) -> TimedData:
     scan, at = _laser_head(line)
     line.expect(at + 14, len(scan.ranges))
     poses = line.floats(at, at + 6)
-    time = float(line.floats(at + 11, at + 12)[0])
-    return _Sighting(time, scan, Pose(*map(float, poses[:3])), Pose(*map(float, poses[3:])))
+    return _timed(line.floats(at + 11, at + 12), scan, truth=_pose(poses[:3]), odometry=_pose(poses[3:]))
 
 
-def _rawlaser(line: _Line, state: _State) -> _Sighting:
+def _rawlaser(line: _Line, state: _State) -> TimedData:
     scan, at = _laser_head(line)
     line.expect(at + 3, len(scan.ranges))
-    return _Sighting(float(line.floats(at, at + 1)[0]), scan, state.truth, state.odometry)
+    return _timed(line.floats(at, at + 1), scan, truth=state.truth, odometry=state.odometry)
+
+
+def _timed(time: NDArray[np.float64], scan: Scan, *, truth: Pose | None, odometry: Pose | None) -> TimedData:
+    return TimedData(float(time[0]), scan=scan, odometry=odometry, truth=truth)
+
+
+def _pose(values: NDArray[np.float64]) -> Pose:
+    return Pose(*values.tolist())
 
 
 def _scan(ranges: NDArray[np.float64], start: float, step: float, max_range: float) -> Scan:
     limit = min(max_range, NO_RETURN)
     seen = np.where(ranges < limit, ranges, np.inf).astype(np.float32)
     return Scan(seen, start, step, limit)
-
-
-def _views(sightings: Sequence[_Sighting]) -> Iterator[View]:
-    before: Pose | None = None
-    for sighting in sightings:
-        now = sighting.odometry
-        distance, turn = motion_between(before, now) if before and now else (0.0, 0.0)
-        before = now or before
-        yield View(sighting.time, scan=sighting.scan, distance=distance, turn=turn, truth=sighting.truth)
 
 
 def write_carmen(path: Path, views: Sequence[View], metadata: Mapping[str, str] | None = None) -> None:

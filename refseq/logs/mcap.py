@@ -9,9 +9,8 @@ import io
 import struct
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType, TracebackType
+from types import TracebackType
 from typing import Any, Self
 
 import cv2
@@ -34,8 +33,8 @@ from mcap_protobuf.decoder import DecoderFactory
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.logs.recording import Recording
-from refseq.planar import Pose, motion_between
+from refseq.logs.recording import Recording, TimedData, views_of
+from refseq.planar import Pose
 from refseq.view import LASER, Scan, View
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -182,24 +181,13 @@ def _pose_message(pose: Pose) -> messages.Pose:
     )
 
 
-@dataclass(slots=True)
-class _Moment:
-    """Everything in the log that carries one time stamp."""
-
-    images: dict[str, NDArray[np.uint8]] = field(default_factory=dict)
-    scan: Scan | None = None
-    odometry: Pose | None = None
-    truth: Pose | None = None
-    behaviour: str = ""
-
-
 def read_mcap(path: Path) -> Recording:
     """Read a drive; one that was cut off or damaged yields its views up to there, and ``complete`` is False.
 
     A view's distance and turn come from the odometer poses of it and the view before. Topics of other schemas are
     counted in ``skipped``. Raises ``LogError`` when the file is not MCAP or holds no view.
     """
-    moments: dict[int, _Moment] = {}
+    moments: dict[int, TimedData] = {}
     metadata: dict[str, str] = {}
     skipped: dict[str, int] = {}
     complete = False
@@ -211,7 +199,7 @@ def read_mcap(path: Path) -> Recording:
                 case Footer():
                     complete = True
                 case (topic, schema, time, message):
-                    moment = moments.setdefault(time, _Moment())
+                    moment = moments.setdefault(time, TimedData(time / NANOSECONDS))
                     if not _take(moment, topic.removeprefix("/"), schema, message, path):
                         skipped[schema] = skipped.get(schema, 0) + 1
     except McapError as error:
@@ -221,7 +209,7 @@ def read_mcap(path: Path) -> Recording:
                 f"{path}: is cut off or damaged before its first view: {_reason(error)}; "
                 "valid is a recording of at least one view"
             ) from error
-    views = tuple(_views(moments))
+    views = tuple(views_of(_sensed(moments)))
     if not views:
         raise LogError(f"{path}: holds no view; valid are Foxglove CompressedImage, LaserScan and Odometry messages")
     return Recording(views, metadata, complete, skipped)
@@ -283,7 +271,7 @@ def _decoded(reader: StreamReader) -> Iterator[Any]:
                 yield record
 
 
-def _take(moment: _Moment, name: str, schema: str, message: Any, path: Path) -> bool:
+def _take(moment: TimedData, name: str, schema: str, message: Any, path: Path) -> bool:
     """Put one message where it belongs in its moment; False when its schema is none that is read."""
     match schema:
         case "foxglove.CompressedImage":
@@ -319,14 +307,9 @@ def _decode_pose(message: Any) -> Pose:
     return Pose(message.position.x, message.position.y, 2.0 * float(np.arctan2(rotation.z, rotation.w)))
 
 
-def _views(moments: Mapping[int, _Moment]) -> Iterator[View]:
-    before: Pose | None = None
-    for time in sorted(moments):
-        moment = moments[time]
-        if not moment.images and moment.scan is None:
-            continue
-        now = moment.odometry or moment.truth
-        distance, turn = motion_between(before, now) if before and now else (0.0, 0.0)
-        before = now or before
-        images = MappingProxyType(moment.images)
-        yield View(time / NANOSECONDS, images, moment.scan, distance, turn, moment.truth, moment.behaviour)
+def _sensed(moments: Mapping[int, TimedData]) -> Iterator[TimedData]:
+    """Time stamps with an image or a scan, in order; where no odometer was recorded the true pose stands for it."""
+    for _, moment in sorted(moments.items()):
+        if moment.images or moment.scan is not None:
+            moment.odometry = moment.odometry or moment.truth
+            yield moment

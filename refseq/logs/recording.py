@@ -1,11 +1,14 @@
-"""What every log format is read into, and the choice of the format by a file's content."""
+"""A recorded drive, and the step from time-stamped sensor data to views, which all log formats share."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from types import MappingProxyType
 
-from refseq.errors import LogError
-from refseq.view import View
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.planar import Pose, motion_between
+from refseq.view import Scan, View
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,22 +29,23 @@ class Recording:
         return frozenset().union(*(view.sensors for view in self.views))
 
 
-def read_recording(path: Path) -> Recording:
-    """Read a drive from an MCAP file or a CARMEN log, whichever ``path`` holds.
+@dataclass(slots=True)
+class TimedData:
+    """All data of a log that carry one time stamp, ``time`` [s]."""
 
-    Raises ``LogError`` when the file is missing, of neither format, or holds no view.
-    """
-    from refseq.logs.carmen import read_carmen
-    from refseq.logs.mcap import MCAP_MAGIC, read_mcap
+    time: float
+    images: dict[str, NDArray[np.uint8]] = field(default_factory=dict)
+    scan: Scan | None = None
+    odometry: Pose | None = None
+    truth: Pose | None = None
+    behaviour: str = ""
 
-    try:
-        with path.open("rb") as file:
-            head = file.read(4096)
-    except OSError as error:
-        raise LogError(f"{path}: cannot be read: {error.strerror}") from error
-    if head and head[: len(MCAP_MAGIC)] == MCAP_MAGIC[: len(head)]:
-        return read_mcap(path)
-    if b"\0" in head or not head.strip():
-        kind = "empty" if not head.strip() else "neither MCAP (its magic bytes are missing) nor text"
-        raise LogError(f"{path}: is {kind}; valid are an MCAP recording and a CARMEN log")
-    return read_carmen(path)
+
+def views_of(data: Iterable[TimedData]) -> Iterator[View]:
+    """One view for each time stamp; its distance and turn come from the odometer poses of it and the one before."""
+    before: Pose | None = None
+    for at in data:
+        now = at.odometry
+        distance, turn = motion_between(before, now) if before and now else (0.0, 0.0)
+        before = now or before
+        yield View(at.time, MappingProxyType(at.images), at.scan, distance, turn, at.truth, at.behaviour)

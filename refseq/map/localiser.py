@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit, logsumexp, softmax
 
-from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings
+from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings, entropy
 from refseq.errors import MapError
 from refseq.features import Observed
-from refseq.inference.chain.chain import Chain, ChainSettings, Observation, entropy
+from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.forward import ForwardFilter, Posterior, smooth
 from refseq.inference.chain.motion import motion_prior
 from refseq.inference.chain.viterbi import Decoding, SlidingViterbi

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.belief import Timings, belief_from
+from refseq.belief import Timings, belief_from, entropy, normalised_entropy
 from refseq.errors import RefseqError
 
 
@@ -45,3 +45,10 @@ def test_what_makes_no_probabilities_is_told(weights: object) -> None:
 def test_lost_is_a_probability(lost: float) -> None:
     with pytest.raises(RefseqError, match=r"^belief: lost = .* it should be from 0 to 1$"):
         belief_from([1.0], lost)
+
+
+def test_entropy_by_hand() -> None:
+    assert entropy(np.array([0.5, 0.5, 0.0])) == pytest.approx(math.log(2))
+    assert normalised_entropy(np.full(9, 1 / 9)) == pytest.approx(1.0)
+    assert normalised_entropy(np.array([1.0])) == 0.0
+    assert entropy(np.array([0.0, 1.0])) == 0.0

@@ -287,14 +287,3 @@ def _surprise(probability: float) -> float:
 def _surprises(probabilities: NDArray[np.float64]) -> NDArray[np.float64]:
     """−a log a."""
     return np.asarray(-xlogy(probabilities, probabilities))
-
-
-def entropy(distribution: NDArray[np.float64]) -> float:
-    """Entropy [nats]; 0 · log 0 is 0."""
-    positive = distribution[distribution > 0]
-    return float(-(positive * np.log(positive)).sum())
-
-
-def normalised_entropy(distribution: NDArray[np.float64]) -> float:
-    """Entropy as a share of the uniform distribution's: 0 is sure, 1 knows nothing; a single place is always sure."""
-    return entropy(distribution) / np.log(len(distribution)) if len(distribution) > 1 else 0.0

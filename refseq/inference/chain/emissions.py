@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from refseq.inference.chain.chain import ChainSettings, normalised_entropy
+from refseq.belief import normalised_entropy
+from refseq.inference.chain.chain import ChainSettings
 
 MOST_ALIKE = 256
 """How many places a row of the similarity keeps at most: enough to be exact for paths as long as the thesis'."""

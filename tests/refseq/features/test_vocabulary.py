@@ -63,7 +63,8 @@ def test_image_by_image_gives_what_the_rule_gives_all_at_once(
 
 
 def test_more_descriptors_and_words_than_are_compared_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("refseq.features.vocabulary._BLOCK", 16)
+    monkeypatch.setattr("refseq.features.vocabulary.BLOCK", 16)
+    monkeypatch.setattr("refseq.features.nearest.BLOCK", 16)
     descriptors = near_duplicates(5, 300, 90)
     vocabulary = empty(250.0)
     ids, words = one_by_one(descriptors, 250.0)

@@ -2,7 +2,8 @@ import faiss
 import numpy as np
 import pytest
 
-from refseq.features.vocabulary import Vocabulary, nearest
+from refseq.features.nearest import nearest
+from refseq.features.vocabulary import Vocabulary
 from refseq.features.word_index import WordIndex
 
 

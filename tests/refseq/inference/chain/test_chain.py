@@ -1,4 +1,3 @@
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -6,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from refseq.inference.chain.chain import Chain, ChainSettings, entropy, normalised_entropy
+from refseq.inference.chain.chain import Chain, ChainSettings
 from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.chain.network import APART
 from tests.refseq.chains import MOTION, SPREAD, THESIS, chain_settings, dense_transitions, distances, log, paths
@@ -116,10 +115,3 @@ def test_getting_lost_by_the_metre_does_not_depend_on_the_steps() -> None:
     assert (1 - settings.getting_lost(-3.0)) == pytest.approx(on_path)
     assert settings.getting_lost(0.0) == 0.0
     assert ChainSettings(lost=0.3).getting_lost(7.0) == 0.3
-
-
-def test_entropy_by_hand() -> None:
-    assert entropy(np.array([0.5, 0.5, 0.0])) == pytest.approx(math.log(2))
-    assert normalised_entropy(np.full(9, 1 / 9)) == pytest.approx(1.0)
-    assert normalised_entropy(np.array([1.0])) == 0.0
-    assert entropy(np.array([0.0, 1.0])) == 0.0
