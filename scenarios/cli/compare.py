@@ -10,7 +10,7 @@ from scenarios.drives.benchmark import Contest, run_contest
 from scenarios.drives.inputs import writing
 from scenarios.errors import ScenarioError
 from scenarios.report.document import write_report
-from scenarios.report.plots.drive import FloorOutline
+from scenarios.report.plots.plan import FloorOutline
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.figures import Figures, figures, figures_csv
 from scenarios.scoring.tables import figures_table, lost_table

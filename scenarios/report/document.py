@@ -6,7 +6,7 @@ from pathlib import Path
 from refseq.files import replace_text
 from scenarios.errors import ScenarioError
 from scenarios.report.page import rendered
-from scenarios.report.plots.drive import FloorOutline
+from scenarios.report.plots.plan import FloorOutline
 from scenarios.report.sections.experiment import Terms, section
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.tables import NONE

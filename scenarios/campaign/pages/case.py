@@ -12,7 +12,7 @@ from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, Jud
 from scenarios.drives.record import Drive, plan_of
 from scenarios.report.document import details, facts
 from scenarios.report.page import duration_text, rendered
-from scenarios.report.plots.drive import FloorOutline
+from scenarios.report.plots.plan import FloorOutline
 from scenarios.report.sections.experiment import Section, Terms, section
 from scenarios.report.sections.frames import Encoded, Side, Wanted, encoded
 from worlds.drawing.outline import outline_of

@@ -10,8 +10,9 @@ from scenarios.campaign.pages.case import expectation_row
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
 from scenarios.drives.record import Drive, plan_of
 from scenarios.report.page import duration_text, metres, rendered
-from scenarios.report.plots.drive import FloorOutline, Plot
 from scenarios.report.plots.mission import mission_plan
+from scenarios.report.plots.plan import FloorOutline
+from scenarios.report.plots.style import Plot
 from scenarios.scoring.missions import MissionFigures, MissionRun, MissionScore, outcome_words
 from scenarios.scoring.tables import NONE
 from worlds.drawing.outline import outline_of

@@ -8,8 +8,8 @@ import numpy as np
 
 from scenarios.campaign.store.result_file import CaseRecord
 from scenarios.report.plot_selection import MOST
-from scenarios.report.plots import drive as plots
-from scenarios.report.plots.drive import Dial, Plot
+from scenarios.report.plots.style import Plot
+from scenarios.report.plots.sweep import Sweep, success_over
 from scenarios.scoring.comparison import method_label
 from scenarios.scoring.tables import NONE
 from worlds.light import light_named
@@ -47,12 +47,12 @@ def dial_of(cases: Sequence[CaseRecord]) -> DialShown | None:
         return None
     shown = _most_drawn(cases, methods)
     words = tuple(case.varied_words[key] for case in cases)
-    drawing = Dial(key, words, at, {m: shares[m] for m in shown})
+    drawing = Sweep(key, words, at, {m: shares[m] for m in shown})
     return DialShown(
         scenario=cases[0].scenario,
         key=key,
         values=words,
-        plot=plots.dial(drawing),
+        plot=success_over(drawing),
         rows=tuple((method_label(m), tuple(_cell(case, m) for case in cases)) for m in methods),
         left_out=len(methods) - len(shown),
     )

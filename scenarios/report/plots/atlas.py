@@ -6,41 +6,37 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from refseq.belief import Belief
-from scenarios.report.plots.drive import (
+from scenarios.report.plots.belief import belief_legend, coarser_note, draw_belief
+from scenarios.report.plots.plan import FloorOutline, floor_plan
+from scenarios.report.plots.style import (
+    DRIVE_COLOURS,
+    DRIVE_MARKERS,
+    FAULTY,
     TRUTH,
-    FloorOutline,
     Plot,
-    around,
     as_svg,
-    belief_legend,
-    coarser_note,
-    draw_belief,
-    draw_walls,
-    page_look,
+    new_figure,
+    page_style,
     plain_text,
-    positions_of,
+    with_legend,
 )
+from scenarios.report.plots.truth import positions_of
 from scenarios.scoring.atlas import passing
 from scenarios.scoring.comparison import Comparison, method_label
 from scenarios.scoring.merging import Merging
 from scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
 
-COLOURS = ("#2a8fd4", "#d55e00", "#2a9d6f", "#d6409f", "#b8860b", "#5b5bd6", "#2f9aa8", "#a0695d")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-"""Of drives, one after the other; as there are more colours than marks, 56 drives are told apart, and the first seven
-without colour."""
 ASIDE = 0.25
 """How far to the right of its way each further drive is drawn [m], or they would hide each other."""
 OVER_DRIVES = 1.0
 """Power of the colour: as it is."""
-FAR_OFF = "#c4383b"
 
 
+@page_style
 def joined_plan(comparison: Comparison, merging: Merging, within: Tolerance, outline: FloorOutline | None) -> Plot:
     """All drives in the plan: filled where they hold their places, hollow where another holds them now.
 
@@ -48,19 +44,12 @@ def joined_plan(comparison: Comparison, merging: Merging, within: Tolerance, out
     """
     path = path_of(comparison)
     drawn = np.concatenate([_aside(path, stretch, number) for number, stretch in enumerate(path.stretches)])
-    low, high = around([drawn, positions_of(comparison.query_views)], outline)
-    width, height = np.maximum(high - low, 1.0)
-    with page_look():
-        figure = Figure(figsize=(10, float(np.clip(9 * height / width, 3, 9))), layout="constrained")
-        axes = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", aspect="equal")
-        draw_walls(axes, outline)
-        for number, (name, stretch) in enumerate(zip(merging.names, path.stretches, strict=True)):
-            _draw_drive(axes, drawn, stretch, merging, number, name)
-        _draw_false(axes, path, drawn, merging, within)
-        margin = 0.03 * (high - low) + 0.5
-        axes.set(xlim=(low[0] - margin[0], high[0] + margin[0]), ylim=(low[1] - margin[1], high[1] + margin[1]))
-        figure.legend(loc="outside upper center", ncols=5)
-        return Plot(as_svg(figure))
+    floor = floor_plan([drawn, positions_of(comparison.query_views)], outline, stretch=False)
+    for number, (name, stretch) in enumerate(zip(merging.names, path.stretches, strict=True)):
+        _draw_drive(floor.axes, drawn, stretch, merging, number, name)
+    _draw_false(floor.axes, path, drawn, merging, within)
+    floor.frame(0.03 * floor.size + 0.5)
+    return with_legend(floor.figure, 5)
 
 
 def _aside(path: ReferencePath, stretch: slice, number: int) -> NDArray[np.float64]:
@@ -72,7 +61,7 @@ def _aside(path: ReferencePath, stretch: slice, number: int) -> NDArray[np.float
 def _draw_drive(
     axes: Axes, drawn: NDArray[np.float64], stretch: slice, merging: Merging, number: int, name: str
 ) -> None:
-    colour, marker = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
+    colour, marker = DRIVE_COLOURS[number % len(DRIVE_COLOURS)], DRIVE_MARKERS[number % len(DRIVE_MARKERS)]
     views = np.arange(stretch.start, stretch.stop)
     kept = merging.held_by[views] == views
     axes.plot(*drawn[views].T, color=colour, linewidth=0.6, alpha=0.7)
@@ -90,29 +79,29 @@ def _draw_false(
     for number, view in enumerate(false):
         ends = drawn[[view, merging.held_by[view]]]
         label = f"joined with another place ({len(false)})"
-        axes.plot(*ends.T, color=FAR_OFF, linewidth=0.7, linestyle=":", label=None if number else label)
+        axes.plot(*ends.T, color=FAULTY, linewidth=0.7, linestyle=":", label=None if number else label)
 
 
+@page_style
 def which_drive(comparison: Comparison, methods: Sequence[str], within: Tolerance) -> Plot:
     """P(sequence) over the views, a panel a method and a row a drive; a bar at a row's foot where that drive passes."""
     path = path_of(comparison)
     by = passing(path, path.near(comparison.query_views, within))
     names = [*map(plain_text, comparison.drives.names if comparison.drives else ("",)), "lost"]
     high = 0.35 + 0.16 * len(names)
-    with page_look():
-        figure = Figure(figsize=(10, high * len(methods) + 0.9), layout="constrained")
-        panels = figure.subplots(len(methods), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, method in zip(panels, methods, strict=True):
-            draw_passing(axes, by)
-            found = shares(comparison.beliefs[method], path)
-            draw_belief(axes, np.vstack([found, 1 - found.sum(axis=0)]), OVER_DRIVES)
-            axes.set_yticks(range(len(names)), names, fontsize=7)
-            axes.set(ylim=(len(names) - 0.4, -0.6), title=method_label(method))
-            axes.tick_params(axis="y", length=0)
-        panels[-1].set(xlabel="query view", xlim=(-0.5, len(by) - 0.5))
-        truth = Patch(facecolor=TRUTH, linewidth=0, label="truly there")
-        belief_legend(figure, "P(sequence)", OVER_DRIVES, truth)
-        return Plot(as_svg(figure), coarser_note(len(names), len(by)))
+    figure = new_figure(high * len(methods) + 0.9)
+    panels = figure.subplots(len(methods), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, method in zip(panels, methods, strict=True):
+        draw_passing(axes, by)
+        found = shares(comparison.beliefs[method], path)
+        draw_belief(axes, np.vstack([found, 1 - found.sum(axis=0)]), OVER_DRIVES)
+        axes.set_yticks(range(len(names)), names, fontsize=7)
+        axes.set(ylim=(len(names) - 0.4, -0.6), title=method_label(method))
+        axes.tick_params(axis="y", length=0)
+    panels[-1].set(xlabel="query view", xlim=(-0.5, len(by) - 0.5))
+    truth = Patch(facecolor=TRUTH, linewidth=0, label="truly there")
+    belief_legend(figure, "P(sequence)", OVER_DRIVES, truth)
+    return Plot(as_svg(figure), coarser_note(len(names), len(by)))
 
 
 def shares(beliefs: Sequence[Belief], path: ReferencePath) -> NDArray[np.float64]:

@@ -5,19 +5,18 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from scenarios.report.plots.atlas import COLOURS, FAR_OFF
-from scenarios.report.plots.drive import INK, STRIP, FloorOutline, Plot, around, as_svg, draw_walls, page_look
+from scenarios.report.plots.plan import FloorOutline, floor_plan
+from scenarios.report.plots.style import DRIVE_COLOURS, FAULTY, INK, WALL, Plot, page_style, with_legend
 from scenarios.scoring.missions import MissionRun, MissionScore
 
 EVERY = 0.05
 """The path is drawn at points so far from each other at least [m]."""
-LEARNT = "#8a8a8a"
 
 
+@page_style
 def mission_plan(run: MissionRun, score: MissionScore, within: float, outline: FloorOutline | None) -> Plot:
     """The true path in the plan, a colour an order, numbered where an order began; crossed out where it was wrong.
 
@@ -26,24 +25,14 @@ def mission_plan(run: MissionRun, score: MissionScore, within: float, outline: F
     path, goal = _thinned(run.track[:, :3]), np.array([run.goal])
     learnt = [order.where for order in run.orders if len(order.where)]
     known = [line for line in (path[:, 1:], goal, *learnt) if np.isfinite(line).all()]
-    low, high = around(known, outline)
-    width, height = np.maximum(high - low, 1.0)
-    stretched = not 1 / STRIP < width / height < STRIP
-    with page_look():
-        size = 2.9 if stretched else float(np.clip(9 * height / width, 3, 9))
-        figure = Figure(figsize=(10, size), layout="constrained")
-        axes = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", aspect="auto" if stretched else "equal")
-        draw_walls(axes, outline)
-        for number, line in enumerate(learnt):
-            axes.plot(*line.T, color=LEARNT, linewidth=3.5, alpha=0.3, label=None if number else "as learnt")
-        _draw_path(axes, run, path)
-        _draw_begins(axes, run, score.wrong)
-        _draw_goal(axes, run, within)
-        margin = np.maximum(high - low, 1.0) * (0.03, 0.12)
-        axes.set(xlim=(low[0] - margin[0], high[0] + margin[0]), ylim=(low[1] - margin[1], high[1] + margin[1]))
-        figure.legend(loc="outside upper center", ncols=4)
-        svg = as_svg(figure)
-    return Plot(svg, "The axes have different scales." if stretched else "")
+    floor = floor_plan(known, outline)
+    for number, line in enumerate(learnt):
+        floor.axes.plot(*line.T, color=WALL, linewidth=3.5, alpha=0.3, label=None if number else "as learnt")
+    _draw_path(floor.axes, run, path)
+    _draw_begins(floor.axes, run, score.wrong)
+    _draw_goal(floor.axes, run, within)
+    floor.frame(np.maximum(floor.size, 1.0) * (0.03, 0.12))
+    return with_legend(floor.figure, 4, "The axes have different scales." if floor.stretched else "")
 
 
 def _thinned(track: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -64,7 +53,8 @@ def _draw_path(axes: Axes, run: MissionRun, path: NDArray[np.float64]) -> None:
         inside = np.flatnonzero(np.maximum(parts, 0) == number)
         line = path[inside[0] : inside[-1] + 2, 1:]
         label = run.orders[run.switches[number][0]].behaviour if run.switches else "stood"
-        axes.plot(*line.T, color=COLOURS[part % len(COLOURS)], linewidth=1.8, label=f"{number + 1}: {label}")
+        colour = DRIVE_COLOURS[part % len(DRIVE_COLOURS)]
+        axes.plot(*line.T, color=colour, linewidth=1.8, label=f"{number + 1}: {label}")
 
 
 def _draw_begins(axes: Axes, run: MissionRun, wrong: Sequence[bool] | None) -> None:
@@ -73,7 +63,7 @@ def _draw_begins(axes: Axes, run: MissionRun, wrong: Sequence[bool] | None) -> N
     for number, (_, time) in enumerate(run.switches):
         place = run.position(time)
         bad = wrong is not None and wrong[number]
-        axes.plot(*place, "X" if bad else "o", color=FAR_OFF if bad else INK, markersize=8 if bad else 4)
+        axes.plot(*place, "X" if bad else "o", color=FAULTY if bad else INK, markersize=8 if bad else 4)
         if told and np.hypot(*(told[-1][0] - place)) < 0.3:
             told[-1] = told[-1][0], f"{told[-1][1]}, {number + 1}"
         else:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from scenarios.report.page import ways
 from scenarios.report.plots.atlas import joined_plan, which_drive
-from scenarios.report.plots.drive import FloorOutline, Plot
+from scenarios.report.plots.plan import FloorOutline
+from scenarios.report.plots.style import Plot
 from scenarios.scoring.comparison import Comparison, method_label
 from scenarios.scoring.figures import Figures
 from scenarios.scoring.path_geometry import Tolerance

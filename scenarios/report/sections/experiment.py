@@ -6,8 +6,13 @@ from dataclasses import dataclass, field, replace
 
 from refseq.belief import Stage
 from scenarios.report.plot_selection import drawn
-from scenarios.report.plots import drive as plots
-from scenarios.report.plots.drive import FloorOutline, Plot
+from scenarios.report.plots.belief import belief_heatmaps
+from scenarios.report.plots.calibration import reliability
+from scenarios.report.plots.confidence import confidence
+from scenarios.report.plots.errors import errors_along_path, errors_over_entropy
+from scenarios.report.plots.plan import FloorOutline, drive_plan
+from scenarios.report.plots.retrieval import precision_recall
+from scenarios.report.plots.style import Plot
 from scenarios.report.sections.atlas import AtlasShown, atlas_shown
 from scenarios.report.sections.frames import (
     FailureShown,
@@ -133,8 +138,8 @@ def section(name: str, runs: Sequence[Comparison], terms: Terms) -> Section:
         posterior=drawing.posterior() if methods else None,
         lost=drawing.lost() if methods else None,
         errors=drawing.errors() if scorable else None,
-        retrieval=plots.retrieval({m: pooled[m] for m in shown}) if scorable else None,
-        reliability=plots.reliability({m: pooled[m] for m in shown}) if scorable else None,
+        retrieval=precision_recall({m: pooled[m] for m in shown}) if scorable else None,
+        reliability=reliability({m: pooled[m] for m in shown}) if scorable else None,
         certainty=drawing.certainty() if scorable else None,
         failures=tuple(failure_shown(failure, runs, pictures) for failure in failures),
         frames=tuple(one for one in same_frames if one.pairs),
@@ -155,21 +160,21 @@ class _Drawing:
         self._incidents = incidents(comparison.query_views, comparison.query_metadata)
 
     def plan(self, judged: Score) -> Plot:
-        return plots.plan(self._comparison, judged, self._terms.outline, self._incidents)
+        return drive_plan(self._comparison, judged, self._terms.outline, self._incidents)
 
     def posterior(self) -> Plot:
-        return plots.posterior(self._comparison, self._path, self._terms.wide, self._incidents)
+        return belief_heatmaps(self._comparison, self._path, self._terms.wide, self._incidents)
 
     def lost(self) -> Plot:
-        return plots.lost(self._comparison, self._path, self._terms.wide, self._incidents)
+        return confidence(self._comparison, self._path, self._terms.wide, self._incidents)
 
     def errors(self) -> Plot | None:
         if self._path is None:
             return None
-        return plots.errors(self._comparison, self._scores, self._path, self._tolerances, self._incidents)
+        return errors_along_path(self._comparison, self._scores, self._path, self._tolerances, self._incidents)
 
     def certainty(self) -> Plot:
-        return plots.certainty(self._comparison, self._scores, self._tolerances)
+        return errors_over_entropy(self._comparison, self._scores, self._tolerances)
 
 
 def _last(methods: Sequence[str]) -> str:

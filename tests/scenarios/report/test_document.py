@@ -16,7 +16,13 @@ from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.methods.by_name import METHODS
 from scenarios.report.document import write_report
-from scenarios.report.plots.drive import INK, draw_retrieval, draw_shares, draw_truth, errors, lost, plan, styles
+from scenarios.report.plots.confidence import confidence
+from scenarios.report.plots.errors import errors_along_path
+from scenarios.report.plots.plan import drive_plan
+from scenarios.report.plots.retrieval import draw_retrieval
+from scenarios.report.plots.style import INK, method_styles
+from scenarios.report.plots.sweep import draw_shares
+from scenarios.report.plots.truth import draw_truth
 from scenarios.report.sections.tables import further_row
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.fault_spans import incidents
@@ -192,7 +198,7 @@ def test_views_off_the_map_without_truth_or_pictures_are_fine(tmp_path: Path) ->
 
 def test_methods_are_told_apart_by_colour_by_line_and_by_marker() -> None:
     for methods in (METHODS, [*Stage, "one", "other"]):
-        for looks in zip(*styles(methods).values(), strict=True):
+        for looks in zip(*method_styles(methods).values(), strict=True):
             assert len(set(looks)) == len(methods)
 
 
@@ -207,7 +213,7 @@ def test_any_method_is_shown_beside_the_stages(tmp_path: Path, runs: list[Compar
 
 def test_only_a_narrow_plan_is_stretched() -> None:
     corridor = corridor_comparison(0, count=COUNT, size=24)
-    drawn = plan(corridor, score(corridor, Stage.CHAIN), CORRIDOR)
+    drawn = drive_plan(corridor, score(corridor, Stage.CHAIN), CORRIDOR)
     assert re.fullmatch(r"The y axis is drawn \d+\.\d times as large as the x axis\.", drawn.note)
 
     def squeezed(views: Any) -> list[View]:
@@ -216,7 +222,7 @@ def test_only_a_narrow_plan_is_stretched() -> None:
     square = replace(
         corridor, reference_views=squeezed(corridor.reference_views), query_views=squeezed(corridor.query_views)
     )
-    assert plan(square, score(square, Stage.CHAIN), None).note == ""
+    assert drive_plan(square, score(square, Stage.CHAIN), None).note == ""
 
 
 def test_an_empty_report_is_refused_and_leaves_the_old_one(tmp_path: Path) -> None:
@@ -243,7 +249,7 @@ def test_precision_and_recall_are_drawn_as_they_are_scored(runs: list[Comparison
     curve = score(runs[0], Stage.UNIFORM).retrieval
     assert curve is not None
     axes = Figure().add_subplot()
-    draw_retrieval(axes, curve, styles(["m"])["m"], "m")
+    draw_retrieval(axes, curve, method_styles(["m"])["m"], "m")
     steps, end = axes.lines
     recall, precision = (np.asarray(values, float) for values in steps.get_data())
     assert steps.get_drawstyle() == "steps-pre"
@@ -279,9 +285,9 @@ def test_faults_on_the_drive_are_marked(runs: list[Comparison]) -> None:
     met = incidents(runs[0].query_views, {"faults": faults})
     path, scores = ReferencePath(runs[0].reference_views), {Stage.CHAIN: score(runs[0], Stage.CHAIN)}
     drawn = [
-        plan(runs[0], scores[Stage.CHAIN], CORRIDOR, met),
-        lost(runs[0], path, WIDE, met),
-        errors(runs[0], scores, path, (WIDE, NARROW), met),
+        drive_plan(runs[0], scores[Stage.CHAIN], CORRIDOR, met),
+        confidence(runs[0], path, WIDE, met),
+        errors_along_path(runs[0], scores, path, (WIDE, NARROW), met),
     ]
     assert [one.svg.count("forward black from 3 m") for one in drawn] == [1, 1, 1]
 

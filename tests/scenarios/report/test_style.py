@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from refseq.belief import Stage
 from scenarios.report.page import SCRIPT, STYLE, policy, rendered
-from scenarios.report.plots import atlas as plots_atlas
-from scenarios.report.plots import drive as plots
+from scenarios.report.plots import style
+from scenarios.report.plots.plan import OUTCOME_STYLES
 
 TEMPLATES = files("scenarios.report") / "templates"
 CSS = (TEMPLATES / STYLE).read_text("utf-8")
@@ -59,9 +59,9 @@ def test_paper_is_white_whatever_the_screen_shows() -> None:
 
 def drawn_colours() -> set[str]:
     """All colours that plots name for themselves; ink is the page's."""
-    styles = [*plots.STAGE_STYLES.values(), *plots.OTHER_STYLES]
-    found = {style[0] for style in styles} | {colour for _, colour in plots.OUTCOME_STYLES.values()}
-    return found | {plots.REFERENCE, plots.QUERY, plots.WALL, plots_atlas.FAR_OFF, *plots_atlas.COLOURS}
+    methods = [*style.STAGE_STYLES.values(), *style.OTHER_STYLES]
+    found = {colour for colour, _, _ in methods} | {colour for _, colour in OUTCOME_STYLES.values()}
+    return found | {style.REFERENCE, style.QUERY, style.WALL, style.FAULTY, *style.DRIVE_COLOURS}
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -88,11 +88,11 @@ def lab(light: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 MEANT = {
-    "stages": [plots.STAGE_STYLES[stage][0] for stage in Stage],
-    "both drives": [plots.REFERENCE, plots.QUERY],
-    "belief and truth": [plots.BELIEF, plots.TRUTH],
-    "a mission's first and second order": list(plots_atlas.COLOURS[:2]),
-    "a mission's second and third order": list(plots_atlas.COLOURS[1:3]),
+    "stages": [style.STAGE_STYLES[stage][0] for stage in Stage],
+    "both drives": [style.REFERENCE, style.QUERY],
+    "belief and truth": [style.BELIEF, style.TRUTH],
+    "a mission's first and second order": list(style.DRIVE_COLOURS[:2]),
+    "a mission's second and third order": list(style.DRIVE_COLOURS[1:3]),
 }
 """What has no mark or word of its own right there; all else is told apart by that too."""
 
@@ -105,10 +105,10 @@ def test_colours_that_mean_different_things_differ_to_the_colour_blind(blindness
 
 
 def test_drives_and_methods_have_marks_beside_colours() -> None:
-    looks = [(n % len(plots_atlas.COLOURS), n % len(plots_atlas.MARKERS)) for n in range(56)]
+    looks = [(n % len(style.DRIVE_COLOURS), n % len(style.DRIVE_MARKERS)) for n in range(56)]
     assert len(set(looks)) == 56
-    assert len({marker for _, _, marker in plots.OTHER_STYLES}) == len(plots.OTHER_STYLES)
-    assert len({marker for marker, _ in plots.OUTCOME_STYLES.values()}) == len(plots.OUTCOME_STYLES)
+    assert len({marker for _, _, marker in style.OTHER_STYLES}) == len(style.OTHER_STYLES)
+    assert len({marker for marker, _ in OUTCOME_STYLES.values()}) == len(OUTCOME_STYLES)
 
 
 def test_style_asks_for_nothing_and_every_colour_that_is_used_is_there() -> None:

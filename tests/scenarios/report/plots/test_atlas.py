@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from scenarios.report.plots.atlas import ASIDE as APART
 from scenarios.report.plots.atlas import draw_passing, joined_plan, shares, which_drive
-from scenarios.report.plots.drive import FINEST, coarser, posterior
+from scenarios.report.plots.belief import FINEST, belief_heatmaps, coarser
 from scenarios.report.sections.atlas import atlas_shown
 from scenarios.scoring.atlas import passing
 from scenarios.scoring.comparison import Comparison
@@ -145,11 +145,11 @@ def test_drives_may_have_any_names_and_be_many(names: list[str]) -> None:
 
 
 def test_places_are_named_by_their_drives_where_there_are_several(run: Comparison) -> None:
-    told = texts(posterior(run, path_of(run), WIDE).svg)
+    told = texts(belief_heatmaps(run, path_of(run), WIDE).svg)
     assert [told.count(name) for name in DRIVES] == [1, 1, 1]
     assert "reference place" not in told
     alone = compared(AHEAD, {"m": known(*range(21), count=21)}, drives={"ahead": AHEAD})
-    told = texts(posterior(alone, path_of(alone), WIDE).svg)
+    told = texts(belief_heatmaps(alone, path_of(alone), WIDE).svg)
     assert "reference place" in told
     assert "ahead" not in told
 
@@ -171,8 +171,8 @@ def test_a_picture_that_is_coarser_says_so(run: Comparison) -> None:
     many = {"a": views(*((float(x), 0.0, 0.0) for x in range(FINEST[0] + 1)))}
     count = FINEST[0] + 1
     large = compared(AHEAD[:3], {"m": known(0, 1, 2, count=count)}, drives=many)
-    assert posterior(large, path_of(large), WIDE).note == "Each cell is the highest of 2 places."
-    assert posterior(run, path_of(run), WIDE).note == ""
+    assert belief_heatmaps(large, path_of(large), WIDE).note == "Each cell is the highest of 2 places."
+    assert belief_heatmaps(run, path_of(run), WIDE).note == ""
 
 
 # --- the part of a page ---

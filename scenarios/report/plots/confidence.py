@@ -1,0 +1,54 @@
+"""Confidence of a localiser over a drive: probability of being lost, and entropy of the places."""
+
+import math
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+
+from refseq.belief import LOST_ABOVE
+from refseq.view import View
+from scenarios.report.plots.faults import shade_views
+from scenarios.report.plots.style import INK, RIGHT, Plot, draw_grid, method_styles, new_figure, page_style, with_legend
+from scenarios.scoring.comparison import Comparison, method_label
+from scenarios.scoring.fault_spans import Incident
+from scenarios.scoring.path_geometry import ReferencePath, Tolerance
+
+
+@page_style
+def confidence(
+    comparison: Comparison, path: ReferencePath | None, wide: Tolerance, incidents: Sequence[Incident] = ()
+) -> Plot:
+    """Probability of being lost, and entropy of the places, over the views."""
+    figure = new_figure(4.2)
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    for method, (colour, line, _) in method_styles(comparison.beliefs).items():
+        style = {"color": colour, "linestyle": line, "linewidth": 1.3}
+        beliefs = comparison.beliefs[method]
+        top.plot([belief.lost for belief in beliefs], label=method_label(method), **style)
+        bottom.plot([belief.entropy for belief in beliefs], **style)
+    ignorance = math.log(len(comparison.reference_views))
+    _threshold(top, LOST_ABOVE, "above: says lost")
+    _threshold(bottom, ignorance, "knows nothing (ln K)")
+    if path is not None:
+        _shade_off_map(top, comparison.query_views, path, wide)
+    shade_views(top, incidents)
+    shade_views(bottom, incidents, labelled=False)
+    top.set(ylabel="P(lost)", ylim=(-0.03, 1.03))
+    bottom.set(ylabel="entropy [nats]", xlabel="query view", xlim=(-1, len(comparison.query_views)))
+    bottom.set_ylim(0, 1.15 * max(1.0, ignorance))
+    draw_grid(top, bottom)
+    return with_legend(figure, 4)
+
+
+def _threshold(axes: Axes, height: float, text: str) -> None:
+    axes.axhline(height, color=INK, linewidth=0.7, alpha=0.6)
+    axes.annotate(
+        text, (1, height), (-2, 2), ("axes fraction", "data"), "offset points", ha="right", va="bottom", fontsize=8
+    )
+
+
+def _shade_off_map(axes: Axes, views: Sequence[View], path: ReferencePath, wide: Tolerance) -> None:
+    off = [t for t, view in enumerate(views) if view.truth is not None and not path.within(view.truth, wide).any()]
+    for number, t in enumerate(off):
+        label = None if number else "off the map"
+        axes.axvspan(t - 0.5, t + 0.5, color=RIGHT, alpha=0.25, linewidth=0, label=label)

@@ -1,0 +1,132 @@
+"""Style of the report's plots: colours, lines and markers, and SVG text that takes the colour of the page around it."""
+
+import io
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from refseq.belief import Stage
+
+INK = "#010203"
+"""Stands for the colour of the page's text; no plot uses it for anything else."""
+
+Dashes = str | tuple[int, tuple[int, ...]]
+"""As matplotlib takes it: a word, or an offset and lengths of dashes and gaps."""
+
+MethodStyle = tuple[str, Dashes, str]
+"""Colour, line and marker: methods are told apart with any colour vision, and without colour."""
+
+STAGE_STYLES: Mapping[str, MethodStyle] = {
+    Stage.UNIFORM: ("#8a8a8a", ":", "o"),
+    Stage.PRIOR: ("#2a8fd4", "--", "s"),
+    Stage.CHAIN: ("#d55e00", "-", "x"),
+}
+"""Of the first profile in a plot, or of stages without one."""
+
+OTHER_STYLES: Sequence[MethodStyle] = (
+    ("#2a9d6f", "-.", "^"),
+    ("#9467bd", (0, (5, 1, 1, 1, 1, 1)), "D"),
+    ("#b8860b", (0, (1, 1)), "v"),
+    ("#2f9aa8", (0, (8, 2)), "P"),
+    ("#d6409f", (0, (3, 1)), "*"),
+    ("#a0695d", (0, (6, 2, 2, 2)), "<"),
+    ("#4a78c8", (0, (2, 2)), ">"),
+    ("#7f9c1f", (0, (10, 2, 2, 2)), "h"),
+    ("#e0685e", (0, (1, 3)), "p"),
+    ("#3f7f00", (0, (8, 2, 1, 2, 1, 2)), "X"),
+    ("#5b5bd6", (0, (4, 4)), "d"),
+    ("#a14fa8", (0, (12, 3)), "H"),
+    ("#00798c", (0, (3, 1, 1, 1)), "8"),
+    ("#c46a2b", (0, (6, 1, 1, 1, 1, 1, 1, 1)), "1"),
+    ("#6b7a8f", (0, (2, 1, 6, 1)), "2"),
+    ("#c4383b", (0, (14, 2, 4, 2)), "3"),
+)
+"""For other methods, one after the other; when they are used up they come again. All stand out from light
+paper and from dark, three to one at least."""
+
+REFERENCE, QUERY, WALL = "#2a8fd4", "#d55e00", "#8a8a8a"
+BELIEF, TRUTH = QUERY, REFERENCE
+RIGHT, WRONG = "#2a9d6f", "#d6409f"
+
+FAULTY = "#c4383b"
+"""Of what is plainly wrong."""
+DRIVE_COLOURS = ("#2a8fd4", "#d55e00", "#2a9d6f", "#d6409f", "#b8860b", "#5b5bd6", "#2f9aa8", "#a0695d")
+DRIVE_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+"""Of drives, one after the other; as there are more colours than markers, 56 drives are told apart, and the first seven
+without colour."""
+
+page_style = mpl.rc_context(
+    {
+        "svg.fonttype": "none",
+        "svg.hashsalt": "refseq",
+        "font.family": "sans-serif",
+        "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial", "sans-serif"],
+        "font.size": 9,
+        "axes.titlesize": 10,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "legend.frameon": False,
+        "figure.facecolor": "none",
+        "axes.facecolor": "none",
+        "savefig.facecolor": "none",
+        "text.color": INK,
+        "axes.edgecolor": INK,
+        "axes.labelcolor": INK,
+        "xtick.color": INK,
+        "ytick.color": INK,
+    }
+)
+"""Decorates whatever draws a plot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A drawing as SVG text, and what a reader must know about its scale."""
+
+    svg: str
+    note: str = ""
+
+
+def new_figure(height: float) -> Figure:
+    """A figure as wide as the page, and so high [inch]."""
+    return Figure(figsize=(10, height), layout="constrained")
+
+
+def with_legend(figure: Figure, columns: int, note: str = "") -> Plot:
+    """Finish a plot with the legend of all that has a label."""
+    figure.legend(loc="outside upper center", ncols=columns)
+    return Plot(as_svg(figure), note)
+
+
+def method_styles(methods: Iterable[str]) -> dict[str, MethodStyle]:
+    """A style for each method; the stages of the first profile among them have those of stages."""
+    others, first = itertools.cycle(OTHER_STYLES), None
+    styles: dict[str, MethodStyle] = {}
+    for method in methods:
+        profile, _, stage = method.rpartition("/")
+        first = profile if first is None and stage in STAGE_STYLES else first
+        styles[method] = STAGE_STYLES[stage] if profile == first and stage in STAGE_STYLES else next(others)
+    return styles
+
+
+def draw_grid(*panels: Axes) -> None:
+    """A faint grid behind what is drawn."""
+    for axes in panels:
+        axes.grid(color=INK, alpha=0.12, linewidth=0.6)
+
+
+def plain_text(name: str) -> str:
+    """A name from outside as it is written: matplotlib takes what stands between dollars for mathematics."""
+    return name.replace("$", r"\$")
+
+
+def as_svg(figure: Figure) -> str:
+    """Write the figure as an ``<svg>`` element in the page's own ink."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    text = buffer.getvalue()
+    return text[text.index("<svg") :].replace(INK, "currentColor")
