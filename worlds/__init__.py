@@ -1,7 +1,78 @@
 """Worlds that robots drive through: floor plans as TOML, surfaces drawn by code, light in photometric units.
 
-``schema``, ``frame``, ``areas`` and ``footprints`` tell what a plan is; ``plan``, ``generate``, ``change`` and
-``write`` make plans of files, seeds and other plans, and ``draw`` draws them. ``parts`` builds things; ``lighting``
-lights them and looks at parts, never the other way round. ``meter`` stands on ``lighting``, ``build`` on all of these,
-``check`` on ``build``.
+    world = build_world(load_plan("hallway"), light_named("morning"))
+    model = world.spec.compile()
+
+``plans`` reads, checks and makes floor plans; ``change`` makes another day of one, ``drawing`` draws it on paper.
+``parts`` builds what a plan holds; ``lighting`` lights it; ``meter`` measures the light; ``build`` puts all of it into
+an ``MjSpec``, and ``check`` looks for what stands in the way. The names below are imported on first use.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from worlds.build import World, build_world
+    from worlds.change.change import Change, change_named, changed
+    from worlds.check import Checkup, RobotBox, check_world
+    from worlds.drawing.draw import draw_plan
+    from worlds.errors import ChangeError, LightError, PlanError, WorldsError
+    from worlds.light import Lamps, LightSetting, light_named, light_names
+    from worlds.meter import Meter, Reading
+    from worlds.plans.generate import corridor
+    from worlds.plans.load import load_plan, parse_plan, world_names
+    from worlds.plans.schema import FloorPlan
+    from worlds.plans.write import plan_text
+
+_HOMES = {
+    "build": ("World", "build_world"),
+    "change.change": ("Change", "change_named", "changed"),
+    "check": ("Checkup", "RobotBox", "check_world"),
+    "drawing.draw": ("draw_plan",),
+    "errors": ("ChangeError", "LightError", "PlanError", "WorldsError"),
+    "light": ("Lamps", "LightSetting", "light_named", "light_names"),
+    "meter": ("Meter", "Reading"),
+    "plans.generate": ("corridor",),
+    "plans.load": ("load_plan", "parse_plan", "world_names"),
+    "plans.schema": ("FloorPlan",),
+    "plans.write": ("plan_text",),
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Change",
+    "ChangeError",
+    "Checkup",
+    "FloorPlan",
+    "Lamps",
+    "LightError",
+    "LightSetting",
+    "Meter",
+    "PlanError",
+    "Reading",
+    "RobotBox",
+    "World",
+    "WorldsError",
+    "build_world",
+    "change_named",
+    "changed",
+    "check_world",
+    "corridor",
+    "draw_plan",
+    "light_named",
+    "light_names",
+    "load_plan",
+    "parse_plan",
+    "plan_text",
+    "world_names",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module 'worlds' has no attribute '{name}'; it has {', '.join(__all__)}")
+    return getattr(import_module(f"worlds.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

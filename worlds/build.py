@@ -43,7 +43,7 @@ class World:
     ambient: Ambient = field(repr=False)
 
 
-def build(plan: FloorPlan, light: LightSetting, seed: int) -> World:
+def build_world(plan: FloorPlan, light: LightSetting, seed: int = 0) -> World:
     """Put up the walls, hang everything on them and light it; ``seed`` fixes every texture."""
     site = Site(plan.name, seed)
     numbers = photometry(plan, light)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worlds.arrays import Floats
-from worlds.build import build
+from worlds.build import build_world
 from worlds.light import LightSetting
 from worlds.plans.schema import TABLES, FloorPlan
 
@@ -59,11 +59,11 @@ class Checkup:
 def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[RobotBox] = (), seed: int = 0) -> Checkup:
     """Put up a world and look for things that are missing, that overlap, and that stand on a route."""
     begun = time.perf_counter()
-    spec = build(plan, light, seed).spec
+    spec = build_world(plan, light, seed).spec
     model = spec.compile()
     seconds = time.perf_counter() - begun
     solids = _solids(model)
-    things = _things(plan)
+    things = _plan_items(plan)
     findings = (
         *_missing(model, things),
         *_overlapping(model, plan, things, solids),
@@ -75,7 +75,7 @@ def check_world(plan: FloorPlan, light: LightSetting, robots: Sequence[RobotBox]
 # --- whose is a geom? ---
 
 
-class _Thing(NamedTuple):
+class _PlanItem(NamedTuple):
     """Something of the plan; what is in no table, such as the ceiling's slab, has none."""
 
     table: str
@@ -86,24 +86,24 @@ class _Thing(NamedTuple):
         return f"{self.kind} '{self.name}'"
 
 
-def _things(plan: FloorPlan) -> dict[str, _Thing]:
+def _plan_items(plan: FloorPlan) -> dict[str, _PlanItem]:
     """All things by what the names of their geoms begin with: their table's or their kind's word, and their name."""
-    found: dict[str, _Thing] = {}
+    found: dict[str, _PlanItem] = {}
     for table in TABLES:
         for item in getattr(plan, table):
-            thing = _Thing(table, item.name, getattr(item, "kind", table))
+            thing = _PlanItem(table, item.name, getattr(item, "kind", table))
             found |= {f"{word}_{item.name}": thing for word in (table, thing.kind)}
     return found
 
 
-def _owner(geom: str, things: dict[str, _Thing]) -> _Thing:
+def _owner(geom: str, things: dict[str, _PlanItem]) -> _PlanItem:
     """The thing that a geom belongs to: the one with the longest name that the geom's begins with."""
     parts = geom.split("_")
     starts = ("_".join(parts[:n]) for n in range(len(parts), 0, -1))
-    return next((things[start] for start in starts if start in things), _Thing("", geom, "part"))
+    return next((things[start] for start in starts if start in things), _PlanItem("", geom, "part"))
 
 
-def _missing(model: mujoco.MjModel, things: dict[str, _Thing]) -> Iterator[str]:
+def _missing(model: mujoco.MjModel, things: dict[str, _PlanItem]) -> Iterator[str]:
     names = [model.geom(i).name for i in range(model.ngeom)] + [model.body(i).name for i in range(model.nbody)]
     there = {_owner(name, things) for name in names}
     for thing in dict.fromkeys(things.values()):
@@ -129,13 +129,13 @@ def geom_boxes(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Floats, Floa
 
 
 def _overlapping(
-    model: mujoco.MjModel, plan: FloorPlan, things: dict[str, _Thing], solids: NDArray[np.intp]
+    model: mujoco.MjModel, plan: FloorPlan, things: dict[str, _PlanItem], solids: NDArray[np.intp]
 ) -> Iterator[str]:
     """Tell of each two things that stand in each other where they do most."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     hung = {(door.name, door.wall) for door in plan.door}
-    worst: dict[tuple[_Thing, _Thing], tuple[float, Floats]] = {}
+    worst: dict[tuple[_PlanItem, _PlanItem], tuple[float, Floats]] = {}
     for a, b in _near(model, data, solids):
         one, other = (_owner(model.geom(g).name, things) for g in (a, b))
         if _built_together(one, other, hung):
@@ -161,7 +161,7 @@ def _near(model: mujoco.MjModel, data: mujoco.MjData, solids: NDArray[np.intp]) 
     yield from zip(solids[first].tolist(), solids[second].tolist(), strict=True)
 
 
-def _built_together(one: _Thing, other: _Thing, hung: set[tuple[str, str]]) -> bool:
+def _built_together(one: _PlanItem, other: _PlanItem, hung: set[tuple[str, str]]) -> bool:
     """Whether two solids belong together: of one thing, of the shell, or a door's and the wall's that it hangs in."""
     match {one.table, other.table}:
         case tables if tables <= {"wall", ""}:
@@ -175,12 +175,12 @@ def _built_together(one: _Thing, other: _Thing, hung: set[tuple[str, str]]) -> b
 # --- do robots get through? ---
 
 
-def _blocked(spec: mujoco.MjSpec, plan: FloorPlan, things: dict[str, _Thing], robot: RobotBox) -> Iterator[str]:
+def _blocked(spec: mujoco.MjSpec, plan: FloorPlan, things: dict[str, _PlanItem], robot: RobotBox) -> Iterator[str]:
     """Lead the robot's box along each route; each thing that it touches is told once a route."""
     model = _with_probe(spec, robot)
     data = mujoco.MjData(model)
     for route, points in plan.routes.items():
-        touched: dict[_Thing, tuple[float, float]] = {}
+        touched: dict[_PlanItem, tuple[float, float]] = {}
         for x, y, heading in _poses(np.array(points)):
             for geom in _touched(model, data, x, y, heading):
                 touched.setdefault(_owner(geom, things), (x, y))

@@ -340,12 +340,12 @@ def report(
     """Write a page with plan, posterior heat maps, frames, success and cost of a localised drive."""
     from scenarios.report.document import write_report
     from worlds.drawing.outline import outline_of
-    from worlds.plans.plan import load_plan, names
+    from worlds.plans.load import load_plan, world_names
 
     check_output(output)
     comparison = read_comparison(map_file, query, beliefs, reference, views, thin, several=True)
     world = str(comparison.reference_metadata.get("world", ""))
-    outline = outline_of(load_plan(world)) if world in names() else None
+    outline = outline_of(load_plan(world)) if world in world_names() else None
     with writing(output):
         write_report(output, [comparison], title=comparison.name, outline=outline)
     say(out, f"{output}")

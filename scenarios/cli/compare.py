@@ -60,8 +60,8 @@ def _title(comparisons: Sequence[Comparison]) -> str:
 
 def _outline(comparisons: Sequence[Comparison]) -> FloorOutline | None:
     """The walls, where all drives were in the same world of the library."""
-    from worlds.plans.plan import load_plan, names
+    from worlds.plans.load import load_plan, world_names
 
     worlds = {str(one.reference_metadata.get("world", "")) for one in comparisons}
     world = worlds.pop()
-    return outline_of(load_plan(world)) if not worlds and world in names() else None
+    return outline_of(load_plan(world)) if not worlds and world in world_names() else None

@@ -19,7 +19,7 @@ from scenarios.drives.record import QUERY_SEEDS, Drive, Progress, record
 from scenarios.report.document import write_report
 from scenarios.scoring.comparison import Comparison
 from worlds.drawing.outline import outline_of
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 
 @dataclass(frozen=True, slots=True)

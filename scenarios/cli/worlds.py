@@ -42,7 +42,7 @@ def list_worlds() -> None:
 def show(world: World) -> None:
     """Tell all about one world."""
     from scenarios.world_views.facts import world_table
-    from worlds.plans.plan import load_plan
+    from worlds.plans.load import load_plan
 
     out.print(world_table(load_plan(world)))
 
@@ -62,7 +62,7 @@ def check(
     from scenarios.world_views.facts import robot_boxes
     from worlds.check import check_world
     from worlds.light import light_named
-    from worlds.plans.plan import load_plan
+    from worlds.plans.load import load_plan
 
     plans = {name: load_plan(name) for name in names}
     boxes, found = robot_boxes(), 0
@@ -95,7 +95,7 @@ def draw(
     """Draw the plan of a world, with a scale and north."""
     from worlds.drawing.draw import check_picture, draw_plan
     from worlds.light import light_named
-    from worlds.plans.plan import load_plan
+    from worlds.plans.load import load_plan
 
     check_picture(output)
     check_output(output)
@@ -160,7 +160,7 @@ def lux(
     from scenarios.world_views.facts import direction, lux_table, point_in, sun_text
     from worlds.light import light_named
     from worlds.meter import Meter
-    from worlds.plans.plan import load_plan
+    from worlds.plans.load import load_plan
 
     plan, setting, normal = load_plan(world), light_named(light), direction(facing)
     points = {text: point_in(plan, text) for text in at}

@@ -25,10 +25,10 @@ from sim.drives.recorder import PATIENCE, Taken, Trigger, describe, drive_and_se
 from sim.rendering.render import RendererKind
 from sim.sensors.laser import LaserModel, RangeMode
 from sim.teleop.session import AbortedError
-from worlds.build import build
+from worlds.build import build_world
 from worlds.change.change import change_named, changed
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 from worlds.plans.schema import FloorPlan
 
 QUERY_SEEDS = 1000
@@ -119,7 +119,7 @@ def open_bench(drive: Drive, *, watched: bool = False) -> Bench:
     cameras = tuple(name for name in robot.cameras if drive.sensors is None or name in drive.sensors)
     if drive.renderer is RendererKind.NONE and drive.sensors is not None and LASER not in drive.sensors:
         raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
-    world = build(plan_of(drive), light_named(drive.light), drive.world_seed)
+    world = build_world(plan_of(drive), light_named(drive.light), drive.world_seed)
     if watched:
         world = with_onlooker(world)
     settings = BenchSettings(

@@ -62,14 +62,14 @@ def run_in_world(asked: LampRun) -> "Sequence[Done]":
     from sim.bench.bench import Bench, BenchSettings
     from sim.missions.lamp import run_lamp
     from sim.rendering.render import RendererKind
-    from worlds.build import build
+    from worlds.build import build_world
     from worlds.light import light_named
-    from worlds.plans.plan import load_plan
+    from worlds.plans.load import load_plan
 
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
     settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
     stops = StopLog()
-    world = build(plan, light_named("16:00"), 0)
+    world = build_world(plan, light_named("16:00"), 0)
     with Bench(world, robot, route=asked.route, seed=asked.seed, settings=settings) as bench:
         ended = run_lamp(bench, asked.stages, timeout=asked.timeout, each=lambda _: stops.hear(bench.state))
     found, time = [], 0.0

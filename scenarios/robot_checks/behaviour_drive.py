@@ -23,11 +23,12 @@ from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_runner import Moment, frame_of, run
 from sim.drives.doors import doors_seen
 from sim.rendering.render import RendererKind
-from worlds.build import build
+from worlds.build import build_world
 from worlds.drawing.outline import outline_of
 from worlds.light import light_named
 from worlds.plans.areas import inside, rectangles
-from worlds.plans.plan import load_plan, valid_areas
+from worlds.plans.load import load_plan
+from worlds.plans.rules import valid_areas
 from worlds.plans.schema import FloorPlan
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
@@ -104,7 +105,7 @@ def trip(asked: Trip) -> Iterator[Done]:
         raise ScenarioError(f"timeout {asked.timeout:g} is not valid; it should be a time above 0 s")
     route = asked.route if asked.at is None else next(iter(plan.routes))
     settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
-    world = build(plan, light_named("16:00"), 0)
+    world = build_world(plan, light_named("16:00"), 0)
     with Bench(world, robot, route=route, seed=asked.seed, settings=settings) as bench:
         if asked.at is not None:
             _put(bench, plan, asked.at)

@@ -18,9 +18,9 @@ from sim.drives.chase_camera import Onlooker, with_onlooker
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import operator_for
 from sim.rendering.render import RendererKind
-from worlds.build import build
+from worlds.build import build_world
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 SWING = 0.5
 """A pitch that changes by less than this [deg] is told as one."""
@@ -65,7 +65,7 @@ class Frame:
 
 def watched(strip: Strip) -> Iterator[Frame]:
     """Lead the robot along the route, and look at it at equal times, the last when it has come to the route's end."""
-    world = with_onlooker(build(load_plan(strip.world), light_named(strip.light), 0))
+    world = with_onlooker(build_world(load_plan(strip.world), light_named(strip.light), 0))
     robot = robots.load(strip.robot)
     settings = BenchSettings(renderer=strip.renderer, cameras=())
     with Bench(world, robot, route=strip.route, seed=strip.seed, settings=settings) as bench:

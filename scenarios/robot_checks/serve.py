@@ -10,9 +10,9 @@ from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench, BenchSettings
 from sim.bench.serial_port import LOOPBACK, TERMINAL, Pace, open_port, serve
 from sim.rendering.render import RendererKind
-from worlds.build import build
+from worlds.build import build_world
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Service:
 @contextmanager
 def serving(asked: Service) -> Iterator[tuple[str, Callable[[], None]]]:
     """Open the line; gives its address and what runs the simulation until its time is over."""
-    world = build(load_plan(asked.world), light_named("16:00"), 0)
+    world = build_world(load_plan(asked.world), light_named("16:00"), 0)
     settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
     address = TERMINAL if asked.port is None else f"{LOOPBACK}:{asked.port}"
     with (

@@ -17,7 +17,7 @@ from scenarios.world_views.facts import lux_text
 from scenarios.world_views.snapshots import Still, stills
 from worlds.light import LightSetting
 from worlds.meter import Meter
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 SAME_PLACE = 3.0
 """A key is found again where it was, within this distance [pixels]: the robot stands still, only the light changes."""

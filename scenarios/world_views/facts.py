@@ -18,7 +18,8 @@ from worlds.light import PRESETS, LightSetting, light_named
 from worlds.lighting.daylight import sun_position
 from worlds.meter import Reading
 from worlds.plans.areas import inside, rectangles
-from worlds.plans.plan import load_plan, names, valid_areas
+from worlds.plans.load import load_plan, world_names
+from worlds.plans.rules import valid_areas
 from worlds.plans.schema import LINES, ON_WALL, STANDING, FloorPlan, LampRow, Point, Post
 
 FACINGS: Mapping[str, tuple[float, float, float]] = {"up": (0.0, 0.0, 1.0), "down": (0.0, 0.0, -1.0)}
@@ -32,7 +33,7 @@ GENERATED = "corridor:SEED"
 def library_table() -> TextTable:
     """The worlds of the library, a row each, and the one that is made from a seed."""
     table = TextTable("world", "what", "size [m]", "routes [m]", ">things", wraps=("what", "routes [m]"))
-    for name in names():
+    for name in world_names():
         plan = load_plan(name)
         table.add_row(name, plan.title, size_text(plan), routes_text(plan), str(sum(_counts(plan).values())))
     table.add_row(GENERATED, "A new corridor from any whole number from 0", "40 to 120", "forward ⇄", "")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from refseq.planar import Pose
 from scenarios.drives.record import Drive, open_bench
 from scenarios.errors import ScenarioError
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 
 @dataclass(frozen=True, slots=True)

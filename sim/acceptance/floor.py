@@ -1,8 +1,8 @@
 """An empty floor in the open air, to try robots on."""
 
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 FLOOR = """
 name = "floor"
@@ -27,4 +27,4 @@ forward = [[-15, 0], [15, 0]]
 
 def empty_floor(light: str = "overcast") -> World:
     """A fresh floor of 40 m by 40 m of concrete, with one route along the x axis."""
-    return build(parse_plan(FLOOR), light_named(light), seed=0)
+    return build_world(parse_plan(FLOOR), light_named(light), seed=0)

@@ -26,9 +26,9 @@ from sim.rendering.drivers import vulkan_device
 from sim.rendering.render import RendererKind
 from sim.sensors.laser import Laser
 from tests.benchmarks.stopwatch import Stopwatch
-from worlds.build import build
+from worlds.build import build_world
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 pytestmark = pytest.mark.benchmark
 VIEWS = 8
@@ -86,7 +86,7 @@ def ratio_of(spent: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
 def test_recording_costs_little_more_than_its_raw_calls(
     kind: RendererKind, light: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    world = build(load_plan("hallway"), light_named(light), 0)
+    world = build_world(load_plan("hallway"), light_named(light), 0)
     with Bench(world, robots.load("robuter"), settings=BenchSettings(renderer=kind)) as bench:
         bench.sense()  # the first frames of a device compile its programs: that is paid once, not for every view
         print(f"\n{kind.value}, {light}: ", end="")

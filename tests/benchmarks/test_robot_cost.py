@@ -13,9 +13,9 @@ from robots import Twist
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.rendering.render import RendererKind
 from tests.benchmarks.stopwatch import Stopwatch
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 pytestmark = pytest.mark.benchmark
 LAP, LAPS = 4.0, 6
@@ -25,7 +25,7 @@ PARTS = ("physics", "control layer", "signals", "laser", "other")
 
 @pytest.fixture(scope="module")
 def hallway() -> World:
-    return build(load_plan("hallway"), light_named("16:00"), seed=0)
+    return build_world(load_plan("hallway"), light_named("16:00"), seed=0)
 
 
 @pytest.fixture

@@ -17,9 +17,9 @@ from sim.bench.bench import Bench, BenchSettings
 from sim.rendering.drivers import gl_backend, vulkan_device
 from sim.rendering.render import RendererKind
 from tests.benchmarks.stopwatch import Stopwatch
-from worlds.build import build
+from worlds.build import build_world
 from worlds.light import light_named
-from worlds.plans.plan import load_plan, names
+from worlds.plans.load import load_plan, world_names
 
 pytestmark = pytest.mark.benchmark
 LIGHTS = ("16:00", "late-evening")
@@ -49,7 +49,7 @@ def loading(name: str, kind: RendererKind) -> Loading:
     """Load a world; in a process of its own, as memory that others left counts too."""
     watch, memory = Stopwatch(), [most_resident()]
     with watch.counting("build"):
-        world = build(load_plan(name), light_named("16:00"), seed=0)
+        world = build_world(load_plan(name), light_named("16:00"), seed=0)
     memory.append(most_resident())
     with watch.counting("bench"):
         bench = Bench(world, robots.load("robuter"), settings=BenchSettings(renderer=kind))
@@ -60,7 +60,7 @@ def loading(name: str, kind: RendererKind) -> Loading:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", world_names())
 def test_loading(name: str, kind: RendererKind) -> None:
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         cost = pool.submit(loading, name, kind).result()
@@ -73,12 +73,12 @@ def test_loading(name: str, kind: RendererKind) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("light", LIGHTS)
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", world_names())
 def test_a_view_costs_little_more_than_its_frames(
     name: str, light: str, kind: RendererKind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At three places of the route, twice each."""
-    world, places = build(load_plan(name), light_named(light), seed=0), places_on(Drive(world=name), None)
+    world, places = build_world(load_plan(name), light_named(light), seed=0), places_on(Drive(world=name), None)
     with Bench(world, robots.load("robuter"), settings=BenchSettings(renderer=kind)) as bench:
         bench.sense()  # the first frames of a device compile its programs
         watch = Stopwatch()

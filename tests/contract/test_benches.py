@@ -14,11 +14,10 @@ from sim.bench.bench import Bench, BenchSettings
 from sim.drives.recorder import operator_for
 from sim.rendering.render import RendererKind
 from sim.sensors.beams import SEEN_GROUPS
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.change.change import change_named, changed
 from worlds.light import light_named, light_names
-from worlds.plans.plan import load_plan
-from worlds.plans.plan import names as world_names
+from worlds.plans.load import load_plan, world_names
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
 BODILY = ("geom_type", "geom_size", "geom_pos", "geom_quat", "geom_contype", "geom_conaffinity", "body_mass")
@@ -37,7 +36,7 @@ worlds_and_robots = pytest.mark.parametrize(
 
 @cache
 def built(name: str, light: str) -> World:
-    return build(load_plan(name), light_named(light), seed=0)
+    return build_world(load_plan(name), light_named(light), seed=0)
 
 
 def model_of(world: str, light: str, robot: str) -> mujoco.MjModel:
@@ -82,7 +81,7 @@ def test_light_changes_what_is_seen_and_nothing_that_is_touched(world: str, robo
 @worlds_and_robots
 def test_the_same_seed_builds_the_same_bench(world: str, robot: str) -> None:
     models, scans = [], []
-    for one in (built(world, LIGHTS[0]), build(load_plan(world), light_named(LIGHTS[0]), seed=0)):
+    for one in (built(world, LIGHTS[0]), build_world(load_plan(world), light_named(LIGHTS[0]), seed=0)):
         with Bench(one, robots.load(robot), seed=5, settings=BLIND) as bench:
             models.append(bench.model)
             scan = bench.sense().scan
@@ -140,7 +139,7 @@ def test_every_route_can_be_driven_to_its_end_without_touching_a_thing(world: st
 )
 def test_on_a_busy_day_the_robot_still_has_room(world: str, robot: str) -> None:
     plan = changed(load_plan(world), change_named("busy"), seed=3)
-    place = build(plan, light_named(LIGHTS[0]), seed=0)
+    place = build_world(plan, light_named(LIGHTS[0]), seed=0)
     with Bench(place, robots.load(robot), seed=1, settings=BLIND) as bench:
         operator, touched = operator_for(bench, 1), set()
         while not operator.finished and bench.time < 60.0:

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from worlds.build import build
+from worlds.build import build_world
 from worlds.light import light_named
 from worlds.plans.areas import Rectangle, rectangles
-from worlds.plans.plan import load_plan, names
+from worlds.plans.load import load_plan, world_names
 
-INDOORS = [name for name in (*names(), "corridor:1", "corridor:2", "corridor:3") if load_plan(name).ceiling]
+INDOORS = [name for name in (*world_names(), "corridor:1", "corridor:2", "corridor:3") if load_plan(name).ceiling]
 BELOW_CEILING, THICK = 0.05, 0.2
 """The probe hangs below the ceiling, above doors and most furniture [m]."""
 TALL = ("furniture_", "pillar_", "shelf_", "cupboard_", "stairs_", "sign_")
@@ -40,7 +40,7 @@ def walled_sides(area: Rectangle, areas: tuple[Rectangle, ...]) -> list[NDArray[
 def test_a_narrower_body_passes_and_a_wider_one_touches(name: str) -> None:
     plan = load_plan(name)
     assert plan.ceiling is not None
-    spec = build(plan, light_named("16:00"), seed=0).spec
+    spec = build_world(plan, light_named("16:00"), seed=0).spec
     body = spec.worldbody.add_body(name="probe")
     body.add_freejoint(name="probe")
     body.add_geom(name="probe", type=mujoco.mjtGeom.mjGEOM_BOX, size=[1.0, 1.0, 0.1])

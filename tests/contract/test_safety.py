@@ -15,9 +15,9 @@ from robots.odometry import Pulses
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.rendering.render import RendererKind
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
 WALKABLE = ("robuter", "segway_rmp")
@@ -33,7 +33,7 @@ heading = 90
 
 def corridor(end: str = "") -> World:
     """8 m long and 2.4 m wide; robots start at x = 1 m and head along it."""
-    return build(parse_plan(SMALL.format(top="", end=end)), light_named("16:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end=end)), light_named("16:00"), seed=0)
 
 
 @pytest.fixture(scope="module")

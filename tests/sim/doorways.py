@@ -18,9 +18,9 @@ from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_runner import Moment, frame_of, run
 from sim.drives.doors import doors_to_cross
 from sim.rendering.render import RendererKind
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 THICK = 0.15
 BLIND = BenchSettings(renderer=RendererKind.NONE)
@@ -64,7 +64,7 @@ def rooms(door: str | None = "open = 100", *, side: float = 2.0, end: str = "") 
     """
     hung = "" if door is None else f'[[door]]\nname = "d"\nwall = "front"\nat = {side}\ndepth = 3.5\n{door}'
     plan = parse_plan(ROOMS.format(side=side, door=hung, end=end))
-    return build(plan, light_named("16:00"), seed=0)
+    return build_world(plan, light_named("16:00"), seed=0)
 
 
 def starts(rng: np.random.Generator, count: int) -> list[Pose]:

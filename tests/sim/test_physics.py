@@ -16,9 +16,9 @@ from sim.errors import SimError
 from sim.physics import Physics
 from sim.rendering.render import RendererKind
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 BALL = """
 <mujoco><worldbody>
@@ -42,7 +42,7 @@ def falling() -> tuple[mujoco.MjModel, mujoco.MjData]:
 
 @pytest.fixture(scope="module")
 def corridor() -> World:
-    return build(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
 
 
 def test_while_all_is_well_it_is_mujocos_own_step(falling: tuple[mujoco.MjModel, mujoco.MjData]) -> None:

@@ -3,9 +3,9 @@ from collections.abc import Callable
 import mujoco
 import pytest
 
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 SMALL = """
 name = "small"
@@ -125,7 +125,7 @@ def small() -> Callable[..., str]:
 
 @pytest.fixture(scope="session")
 def hallway() -> World:
-    return build(load_plan("hallway"), light_named("18:00"), seed=0)
+    return build_world(load_plan("hallway"), light_named("18:00"), seed=0)
 
 
 @pytest.fixture(scope="session")

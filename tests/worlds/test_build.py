@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from tests.worlds.conftest import SMALL, corner
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.parts.site import GLASS, SEEN, SOLID, TOUCHED
 from worlds.plans.frame import quaternion
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 
 def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[float, float, float]) -> set[str]:
@@ -27,7 +27,7 @@ def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[fl
 
 @pytest.fixture(scope="module")
 def corridor() -> World:
-    return build(parse_plan(SMALL.format(top="", end="")), light_named("18:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end="")), light_named("18:00"), seed=0)
 
 
 def test_a_body_smaller_than_the_corridor_touches_nothing(corridor: World) -> None:
@@ -50,7 +50,7 @@ def test_the_hallway_leaves_room_for_a_wandering_robot(hallway: World) -> None:
 
 
 def test_around_a_corner_both_corridors_are_free_and_no_wider() -> None:
-    spec = build(parse_plan(corner()), light_named("18:00"), seed=0).spec
+    spec = build_world(parse_plan(corner()), light_named("18:00"), seed=0).spec
     assert touched(spec, (3, 0, 1.4), (2.99, 0.99, 1.39)) == set()
     assert touched(spec, (5, 2, 1.4), (0.99, 2.99, 1.39)) == set()
     assert touched(spec, (3.9, 0.9, 1.4), (0.11, 0.11, 1.39)) == {"wall_inner-1_0", "wall_inner-2_0"}
@@ -70,7 +70,7 @@ def test_a_beam_at_a_door_ends_on_its_leaf_or_in_the_room_behind(
 ) -> None:
     # Closed: the leaf lies 0.08 m behind the wall's face. Open: 0.15 m of wall and a room 2.5 m deep.
     door = f'door = [{{ name = "d1", wall = "left", at = 4, open = {angle} }}]'
-    model = build(parse_plan(small(door)), light_named("18:00"), seed=0).spec.compile()
+    model = build_world(parse_plan(small(door)), light_named("18:00"), seed=0).spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     solid = np.zeros(6, np.uint8)
@@ -125,7 +125,7 @@ def test_a_wide_floor_takes_no_larger_picture_than_a_long_one() -> None:
 
 
 def compiled(text: str, seed: int, light: str = "18:00") -> mujoco.MjModel:
-    return build(parse_plan(text), light_named(light), seed).spec.compile()
+    return build_world(parse_plan(text), light_named(light), seed).spec.compile()
 
 
 def image_of(model: mujoco.MjModel) -> bytes:

@@ -7,11 +7,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from worlds.build import build
+from worlds.build import build_world
 from worlds.check import RobotBox, check_world
 from worlds.light import light_named
 from worlds.parts.site import SOLID, TOUCHED
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 from worlds.plans.schema import FloorPlan
 
 ROBOT = RobotBox("robuter", front=0.4, back=0.75, half_width=0.4, height=0.75)
@@ -24,7 +24,7 @@ def plan() -> FloorPlan:
 
 @cache
 def compiled() -> mujoco.MjModel:
-    return build(plan(), light_named("18:00"), seed=0).spec.compile()
+    return build_world(plan(), light_named("18:00"), seed=0).spec.compile()
 
 
 def test_it_is_a_loop_of_300_m_both_ways() -> None:

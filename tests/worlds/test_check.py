@@ -6,7 +6,7 @@ import pytest
 
 from worlds.check import TOLERANCE, Checkup, RobotBox, check_world, geom_boxes
 from worlds.light import light_named
-from worlds.plans.plan import load_plan, names, parse_plan
+from worlds.plans.load import load_plan, parse_plan, world_names
 
 Text = Callable[..., str]
 LIGHT = light_named("16:00")
@@ -27,7 +27,7 @@ def test_an_empty_corridor_has_nothing_to_find(small: Text) -> None:
     assert checkup.megabytes > 0
 
 
-@pytest.mark.parametrize("name", [*names(), "corridor:4"])
+@pytest.mark.parametrize("name", [*world_names(), "corridor:4"])
 def test_nothing_is_found_in_worlds_that_are_good(name: str) -> None:
     assert check_world(load_plan(name), LIGHT, [ROBOT]).findings == ()
 

@@ -11,10 +11,10 @@ import robots
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.recorder import Trigger, drive_and_sense, operator_for
 from sim.rendering.render import RendererKind, frustum
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.parts.site import SEEN
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 LENGTH, WIDTH, MARGIN = 1.1, 0.8, 0.2
 """A robot and the room that it should have on each side [m]."""
@@ -24,7 +24,7 @@ RADIUS = 0.85
 
 @pytest.fixture(scope="module")
 def laboratory() -> World:
-    return build(load_plan("laboratory"), light_named("13:00"), seed=0)
+    return build_world(load_plan("laboratory"), light_named("13:00"), seed=0)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import itertools
 import math
 
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 from worlds.plans.schema import ON_WALL
 
 ANNEX = load_plan("annex")

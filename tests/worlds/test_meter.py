@@ -8,7 +8,7 @@ from worlds.lighting.daylight import sun_direction
 from worlds.lighting.form_factors import Cards
 from worlds.lighting.photometry import FRAME_SHARE, GLAZING, photometry
 from worlds.meter import Meter, illuminance
-from worlds.plans.plan import load_plan, parse_plan
+from worlds.plans.load import load_plan, parse_plan
 
 PLAN = load_plan("hallway")
 UP, DOWN, TO_RIGHT = (0, 0, 1), (0, 0, -1), (0, -1, 0)

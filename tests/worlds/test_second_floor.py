@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from worlds.build import build
+from worlds.build import build_world
 from worlds.check import RobotBox, check_world, geom_boxes
 from worlds.light import light_named
 from worlds.parts.site import SOLID
 from worlds.plans.areas import enclosing, rectangles
-from worlds.plans.frame import Frame
-from worlds.plans.plan import load_plan
+from worlds.plans.frame import LocalFrame
+from worlds.plans.load import load_plan
 from worlds.plans.schema import ON_WALL, OnWall
 
 PLAN = load_plan("second-floor")
@@ -27,7 +27,7 @@ STEP = 0.1
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
     """The floor in the evening, when most lamps burn."""
-    return build(PLAN, light_named("21:30"), seed=0).spec.compile()
+    return build_world(PLAN, light_named("21:30"), seed=0).spec.compile()
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +131,7 @@ def test_rooms_behind_open_doors_keep_to_themselves(model: mujoco.MjModel, data:
 
 def place(item: OnWall) -> NDArray[np.float64]:
     """Where on the floor plan its centre is, (2,) [m]."""
-    return Frame.of(PLAN.wall_named(item.wall)).point(item.at, 0.0, 0.0)[:2]
+    return LocalFrame.of(PLAN.wall_named(item.wall)).point(item.at, 0.0, 0.0)[:2]
 
 
 def hung() -> list[OnWall]:

@@ -11,10 +11,10 @@ from dataclasses import dataclass, fields
 from functools import partial
 from types import MappingProxyType
 
-from worlds.change.changes import ASTRAY, NUDGED, alter_doors, alter_posters, move, park_anew
-from worlds.change.pedestrians import let_stand, let_walk
+from worlds.change.changes import ASTRAY, NUDGED, change_doors, change_posters, move, repark_cars
+from worlds.change.pedestrians import add_standing, add_walkers
 from worlds.errors import ChangeError
-from worlds.plans.plan import checked
+from worlds.plans.rules import checked
 from worlds.plans.schema import FloorPlan
 
 
@@ -84,20 +84,20 @@ def changed(plan: FloorPlan, change: Change, seed: int) -> FloorPlan:
 
     What results is checked as every plan is, and nothing that has changed stands in the way of a robot on a route.
     """
-    for kind, alter in _ALTERATIONS.items():
+    for kind, alter in _CHANGES.items():
         plan = alter(plan, getattr(change, kind), seed)
     return checked(plan, f"{plan.name}, changed as {change.as_text()} by seed {seed}")
 
 
-_ALTERATIONS: Mapping[str, Callable[[FloorPlan, float, int], FloorPlan]] = MappingProxyType(
+_CHANGES: Mapping[str, Callable[[FloorPlan, float, int], FloorPlan]] = MappingProxyType(
     {
-        "doors": alter_doors,
+        "doors": change_doors,
         "furniture": partial(move, NUDGED),
         "bins": partial(move, ASTRAY),
-        "posters": alter_posters,
-        "cars": park_anew,
-        "people": let_stand,
-        "walkers": let_walk,
+        "posters": change_posters,
+        "cars": repark_cars,
+        "people": add_standing,
+        "walkers": add_walkers,
     }
 )
 """Plan, strength and seed to the changed plan, in the order in which they are made: people come last."""

@@ -15,7 +15,7 @@ from numpy.random import Generator
 
 from worlds.plans.areas import Rectangle, rectangles
 from worlds.plans.footprints import Footprint, against, corners, footprints, gaps, room_behind, strip, taken, ways
-from worlds.plans.plan import collide
+from worlds.plans.rules import collide
 from worlds.plans.schema import ON_WALL, Bin, Cabinet, Car, Door, FloorPlan, Furniture, OnWall, Poster
 
 WAY = 0.6
@@ -63,7 +63,7 @@ def put(plan: FloorPlan, table: str, old: Any, *new: Any) -> FloorPlan:
 # --- doors ---
 
 
-def alter_doors(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
+def change_doors(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     """Shut what was open or open it by another angle; open what was shut where a room fits behind."""
     for door, rng in drawn("door", _named(plan.door), strength, seed):
         angle = 0.0 if door.open and rng.random() < 0.5 else round(float(rng.uniform(10.0, 100.0)), 1)
@@ -163,7 +163,7 @@ def kept_free(plan: FloorPlan) -> list[Footprint]:
 # --- posters ---
 
 
-def alter_posters(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
+def change_posters(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     """Take a poster away, hang another in its place, or hang a new one elsewhere on its wall."""
     for poster, rng in drawn("poster", _named(plan.poster), strength, seed):
         other = {"name": f"new-{poster.name}", "style": STYLES[rng.integers(len(STYLES))]}
@@ -190,7 +190,7 @@ def _hung(plan: FloorPlan, poster: Poster, rng: Generator) -> list[Poster]:
 # --- cars ---
 
 
-def park_anew(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
+def repark_cars(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     """Half of the cars that are touched have left; the others stand in a bay that one has left, if one fits them."""
     left: list[Car] = []
     for car, rng in drawn("car", _named(plan.car), strength, seed):

@@ -42,7 +42,7 @@ class _Stretch:
     length: float
 
 
-def let_stand(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
+def add_standing(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     """Let people stand beside the routes, but not before doors."""
     for stretch, rng in drawn("standing", _stretches(plan, STAND_EVERY), strength, seed):
         ground = _Ground.of(plan)
@@ -53,7 +53,7 @@ def let_stand(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     return plan
 
 
-def let_walk(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
+def add_walkers(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
     """Let people walk to and fro beside the routes, where nothing is in their way for some metres."""
     for stretch, rng in drawn("walking", _stretches(plan, WALK_EVERY), strength, seed):
         ground = _Ground.of(plan)

@@ -6,7 +6,7 @@ import numpy as np
 
 from worlds.arrays import Floats
 from worlds.plans.footprints import corners, footprints
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Cabinet, Door, FloorPlan, Standing, Wall, Window
 
 OPENING = 0.06
@@ -29,7 +29,7 @@ def outline_of(plan: FloorPlan) -> list[Floats]:
 
 def _wall(plan: FloorPlan, wall: Wall) -> list[Floats]:
     """Lines along the wall that step back where a door or a window is, and end on both sides of an open door."""
-    frame, leaves = Frame.of(wall), []
+    frame, leaves = LocalFrame.of(wall), []
     lines = [[(0.0, 0.0)]]
     for opening in plan.openings_in(wall):
         start, end = opening.extent

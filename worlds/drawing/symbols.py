@@ -10,7 +10,7 @@ from worlds.arrays import Floats
 from worlds.drawing.style import FILLS, INK, PURPLE, SKY, Style, arrow, box, disc, fill, label, line
 from worlds.plans.areas import enclosing, rectangles
 from worlds.plans.footprints import Footprint, footprints
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Door, Fixture, FloorPlan, LampRow, Person, Stairs, Tree, Wall, Window
 
 SHEET_DEPTH, BOARD_DEPTH, LEAST_DEPTH = 0.12, 0.2, 0.1
@@ -36,7 +36,7 @@ def draw_things(axes: Axes, plan: FloorPlan) -> None:
 
 def _wall(axes: Axes, plan: FloorPlan, wall: Wall, past: float, zorder: float) -> None:
     """Fill a wall between its openings. It goes on ``past`` its ends; inside the room the floor covers that."""
-    frame, begin = Frame.of(wall), -past
+    frame, begin = LocalFrame.of(wall), -past
     solid: Style = {"facecolor": INK, "edgecolor": INK, "zorder": zorder}
     for opening in plan.openings_in(wall):
         fill(axes, _slab(frame, (begin, opening.extent[0]), (-wall.thickness, 0.0)), **solid)
@@ -129,13 +129,13 @@ def _on_walls(axes: Axes, plan: FloorPlan) -> None:
         _footprint(axes, footprints(plan, one)[0], f"bin_{one.name}", FILLS["bin"])
     for table, depth in (("poster", SHEET_DEPTH), ("board", BOARD_DEPTH)):
         for item in getattr(plan, table):
-            frame = Frame.of(plan.wall_named(item.wall))
+            frame = LocalFrame.of(plan.wall_named(item.wall))
             fill(axes, _slab(frame, item.extent, (0.0, depth)), f"{table}_{item.name}", **FILLS[table], zorder=4.2)
     for fixture in plan.fixture:
-        _fixture(axes, Frame.of(plan.wall_named(fixture.wall)), fixture)
+        _fixture(axes, LocalFrame.of(plan.wall_named(fixture.wall)), fixture)
 
 
-def _fixture(axes: Axes, frame: Frame, fixture: Fixture) -> None:
+def _fixture(axes: Axes, frame: LocalFrame, fixture: Fixture) -> None:
     name, depth = f"fixture_{fixture.name}", max(fixture.depth, LEAST_DEPTH)
     if fixture.kind == "extinguisher":
         disc(axes, frame.point(fixture.at, depth / 2, 0.0)[:2], depth / 2, name, **FILLS["extinguisher"])
@@ -144,7 +144,7 @@ def _fixture(axes: Axes, frame: Frame, fixture: Fixture) -> None:
 
 
 def _window(axes: Axes, wall: Wall, window: Window) -> None:
-    frame, thick = Frame.of(wall), wall.thickness
+    frame, thick = LocalFrame.of(wall), wall.thickness
     opening = _slab(frame, window.extent, (-thick, 0.0))
     fill(axes, opening, f"window_{window.name}", facecolor="white", edgecolor=INK, zorder=2.6)
     glass = [frame.point(s, -0.7 * thick, 0.0)[:2] for s in window.extent]
@@ -153,7 +153,7 @@ def _window(axes: Axes, wall: Wall, window: Window) -> None:
 
 def _door(axes: Axes, wall: Wall, door: Door) -> None:
     """The opening, the leaf as it stands, the quarter circle that it swings through, and the number."""
-    frame = Frame.of(wall)
+    frame = LocalFrame.of(wall)
     fill(axes, _slab(frame, door.extent, (-wall.thickness, 0.0)), facecolor="white", edgecolor="none", zorder=2.6)
     angles = np.radians(np.linspace(0.0, max(90.0, door.open), 24))
     tips = [frame.leaf(door, float(angle)).point(door.width, 0.0, 0.0)[:2] for angle in angles]
@@ -166,6 +166,6 @@ def _door(axes: Axes, wall: Wall, door: Door) -> None:
     label(axes, middle, door.label or door.name, rotation=turn, clip_on=True, zorder=6)
 
 
-def _slab(frame: Frame, s: tuple[float, float], out: tuple[float, float]) -> Floats:
+def _slab(frame: LocalFrame, s: tuple[float, float], out: tuple[float, float]) -> Floats:
     """Corners of a rectangle between two distances along a wall and two out of it, (4, 2) [m]."""
     return np.array([frame.point(s[i], out[j], 0.0)[:2] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))])

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csr_array
 
 from worlds.arrays import Floats
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import FloorPlan, Wall
 
 SIGHT = 20.0
@@ -27,13 +27,13 @@ BLOCK = 96
 
 
 @dataclass(frozen=True, slots=True)
-class Faces:
+class Quads:
     """Rectangles with one lit side: ``corners`` (n, 4, 3) [m], counter-clockwise as seen from that side."""
 
     corners: Floats
 
     @classmethod
-    def tiled(cls, origin: ArrayLike, u: ArrayLike, v: ArrayLike, tiles: tuple[int, int] = (1, 1)) -> "Faces":
+    def tiled(cls, origin: ArrayLike, u: ArrayLike, v: ArrayLike, tiles: tuple[int, int] = (1, 1)) -> "Quads":
         """Cut the rectangle that the edges ``u`` and ``v`` (3,) span at ``origin``; its lit side is that of u × v."""
         (m, n), u, v = tiles, np.asarray(u, dtype=float), np.asarray(v, dtype=float)
         steps = np.array([[i / m, j / n] for i in range(m) for j in range(n)])
@@ -42,7 +42,7 @@ class Faces:
         return cls(first[:, None, :] + around)
 
     @classmethod
-    def joined(cls, parts: list["Faces"]) -> "Faces":
+    def joined(cls, parts: list["Quads"]) -> "Quads":
         """Put several together, in their order."""
         return cls(np.concatenate([part.corners for part in parts]) if parts else np.empty((0, 4, 3)))
 
@@ -118,7 +118,7 @@ def _edge(a: Floats, b: Floats, normals: Floats) -> Floats:
 # --- many cards, many rectangles ---
 
 
-def form_factors(cards: Cards, faces: Faces, plan: FloorPlan) -> csr_array:
+def form_factors(cards: Cards, faces: Quads, plan: FloorPlan) -> csr_array:
     """Return the form factors from ``cards`` (m) to ``faces`` (n), (m, n).
 
     Nearby they are exact, farther off A cosα cosβ / π d².
@@ -134,13 +134,13 @@ def form_factors(cards: Cards, faces: Faces, plan: FloorPlan) -> csr_array:
     return coo_array((shares, (i, j)), shape).tocsr()
 
 
-def _as_points(ray: Floats, normals: Floats, faces: Faces, j: NDArray[np.intp]) -> Floats:
+def _as_points(ray: Floats, normals: Floats, faces: Quads, j: NDArray[np.intp]) -> Floats:
     square = np.einsum("pc,pc->p", ray, ray)
     at_card, at_face = np.einsum("pc,pc->p", ray, normals), -np.einsum("pc,pc->p", ray, faces.normals[j])
     return np.maximum(0.0, at_card) * at_face * faces.areas[j] / (np.pi * square**2)
 
 
-def pairs_in_sight(cards: Cards, faces: Faces, plan: FloorPlan) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+def pairs_in_sight(cards: Cards, faces: Quads, plan: FloorPlan) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Yield indices (i, j) of cards and faces whose middles see each other within ``SIGHT``, some cards at a time.
 
     A face must show its lit side and reach above the card's horizon. Only walls up to the ceiling hide anything.
@@ -175,7 +175,7 @@ def hidden(plan: FloorPlan, a: Floats, b: Floats, i: NDArray[np.intp], j: NDArra
 
 
 def _crossed(wall: Wall, a: Floats, b: Floats, i: NDArray[np.intp], j: NDArray[np.intp]) -> NDArray[np.bool_]:
-    frame, crossed = Frame.of(wall), np.zeros(len(i), dtype=bool)
+    frame, crossed = LocalFrame.of(wall), np.zeros(len(i), dtype=bool)
     axes = np.stack([frame.along, frame.inward], axis=1)
     (along_a, out_a), (along_b, out_b) = ((a - frame.origin) @ axes).T, ((b - frame.origin) @ axes).T
     maybe = _either_side(out_a, out_b, i, j)

@@ -14,7 +14,7 @@ from worlds.lighting.open_air import illuminate_open_air
 from worlds.lighting.outlook import SKY_BY_DAY, SKY_BY_NIGHT, outside
 from worlds.lighting.photometry import CUTOFF, LAMP_DEPTH, NIGHT_PEAK, REACH, Photometry, Spot, spots, transmission
 from worlds.parts.site import Site
-from worlds.plans.frame import LEVEL, Frame
+from worlds.plans.frame import LEVEL, LocalFrame
 from worlds.plans.schema import FloorPlan, Material, Wall
 
 EXPOSED = 1.2 * 16.0**2 * 125.0
@@ -95,7 +95,7 @@ def _outside(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
 
 
 def _backdrop(site: Site, wall: Wall, peak: float, day: bool) -> None:
-    key, frame = f"outside_{wall.name}", Frame.of(wall)
+    key, frame = f"outside_{wall.name}", LocalFrame.of(wall)
     width, pixels = wall.length + 2 * OVERHANG, (8192, 640)
     image = outside(*pixels, horizon=STOREY / SKYLINE, day=day, rng=site.rng(key))
     site.glowing(key, peak, image)

@@ -20,7 +20,7 @@ from worlds.parts.facets import grid, show
 from worlds.parts.greyscale import encode
 from worlds.parts.outdoors import ARM, HEAD
 from worlds.parts.site import Site
-from worlds.plans.frame import UP, Frame
+from worlds.plans.frame import UP, LocalFrame
 from worlds.plans.schema import FloorPlan, Material, Post, Window
 
 DOME = 230.0
@@ -112,7 +112,7 @@ def axial(post: Post) -> float:
 
 def head_of(post: Post) -> Floats:
     """Where its light comes from, (3,) [m]."""
-    return Frame.under(post).point(ARM, 0.0, post.height - 0.03)
+    return LocalFrame.under(post).point(ARM, 0.0, post.height - 0.03)
 
 
 def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
@@ -122,7 +122,7 @@ def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
         candela = camera_weight(post.kelvin) * axial(post)
         below = ((ARM - length / 2, ARM + length / 2), (-width / 2, width / 2), (post.height - 0.02, post.height))
         glass = site.glowing(name, candela / (length * width)) if on else "frame"
-        site.shown(name, Frame.under(post), below, glass)
+        site.shown(name, LocalFrame.under(post), below, glass)
         if on:
             add_spot(site, name, "lamp", candela, head_of(post), -UP, np.degrees(CONE), 1.0 - INNER / CONE, REACH)
 
@@ -136,4 +136,4 @@ def _pane(site: Site, plan: FloorPlan, window: Window, numbers: Photometry) -> N
         site.glowing(key, ROOM_LUMINANCE, scenery.lit_room(size, window.panes, rng))
     else:
         site.picture(key, scenery.window_pane(size, window.panes, rng), PANE)
-    site.panel(key, Frame.of(wall), window.extent, 0.055 - wall.thickness, window.rise, key)
+    site.panel(key, LocalFrame.of(wall), window.extent, 0.055 - wall.thickness, window.rise, key)

@@ -13,8 +13,8 @@ from worlds.arrays import Floats
 from worlds.light import Lamps, LightSetting
 from worlds.lighting.colour import camera_weight
 from worlds.lighting.daylight import Daylight, daylight
-from worlds.lighting.form_factors import Faces
-from worlds.plans.frame import UP, Frame
+from worlds.lighting.form_factors import Quads
+from worlds.plans.frame import UP, LocalFrame
 from worlds.plans.schema import FloorPlan, LampRow, Post, Window
 
 GLAZING = MappingProxyType({"4mm": 0.89, "6mm": 0.87, "double": 0.76})
@@ -99,10 +99,10 @@ class Sources:
     ``lamp_luminances`` are (l, 2): as they are, and weighted with what a camera gathers from the lamp's colour.
     """
 
-    windows: Faces
+    windows: Quads
     above: Floats
     below: Floats
-    lamps: Faces
+    lamps: Quads
     lamp_luminances: Floats
 
 
@@ -112,29 +112,31 @@ def sources(plan: FloorPlan, numbers: Photometry) -> Sources:
     shares = np.array([(1.0 - FRAME_SHARE) * GLAZING[w.glazing] for w in plan.window])
     above, below = outlook(plan, numbers.outdoors)
     return Sources(
-        windows=Faces.joined([_pane(plan, window) for window in plan.window]),
+        windows=Quads.joined([_pane(plan, window) for window in plan.window]),
         above=shares * above,
         below=shares * below,
-        lamps=Faces.joined([_lamp(plan, row, at) for row in lit for at in row.positions]),
+        lamps=Quads.joined([_lamp(plan, row, at) for row in lit for at in row.positions]),
         lamp_luminances=np.array([_lamp_luminance(row) for row in lit for _ in range(row.count)]).reshape(-1, 2),
     )
 
 
-def _pane(plan: FloorPlan, window: Window) -> Faces:
-    frame = Frame.of(plan.wall_named(window.wall))
+def _pane(plan: FloorPlan, window: Window) -> Quads:
+    frame = LocalFrame.of(plan.wall_named(window.wall))
     return frame_face(frame, window.extent, window.rise)
 
 
-def frame_face(frame: Frame, s: tuple[float, float], z: tuple[float, float], tiles: tuple[int, int] = (1, 1)) -> Faces:
+def frame_face(
+    frame: LocalFrame, s: tuple[float, float], z: tuple[float, float], tiles: tuple[int, int] = (1, 1)
+) -> Quads:
     """Cut a rectangle on a wall's face, spans along it and up [m]; it looks into the room."""
     start, end = s if frame.handed < 0 else s[::-1]
     along = np.append((end - start) * frame.along, 0.0)
-    return Faces.tiled(frame.point(start, 0.0, z[0]), along, (z[1] - z[0]) * UP, tiles)
+    return Quads.tiled(frame.point(start, 0.0, z[0]), along, (z[1] - z[0]) * UP, tiles)
 
 
-def _lamp(plan: FloorPlan, row: LampRow, at: Floats) -> Faces:
+def _lamp(plan: FloorPlan, row: LampRow, at: Floats) -> Quads:
     low = np.append(at - np.array(row.size) / 2, plan.roof.height - LAMP_DEPTH)
-    return Faces.tiled(low, [0.0, row.size[1], 0.0], [row.size[0], 0.0, 0.0])
+    return Quads.tiled(low, [0.0, row.size[1], 0.0], [row.size[0], 0.0, 0.0])
 
 
 def _lamp_luminance(row: LampRow) -> tuple[float, float]:
@@ -178,7 +180,7 @@ def _window_spot(plan: FloorPlan, window: Window, outdoors: Daylight) -> Spot:
     A half hemisphere of one luminance sends 2/3 of it down and π/3 inwards: ∫ cosθ ω dΩ.
     """
     wall = plan.wall_named(window.wall)
-    frame, (sky, ground) = Frame.of(wall), outlook(plan, outdoors)
+    frame, (sky, ground) = LocalFrame.of(wall), outlook(plan, outdoors)
     fall = 2 / np.pi * (sky - ground) / (sky + ground)
     candela = window_luminance(plan, window, outdoors) * glass_area(window)
     pos = frame.point(window.at, -wall.thickness, window.sill + window.height / 2)

@@ -12,11 +12,11 @@ from scipy.sparse import csr_array, diags_array
 
 from worlds.arrays import Floats
 from worlds.lighting.daylight import Daylight, sun_direction
-from worlds.lighting.form_factors import Cards, Faces, configuration_factor, form_factors, pairs_in_sight
+from worlds.lighting.form_factors import Cards, Quads, configuration_factor, form_factors, pairs_in_sight
 from worlds.lighting.photometry import FRAME_SHARE, Photometry, Sources, frame_face, sources
 from worlds.lighting.sunlight import sunlit
 from worlds.plans.areas import enclosing, rectangles
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Door, FloorPlan, Wall, Window
 
 PATCH = 1.0
@@ -33,10 +33,10 @@ reflections: only walls that take in nothing come so far."""
 
 
 @dataclass(frozen=True, slots=True)
-class Patches:
+class SurfacePatches:
     """The room's surfaces in pieces: ``faces`` (n) and ``albedo`` (n,)."""
 
-    faces: Faces
+    faces: Quads
     albedo: Floats
 
 
@@ -49,7 +49,7 @@ class Interior:
 
     plan: FloorPlan
     sources: Sources
-    patches: Patches
+    patches: SurfacePatches
     direct: Floats
     exitance: Floats
 
@@ -79,25 +79,25 @@ def closed(plan: FloorPlan) -> bool:
 # --- patches ---
 
 
-def lay_patches(plan: FloorPlan) -> Patches:
+def lay_patches(plan: FloorPlan) -> SurfacePatches:
     """Cut floor, ceiling and the walls that reach it into patches of at most ``PATCH``."""
     laid = [part for area in rectangles(plan) for part in _levels(plan, area.low, area.size)]
     laid += [_on_wall(plan, wall) for wall in plan.wall if wall.height is None]
-    return Patches(Faces.joined([p.faces for p in laid]), np.concatenate([p.albedo for p in laid]))
+    return SurfacePatches(Quads.joined([p.faces for p in laid]), np.concatenate([p.albedo for p in laid]))
 
 
-def _levels(plan: FloorPlan, low: Floats, size: Floats) -> tuple[Patches, Patches]:
+def _levels(plan: FloorPlan, low: Floats, size: Floats) -> tuple[SurfacePatches, SurfacePatches]:
     """Lay patches on the floor, which look up, and on the ceiling above it, which look down."""
     x, y = np.array([size[0], 0.0, 0.0]), np.array([0.0, size[1], 0.0])
     m, n = _tiles(size)
-    floor = Faces.tiled([*low, 0.0], x, y, (m, n))
-    ceiling = Faces.tiled([*low, plan.roof.height], y, x, (n, m))
+    floor = Quads.tiled([*low, 0.0], x, y, (m, n))
+    ceiling = Quads.tiled([*low, plan.roof.height], y, x, (n, m))
     return _plain(floor, _albedo(plan, plan.floor.material)), _plain(ceiling, _albedo(plan, plan.roof.material))
 
 
-def _on_wall(plan: FloorPlan, wall: Wall) -> Patches:
+def _on_wall(plan: FloorPlan, wall: Wall) -> SurfacePatches:
     """Lay patches on a wall; doors and windows change their albedo by the share that they cover."""
-    frame, size = Frame.of(wall), (wall.length, plan.roof.height)
+    frame, size = LocalFrame.of(wall), (wall.length, plan.roof.height)
     m, n = _tiles(size)
     faces = frame_face(frame, (0.0, size[0]), (0.0, size[1]), (m, n))
     local = np.stack([(faces.centres[:, :2] - frame.origin) @ frame.along, faces.centres[:, 2]])
@@ -109,7 +109,7 @@ def _on_wall(plan: FloorPlan, wall: Wall) -> Patches:
         own = _albedo(plan, item.material) if isinstance(item, Door) else WINDOW_ALBEDO
         covered = _overlap(local[0], half[0], item.extent) * _overlap(local[1], half[1], item.rise)
         albedo += covered * (own - base)
-    return Patches(faces, albedo)
+    return SurfacePatches(faces, albedo)
 
 
 def _tiles(size: tuple[float, float] | Floats) -> tuple[int, int]:
@@ -122,8 +122,8 @@ def _overlap(middle: Floats, half: float, span: tuple[float, float]) -> Floats:
     return np.clip(np.minimum(middle + half, span[1]) - np.maximum(middle - half, span[0]), 0.0, None) / (2 * half)
 
 
-def _plain(faces: Faces, albedo: float) -> Patches:
-    return Patches(faces, np.full(len(faces), albedo))
+def _plain(faces: Quads, albedo: float) -> SurfacePatches:
+    return SurfacePatches(faces, np.full(len(faces), albedo))
 
 
 def _albedo(plan: FloorPlan, material: str) -> float:
@@ -133,7 +133,7 @@ def _albedo(plan: FloorPlan, material: str) -> float:
 # --- light that comes straight from a source ---
 
 
-def _from_sources(plan: FloorPlan, faces: Faces, lit: Sources) -> Floats:
+def _from_sources(plan: FloorPlan, faces: Quads, lit: Sources) -> Floats:
     """Illuminance of patches by windows and lamps, (n, 2) [lx]; in a closed room all of each one's flux arrives."""
     cards = Cards(faces.centres, faces.normals)
     above, below = window_factors(cards, lit.windows, plan)
@@ -153,7 +153,7 @@ def _arrival(shares: csr_array, areas: Floats, emitting: Floats) -> csr_array:
     return diags_array(np.where(arriving > 0.0, emitting / np.where(arriving > 0.0, arriving, 1.0), 0.0))
 
 
-def window_factors(cards: Cards, windows: Faces, plan: FloorPlan) -> tuple[csr_array, csr_array]:
+def window_factors(cards: Cards, windows: Quads, plan: FloorPlan) -> tuple[csr_array, csr_array]:
     """Form factors to what is seen of each window above and below the card's height, (m, w) each."""
     shape, rows = (len(cards), len(windows)), []
     for i, j in pairs_in_sight(cards, windows, plan):
@@ -166,7 +166,7 @@ def window_factors(cards: Cards, windows: Faces, plan: FloorPlan) -> tuple[csr_a
     return csr_array((above, (i, j)), shape), csr_array((below, (i, j)), shape)
 
 
-def sun_on_faces(plan: FloorPlan, faces: Faces, outdoors: Daylight) -> Floats:
+def sun_on_faces(plan: FloorPlan, faces: Quads, outdoors: Daylight) -> Floats:
     """Mean illuminance of faces by the direct sun, (n,) [lx], less what the windows' frames keep off."""
     beam = sun_direction(outdoors, plan.place.x_azimuth)
     facing = -faces.normals @ beam
@@ -184,7 +184,7 @@ def sun_on_faces(plan: FloorPlan, faces: Faces, outdoors: Daylight) -> Floats:
 # --- light from patch to patch ---
 
 
-def exchange(faces: Faces, plan: FloorPlan) -> csr_array:
+def exchange(faces: Quads, plan: FloorPlan) -> csr_array:
     """Form factors between patches, (n, n), the same both ways: A_i F_ij = A_j F_ji.
 
     In a closed room they are scaled until each patch sees patches all over its half space, so no light is lost; in

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from worlds.arrays import Floats
 from worlds.lighting.form_factors import SKIN, hidden
 from worlds.lighting.photometry import GLAZING
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import FloorPlan, Window
 
 
@@ -24,7 +24,7 @@ def sunlit(plan: FloorPlan, points: Floats, beam: Floats) -> Floats:
 def _behind(plan: FloorPlan, window: Window, points: Floats, beam: Floats) -> NDArray[np.intp]:
     """Indices of the points that see the sun through a window: back along the beam through both ends of its opening."""
     wall = plan.wall_named(window.wall)
-    frame = Frame.of(wall)
+    frame = LocalFrame.of(wall)
     speed = float(beam[:2] @ frame.inward)
     if speed <= 0.0:
         return np.empty(0, dtype=np.intp)
@@ -46,7 +46,7 @@ def shaded(plan: FloorPlan, points: Floats, beam: Floats) -> NDArray[np.bool_]:
     """Tell which ``points`` (m, 3) in the open have a wall between them and the sun, (m,)."""
     shade = np.zeros(len(points), dtype=bool)
     for wall in plan.wall:
-        frame = Frame.of(wall)
+        frame = LocalFrame.of(wall)
         local, speed = points[:, :2] - frame.origin, float(beam[:2] @ frame.inward)
         if speed == 0.0:
             continue

@@ -16,7 +16,7 @@ from worlds.parts import scenery
 from worlds.parts.facets import Facets, add_mesh, fan, joined, quad
 from worlds.parts.scenery import ATLAS
 from worlds.parts.site import SEEN, Site
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Car, FloorPlan, Material
 
 PROUD = 0.006
@@ -37,7 +37,7 @@ Section = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class CarBody:
     """Cross-sections from the rear to the front, and what of the skin is glass.
 
     ``sides`` and ``tops`` count the stretches between sections; ``axles`` are where the wheels are along x [m].
@@ -61,7 +61,7 @@ class Kind:
 
 CARS = MappingProxyType(
     {
-        "hatchback": Kind(
+        "hatchback": CarBody(
             (
                 (-1.95, 0.34, 0.84, 0.88, 0.74, 0.62),
                 (-1.86, 0.22, 0.92, 0.98, 0.82, 0.63),
@@ -76,7 +76,7 @@ CARS = MappingProxyType(
             tops=(1, 4),
             axles=(-1.2, 1.25),
         ),
-        "saloon": Kind(
+        "saloon": CarBody(
             (
                 (-2.20, 0.34, 0.84, 0.88, 0.74, 0.62),
                 (-2.10, 0.22, 0.91, 0.96, 0.84, 0.67),
@@ -92,7 +92,7 @@ CARS = MappingProxyType(
             tops=(2, 5),
             axles=(-1.3, 1.35),
         ),
-        "van": Kind(
+        "van": CarBody(
             (
                 (-2.25, 0.32, 1.02, 1.80, 0.82, 0.72),
                 (-2.17, 0.22, 1.02, 1.92, 0.88, 0.76),
@@ -126,7 +126,7 @@ def _park(site: Site, car: Car, ground: float) -> None:
     shade = scenery.shade_under((kind.length, 2 * kind.half_width), CLEARANCE, SHADED, ground)
     image = scenery.car_atlas(shade, site.rng(key))
     site.picture(f"{key}_trim", image, TRIM)
-    place: dict[str, Any] = {"pos": [*car.at, 0.0], "quat": Frame.under(car).box_quat}
+    place: dict[str, Any] = {"pos": [*car.at, 0.0], "quat": LocalFrame.under(car).box_quat}
     site.meshed(key, f"{car.kind}_hull", key, **place)
     site.meshed(f"{key}_trim", f"{car.kind}_trim", f"{key}_trim", SEEN, castshadow=True, **place)
 
@@ -155,7 +155,7 @@ def _rail(section: Section) -> Floats:
     return _ring(section)[[8, 7]]
 
 
-def hull(kind: Kind) -> Facets:
+def hull(kind: CarBody) -> Facets:
     """Skin the sections and close both ends."""
     rings = np.array([_ring(s) for s in kind.sections])  # (sections, points, 3)
     sections, points = rings.shape[:2]
@@ -171,7 +171,7 @@ def hull(kind: Kind) -> Facets:
 # --- what is not paint ---
 
 
-def trim(kind: Kind) -> Facets:
+def trim(kind: CarBody) -> Facets:
     """Glass, wheels, lamps, bumpers, plates, and the shade on the ground, over one picture."""
     right = [_side_glass(kind, i) for i in kind.sides]
     right += [part for x in kind.axles for part in _wheel(x, kind.half_width)]
@@ -180,7 +180,7 @@ def trim(kind: Kind) -> Facets:
     return joined([*parts, *_end(kind, front=False), *_end(kind, front=True), _shade(kind)])
 
 
-def _side_glass(kind: Kind, i: int) -> Facets:
+def _side_glass(kind: CarBody, i: int) -> Facets:
     """The right-hand pane between sections ``i`` and ``i + 1``, and between belt line and roof."""
     return _pane(_rail(kind.sections[i]), _rail(kind.sections[i + 1]), (0.04, 0.96), (0.10, 0.88))
 
@@ -197,7 +197,7 @@ def _sill(a: Section, b: Section) -> Facets:
     return _pane(start, end, (0.0, 1.0), (-0.05, 0.25), "dark")
 
 
-def _top_glass(kind: Kind, i: int) -> Facets:
+def _top_glass(kind: CarBody, i: int) -> Facets:
     """The pane across the car between sections ``i`` and ``i + 1``: windscreen or rear window."""
     falls = kind.sections[i][3] > kind.sections[i + 1][3]
     lower, upper = (i + 1, i) if falls else (i, i + 1)
@@ -244,7 +244,7 @@ def _middle_of(part: str) -> tuple[float, float]:
     return (left + right) / 2, (bottom + top) / 2
 
 
-def _end(kind: Kind, front: bool) -> list[Facets]:
+def _end(kind: CarBody, front: bool) -> list[Facets]:
     """Lamps, bumper and number plate at one end."""
     section = kind.sections[-1 if front else 0]
     x = section[0] + (PROUD if front else -PROUD)
@@ -264,6 +264,6 @@ def _end(kind: Kind, front: bool) -> list[Facets]:
     return [*lamps, bumper, upright(0.0, sill + 0.20, 0.52, 0.11, "plate")]
 
 
-def _shade(kind: Kind) -> Facets:
+def _shade(kind: CarBody) -> Facets:
     a, b, z = kind.length / 2 + SHADED, kind.half_width + SHADED, 0.009
     return quad([(-a, -b, z), (a, -b, z), (a, b, z), (-a, b, z)], ATLAS["shade"])

@@ -89,7 +89,7 @@ LEG: tuple[Ring, ...] = (
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class BodyPart:
     """A part of the figure: its skin, and how it moves.
 
     It swings about a line across at ``pivot`` (y, z) [m], by ``swing`` times a leg's angle; its clothes are painted on
@@ -108,15 +108,15 @@ def _mirrored(rings: tuple[Ring, ...]) -> tuple[Ring, ...]:
 
 
 PARTS = (
-    Part("trunk", TRUNK, (0.0, 0.0), 0.0, STRIPS[0]),
-    Part("left-arm", ARM, (0.17, SHOULDER), -0.8, STRIPS[1]),
-    Part("right-arm", _mirrored(ARM), (-0.17, SHOULDER), 0.8, STRIPS[1]),
-    Part("left-leg", LEG, (0.09, HIP), 1.0, STRIPS[2]),
-    Part("right-leg", _mirrored(LEG), (-0.09, HIP), -1.0, STRIPS[2]),
+    BodyPart("trunk", TRUNK, (0.0, 0.0), 0.0, STRIPS[0]),
+    BodyPart("left-arm", ARM, (0.17, SHOULDER), -0.8, STRIPS[1]),
+    BodyPart("right-arm", _mirrored(ARM), (-0.17, SHOULDER), 0.8, STRIPS[1]),
+    BodyPart("left-leg", LEG, (0.09, HIP), 1.0, STRIPS[2]),
+    BodyPart("right-leg", _mirrored(LEG), (-0.09, HIP), -1.0, STRIPS[2]),
 )
 
 
-def skin(part: Part, height: float) -> Facets:
+def skin(part: BodyPart, height: float) -> Facets:
     """Stretch a part's skin over its rings, for somebody of ``height`` [m]; points are counted from its pivot."""
     z, x, y, depth, width = (np.array(column)[:, None] for column in zip(*part.rings, strict=True))
     angle = np.linspace(-np.pi, np.pi, SIDES + 1)[None, :]  # the seam is at the back

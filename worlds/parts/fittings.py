@@ -8,7 +8,7 @@ from worlds.parts import posters, textures
 from worlds.parts.shell import PROUD
 from worlds.parts.site import Site
 from worlds.plans.footprints import OFF_WALL
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Bin, Board, Cabinet, Fixture, FloorPlan, Material, OnWall, Poster
 
 PAPER = Material(albedo=0.8, roughness=0.7)
@@ -19,8 +19,8 @@ ENAMEL = Material(albedo=0.5, roughness=0.4)
 def hang_fittings(site: Site, plan: FloorPlan) -> None:
     """Put everything on the walls and against them."""
 
-    def frame(item: OnWall) -> Frame:
-        return Frame.of(plan.wall_named(item.wall))
+    def frame(item: OnWall) -> LocalFrame:
+        return LocalFrame.of(plan.wall_named(item.wall))
 
     for poster in plan.poster:
         _poster(site, frame(poster), poster)
@@ -34,20 +34,20 @@ def hang_fittings(site: Site, plan: FloorPlan) -> None:
         _fixture(site, frame(fixture), fixture)
 
 
-def _poster(site: Site, frame: Frame, poster: Poster) -> None:
+def _poster(site: Site, frame: LocalFrame, poster: Poster) -> None:
     key = f"poster_{poster.name}"
     size, rng = (poster.width, poster.height), site.rng(key)
     image = posters.whiteboard(size, rng) if poster.style == "whiteboard" else posters.poster(size, poster.style, rng)
     site.panel(key, frame, poster.extent, PROUD, poster.rise, site.picture(key, image, PAPER))
 
 
-def _board(site: Site, frame: Frame, board: Board) -> None:
+def _board(site: Site, frame: LocalFrame, board: Board) -> None:
     key = f"board_{board.name}"
     image = posters.notice_board((board.width, board.height), board.sheets, site.rng(key))
     site.panel(key, frame, board.extent, 2 * PROUD, board.rise, site.picture(key, image, CORK))
 
 
-def _cabinet(site: Site, frame: Frame, cabinet: Cabinet, material: Material) -> None:
+def _cabinet(site: Site, frame: LocalFrame, cabinet: Cabinet, material: Material) -> None:
     key = f"cabinet_{cabinet.name}"
     site.solid(key, frame, (cabinet.extent, (0.0, cabinet.depth), cabinet.rise), cabinet.material)
     image = textures.metal((cabinet.width, cabinet.height), material.albedo, site.rng(key))
@@ -55,14 +55,14 @@ def _cabinet(site: Site, frame: Frame, cabinet: Cabinet, material: Material) -> 
     site.panel(f"{key}_front", frame, cabinet.extent, cabinet.depth + PROUD, cabinet.rise, front)
 
 
-def _cylinder(site: Site, name: str, frame: Frame, item: Bin | Fixture, material: str) -> None:
+def _cylinder(site: Site, name: str, frame: LocalFrame, item: Bin | Fixture, material: str) -> None:
     """Stand or hang an upright cylinder."""
     radius, (low, high) = item.width / 2, item.rise
     pos = frame.point(item.at, radius + OFF_WALL, (low + high) / 2)
     site.shape(name, mujoco.mjtGeom.mjGEOM_CYLINDER, pos, [radius, (high - low) / 2, 0.0], material)
 
 
-def _fixture(site: Site, frame: Frame, fixture: Fixture) -> None:
+def _fixture(site: Site, frame: LocalFrame, fixture: Fixture) -> None:
     key, block = f"{fixture.kind}_{fixture.name}", (fixture.extent, (0.0, fixture.depth), fixture.rise)
     if fixture.kind == "extinguisher":
         _cylinder(site, key, frame, fixture, fixture.material)

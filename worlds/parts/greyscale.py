@@ -51,7 +51,7 @@ def encode(albedo: NDArray[np.floating], rng: Generator) -> Image:
     return np.minimum(code, 255, out=code).astype(np.uint8)
 
 
-def tone(albedo: float) -> int:
+def grey(albedo: float) -> int:
     """Return the byte for one albedo."""
     return round(255 * float(srgb(albedo)))
 

@@ -7,7 +7,7 @@ from worlds.parts import posters, textures
 from worlds.parts.shell import PROUD
 from worlds.parts.site import Site
 from worlds.plans.footprints import ROOM_SIDE, ROOM_WALL
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Door, FloorPlan, Material, Wall, Window
 
 PLATE = Material(albedo=0.75, roughness=0.4)
@@ -20,16 +20,16 @@ def cut_openings(site: Site, plan: FloorPlan) -> None:
         site.picture(key, textures.wood((width, height), material.albedo, site.rng(key)), material)
     for window in plan.window:
         wall = plan.wall_named(window.wall)
-        _window(site, Frame.of(wall), window, wall.thickness)
+        _window(site, LocalFrame.of(wall), window, wall.thickness)
     for door in plan.door:
-        _door(site, Frame.of(plan.wall_named(door.wall)), door, plan)
+        _door(site, LocalFrame.of(plan.wall_named(door.wall)), door, plan)
 
 
 def _leaf_material(name: str, width: float, height: float) -> str:
     return f"{name}_leaf_{width:g}x{height:g}"
 
 
-def _window(site: Site, frame: Frame, window: Window, thickness: float) -> None:
+def _window(site: Site, frame: LocalFrame, window: Window, thickness: float) -> None:
     (a, b), (low, high) = window.extent, window.rise
     bar, depth = 0.06, (-thickness + 0.02, -thickness + 0.09)
     glass = (-thickness + 0.05, -thickness + 0.06)
@@ -42,7 +42,7 @@ def _window(site: Site, frame: Frame, window: Window, thickness: float) -> None:
     site.pane(f"window_{window.name}_pane", frame, ((a, b), glass, (low, high)))
 
 
-def _door(site: Site, frame: Frame, door: Door, plan: FloorPlan) -> None:
+def _door(site: Site, frame: LocalFrame, door: Door, plan: FloorPlan) -> None:
     (a, b), jamb, proud = door.extent, 0.05, 0.015
     wall = plan.wall_named(door.wall)
     reach = (-door.recess, proud)
@@ -64,7 +64,7 @@ def _door(site: Site, frame: Frame, door: Door, plan: FloorPlan) -> None:
         _number_plate(site, frame, door)
 
 
-def _leaf(site: Site, frame: Frame, door: Door) -> None:
+def _leaf(site: Site, frame: LocalFrame, door: Door) -> None:
     """Hang the leaf on its hinge; opened, it swings into the room behind."""
     leaf = frame.leaf(door, float(np.radians(door.open)))
     material = _leaf_material(door.material, door.width, door.height)
@@ -72,7 +72,7 @@ def _leaf(site: Site, frame: Frame, door: Door) -> None:
     site.solid(f"door_{door.name}_leaf", leaf, block, material)
 
 
-def _room_behind(site: Site, frame: Frame, door: Door, wall: Wall, height: float) -> None:
+def _room_behind(site: Site, frame: LocalFrame, door: Door, wall: Wall, height: float) -> None:
     """Close off what is seen through an open door: a bare room."""
     a, b = door.extent[0] - ROOM_SIDE, door.extent[1] + ROOM_SIDE
     near, far = -wall.thickness, -wall.thickness - door.depth
@@ -86,7 +86,7 @@ def _room_behind(site: Site, frame: Frame, door: Door, wall: Wall, height: float
     site.shown(f"{name}_floor", frame, ((a - t, b + t), (far - t, 0.0), (-t, -0.001)), wall.material)
 
 
-def _number_plate(site: Site, frame: Frame, door: Door) -> None:
+def _number_plate(site: Site, frame: LocalFrame, door: Door) -> None:
     key, size = f"door_{door.name}_plate", (0.16, 0.12)
     material = site.picture(key, posters.number_plate(door.label, site.rng(key)), PLATE)
     s = door.extent[1] + 0.17

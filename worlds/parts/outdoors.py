@@ -12,7 +12,7 @@ from worlds.parts.facets import Facets, joined, quad, show
 from worlds.parts.shell import PROUD
 from worlds.parts.site import Site
 from worlds.plans.footprints import POST_RADIUS
-from worlds.plans.frame import Frame, quaternion
+from worlds.plans.frame import LocalFrame, quaternion
 from worlds.plans.schema import FloorPlan, Kerb, Marking, Material, Post, Tree
 
 AROUND = 500.0
@@ -84,7 +84,7 @@ def _stretches(points: tuple[tuple[float, float], ...]) -> list[tuple[tuple[floa
 
 
 def _strip(a: Floats, b: Floats, width: float) -> Facets:
-    side = width / 2 * Frame.between(a, b).inward
+    side = width / 2 * LocalFrame.between(a, b).inward
     corners = np.array([a - side, b - side, b + side, a + side])
     facet = quad(np.column_stack([corners, np.full(4, PROUD)]))
     return Facets(facet.points, corners / MOTTLE, facet.triangles)
@@ -95,7 +95,7 @@ def _kerb(site: Site, kerb: Kerb) -> None:
     half = kerb.width / 2
     for i, (start, end) in enumerate(pairwise(kerb.points)):
         stone = (-half, math.dist(start, end) + half), (-half, half), (0.0, kerb.height)
-        site.solid(f"kerb_{kerb.name}_{i}", Frame.between(start, end), stone, kerb.material)
+        site.solid(f"kerb_{kerb.name}_{i}", LocalFrame.between(start, end), stone, kerb.material)
 
 
 # --- trees and posts ---
@@ -144,7 +144,7 @@ def _stars(at: Floats, out: Floats, radius: float, rng: np.random.Generator) -> 
 
 
 def _post(site: Site, post: Post) -> None:
-    frame, half = Frame.under(post), post.height / 2
+    frame, half = LocalFrame.under(post), post.height / 2
     site.shape(f"post_{post.name}", CYLINDER, [*post.at, half], [POST_RADIUS, half, 0], "pole")
     length, width, height = HEAD
     arm = ((0.0, ARM), (-0.03, 0.03), (post.height - 0.06, post.height))

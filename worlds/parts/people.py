@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from worlds.parts.facets import add_mesh
-from worlds.parts.figure import HEIGHT, HIP, PARTS, Part, clothes, skin
+from worlds.parts.figure import HEIGHT, HIP, PARTS, BodyPart, clothes, skin
 from worlds.parts.site import Site
 from worlds.parts.walk import STEP, Stance, Walk
 from worlds.plans.schema import FloorPlan, Material, Person
@@ -55,7 +55,7 @@ def _first_stance(person: Person) -> Stance:
     return Walk.of(person).pose(0.0) if person.walk else Stance(*person.at, math.radians(person.heading), 0.0)
 
 
-def _name(person: Person, part: Part) -> str:
+def _name(person: Person, part: BodyPart) -> str:
     return f"person_{person.name}" + ("" if part is PARTS[0] else f"_{part.name}")
 
 

@@ -1,6 +1,6 @@
-"""What is printed or written: posters, notice boards, whiteboards, plates and signs.
+"""What is printed_page or written: posters, notice boards, whiteboards, plates and signs.
 
-Every function takes a seeded generator and returns a grey picture (``tones``), or draws into one.
+Every function takes a seeded generator and returns a grey picture (``greyscale``), or draws into one.
 """
 
 from collections.abc import Callable
@@ -10,17 +10,17 @@ import cv2
 import numpy as np
 from numpy.random import Generator
 
-from worlds.parts.greyscale import DENSITY, FONT, INK, PAPER, Image, Pixels, around, cloud, encode, noise, tone
+from worlds.parts.greyscale import DENSITY, FONT, INK, PAPER, Image, Pixels, around, cloud, encode, grey, noise
 
 
 def number_plate(label: str, rng: Generator, density: int = DENSITY) -> Image:
     """Draw a door's number plate of 16 cm × 12 cm: the room, and a line with a name."""
     width, height = round(0.16 * density), round(0.12 * density)
-    image = np.full((height, width), tone(0.75), np.uint8)
-    cv2.rectangle(image, (1, 1), (width - 2, height - 2), tone(0.25), 1)
-    cv2.putText(image, label, (6, height // 2), FONT, 0.8, tone(INK), 2, cv2.LINE_AA)
+    image = np.full((height, width), grey(0.75), np.uint8)
+    cv2.rectangle(image, (1, 1), (width - 2, height - 2), grey(0.25), 1)
+    cv2.putText(image, label, (6, height // 2), FONT, 0.8, grey(INK), 2, cv2.LINE_AA)
     for i in range(2):
-        cv2.putText(image, words(rng, 2), (6, height // 2 + 14 + 12 * i), FONT, 0.3, tone(0.15), 1, cv2.LINE_AA)
+        cv2.putText(image, words(rng, 2), (6, height // 2 + 14 + 12 * i), FONT, 0.3, grey(0.15), 1, cv2.LINE_AA)
     return image
 
 
@@ -30,9 +30,9 @@ def words(rng: Generator, count: int) -> str:
     return " ".join("".join(rng.choice(list("aaeeiioourstlnmcdpbgvf"), n)) for n in lengths)
 
 
-def printed(shape: tuple[int, int], rng: Generator, scale: float = 0.3) -> Image:
+def printed_page(shape: tuple[int, int], rng: Generator, scale: float = 0.3) -> Image:
     """Draw a sheet of paper with lines of text, (height, width) [px]."""
-    image = np.full(shape, tone(PAPER * (0.85 + 0.15 * rng.random())), np.uint8)
+    image = np.full(shape, grey(PAPER * (0.85 + 0.15 * rng.random())), np.uint8)
     text_block(image, (4, 4, shape[1] - 8, shape[0] - 8), rng, scale)
     return image
 
@@ -45,13 +45,13 @@ def text_block(image: Image, box: tuple[int, int, int, int], rng: Generator, sca
         share = 1.0 if rng.random() < 0.8 else rng.uniform(0.2, 0.8)
         line = words(rng, 2 + int(width * share / (6 * letter)))[: max(1, int(width * share / letter))]
         if rng.random() < 0.93:
-            cv2.putText(image, line, (x, row), FONT, scale, tone(ink), 1, cv2.LINE_AA)
+            cv2.putText(image, line, (x, row), FONT, scale, grey(ink), 1, cv2.LINE_AA)
 
 
 def plot(image: Image, box: tuple[int, int, int, int], rng: Generator) -> None:
     """Draw axes with ticks and either curves, bars or points into ``box`` [px]."""
     x, y, width, height = box
-    cv2.rectangle(image, (x, y), (x + width, y + height), tone(0.9), -1)
+    cv2.rectangle(image, (x, y), (x + width, y + height), grey(0.9), -1)
     left, bottom = x + round(0.12 * width), y + round(0.86 * height)
     right, top = x + round(0.96 * width), y + round(0.08 * height)
     kind = int(rng.integers(3))
@@ -61,14 +61,14 @@ def plot(image: Image, box: tuple[int, int, int, int], rng: Generator) -> None:
         values = np.clip(values + 0.05 * rng.standard_normal(t.size), 0.02, 1)
         px = (left + t * (right - left)).astype(np.int32)
         py = (bottom - values * (bottom - top)).astype(np.int32)
-        shade = tone(rng.uniform(0.03, 0.35))
+        shade = grey(rng.uniform(0.03, 0.35))
         _draw_series(image, kind, px, py, bottom, shade)
-    cv2.rectangle(image, (left, top), (right, bottom), tone(INK), 1)
+    cv2.rectangle(image, (left, top), (right, bottom), grey(INK), 1)
     for i in range(6):
         tick = left + (right - left) * i // 5
-        cv2.putText(image, str(i * 2), (tick - 4, bottom + 14), FONT, 0.32, tone(INK), 1, cv2.LINE_AA)
+        cv2.putText(image, str(i * 2), (tick - 4, bottom + 14), FONT, 0.32, grey(INK), 1, cv2.LINE_AA)
         rung = bottom - (bottom - top) * i // 5
-        cv2.line(image, (left - 4, rung), (left, rung), tone(INK), 1)
+        cv2.line(image, (left - 4, rung), (left, rung), grey(INK), 1)
 
 
 def _draw_series(image: Image, kind: int, px: Pixels, py: Pixels, bottom: int, shade: int) -> None:
@@ -104,7 +104,7 @@ def _shape(canvas: Image, rng: Generator) -> None:
     angle = np.sort(rng.uniform(0, 2 * np.pi, corners))
     radius = size * rng.uniform(0.5, 1.2, corners)
     points = centre + np.stack([np.cos(angle), np.sin(angle)], 1) * radius[:, None]
-    cv2.fillPoly(canvas, [points.astype(np.int32)], tone(rng.uniform(0.02, 0.8)), cv2.LINE_AA)
+    cv2.fillPoly(canvas, [points.astype(np.int32)], grey(rng.uniform(0.02, 0.8)), cv2.LINE_AA)
 
 
 def diagram(image: Image, box: tuple[int, int, int, int], rng: Generator) -> None:
@@ -114,28 +114,28 @@ def diagram(image: Image, box: tuple[int, int, int, int], rng: Generator) -> Non
     chosen = [cells[i] for i in rng.permutation(9)[: rng.integers(4, 8)]]
     centres = [(x + round((i + 0.5) * width / 3), y + round((j + 0.5) * height / 3)) for i, j in chosen]
     for a, b in pairwise(centres):
-        cv2.arrowedLine(image, a, b, tone(0.1), 2, cv2.LINE_AA, tipLength=0.08)
+        cv2.arrowedLine(image, a, b, grey(0.1), 2, cv2.LINE_AA, tipLength=0.08)
     for u, v in centres:
         w, h = round(width * rng.uniform(0.09, 0.14)), round(height * rng.uniform(0.05, 0.1))
-        cv2.rectangle(image, (u - w, v - h), (u + w, v + h), tone(rng.uniform(0.35, 0.85)), -1)
-        cv2.rectangle(image, (u - w, v - h), (u + w, v + h), tone(INK), 2)
-        cv2.putText(image, words(rng, 1)[:7], (u - w + 4, v + 4), FONT, 0.36, tone(INK), 1, cv2.LINE_AA)
+        cv2.rectangle(image, (u - w, v - h), (u + w, v + h), grey(rng.uniform(0.35, 0.85)), -1)
+        cv2.rectangle(image, (u - w, v - h), (u + w, v + h), grey(INK), 2)
+        cv2.putText(image, words(rng, 1)[:7], (u - w + 4, v + 4), FONT, 0.36, grey(INK), 1, cv2.LINE_AA)
 
 
 def poster(size: tuple[float, float], style: str, rng: Generator, density: int = DENSITY) -> Image:
     """Draw a poster of (width, height) [m] in one of the plan's styles: a heading, then a grid filled by the style."""
     width, height = round(size[0] * density), round(size[1] * density)
-    image = np.full((height, width), tone(PAPER * rng.uniform(0.75, 1.0)), np.uint8)
+    image = np.full((height, width), grey(PAPER * rng.uniform(0.75, 1.0)), np.uint8)
     head = round(height * rng.uniform(0.1, 0.18))
     dark = rng.random() < 0.5
     if dark:
-        image[:head] = tone(rng.uniform(0.04, 0.2))
+        image[:head] = grey(rng.uniform(0.04, 0.2))
     ink = PAPER if dark else INK
     title = words(rng, 4)[: int(width / 24)].upper()
-    cv2.putText(image, title, (16, round(0.5 * head)), FONT, 1.1, tone(ink), 3, cv2.LINE_AA)
-    cv2.putText(image, words(rng, 6)[: int(width / 10)], (16, round(0.82 * head)), FONT, 0.5, tone(ink), 1, cv2.LINE_AA)
+    cv2.putText(image, title, (16, round(0.5 * head)), FONT, 1.1, grey(ink), 3, cv2.LINE_AA)
+    cv2.putText(image, words(rng, 6)[: int(width / 10)], (16, round(0.82 * head)), FONT, 0.5, grey(ink), 1, cv2.LINE_AA)
     _fill_cells(image, _cells(width, height, head, style, rng), style, rng)
-    cv2.rectangle(image, (0, 0), (width - 1, height - 1), tone(0.2), 2)
+    cv2.rectangle(image, (0, 0), (width - 1, height - 1), grey(0.2), 2)
     return image
 
 
@@ -151,7 +151,7 @@ def whiteboard(size: tuple[float, float], rng: Generator, density: int = DENSITY
     columns = max(1, round(size[0] / 0.7))
     for i in range(columns):
         _sketch(image, (round((i + 0.1) * width / columns), round(0.1 * height)), (width / columns, height), rng)
-    cv2.rectangle(image, (0, 0), (width - 1, height - 1), tone(0.45), round(0.03 * density))
+    cv2.rectangle(image, (0, 0), (width - 1, height - 1), grey(0.45), round(0.03 * density))
     return image
 
 
@@ -163,15 +163,15 @@ def _sketch(image: Image, at: tuple[int, int], room: tuple[float, float], rng: G
         walk = np.cumsum(rng.normal(0, 0.06 * height, 40))
         v = np.clip(y + height / 2 + walk - walk.mean(), y, y + height)
         curve = np.stack([np.linspace(x, x + width, 40), v], axis=1).astype(np.int32)
-        cv2.polylines(image, [curve], False, tone(ink), 3, cv2.LINE_AA)
-        cv2.arrowedLine(image, (x, y + height), (x, y), tone(ink), 3, cv2.LINE_AA, tipLength=0.05)
-        cv2.arrowedLine(image, (x, y + height), (x + width, y + height), tone(ink), 3, cv2.LINE_AA, tipLength=0.05)
+        cv2.polylines(image, [curve], False, grey(ink), 3, cv2.LINE_AA)
+        cv2.arrowedLine(image, (x, y + height), (x, y), grey(ink), 3, cv2.LINE_AA, tipLength=0.05)
+        cv2.arrowedLine(image, (x, y + height), (x + width, y + height), grey(ink), 3, cv2.LINE_AA, tipLength=0.05)
     elif kind < 3:
         for line in range(y + 40, y + height, 46):
             if rng.random() < 0.75:
                 text = words(rng, int(rng.integers(1, 5)))[: max(1, width // 22)]
                 skewed = (x + int(rng.integers(0, 20)), line + int(rng.integers(-6, 7)))
-                cv2.putText(image, text, skewed, cv2.FONT_HERSHEY_SCRIPT_SIMPLEX, 1.1, tone(ink), 2, cv2.LINE_AA)
+                cv2.putText(image, text, skewed, cv2.FONT_HERSHEY_SCRIPT_SIMPLEX, 1.1, grey(ink), 2, cv2.LINE_AA)
 
 
 def _cells(width: int, height: int, head: int, style: str, rng: Generator) -> list[tuple[int, int, int, int]]:
@@ -217,17 +217,17 @@ def notice_board(size: tuple[float, float], sheets: int, rng: Generator, density
         x = 0.03 * width + column * slot + rng.uniform(0, max(1.0, slot - w))
         y = height * (0.05 + 0.45 * row) + rng.uniform(0, max(1.0, 0.45 * height - h))
         _pin(image, _paper((h, w), rng), int(x), int(y), rng)
-    cv2.rectangle(image, (0, 0), (width - 1, height - 1), tone(0.12), round(0.045 * density))
+    cv2.rectangle(image, (0, 0), (width - 1, height - 1), grey(0.12), round(0.045 * density))
     return image
 
 
 def _paper(shape: tuple[int, int], rng: Generator) -> Image:
-    sheet = printed(shape, rng, scale=rng.uniform(0.28, 0.5))
+    sheet = printed_page(shape, rng, scale=rng.uniform(0.28, 0.5))
     box = (6, 6, shape[1] - 12, shape[0] // 2 - 8)
     if rng.random() < 0.5 and min(box[2:]) > 40:
         (plot, photograph, diagram)[rng.integers(3)](sheet, box, rng)
     else:
-        cv2.rectangle(sheet, (0, 0), (shape[1], shape[0] // 8), tone(rng.uniform(0.03, 0.5)), -1)
+        cv2.rectangle(sheet, (0, 0), (shape[1], shape[0] // 8), grey(rng.uniform(0.03, 0.5)), -1)
     return sheet
 
 
@@ -246,17 +246,17 @@ def _pin(image: Image, sheet: Image, x: int, y: int, rng: Generator) -> None:
     shadow = cv2.GaussianBlur(np.roll(mask, (3, 2), (0, 1)), (0, 0), 2)
     image[part] = image[part] * (1 - 0.35 * shadow)
     image[part] = image[part] * (1 - mask) + mask * placed(sheet)
-    cv2.circle(image, (x + w // 2, y + 8), 4, tone(rng.choice([0.05, 0.4, 0.8])), -1, cv2.LINE_AA)
+    cv2.circle(image, (x + w // 2, y + 8), 4, grey(rng.choice([0.05, 0.4, 0.8])), -1, cv2.LINE_AA)
 
 
 def sign(size: tuple[float, float], rng: Generator, density: int = DENSITY) -> Image:
     """Draw a small sign of (width, height) [m]: an arrow and a word, light on dark."""
     width, height = round(size[0] * density), round(size[1] * density)
-    image = np.full((height, width), tone(0.12), np.uint8)
+    image = np.full((height, width), grey(0.12), np.uint8)
     middle = height // 2
     ends = [(width // 10, middle), (width * 4 // 10, middle)]
     if rng.random() < 0.5:
         ends.reverse()
-    cv2.arrowedLine(image, ends[0], ends[1], tone(0.8), 4, cv2.LINE_AA, tipLength=0.4)
-    cv2.putText(image, words(rng, 1)[:6].upper(), (width // 2, middle + 8), FONT, 0.7, tone(0.8), 2, cv2.LINE_AA)
+    cv2.arrowedLine(image, ends[0], ends[1], grey(0.8), 4, cv2.LINE_AA, tipLength=0.4)
+    cv2.putText(image, words(rng, 1)[:6].upper(), (width // 2, middle + 8), FONT, 0.7, grey(0.8), 2, cv2.LINE_AA)
     return image

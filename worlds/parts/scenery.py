@@ -10,7 +10,7 @@ import numpy as np
 from numpy.random import Generator
 
 from worlds.arrays import Floats
-from worlds.parts.greyscale import FONT, Image, cloud, encode, srgb, tone
+from worlds.parts.greyscale import FONT, Image, cloud, encode, grey, srgb
 
 ATLAS = MappingProxyType(
     {
@@ -120,7 +120,7 @@ def foliage(albedo: float, rng: Generator, pixels: int = 256) -> Image:
 
 def car_atlas(shade: Image, rng: Generator) -> Image:
     """Draw what on a car is not paint, laid out by ``ATLAS``; ``shade`` is the ground under it."""
-    image = np.full((ATLAS_SIZE, ATLAS_SIZE), tone(0.03), np.uint8)
+    image = np.full((ATLAS_SIZE, ATLAS_SIZE), grey(0.03), np.uint8)
     _put(image, "glass", encode(np.linspace(0.10, 0.03, 128)[:, None] * np.ones((1, 128)), rng))
     _put(image, "shade", shade)
     for part, draw in (("wheel", _wheel), ("plate", _plate), ("head", _headlamp), ("tail", _tail_lamp)):
@@ -137,37 +137,37 @@ def _put(image: Image, part: str, patch: Image) -> None:
 
 
 def _wheel(size: tuple[int, int], rng: Generator) -> Image:
-    image = np.full(size, tone(0.03), np.uint8)
+    image = np.full(size, grey(0.03), np.uint8)
     middle, radius = (size[1] // 2, size[0] // 2), size[0] // 2
-    cv2.circle(image, middle, round(0.66 * radius), tone(rng.uniform(0.25, 0.5)), -1, cv2.LINE_AA)
+    cv2.circle(image, middle, round(0.66 * radius), grey(rng.uniform(0.25, 0.5)), -1, cv2.LINE_AA)
     spokes = int(rng.integers(4, 9))
     for angle in np.arange(spokes) * 2 * np.pi / spokes + rng.uniform(0, 1):
         at = np.add(middle, 0.42 * radius * np.array([np.cos(angle), np.sin(angle)]))
-        cv2.circle(image, at.astype(int).tolist(), round(0.9 * radius / spokes), tone(0.06), -1, cv2.LINE_AA)
-    cv2.circle(image, middle, round(0.1 * radius), tone(0.2), -1, cv2.LINE_AA)
+        cv2.circle(image, at.astype(int).tolist(), round(0.9 * radius / spokes), grey(0.06), -1, cv2.LINE_AA)
+    cv2.circle(image, middle, round(0.1 * radius), grey(0.2), -1, cv2.LINE_AA)
     return image
 
 
 def _plate(size: tuple[int, int], rng: Generator) -> Image:
     """Draw a Portuguese number plate: three pairs of letters and digits."""
-    image = np.full(size, tone(0.75), np.uint8)
+    image = np.full(size, grey(0.75), np.uint8)
     pairs = ["".join(rng.choice(list("0123456789"), 2)) for _ in range(2)]
     pairs.insert(int(rng.integers(3)), "".join(rng.choice(list("ABCDEFGHJLMNPQRSTUVXZ"), 2)))
-    cv2.putText(image, "-".join(pairs), (8, round(0.75 * size[0])), FONT, 0.72, tone(0.03), 2, cv2.LINE_AA)
-    cv2.rectangle(image, (0, 0), (size[1] - 1, size[0] - 1), tone(0.1), 1)
+    cv2.putText(image, "-".join(pairs), (8, round(0.75 * size[0])), FONT, 0.72, grey(0.03), 2, cv2.LINE_AA)
+    cv2.rectangle(image, (0, 0), (size[1] - 1, size[0] - 1), grey(0.1), 1)
     return image
 
 
 def _headlamp(size: tuple[int, int], rng: Generator) -> Image:
-    image = np.full(size, tone(0.45), np.uint8)
-    cv2.circle(image, (size[1] // 2, size[0] // 2), size[0] // 3, tone(rng.uniform(0.6, 0.8)), -1, cv2.LINE_AA)
-    cv2.rectangle(image, (0, 0), (size[1] - 1, size[0] - 1), tone(0.1), 2)
+    image = np.full(size, grey(0.45), np.uint8)
+    cv2.circle(image, (size[1] // 2, size[0] // 2), size[0] // 3, grey(rng.uniform(0.6, 0.8)), -1, cv2.LINE_AA)
+    cv2.rectangle(image, (0, 0), (size[1] - 1, size[0] - 1), grey(0.1), 2)
     return image
 
 
 def _tail_lamp(size: tuple[int, int], rng: Generator) -> Image:
-    image = np.full(size, tone(0.10), np.uint8)
-    image[size[0] // 2 : round(0.7 * size[0])] = tone(rng.uniform(0.3, 0.5))
+    image = np.full(size, grey(0.10), np.uint8)
+    image[size[0] // 2 : round(0.7 * size[0])] = grey(rng.uniform(0.3, 0.5))
     return image
 
 

@@ -11,7 +11,7 @@ from worlds.arrays import Block, Floats, Span
 from worlds.parts import scenery, textures
 from worlds.parts.site import TOUCHED, Site
 from worlds.plans.areas import Rectangle, rectangles
-from worlds.plans.frame import LEVEL, Frame, quaternion
+from worlds.plans.frame import LEVEL, LocalFrame, quaternion
 from worlds.plans.schema import Door, FloorPlan, Point, Wall, Window
 
 PROUD = 0.004
@@ -97,7 +97,7 @@ def _slab(area: Rectangle, height: float) -> Block:
 
 
 def _wall(site: Site, plan: FloorPlan, wall: Wall) -> None:
-    frame = Frame.of(wall)
+    frame = LocalFrame.of(wall)
     openings = plan.openings_in(wall)
     skirting: list[Block] = []
     for i, (s, z) in enumerate(_pieces(wall, openings, plan.wall_height(wall), _reach(plan, wall))):
@@ -114,7 +114,7 @@ def _reach(plan: FloorPlan, wall: Wall) -> Span:
     Past a corner by its thickness, so that two walls leave no gap for light; but not past a corner where the next wall
     turns away from the room: there it would stand out into the room behind that wall's face.
     """
-    inward = Frame.of(wall).inward
+    inward = LocalFrame.of(wall).inward
 
     def past(corner: Point) -> float:
         at_corner = [w for w in plan.wall if w != wall and corner in (w.start, w.end)]

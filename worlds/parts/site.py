@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from worlds.arrays import Block, Floats, Span
 from worlds.parts.greyscale import Image, srgb
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Material
 
 SOLID, SEEN, TOUCHED, GLASS = 0, 2, 3, 4
@@ -89,29 +89,29 @@ class Site:
 
     # --- geometry ---
 
-    def solid(self, name: str, frame: Frame, block: Block, material: str, cast: bool = True) -> None:
+    def solid(self, name: str, frame: LocalFrame, block: Block, material: str, cast: bool = True) -> None:
         """Add a box that things bump into and beams end on."""
         self._box(name, frame, block, material, cast, SOLID)
 
-    def shown(self, name: str, frame: Frame, block: Block, material: str, cast: bool = False) -> None:
+    def shown(self, name: str, frame: LocalFrame, block: Block, material: str, cast: bool = False) -> None:
         """Add a box that only cameras see."""
         self._box(name, frame, block, material, cast, SEEN)
 
-    def touched(self, name: str, frame: Frame, block: Block, material: str) -> None:
+    def touched(self, name: str, frame: LocalFrame, block: Block, material: str) -> None:
         """Add a box that things bump into and beams end on, where what is seen is drawn apart."""
         self._box(name, frame, block, material, False, TOUCHED)
 
-    def pane(self, name: str, frame: Frame, block: Block) -> None:
+    def pane(self, name: str, frame: LocalFrame, block: Block) -> None:
         """Add a pane of glass, which only laser beams notice."""
         self._box(name, frame, block, "", False, GLASS)
 
-    def _box(self, name: str, frame: Frame, block: Block, material: str, cast: bool, group: int) -> None:
+    def _box(self, name: str, frame: LocalFrame, block: Block, material: str, cast: bool, group: int) -> None:
         spans = np.array(block)
         pos, size = frame.point(*spans.mean(axis=1)), np.diff(spans, axis=1)[:, 0] / 2
         kind = mujoco.mjtGeom.mjGEOM_BOX
         self.shape(name, kind, pos, size, material, group, quat=frame.box_quat, castshadow=cast)
 
-    def panel(self, name: str, frame: Frame, s: Span, out: float, z: Span, material: str) -> None:
+    def panel(self, name: str, frame: LocalFrame, s: Span, out: float, z: Span, material: str) -> None:
         """Add a picture flat on a wall, ``out`` metres in front of it."""
         middle, extent = frame.point(sum(s) / 2, out, sum(z) / 2), (s[1] - s[0], z[1] - z[0])
         self.plane(name, middle, frame.panel_quat, extent, material)
@@ -121,11 +121,11 @@ class Site:
         kind, size = mujoco.mjtGeom.mjGEOM_PLANE, [extent[0] / 2, extent[1] / 2, 1.0]
         self.shape(name, kind, pos, size, material, SEEN, quat=quat, castshadow=False)
 
-    def lattice(self, name: str, frame: Frame, blocks: list[Block], material: str, cast: bool = True) -> None:
+    def lattice(self, name: str, frame: LocalFrame, blocks: list[Block], material: str, cast: bool = True) -> None:
         """Add several boxes as one geom that only cameras see; sparing geoms spares rendering time."""
         self.boxes(name, [(frame, block) for block in blocks], material, cast)
 
-    def boxes(self, name: str, placed: list[tuple[Frame, Block]], material: str, cast: bool = True) -> None:
+    def boxes(self, name: str, placed: list[tuple[LocalFrame, Block]], material: str, cast: bool = True) -> None:
         """Add several boxes, each in a frame of its own, as one geom that only cameras see."""
         corners = np.concatenate([_corners(frame, block) for frame, block in placed])
         faces = np.concatenate([_faces(frame) + 8 * i for i, (frame, _) in enumerate(placed)])
@@ -176,13 +176,13 @@ def _matt(roughness: float) -> dict[str, float]:
     return {"roughness": roughness, "metallic": 0.0, "specular": 0.0}
 
 
-def _corners(frame: Frame, block: Block) -> Floats:
+def _corners(frame: LocalFrame, block: Block) -> Floats:
     spans = np.array(block)
     local = spans[:, 0] + UNIT_BOX * np.diff(spans, axis=1)[:, 0]
     level = frame.origin + local[:, :2] @ np.array([frame.along, frame.inward])
     return np.column_stack([level, local[:, 2]])
 
 
-def _faces(frame: Frame) -> NDArray[np.int64]:
+def _faces(frame: LocalFrame) -> NDArray[np.int64]:
     """Triangles of a box; a mirrored frame would turn them inside out, so there they go round the other way."""
     return BOX_FACES if frame.handed > 0 else BOX_FACES[:, ::-1]

@@ -5,7 +5,7 @@ import numpy as np
 
 from worlds.arrays import Block
 from worlds.parts.site import SEEN, Site
-from worlds.plans.frame import Frame, quaternion
+from worlds.plans.frame import LocalFrame, quaternion
 from worlds.plans.schema import FloorPlan, Stairs
 
 NOSING, PROUD = 0.045, 0.003
@@ -20,7 +20,7 @@ def raise_stairs(site: Site, plan: FloorPlan) -> None:
     """Build the flights of the plan: steps that are seen and touched, nosings and handrails that are only seen."""
     height = plan.ceiling.height if plan.ceiling is not None else np.inf
     for flight in plan.stairs:
-        key, frame = f"stairs_{flight.name}", Frame.under(flight)
+        key, frame = f"stairs_{flight.name}", LocalFrame.under(flight)
         for i, step in enumerate(_steps(flight)):
             site.solid(f"{key}_{i}", frame, step, flight.material)
         site.lattice(f"{key}_nosings", frame, _nosings(flight), "trim", cast=False)
@@ -37,7 +37,7 @@ def _nosings(flight: Stairs) -> list[Block]:
     return [((s - PROUD, s + NOSING), out, (top - NOSING, top + PROUD)) for (s, _), out, (_, top) in _steps(flight)]
 
 
-def _handrails(site: Site, key: str, frame: Frame, flight: Stairs, ceiling: float) -> None:
+def _handrails(site: Site, key: str, frame: LocalFrame, flight: Stairs, ceiling: float) -> None:
     """Lay a round bar along each side, on posts, from the first edge to the last one that leaves room for it."""
     edges = [(s, z) for (s, _), _, (_, z) in _steps(flight) if z + RAIL_HEIGHT + RAIL_RADIUS <= ceiling]
     if len(edges) < 2:

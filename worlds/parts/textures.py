@@ -1,6 +1,6 @@
 """What surfaces look like: plaster, floors, ceilings, wood, metal.
 
-Every function takes a seeded generator and returns a grey picture (``tones``).
+Every function takes a seeded generator and returns a grey picture (``greyscale``).
 """
 
 import cv2
@@ -8,8 +8,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from worlds.parts.greyscale import Image, cloud, encode, noise, paste, tone
-from worlds.parts.posters import printed
+from worlds.parts.greyscale import Image, cloud, encode, grey, noise, paste
+from worlds.parts.posters import printed_page
 
 
 def plaster(size: tuple[float, float], albedo: float, rng: Generator, density: int = 100) -> Image:
@@ -102,8 +102,8 @@ def wood(size: tuple[float, float], albedo: float, rng: Generator, density: int 
     field = albedo * (1.0 + 0.05 * grain / grain.std() + 0.05 * bands / bands.std())
     image = encode(field, rng)
     kick = round(0.22 * density)
-    image[-kick:] = tone(0.35)
-    cv2.line(image, (0, shape[0] - kick), (shape[1], shape[0] - kick), tone(0.12), 2)
+    image[-kick:] = grey(0.35)
+    cv2.line(image, (0, shape[0] - kick), (shape[1], shape[0] - kick), grey(0.12), 2)
     _handle(image, density)
     return image
 
@@ -111,26 +111,26 @@ def wood(size: tuple[float, float], albedo: float, rng: Generator, density: int 
 def _handle(image: Image, density: int) -> None:
     x, y = image.shape[1] - round(0.07 * density), image.shape[0] - round(1.05 * density)
     plate = round(0.02 * density), round(0.11 * density)
-    cv2.rectangle(image, (x - plate[0], y - plate[1]), (x + plate[0], y + plate[1]), tone(0.5), -1)
-    cv2.rectangle(image, (x - round(0.13 * density), y - 6), (x + 4, y + 3), tone(0.3), -1)
-    cv2.line(image, (x - round(0.13 * density), y + 5), (x + 4, y + 5), tone(0.08), 2)
-    cv2.circle(image, (x, y + round(0.07 * density)), 4, tone(0.03), -1, cv2.LINE_AA)
+    cv2.rectangle(image, (x - plate[0], y - plate[1]), (x + plate[0], y + plate[1]), grey(0.5), -1)
+    cv2.rectangle(image, (x - round(0.13 * density), y - 6), (x + 4, y + 3), grey(0.3), -1)
+    cv2.line(image, (x - round(0.13 * density), y + 5), (x + 4, y + 5), grey(0.08), 2)
+    cv2.circle(image, (x, y + round(0.07 * density)), 4, grey(0.03), -1, cv2.LINE_AA)
 
 
 def metal(size: tuple[float, float], albedo: float, rng: Generator, density: int = 200) -> Image:
     """Draw the front of a cabinet of (width, height) [m]: two doors, a lock, louvres, a stuck label or two."""
     width, height = round(size[0] * density), round(size[1] * density)
     image = encode(albedo * (1.0 + 0.01 * cloud((height, width), rng)), rng)
-    dark = tone(0.35 * albedo)
+    dark = grey(0.35 * albedo)
     cv2.rectangle(image, (4, 4), (width - 5, height - 5), dark, 2)
     cv2.line(image, (width // 2, 4), (width // 2, height - 5), dark, 3)
-    cv2.rectangle(image, (width // 2 + 8, height // 2 - 14), (width // 2 + 16, height // 2 + 14), tone(0.05), -1)
+    cv2.rectangle(image, (width // 2 + 8, height // 2 - 14), (width // 2 + 16, height // 2 + 14), grey(0.05), -1)
     for i in range(6):
         y = round(0.08 * height) + 9 * i
         for x in (0.12, 0.62):
             cv2.line(image, (round(x * width), y), (round((x + 0.26) * width), y), dark, 2)
     for _ in range(rng.integers(1, 4)):
-        label = printed((int(rng.integers(24, 44)), int(rng.integers(30, 60))), rng)
+        label = printed_page((int(rng.integers(24, 44)), int(rng.integers(30, 60))), rng)
         left, top = rng.integers(8, max(9, width - 70)), rng.integers(height // 4, max(height // 4 + 1, height - 70))
         paste(image, label, int(left), int(top))
     return image

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from worlds.arrays import Floats
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import (
     ON_WALL,
     STANDING,
@@ -55,7 +55,7 @@ class Footprint(NamedTuple):
     radius: float = 0.0
 
 
-class Taken(NamedTuple):
+class Occupied(NamedTuple):
     """A footprint, and whose it is: the plan's table and the name there."""
 
     table: str
@@ -75,13 +75,13 @@ def ways(points: tuple[Point, ...], radius: float) -> list[Footprint]:
     return [strip(a, b, radius) for a, b in pairwise(points)] or [strip(points[0], points[0], radius)]
 
 
-def taken(plan: FloorPlan) -> tuple[Taken, ...]:
+def taken(plan: FloorPlan) -> tuple[Occupied, ...]:
     """Return the ground that everything takes which stands in the way of somebody who walks."""
-    found = [Taken("wall", w.name, against(plan, w.name, (0.0, w.length), (-w.thickness, 0.0))) for w in plan.wall]
+    found = [Occupied("wall", w.name, against(plan, w.name, (0.0, w.length), (-w.thickness, 0.0))) for w in plan.wall]
     for table in (*ON_WALL, *STANDING):
-        found += [Taken(table, i.name, f) for i in getattr(plan, table) for f in footprints(plan, i)]
+        found += [Occupied(table, i.name, f) for i in getattr(plan, table) for f in footprints(plan, i)]
     for kerb in plan.kerb:
-        found += [Taken("kerb", kerb.name, f) for f in ways(kerb.points, kerb.width / 2)]
+        found += [Occupied("kerb", kerb.name, f) for f in ways(kerb.points, kerb.width / 2)]
     return tuple(found)
 
 
@@ -89,7 +89,7 @@ def footprints(plan: FloorPlan, item: OnWall | Standing) -> list[Footprint]:
     """Return what ground one thing takes; nothing for what is flat on a wall, or overhead."""
     match item:
         case Bin():
-            x, y, _ = Frame.of(plan.wall_named(item.wall)).point(item.at, item.width / 2 + OFF_WALL, 0.0)
+            x, y, _ = LocalFrame.of(plan.wall_named(item.wall)).point(item.at, item.width / 2 + OFF_WALL, 0.0)
             return [Footprint(x, y, radius=item.width / 2)]
         case Cabinet() | Fixture() if item.rise[0] < OVERHEAD:
             return [against(plan, item.wall, item.extent, (0.0, item.depth))]
@@ -102,7 +102,7 @@ def footprints(plan: FloorPlan, item: OnWall | Standing) -> list[Footprint]:
 
 def against(plan: FloorPlan, wall: str, s: tuple[float, float], out: tuple[float, float]) -> Footprint:
     """Return the rectangle between two distances ``s`` along a wall and two ``out`` of it, into the room [m]."""
-    frame = Frame.of(plan.wall_named(wall))
+    frame = LocalFrame.of(plan.wall_named(wall))
     x, y, _ = frame.point(sum(s) / 2, sum(out) / 2, 0.0)
     return Footprint(
         x, y, float(np.arctan2(frame.along[1], frame.along[0])), (s[1] - s[0]) / 2, abs(out[1] - out[0]) / 2

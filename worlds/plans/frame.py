@@ -18,7 +18,7 @@ def left_of(direction: Floats) -> Floats:
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class LocalFrame:
     """Origin at the wall's start on the floor, (2,); ``along`` and ``inward`` are unit vectors, (2,)."""
 
     origin: Floats
@@ -26,20 +26,20 @@ class Frame:
     inward: Floats
 
     @classmethod
-    def of(cls, wall: Wall) -> "Frame":
+    def of(cls, wall: Wall) -> "LocalFrame":
         """Return the frame of a wall of the plan."""
         frame = cls.between(wall.start, wall.end)
         return frame if wall.inside == "left" else cls(frame.origin, frame.along, -frame.inward)
 
     @classmethod
-    def between(cls, start: ArrayLike, end: ArrayLike) -> "Frame":
+    def between(cls, start: ArrayLike, end: ArrayLike) -> "LocalFrame":
         """Return the frame of a line on the floor, (2,) each; ``inward`` points to its left."""
         start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         along = (end - start) / np.linalg.norm(end - start)
         return cls(start, along, left_of(along))
 
     @classmethod
-    def under(cls, item: Standing) -> "Frame":
+    def under(cls, item: Standing) -> "LocalFrame":
         """Return the frame of what stands free: ``along`` is its heading, ``inward`` points to the left, its front."""
         along = np.array([np.cos(np.radians(item.heading)), np.sin(np.radians(item.heading))])
         return cls(np.array(item.at), along, left_of(along))
@@ -69,24 +69,24 @@ class Frame:
         """+1 when a box's y axis points into the room, −1 when it points out of it."""
         return float(np.sign(self.along[0] * self.inward[1] - self.along[1] * self.inward[0]))
 
-    def turned(self, s: float, out: float, angle: float) -> "Frame":
+    def turned(self, s: float, out: float, angle: float) -> "LocalFrame":
         """Return a frame at (s, out) whose ``along`` is swung by ``angle`` [rad] away from the room."""
         cos, sin = np.cos(angle), np.sin(angle)
         origin = self.point(s, out, 0.0)[:2]
-        return Frame(origin, cos * self.along - sin * self.inward, cos * self.inward + sin * self.along)
+        return LocalFrame(origin, cos * self.along - sin * self.inward, cos * self.inward + sin * self.along)
 
-    def leaf(self, door: Door, angle: float) -> "Frame":
+    def leaf(self, door: Door, angle: float) -> "LocalFrame":
         """Return the frame of the leaf of a wall's door, from its hinge on, opened by ``angle`` [rad]."""
         at_start = door.hinge == "start"
         hinge, s = (self, door.extent[0]) if at_start else (self.reversed(), -door.extent[1])
         return hinge.turned(s, -door.recess, angle)
 
-    def reversed(self) -> "Frame":
+    def reversed(self) -> "LocalFrame":
         """Return the same place with ``along`` pointing the other way."""
-        return Frame(self.origin, -self.along, self.inward)
+        return LocalFrame(self.origin, -self.along, self.inward)
 
 
-LEVEL = Frame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
+LEVEL = LocalFrame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
 """The world's own axes."""
 
 

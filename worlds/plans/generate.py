@@ -17,7 +17,7 @@ from numpy.random import Generator
 from worlds.arrays import Floats, Span
 from worlds.plans.areas import Rectangle
 from worlds.plans.footprints import ROOM_SIDE, ROOM_WALL
-from worlds.plans.frame import Frame, left_of
+from worlds.plans.frame import LocalFrame, left_of
 from worlds.plans.schema import Door, FloorPlan, Wall
 
 SHORTEST_LEG = 12.0
@@ -151,7 +151,7 @@ def _leg(wall: Wall) -> int:
 
 def _at_edge(wall: Wall, walls: Sequence[Wall]) -> bool:
     """Whether nothing of the plan lies behind the wall; only there a window has something to look at."""
-    frame = Frame.of(wall)
+    frame = LocalFrame.of(wall)
     corners = np.array([p for w in walls for p in (w.start, w.end)])
     return bool(np.min((corners - frame.origin) @ frame.inward) > -1e-9)
 
@@ -257,7 +257,7 @@ def _bare_stretches(rng: Generator, points: Floats) -> Bare:
 
 def _on_wall(wall: Wall, points: Floats, spans: Sequence[Span]) -> list[Span]:
     """Spans along the middle line of a wall's leg as spans from the wall's own start."""
-    frame = Frame.of(wall)
+    frame = LocalFrame.of(wall)
     shift = float((points[_leg(wall)] - frame.origin) @ frame.along)
     return [(a + shift, b + shift) for a, b in spans]
 
@@ -444,7 +444,7 @@ def _ground(walls: Sequence[Wall]) -> Rectangle:
 
 
 def _room(item: Item, wall: Wall) -> Rectangle:
-    frame, half = Frame.of(wall), item["width"] / 2 + ROOM_SIDE + ROOM_WALL + ROOM_GAP
+    frame, half = LocalFrame.of(wall), item["width"] / 2 + ROOM_SIDE + ROOM_WALL + ROOM_GAP
     depth = Door.model_fields["depth"].default + wall.thickness + ROOM_WALL + ROOM_GAP
     corners = np.array([frame.point(item["at"] + s, out, 0.0)[:2] for s in (-half, half) for out in (0.0, -depth)])
     return Rectangle(corners.min(axis=0), corners.max(axis=0))

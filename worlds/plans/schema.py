@@ -23,11 +23,11 @@ Point = tuple[Number, Number]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$")]
 
 
-class _Table(BaseModel):
+class _PlanTable(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class Place(_Table):
+class Place(_PlanTable):
     """Where on Earth the world lies, and how it is turned."""
 
     latitude: Annotated[float, Field(strict=True, ge=-90.0, le=90.0)]
@@ -46,7 +46,7 @@ class Place(_Table):
         return value
 
 
-class Material(_Table):
+class Material(_PlanTable):
     """A grey surface: ``albedo`` is the share of light that it reflects, ``roughness`` 0 is a mirror, 1 is matt."""
 
     albedo: Share
@@ -60,7 +60,7 @@ class Material(_Table):
         return self.albedo if self.remission is None else self.remission
 
 
-class Floor(_Table):
+class Floor(_PlanTable):
     """The floor, or in the open air the ground; ``tile`` is the side of one tile [m]."""
 
     material: Name
@@ -70,7 +70,7 @@ class Floor(_Table):
     """Two opposite corners of the ground in the open air; None: what lies between the walls."""
 
 
-class Ceiling(_Table):
+class Ceiling(_PlanTable):
     """The ceiling: square panels of ``panel`` metres at ``height`` above the floor."""
 
     height: Length
@@ -78,7 +78,7 @@ class Ceiling(_Table):
     panel: Length = 0.6
 
 
-class Wall(_Table):
+class Wall(_PlanTable):
     """A straight wall; ``start`` to ``end`` is the line of its inner face, seen from the side named by ``inside``."""
 
     name: Name
@@ -97,7 +97,7 @@ class Wall(_Table):
         return float(np.hypot(*np.subtract(self.end, self.start)))
 
 
-class OnWall(_Table):
+class OnWall(_PlanTable):
     """What all things on a wall have in common."""
 
     name: Name
@@ -217,7 +217,7 @@ class Fixture(OnWall):
         return self.bottom, self.bottom + self.height
 
 
-class Standing(_Table):
+class Standing(_PlanTable):
     """What stands free on the floor; ``at`` is the middle of its footprint, ``heading`` turns it, 0 along x."""
 
     name: Name
@@ -301,7 +301,7 @@ class Person(Standing):
         return self.at, *self.walk
 
 
-class Line(_Table):
+class GroundLine(_PlanTable):
     """What follows a line of points on the ground."""
 
     name: Name
@@ -309,20 +309,20 @@ class Line(_Table):
     material: Name
 
 
-class Kerb(Line):
+class Kerb(GroundLine):
     """A kerb stone along a line."""
 
     width: Length = 0.15
     height: Length = 0.12
 
 
-class Marking(Line):
+class Marking(GroundLine):
     """Paint on the ground along a line."""
 
     width: Length = 0.12
 
 
-class LampRow(_Table):
+class LampRow(_PlanTable):
     """``count`` equal lamps on the ceiling, the first at ``first``, each ``step`` on from the one before.
 
     ``switch``: ``dusk`` lamps burn when it gets dark outside, ``always`` ones unless all lamps are switched off.
@@ -353,7 +353,7 @@ TABLES = ("wall", *ON_WALL, *STANDING, *LINES, "lamp")
 """All tables of the plan whose entries have names."""
 
 
-class FloorPlan(_Table):
+class FloorPlan(_PlanTable):
     """A whole world as its author wrote it; one without a ceiling is in the open air."""
 
     name: Name

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from refseq.planar import Pose
 from sim.envs.tasks.task import Episode, Ground, Situation, Task
 from sim.errors import SimError
-from worlds.plans.frame import Frame
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Door, FloorPlan
 
 OPEN = 80.0
@@ -32,7 +32,7 @@ class Doorway:
     def of(cls, plan: FloorPlan, door: Door) -> "Doorway":
         """The doorway of a plan's door, as one goes from the side that its wall's face is on."""
         wall = plan.wall_named(door.wall)
-        frame = Frame.of(wall)
+        frame = LocalFrame.of(wall)
         return cls(frame.point(door.at, 0.0, 0.0)[:2], -frame.inward, wall.thickness)
 
     def start(self, before: float, aside: float, turned: float) -> Pose:

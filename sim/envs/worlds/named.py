@@ -8,10 +8,10 @@ import mujoco
 from sim.drives.chase_camera import with_onlooker
 from sim.envs.worlds.rooms import FORMS, two_rooms
 from sim.errors import SimError
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.errors import WorldsError
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 from worlds.plans.schema import FloorPlan
 
 KEPT = 16
@@ -45,7 +45,7 @@ def world_named(name: str, light: str, pictured: bool) -> World:
     bench is ready in a hundredth of a second instead of a third; nothing but a camera notices. Raises ``SimError``.
     """
     try:
-        world = with_onlooker(build(plan_named(name), light_named(light), seed=0))
+        world = with_onlooker(build_world(plan_named(name), light_named(light), seed=0))
     except WorldsError as error:
         raise SimError(str(error)) from None
     if not pictured:

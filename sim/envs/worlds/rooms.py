@@ -1,7 +1,7 @@
 """Two rooms with an open door between them, in a few forms."""
 
 from sim.errors import SimError
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 from worlds.plans.schema import FloorPlan
 
 FORMS = tuple((angle, hinge) for angle in (85, 95, 105) for hinge in ("start", "end"))

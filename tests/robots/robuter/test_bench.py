@@ -22,9 +22,9 @@ from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.operator import Operator, OperatorStyle
 from sim.rendering.render import RendererKind
 from tests.worlds.conftest import box, in_the_open
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 PERFECT = BenchSettings(renderer=RendererKind.NONE, calibration=CalibrationErrors(0.0, 0.0, 0.0))
 WALL = 8.0
@@ -36,13 +36,13 @@ SONARS_AHEAD = 0.275
 
 @pytest.fixture(scope="module")
 def open_air() -> World:
-    return build(parse_plan(in_the_open()), light_named("16:00"), seed=0)
+    return build_world(parse_plan(in_the_open()), light_named("16:00"), seed=0)
 
 
 @pytest.fixture(scope="module")
 def room() -> World:
     """8 m long, 4 m wide, a wall at its end."""
-    return build(parse_plan(box(WALL, 4.0)), light_named("16:00"), seed=0)
+    return build_world(parse_plan(box(WALL, 4.0)), light_named("16:00"), seed=0)
 
 
 def bench_in(world: World, timestep: float | None = None) -> Bench:

@@ -26,10 +26,10 @@ from scenarios.drives.record import QUERY_SEEDS, Drive, driven, plan_of
 from scenarios.scoring.path_geometry import WIDE
 from scenarios.world_views.facts import robot_boxes
 from sim.rendering.drivers import vulkan_device
-from worlds.build import build
+from worlds.build import build_world
 from worlds.check import check_world
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 THESIS = {
     "fig-2.7-laboratory",
@@ -288,7 +288,7 @@ def test_the_offices_with_a_closed_door_differ_in_nothing_else() -> None:
 def test_no_daylight_gets_in_there() -> None:
     plan = load_plan(str(LIBRARY / "identical-doors.toml"))
     spots = np.array([[x, 0.0, 1.0] for x in (5.0, 25.0, 45.0)])
-    day, night = (build(plan, light_named(light), seed=0).ambient for light in ("16:00", "late-evening"))
+    day, night = (build_world(plan, light_named(light), seed=0).ambient for light in ("16:00", "late-evening"))
     assert [day.at(spot) for spot in spots] == pytest.approx([night.at(spot) for spot in spots], rel=1e-6)
 
 

@@ -15,7 +15,7 @@ from tests.worlds.conftest import SMALL
 from worlds.light import light_named
 from worlds.meter import illuminance
 from worlds.plans.generate import corridor
-from worlds.plans.plan import load_plan, names, parse_plan
+from worlds.plans.load import load_plan, parse_plan, world_names
 
 CRATE = """
 [[furniture]]
@@ -50,7 +50,7 @@ def worlds(refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> W
 def test_list_names_every_world_and_the_one_from_a_seed(worlds: Worlds) -> None:
     answer = worlds("list")
     assert answer.code == 0
-    for name in (*names(), "corridor:SEED"):
+    for name in (*world_names(), "corridor:SEED"):
         assert re.search(rf"^ ?{re.escape(name)} ", answer.out, re.MULTILINE), name
     assert "forward ⇄ 96" in answer.out
     assert max(map(len, answer.out.splitlines())) <= 80
@@ -136,7 +136,7 @@ def test_generate_writes_the_corridor_of_that_seed(worlds: Worlds, tmp_path: Pat
 
 
 def test_lengths_that_are_told_are_those_of_the_lines() -> None:
-    for name in names():
+    for name in world_names():
         plan = load_plan(name)
         first = next(iter(plan.routes))
         along = sum(dist(a, b) for a, b in pairwise(plan.routes[first]))

@@ -25,9 +25,9 @@ from sim.errors import SimError
 from sim.rendering.render import RendererKind
 from sim.sensors.laser import LaserModel
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
 
@@ -35,7 +35,7 @@ BLIND = BenchSettings(renderer=RendererKind.NONE)
 @pytest.fixture(scope="module")
 def corridor() -> World:
     """8 m long, walls at y = ±1.2 m, its route along the x axis from 1 m on."""
-    return build(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
 
 
 def bench_in(world: World, seed: int = 0, settings: BenchSettings = BLIND) -> Bench:
@@ -215,7 +215,7 @@ def test_the_exposure_trails_a_change_of_light_by_the_cameras_lag(corridor: Worl
 
 def test_the_light_from_all_sides_is_that_of_the_place(lamp: Lamp) -> None:
     window = 'window = [{ name = "w", wall = "right", at = 6.5 }]'
-    world = build(parse_plan(SMALL.format(top=window, end="")), light_named("16:00"), seed=0)
+    world = build_world(parse_plan(SMALL.format(top=window, end="")), light_named("16:00"), seed=0)
     with bench_in(world, settings=BenchSettings(cameras=("camera-1",))) as bench:
         for x in (1.0, 5.5):
             bench.place(Pose(x, 0.0, 0.0))
@@ -345,7 +345,7 @@ def test_leaving_the_block_gives_the_renderer_back(corridor: World, lamp: Lamp) 
 
 def test_people_walk_while_the_robot_drives() -> None:
     walker = 'person = [{ name = "p", at = [2, 0.8], walk = [[6, 0.8]], speed = 1.0 }]'
-    world = build(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
+    world = build_world(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
     with bench_in(world) as bench:
         for _ in range(3):
             start = float(bench.data.body("person_p").xpos[0])
@@ -355,7 +355,7 @@ def test_people_walk_while_the_robot_drives() -> None:
 
 def test_somebody_who_walks_is_blurred_by_their_speed(lamp: Lamp, monkeypatch: pytest.MonkeyPatch) -> None:
     walker = 'person = [{ name = "p", at = [3, 0.2], walk = [[3, -0.9]], speed = 1.0 }]'
-    world = build(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
+    world = build_world(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
     seen: list[NDArray[np.float32]] = []
     monkeypatch.setattr(sim.bench.bench, "smeared", lambda picture, run: seen.append(run) or picture)
     with bench_in(world, settings=BenchSettings(cameras=("camera-1",))) as bench:

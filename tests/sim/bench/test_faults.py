@@ -30,9 +30,9 @@ from sim.sensors.laser import DAZZLE, Laser, LaserModel
 from sim.sensors.laser_echoes import Echoes
 from tests.sim.bench.test_bench import Lamp, signal
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 PERFECT = OperatorStyle(strength=0.0)
 BLIND = BenchSettings(renderer=RendererKind.NONE)
@@ -46,7 +46,7 @@ SETTLED = math.exp(-ADAPTATION / CameraModel().exposure.lag)
 @pytest.fixture(scope="module")
 def corridor() -> World:
     """8 m long, walls at y = ±1.2 m, its route along the x axis from 1 m to 7 m."""
-    return build(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
 
 
 @pytest.fixture(scope="module")

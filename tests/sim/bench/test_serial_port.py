@@ -20,16 +20,16 @@ from sim.errors import SimError
 from sim.rendering.render import RendererKind
 from tests.terminals import needs_terminals
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 AT_ONCE = Pace(None)
 
 
 @pytest.fixture(scope="module")
 def corridor() -> World:
-    return build(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end="")), light_named("16:00"), seed=0)
 
 
 @pytest.fixture

@@ -14,9 +14,9 @@ from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_runner import Ended, Moment, frame_of, run
 from sim.drives.doors import doors_to_cross
 from sim.rendering.render import RendererKind
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 PERFECT = BenchSettings(RendererKind.NONE, calibration=CalibrationErrors(0.0, 0.0, 0.0))
 """A robot that knows its wheels: what is off then is the behaviour's."""
@@ -75,7 +75,7 @@ BOX = (
 def corridor(length: float = 12, things: str = "", left: float | None = None) -> World:
     """A corridor along x, walls at y = ±1.2 m and at both ends; the ``left`` wall may end earlier."""
     plan = PLAN.format(length=length, left=length if left is None else left, things=things)
-    return build(parse_plan(plan), light_named("16:00"), seed=0)
+    return build_world(parse_plan(plan), light_named("16:00"), seed=0)
 
 
 @dataclass(frozen=True)

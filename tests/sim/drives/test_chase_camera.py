@@ -13,9 +13,9 @@ from sim.bench.bench import Bench, BenchSettings
 from sim.drives.chase_camera import APART, CAMERA, EXPOSED, Onlooker, developed, with_onlooker
 from sim.rendering.render import RendererKind
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 BOX = """
 [[furniture]]
@@ -30,7 +30,7 @@ material = "door"
 
 
 def corridor(end: str = "") -> World:
-    return with_onlooker(build(parse_plan(SMALL.format(top="", end=end)), light_named("16:00"), 0))
+    return with_onlooker(build_world(parse_plan(SMALL.format(top="", end=end)), light_named("16:00"), 0))
 
 
 def eyes(world: World, pose: Pose, bearing: float, name: str = "robuter") -> np.ndarray:

@@ -13,9 +13,9 @@ from robots import Twist
 from robots.behaviours import Outcome
 from robots.behaviours.cross_door import Side
 from tests.sim.doorways import CORNERS, THICK, Crossing, Doorkeeper, cross, from_behind, rooms, standing, starts
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 every_robot = pytest.mark.parametrize("name", ["robuter", "segway_rmp"])
 ENOUGH = 0.05
@@ -177,7 +177,7 @@ def opened(world: str, door: str) -> World:
     """A world of the library with one door open."""
     plan = load_plan(world)
     doors = [one.model_copy(update={"open": 95.0}) if one.name == door else one for one in plan.door]
-    return build(plan.model_copy(update={"door": tuple(doors)}), light_named("16:00"), seed=0)
+    return build_world(plan.model_copy(update={"door": tuple(doors)}), light_named("16:00"), seed=0)
 
 
 @pytest.fixture(scope="module")

@@ -19,9 +19,9 @@ from sim.drives.recorder import Moved, Taken, Trigger, describe, drive_and_sense
 from sim.errors import SimError
 from sim.rendering.render import RendererKind
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 PERFECT = OperatorStyle(strength=0.0)
 THERE_AND_BACK = "back = [[1, 0], [4, 0], [2, 0]]"
@@ -31,7 +31,7 @@ amounts = st.floats(0, 1e3)
 
 @pytest.fixture(scope="module")
 def corridor() -> World:
-    return build(parse_plan(SMALL.format(top="", end=THERE_AND_BACK)), light_named("16:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end=THERE_AND_BACK)), light_named("16:00"), seed=0)
 
 
 def bench_in(world: World, route: str = "forward", seed: int = 1) -> Bench:

@@ -34,9 +34,9 @@ from sim.drives.recorder import Trigger
 from sim.errors import SimError
 from sim.missions.mission import Mission, run_mission
 from sim.rendering.render import RendererKind
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 BLIND = BenchSettings(RendererKind.NONE, cameras=())
 WEST = Landmarks({"LA3": "end"})
@@ -47,7 +47,7 @@ LASER_AHEAD = 0.25
 
 @pytest.fixture(scope="module")
 def offices() -> World:
-    return build(load_plan("offices"), light_named("16:00"), 0)
+    return build_world(load_plan("offices"), light_named("16:00"), 0)
 
 
 @pytest.fixture(scope="module")

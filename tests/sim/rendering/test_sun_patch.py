@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from sim.rendering.drivers import vulkan_device
 from sim.rendering.render import RendererKind, open_renderer, prepare_spec
 from tests.worlds.conftest import SMALL
-from worlds.build import build
+from worlds.build import build_world
 from worlds.light import light_named
 from worlds.lighting.daylight import sun_direction
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 WINDOW = 'window = [{ name = "w", wall = "right", at = 4 }]'
 ENDS = "".join(
@@ -46,7 +46,7 @@ def sunlit(points: NDArray[np.float64], beam: NDArray[np.float64], grown: float)
 @pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")
 @pytest.mark.parametrize("hour", ["13:00", "16:00"])
 def test_the_sun_falls_through_a_window_to_where_geometry_puts_it(hour: str) -> None:
-    world = build(parse_plan(SMALL.format(top=WINDOW, end=ENDS)), light_named(hour), seed=0)
+    world = build_world(parse_plan(SMALL.format(top=WINDOW, end=ENDS)), light_named(hour), seed=0)
     world.spec.worldbody.add_camera(name="above", pos=[4, 0, HEIGHT], fovy=90.0)
     prepare_spec(world.spec)
     model = world.spec.compile()

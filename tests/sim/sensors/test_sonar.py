@@ -18,9 +18,9 @@ from sim.rendering.render import RendererKind
 from sim.sensors.beams import SEEN_GROUPS
 from sim.sensors.sonar import SonarModel, SonarRing
 from sim.sensors.ultrasound import INNER_RAYS, RAYS
-from worlds.build import build
+from worlds.build import build_world
 from worlds.light import light_named
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 BOX, CYLINDER = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
 MOST = 10.668
@@ -189,7 +189,7 @@ def test_a_thing_before_a_foot_hides_it() -> None:
 def test_a_person_is_heard_by_every_ranger_whose_cone_meets_one() -> None:
     """Somebody 1.5 m before the bumper; what a cone meets, and how near, is what thousands of rays in it find."""
     someone = '[[person]]\nname = "ana"\nat = [1.8, 0.15]\nheading = 90\n'
-    world = build(parse_plan(FLOOR.replace("[routes]", f"{someone}[routes]")), light_named("overcast"), seed=0)
+    world = build_world(parse_plan(FLOOR.replace("[routes]", f"{someone}[routes]")), light_named("overcast"), seed=0)
     with Bench(world, robots.load("robuter"), settings=BenchSettings(renderer=RendererKind.NONE)) as bench:
         bench.place(Pose(0.0, 0.0, 0.0))
         model, data = bench.model, bench.data

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tests.worlds.conftest import corner
-from worlds.build import build
+from worlds.build import build_world
 from worlds.change.change import KINDS, PRESETS, Change, change_named, changed
 from worlds.change.changes import ASTRAY, NUDGED, THRESHOLD
 from worlds.change.pedestrians import SHORTEST, STAND_EVERY, WALK_EVERY
@@ -19,8 +19,9 @@ from worlds.light import light_named
 from worlds.parts.people import Crowd
 from worlds.plans.areas import inside, rectangles
 from worlds.plans.footprints import PERSON_RADIUS, Footprint, clearance, footprints, gaps, taken
-from worlds.plans.frame import Frame
-from worlds.plans.plan import checked, load_plan, names, parse_plan
+from worlds.plans.frame import LocalFrame
+from worlds.plans.load import load_plan, parse_plan, world_names
+from worlds.plans.rules import checked
 from worlds.plans.schema import FloorPlan, Furniture
 
 Text = Callable[..., str]
@@ -182,7 +183,7 @@ def test_all_that_changes_leaves_the_routes_free(plan: FloorPlan, change: Change
     assert_routes_are_free(plan, checked(changed(plan, change, seed), "changed"))
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", world_names())
 def test_every_world_changes_and_keeps_its_routes_free(name: str) -> None:
     plan = load_plan(name)
     after = changed(plan, change_named("busy"), 3)
@@ -216,7 +217,7 @@ def test_nothing_is_put_into_anything_else(plan: FloorPlan, change: Change, seed
 
 
 def threshold(plan: FloorPlan, wall: str, extent: tuple[float, float]) -> Footprint:
-    frame = Frame.of(plan.wall_named(wall))
+    frame = LocalFrame.of(plan.wall_named(wall))
     x, y, _ = frame.point(sum(extent) / 2, THRESHOLD / 2, 0.0)
     return Footprint(x, y, math.atan2(*frame.along[::-1]), (extent[1] - extent[0]) / 2, THRESHOLD / 2)
 
@@ -232,7 +233,7 @@ def test_doors_open_only_where_a_room_fits_behind(plan: FloorPlan, strength: flo
         if new.open and not old.open:
             assert new.wall not in windowed
             wall = plan.wall_named(new.wall)
-            frame = Frame.of(wall)
+            frame = LocalFrame.of(wall)
             behind = [
                 frame.point(s, -wall.thickness - depth, 0.0)[:2]
                 for s in np.linspace(new.extent[0] - 0.7, new.extent[1] + 0.7, 9)
@@ -332,7 +333,7 @@ def test_more_strength_keeps_what_happened_to_the_cars(parking: FloorPlan) -> No
 
 def test_a_body_as_wide_as_the_way_gets_through_a_busy_hallway() -> None:
     plan = changed(HALLWAY, ALL, 2)
-    spec = build(plan, light_named("18:00"), seed=0).spec
+    spec = build_world(plan, light_named("18:00"), seed=0).spec
     probe = spec.worldbody.add_body(name="probe", pos=[50.0, 0.0, 0.51])
     probe.add_freejoint()
     probe.add_geom(name="probe", type=mujoco.mjtGeom.mjGEOM_BOX, size=[48.0 + 0.55, WAY, 0.5])

@@ -12,7 +12,7 @@ from worlds.drawing.title_block import _bearing
 from worlds.errors import WorldsError
 from worlds.light import light_named
 from worlds.lighting.daylight import sun_position
-from worlds.plans.plan import load_plan, parse_plan
+from worlds.plans.load import load_plan, parse_plan
 from worlds.plans.schema import FloorPlan
 
 SVG = "{http://www.w3.org/2000/svg}"

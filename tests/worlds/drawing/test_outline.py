@@ -1,7 +1,7 @@
 import numpy as np
 
 from worlds.drawing.outline import OPENING, outline_of
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 
 def test_walls_step_back_at_their_openings_and_cabinets_stand_out() -> None:

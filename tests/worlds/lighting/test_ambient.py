@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 
 from tests.worlds.conftest import box, corner
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.lighting.ambient import AXES, CLEARANCE, EYE, Ambient, ambient
 from worlds.lighting.form_factors import Cards
 from worlds.lighting.photometry import photometry, spot_illuminance, spots
 from worlds.meter import Meter
 from worlds.plans.areas import Rectangle
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 Floats = np.ndarray
 
@@ -63,6 +63,6 @@ def test_a_world_starts_with_the_light_at_its_first_routes_start(hallway: World)
 
 def test_same_plan_same_light(small: Callable[..., str]) -> None:
     plan = parse_plan(small(end='[[window]]\nname = "w"\nwall = "right"\nat = 3'))
-    one, two = (build(plan, light_named("16:00"), seed=s).ambient for s in (0, 1))
+    one, two = (build_world(plan, light_named("16:00"), seed=s).ambient for s in (0, 1))
     np.testing.assert_array_equal(one.grids[0].lux, two.grids[0].lux)
     assert one.grids[0].lux.max() > 10

@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tests.worlds.conftest import box, corner
-from worlds.lighting.form_factors import Cards, Faces, configuration_factor, form_factors, hidden
+from worlds.lighting.form_factors import Cards, Quads, configuration_factor, form_factors, hidden
 from worlds.lighting.radiosity import lay_patches
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 BOX = parse_plan(box(4, 2))
 UP = np.array([[0.0, 0.0, 1.0]])
@@ -26,11 +26,11 @@ def upright(a: float, b: float, c: float) -> float:
     return (np.arctan(1 / y) - y / np.hypot(x, y) * np.arctan(1 / np.hypot(x, y))) / (2 * np.pi)
 
 
-def factor(face: Faces, point: NDArray[np.float64], normal: NDArray[np.float64]) -> float:
+def factor(face: Quads, point: NDArray[np.float64], normal: NDArray[np.float64]) -> float:
     return float(configuration_factor(face.corners - point, np.atleast_2d(normal))[0])
 
 
-def sampled(face: Faces, point: NDArray[np.float64], normal: NDArray[np.float64], n: int = 400) -> float:
+def sampled(face: Quads, point: NDArray[np.float64], normal: NDArray[np.float64], n: int = 400) -> float:
     """Sum of cosα cosβ dA / π d² over n × n pieces, by brute force."""
     p, u, v = face.corners[0, 0], *(face.corners[0, [1, 3]] - face.corners[0, 0])
     steps = (np.arange(n) + 0.5) / n
@@ -42,9 +42,9 @@ def sampled(face: Faces, point: NDArray[np.float64], normal: NDArray[np.float64]
 
 @pytest.mark.parametrize(("a", "b", "c"), [(1, 1, 1), (2, 0.5, 0.3), (0.3, 4, 2)])
 def test_factor_is_the_catalogues(a: float, b: float, c: float) -> None:
-    above = Faces.tiled([0, 0, c], [0, b, 0], [a, 0, 0])
+    above = Quads.tiled([0, 0, c], [0, b, 0], [a, 0, 0])
     assert factor(above, np.zeros(3), UP[0]) == pytest.approx(parallel(a, b, c), rel=1e-12)
-    wall = Faces.tiled([c, 0, 0], [0, 0, a], [0, b, 0])
+    wall = Quads.tiled([c, 0, 0], [0, 0, a], [0, b, 0])
     np.testing.assert_allclose(wall.normals, [[-1, 0, 0]], atol=1e-12)
     assert factor(wall, np.zeros(3), UP[0]) == pytest.approx(upright(a, b, c), rel=1e-12)
 
@@ -60,13 +60,13 @@ def test_factor_of_any_card_is_the_integral(
     normal, axis = np.array(card) / np.linalg.norm(card), np.array(out) / np.linalg.norm(out)
     side = np.cross(axis, [0.6, 0.0, 0.8] if abs(axis[1]) < 0.9 else [1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
-    face = Faces.tiled(d * axis, a * side, b * np.cross(-axis, side))
+    face = Quads.tiled(d * axis, a * side, b * np.cross(-axis, side))
     np.testing.assert_allclose(face.normals[0], -axis, atol=1e-9)
     assert factor(face, np.zeros(3), normal) == pytest.approx(sampled(face, np.zeros(3), normal), abs=2e-4)
 
 
 def test_the_back_of_a_face_gives_nothing() -> None:
-    turned = Faces.tiled([0, 0, 1], [1, 0, 0], [0, 1, 0])
+    turned = Quads.tiled([0, 0, 1], [1, 0, 0], [0, 1, 0])
     assert factor(turned, np.zeros(3), UP[0]) == 0.0
 
 
@@ -90,8 +90,8 @@ def test_far_faces_are_points_of_nearly_the_same_light() -> None:
 
 def test_around_a_corner_nothing_is_seen() -> None:
     plan = parse_plan(corner(length=12, depth=12))
-    faces = Faces.joined(
-        [Faces.tiled([11, 8, 2.8], [0, 0.1, 0], [0.1, 0, 0]), Faces.tiled([11, 0, 2.8], [0, 1, 0], [1, 0, 0])]
+    faces = Quads.joined(
+        [Quads.tiled([11, 8, 2.8], [0, 0.1, 0], [0.1, 0, 0]), Quads.tiled([11, 0, 2.8], [0, 1, 0], [1, 0, 0])]
     )
     seen = form_factors(Cards(np.array([[2.0, 0.0, 0.0], [11.0, 3.0, 0.0]]), np.repeat(UP, 2, axis=0)), faces, plan)
     np.testing.assert_array_equal(seen.toarray() > 0, [[False, True], [True, True]])

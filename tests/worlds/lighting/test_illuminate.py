@@ -4,13 +4,13 @@ import pytest
 
 from sim.rendering.drivers import vulkan_device
 from sim.rendering.render import open_renderer, prepare_spec
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.lighting.photometry import transmission, window_luminance
 from worlds.meter import Meter
 from worlds.parts.greyscale import srgb
 from worlds.plans.frame import quaternion
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 PLAN = load_plan("hallway")
 
@@ -34,7 +34,7 @@ def test_intensities_are_photometric(hallway: World) -> None:
 
 def test_the_evening_has_lamps_and_no_sun() -> None:
     small = PLAN.model_copy(update={"poster": (), "board": (), "window": PLAN.window[:2]})
-    found = lights(build(small, light_named("late-evening"), seed=0))
+    found = lights(build_world(small, light_named("late-evening"), seed=0))
     assert "sun" not in found
     assert sum(n.startswith("lamp_") for n in found) == 25
 

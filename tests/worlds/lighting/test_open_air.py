@@ -8,14 +8,14 @@ import pytest
 
 from sim.rendering.render import open_renderer, prepare_spec
 from tests.worlds.conftest import in_the_open
-from worlds.build import World, build
+from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.lighting.colour import camera_weight
 from worlds.lighting.daylight import Daylight, sun_direction
 from worlds.lighting.open_air import CONE, FACE_SHARES, INNER, axial, face_luminances, head_of
 from worlds.lighting.sky import elevations, sky
 from worlds.meter import illuminance
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 from worlds.plans.schema import FloorPlan
 
 YARD = """
@@ -46,7 +46,7 @@ def yard() -> FloorPlan:
 
 @cache
 def lit(light: str) -> World:
-    return build(yard(), light_named(light), seed=0)
+    return build_world(yard(), light_named(light), seed=0)
 
 
 def looking(spec: mujoco.MjSpec, name: str, pos: np.ndarray, along: np.ndarray, fovy: float) -> None:
@@ -255,7 +255,7 @@ def test_a_poles_shadow_is_as_long_as_the_suns_elevation_says(light: str) -> Non
 
 def test_the_same_seed_draws_the_same_and_another_one_another_sky() -> None:
     def sky(seed: int) -> bytes:
-        return build(yard(), light_named("13:00,cloud=1"), seed).spec.texture("dome").data
+        return build_world(yard(), light_named("13:00,cloud=1"), seed).spec.texture("dome").data
 
     assert sky(0) == lit("13:00,cloud=1").spec.texture("dome").data
     assert sky(1) != lit("13:00,cloud=1").spec.texture("dome").data

@@ -17,7 +17,7 @@ from worlds.lighting.photometry import (
     transmission,
     window_luminance,
 )
-from worlds.plans.plan import load_plan, parse_plan
+from worlds.plans.load import load_plan, parse_plan
 
 PLAN = load_plan("hallway")
 

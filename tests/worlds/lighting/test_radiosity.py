@@ -9,7 +9,7 @@ from worlds.lighting.daylight import Daylight, sun_direction
 from worlds.lighting.photometry import FRAME_SHARE, GLAZING, photometry
 from worlds.lighting.radiosity import WINDOW_ALBEDO, Interior, exchange, lay_patches, light_up, solve, sun_on_faces
 from worlds.meter import Meter
-from worlds.plans.plan import load_plan, parse_plan
+from worlds.plans.load import load_plan, parse_plan
 from worlds.plans.schema import FloorPlan
 
 LAMP = '[[lamp]]\nname = "one"\nfirst = [3, 0]\nstep = [1, 0]\ncount = 1\nsize = [0.1, 0.1]\nlumen = 1000'

@@ -11,19 +11,19 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tests.worlds.conftest import SMALL
-from worlds.build import build
+from worlds.build import build_world
 from worlds.errors import PlanError
 from worlds.light import light_named
 from worlds.parts import clutter, greyscale, posters, textures
-from worlds.parts.furniture import BENCH_THINGS, LIGHT_THINGS, SHELF_THINGS, TABLE_THINGS, furnish
+from worlds.parts.furniture import BENCH_CLUTTER, LIGHT_CLUTTER, SHELF_CLUTTER, TABLE_CLUTTER, furnish
 from worlds.parts.site import SEEN, SOLID, TOUCHED, Site
-from worlds.plans.frame import Frame
-from worlds.plans.plan import parse_plan
+from worlds.plans.frame import LocalFrame
+from worlds.plans.load import parse_plan
 from worlds.plans.schema import SMALLEST, Furniture
 
 SCAN = 0.35
 """Height of the robot's laser [m]."""
-MAKERS = sorted({*BENCH_THINGS, *TABLE_THINGS, *SHELF_THINGS, *LIGHT_THINGS}, key=lambda maker: maker.__name__)
+MAKERS = sorted({*BENCH_CLUTTER, *TABLE_CLUTTER, *SHELF_CLUTTER, *LIGHT_CLUTTER}, key=lambda maker: maker.__name__)
 
 
 def plan_with(**item: object) -> str:
@@ -48,7 +48,7 @@ def alone(item: Furniture, seed: int) -> mujoco.MjModel:
     return site.spec.compile()
 
 
-def beam(model: mujoco.MjModel, frame: Frame, s: float, height: float, start: float = 3.0) -> float:
+def beam(model: mujoco.MjModel, frame: LocalFrame, s: float, height: float, start: float = 3.0) -> float:
     """Where a beam from the front, across the width at ``s``, ends: how far out [m]; minus infinity if nowhere."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -62,7 +62,7 @@ def beam(model: mujoco.MjModel, frame: Frame, s: float, height: float, start: fl
 @pytest.mark.parametrize("heading", [0.0, 30.0, -90.0])
 def test_a_beam_ends_on_the_legs_of_a_table_and_passes_between_them(heading: float) -> None:
     item = parse_plan(plan_with(kind="table", width=0.9, depth=0.6, height=0.74, heading=heading)).furniture[0]
-    model, frame = alone(item, 0), Frame.under(item)
+    model, frame = alone(item, 0), LocalFrame.under(item)
     # Legs of 5 cm, 2 cm in from the edges: from 0.38 to 0.43 m along, and 0.28 m out.
     for s, out in ((0.405, 0.28), (-0.405, 0.28), (0.425, 0.28), (0.435, -np.inf), (0.375, -np.inf), (0.0, -np.inf)):
         assert beam(model, frame, s, SCAN) == pytest.approx(out, abs=1e-6), s
@@ -71,7 +71,7 @@ def test_a_beam_ends_on_the_legs_of_a_table_and_passes_between_them(heading: flo
 
 def test_a_beam_ends_on_a_bench_s_drawers_and_between_them_on_its_back() -> None:
     item = parse_plan(plan_with(kind="bench", width=2.0, depth=0.7, height=0.9)).furniture[0]
-    model, frame = alone(item, 0), Frame.under(item)
+    model, frame = alone(item, 0), LocalFrame.under(item)
     # Two pedestals 0.48 m wide, 3 cm from the ends, 6 cm behind the edge of the top; the back is 4 cm deep.
     for s, out in ((0.95, 0.29), (0.5, 0.29), (0.48, -0.31), (0.0, -0.31), (-0.73, 0.29)):
         assert beam(model, frame, s, SCAN) == pytest.approx(out, abs=1e-6), s
@@ -79,7 +79,7 @@ def test_a_beam_ends_on_a_bench_s_drawers_and_between_them_on_its_back() -> None
 
 def test_a_beam_ends_on_a_chair_s_legs_under_its_seat() -> None:
     item = parse_plan(plan_with(kind="chair", width=0.44, depth=0.46, height=0.85)).furniture[0]
-    model, frame = alone(item, 0), Frame.under(item)
+    model, frame = alone(item, 0), LocalFrame.under(item)
     assert beam(model, frame, 0.21, SCAN) == pytest.approx(0.23, abs=1e-6)
     assert beam(model, frame, 0.0, SCAN) == -np.inf
     assert beam(model, frame, 0.0, 0.46) == pytest.approx(0.23, abs=1e-6)  # the seat
@@ -88,7 +88,7 @@ def test_a_beam_ends_on_a_chair_s_legs_under_its_seat() -> None:
 
 def test_a_beam_at_a_shelf_ends_on_what_stands_in_it_or_passes() -> None:
     item = parse_plan(plan_with(kind="shelf", width=1.6, depth=0.4, height=2.0)).furniture[0]
-    model, frame = alone(item, 3), Frame.under(item)
+    model, frame = alone(item, 3), LocalFrame.under(item)
     ends = np.array([beam(model, frame, s, 0.2) for s in np.linspace(-0.75, 0.75, 151)])
     assert np.isfinite(ends).mean() > 0.5
     assert not np.isfinite(ends).all()
@@ -137,7 +137,7 @@ def corners(model: mujoco.MjModel, item: Furniture, groups: tuple[int, ...]) -> 
     """Corners of all geoms of these groups in the item's own frame, (n, 3) [m]."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    frame, found = Frame.under(item), []
+    frame, found = LocalFrame.under(item), []
     for g in np.flatnonzero(np.isin(model.geom_group, groups)):
         local = _local_corners(model, g)
         world = data.geom_xpos[g] + local @ data.geom_xmat[g].reshape(3, 3).T
@@ -178,8 +178,8 @@ def test_a_cupboard_has_doors_and_a_pillar_has_plaster() -> None:
 
 def test_furniture_is_built_with_the_world() -> None:
     text = plan_with(kind="box", width=0.5, depth=0.4, height=0.4)
-    spec = build(parse_plan(text), light_named("18:00"), seed=0).spec
-    assert spec.geom("box_it_0").userdata[0] == pytest.approx(clutter.TONES["grey"])
+    spec = build_world(parse_plan(text), light_named("18:00"), seed=0).spec
+    assert spec.geom("box_it_0").userdata[0] == pytest.approx(clutter.GREYS["grey"])
 
 
 @pytest.mark.parametrize(
@@ -224,14 +224,14 @@ def test_a_thing_keeps_within_its_size(maker: clutter.Maker) -> None:
         assert np.all(spans[..., 1] <= room[:, 1] + 1e-9), seed
         assert spans[:, 2, 0].min() == pytest.approx(0.0, abs=0.021), seed  # it stands, and does not float
         np.testing.assert_allclose(thing.hull, np.stack([spans[..., 0].min(axis=0), spans[..., 1].max(axis=0)], axis=1))
-        assert {part.tone for part in thing.parts} <= set(clutter.TONES)
+        assert {part.grey for part in thing.parts} <= set(clutter.GREYS)
 
 
 @given(seed=st.integers(0, 10_000), width=st.floats(0.3, 4.0), depth=st.floats(0.1, 0.8), height=st.floats(0.1, 0.6))
 def test_things_in_a_row_stand_side_by_side_within_the_room(
     seed: int, width: float, depth: float, height: float
 ) -> None:
-    placed = list(clutter.row(SHELF_THINGS, (width, depth, height), 0.1, 0.0, np.random.default_rng(seed)))
+    placed = list(clutter.row(SHELF_CLUTTER, (width, depth, height), 0.1, 0.0, np.random.default_rng(seed)))
     edges = np.array([(p.s - p.thing.size[0] / 2, p.s + p.thing.size[0] / 2) for p in placed]).reshape(-1, 2)
     assert np.all(np.diff(edges.ravel()) > 0.0)
     assert np.all(np.abs(edges) <= width / 2 + 1e-9)
@@ -263,7 +263,7 @@ def test_neighbouring_squares_of_a_floor_run_across_each_other(draw: Callable[..
 def test_a_whiteboard_is_mostly_white_with_some_writing() -> None:
     for seed in range(3):
         image = posters.whiteboard((1.5, 1.0), np.random.default_rng(seed))
-        assert np.median(image) > greyscale.tone(0.7)
+        assert np.median(image) > greyscale.grey(0.7)
         assert len(cv2.SIFT_create().detect(image, None)) > 50
 
 

@@ -9,7 +9,7 @@ def rng(seed: int = 0) -> np.random.Generator:
 
 
 def test_srgb_code_is_that_of_the_standard() -> None:
-    assert (greyscale.tone(0.2140), greyscale.tone(0.2159)) == (127, 128)
+    assert (greyscale.grey(0.2140), greyscale.grey(0.2159)) == (127, 128)
     codes = np.arange(256, dtype=np.uint8)
     np.testing.assert_allclose(255 * greyscale.srgb(greyscale.linear(codes)), codes, atol=1e-3)
 

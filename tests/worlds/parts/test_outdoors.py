@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.worlds.conftest import in_the_open
-from worlds.build import build
+from worlds.build import build_world
 from worlds.errors import PlanError
 from worlds.light import light_named
 from worlds.parts.cars import CARS, hull, trim
@@ -17,7 +17,7 @@ from worlds.parts.greyscale import linear
 from worlds.parts.scenery import shade_under
 from worlds.parts.site import SEEN, SOLID, TOUCHED
 from worlds.plans.footprints import CAR_SIZES
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 from worlds.plans.schema import Tree
 
 LOT = """
@@ -68,7 +68,7 @@ LASER_GROUPS = np.array([1, 0, 0, 1, 0, 0], np.uint8)
 
 @cache
 def lot() -> tuple[mujoco.MjModel, mujoco.MjData]:
-    model = build(parse_plan(in_the_open(LOT, y=-10)), light_named("13:00"), seed=0).spec.compile()
+    model = build_world(parse_plan(in_the_open(LOT, y=-10)), light_named("13:00"), seed=0).spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     return model, data

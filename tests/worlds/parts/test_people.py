@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.worlds.conftest import SMALL
-from worlds.build import build
+from worlds.build import build_world
 from worlds.errors import PlanError
 from worlds.light import light_named
 from worlds.parts.figure import PARTS, skin
@@ -14,7 +14,7 @@ from worlds.parts.people import Crowd
 from worlds.parts.site import SOLID
 from worlds.parts.walk import Walk
 from worlds.plans.footprints import PERSON_RADIUS
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 from worlds.plans.schema import FloorPlan
 
 Text = Callable[..., str]
@@ -31,7 +31,7 @@ def plan() -> FloorPlan:
 
 @pytest.fixture(scope="module")
 def model(plan: FloorPlan) -> mujoco.MjModel:
-    return build(plan, light_named("18:00"), seed=0).spec.compile()
+    return build_world(plan, light_named("18:00"), seed=0).spec.compile()
 
 
 def ray(
@@ -144,7 +144,7 @@ def test_the_tallest_who_stand_keep_their_hands_and_feet_within_their_radius(sma
     places = [(1.0 + 0.6 * k, 0.8 * (-1) ** k) for k in range(10)]
     rows = "".join(f'{{ name = "p{k}", at = [{x}, {y}], height = 1.9 }},\n' for k, (x, y) in enumerate(places))
     plan = parse_plan(small(f"person = [\n{rows}]"))
-    model = build(plan, light_named("18:00"), seed=0).spec.compile()
+    model = build_world(plan, light_named("18:00"), seed=0).spec.compile()
     data = at(model, plan, 0.0)
     for person in plan.person:
         names = (f"person_{person.name}{part}" for part in ("", "_left-arm", "_right-arm", "_left-leg", "_right-leg"))
@@ -178,7 +178,7 @@ def skin_volume(name: str) -> float:
 def test_a_body_put_on_somebody_touches_them(
     plan: FloorPlan, name: str, time: float, place: tuple[float, float]
 ) -> None:
-    spec = build(plan, light_named("18:00"), seed=0).spec
+    spec = build_world(plan, light_named("18:00"), seed=0).spec
     body = spec.worldbody.add_body(name="probe", pos=[*place, 0.5])
     body.add_freejoint()
     body.add_geom(name="probe", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.1, 0.1, 0.2])
@@ -189,8 +189,8 @@ def test_a_body_put_on_somebody_touches_them(
 
 
 def test_people_differ_and_a_seed_fixes_them(plan: FloorPlan, model: mujoco.MjModel) -> None:
-    again = build(plan, light_named("18:00"), seed=0).spec.compile()
-    other = build(plan, light_named("18:00"), seed=1).spec.compile()
+    again = build_world(plan, light_named("18:00"), seed=0).spec.compile()
+    other = build_world(plan, light_named("18:00"), seed=1).spec.compile()
     assert picture(again, "person_still") == picture(model, "person_still")
     assert picture(other, "person_still") != picture(model, "person_still")
     assert picture(model, "person_busy") != picture(model, "person_still")
@@ -203,7 +203,7 @@ def picture(model: mujoco.MjModel, texture: str) -> bytes:
 
 def test_a_crowd_of_nobody_needs_nobody(small: Text) -> None:
     plan = parse_plan(small())
-    model = build(plan, light_named("18:00"), seed=0).spec.compile()
+    model = build_world(plan, light_named("18:00"), seed=0).spec.compile()
     Crowd(model, plan).at(mujoco.MjData(model), 1.0)
 
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from tests.worlds.test_build import touched
-from worlds.build import build
+from worlds.build import build_world
 from worlds.errors import PlanError
 from worlds.light import light_named
 from worlds.parts.site import SEEN, SOLID
-from worlds.plans.plan import parse_plan
+from worlds.plans.load import parse_plan
 
 FOOT, WIDTH, STEPS, RISE, RUN = (3.0, 0.0), 0.8, 4, 0.17, 0.28
 HEADINGS = (0.0, 90.0, 37.0, -140.0)
@@ -23,7 +23,7 @@ def flight(heading: float = 0.0, steps: int = STEPS) -> str:
 
 
 def spec(text: str) -> mujoco.MjSpec:
-    return build(parse_plan(text), light_named("18:00"), seed=0).spec
+    return build_world(parse_plan(text), light_named("18:00"), seed=0).spec
 
 
 def ready(text: str) -> tuple[mujoco.MjModel, mujoco.MjData]:

@@ -3,7 +3,7 @@ import pytest
 
 from tests.worlds.conftest import SMALL, corner
 from worlds.plans.areas import rectangles
-from worlds.plans.plan import load_plan, parse_plan
+from worlds.plans.load import load_plan, parse_plan
 from worlds.plans.schema import FloorPlan
 
 

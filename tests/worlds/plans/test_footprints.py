@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from worlds.plans.footprints import PERSON_RADIUS, Footprint, clearance, gaps, strip, taken
-from worlds.plans.plan import load_plan
+from worlds.plans.load import load_plan
 
 RAY = np.linspace(-1.0, 1.0, 21)
 sizes = st.floats(0.0, 2.0)

@@ -11,7 +11,7 @@ from worlds.errors import PlanError
 from worlds.plans.areas import enclosing, inside, rectangles
 from worlds.plans.footprints import Footprint, gaps, room_behind
 from worlds.plans.generate import corridor
-from worlds.plans.plan import load_plan, parse_plan
+from worlds.plans.load import load_plan, parse_plan
 from worlds.plans.schema import ON_WALL, FloorPlan
 from worlds.plans.write import plan_text
 

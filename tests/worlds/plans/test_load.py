@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from worlds.errors import PlanError, WorldsError
-from worlds.plans.plan import load_plan, names, parse_plan
+from worlds.plans.load import load_plan, parse_plan, world_names
 
 Text = Callable[..., str]
 
@@ -21,15 +21,15 @@ def test_the_small_plan_is_good(small: Text) -> None:
 
 
 def test_all_worlds_of_the_library_load() -> None:
-    assert "hallway" in names()
-    for name in names():
+    assert "hallway" in world_names()
+    for name in world_names():
         assert load_plan(name).name == name
 
 
 def test_unknown_world() -> None:
     with pytest.raises(WorldsError) as caught:
         load_plan("halway")
-    known = f"{', '.join(names())}, corridor:SEED (a whole number from 0), or a path ending in .toml"
+    known = f"{', '.join(world_names())}, corridor:SEED (a whole number from 0), or a path ending in .toml"
     assert str(caught.value) == f"unknown world 'halway'; known are {known}"
 
 

@@ -1,62 +1,16 @@
-"""From a TOML file to a checked floor plan; every mistake in it becomes one line that says what to write instead."""
+"""Rules that a floor plan keeps beyond its schema: its parts fit together, and each broken rule is one line."""
 
-import re
-import tomllib
-import types
-import typing
 from collections.abc import Iterator
-from importlib import resources
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
 
 from worlds.errors import PlanError
 from worlds.plans.areas import Rectangle, rectangles
 from worlds.plans.footprints import PERSON_RADIUS, gaps, taken, ways
-from worlds.plans.frame import Frame
-from worlds.plans.generate import corridor
+from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import LINES, ON_WALL, SMALLEST, STANDING, TABLES, Door, FloorPlan, OnWall, Wall, Window
-
-__all__ = ["FloorPlan", "checked", "collide", "load_plan", "names", "parse_plan"]
-
-
-def names() -> tuple[str, ...]:
-    """Return the worlds that come with this package."""
-    library = resources.files("worlds") / "library"
-    return tuple(sorted(Path(f.name).stem for f in library.iterdir() if f.name.endswith(".toml")))
-
-
-def load_plan(name_or_path: str | Path) -> FloorPlan:
-    """Read a world of the library by its name, or a plan file by its path (one that ends in ``.toml``).
-
-    ``corridor:SEED`` is a world that is made from a seed.
-
-    Raises ``PlanError`` with one line: file, key, value and what is valid.
-    """
-    path = Path(name_or_path)
-    if path.suffix == ".toml":
-        return parse_plan(_read(path), path.name)
-    if made := re.fullmatch(r"corridor:(\d{1,18})", str(name_or_path)):
-        return corridor(int(made[1]))
-    if str(name_or_path) not in names():
-        known = f"{', '.join(names())}, corridor:SEED (a whole number from 0)"
-        raise PlanError(f"unknown world '{name_or_path}'; known are {known}, or a path ending in .toml")
-    text = (resources.files("worlds") / "library" / f"{name_or_path}.toml").read_text(encoding="utf-8")
-    return parse_plan(text, f"{name_or_path}.toml")
-
-
-def parse_plan(text: str, file: str = "plan.toml") -> FloorPlan:
-    """Turn the text of a plan into a checked plan; ``file`` is what the errors call it."""
-    try:
-        plan = FloorPlan.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise PlanError(f"{file}: not valid TOML: {error}") from None
-    except ValidationError as error:
-        raise PlanError(f"{file}: {_first(error)}") from None
-    return checked(plan, file)
 
 
 def checked(plan: FloorPlan, file: str) -> FloorPlan:
@@ -66,56 +20,10 @@ def checked(plan: FloorPlan, file: str) -> FloorPlan:
     return plan
 
 
-def _read(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise PlanError(f"{path}: cannot be read: {reason}") from None
-
-
-# --- the schema's own complaints, in our words ---
-
-
-def _first(error: ValidationError) -> str:
-    first = error.errors()[0]
-    where, value = _key(first["loc"]), _short(first["input"])
-    match first["type"]:
-        case "extra_forbidden":
-            valid = ", ".join(_valid_keys(first["loc"][:-1]))
-            return f"{where}: unknown key; valid keys are {valid}"
-        case "missing":
-            return f"{where}: missing; it is required"
-        case "value_error":
-            return f"{where}: {value} is not valid; it should be {first['ctx']['error']}"
-    reason = first["msg"].removeprefix("Input should be ").removeprefix("String should ")
-    return f"{where}: {value} is not valid; it should be {reason[0].lower()}{reason[1:]}"
-
-
-def _key(loc: tuple[int | str, ...]) -> str:
-    key = ""
-    for part in loc:
-        key += f"[{part}]" if isinstance(part, int) else f".{part}"
-    return key.removeprefix(".").removesuffix(".[key]")
-
-
-def _short(value: Any) -> str:
+def short(value: Any) -> str:
+    """Return a value as errors quote it: on one line, at most 60 characters."""
     text = repr(value).replace("\n", " ")
     return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _valid_keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
-    """Walk the schema down to the table at ``loc`` and return its keys."""
-    kind: Any = FloorPlan
-    for part in loc:
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            kind = kind.model_fields[str(part)].annotation
-        else:
-            kind = next(a for a in reversed(typing.get_args(kind)) if not isinstance(a, types.EllipsisType))
-    return tuple(kind.model_fields)
-
-
-# --- what a schema cannot see: things that must fit together ---
 
 
 def _mistakes(plan: FloorPlan) -> Iterator[str]:
@@ -167,11 +75,11 @@ def _without_bounds(plan: FloorPlan) -> Iterator[str]:
     if plan.ceiling is None and plan.floor.area is None:
         yield "floor.area: missing; a plan without a ceiling needs the corners of its ground, [[x, y], [x, y]]"
     elif plan.ceiling is not None and plan.floor.area is not None:
-        yield f"floor.area: {_short(plan.floor.area)} is not valid; under a ceiling the walls tell where the floor ends"
+        yield f"floor.area: {short(plan.floor.area)} is not valid; under a ceiling the walls tell where the floor ends"
     elif plan.ceiling is not None and not plan.wall:
         yield "wall: missing; a plan with a ceiling needs at least one wall"
     elif not all(np.less(*plan.bounds)):
-        yield f"floor.area: {_short(plan.floor.area)} is not valid; it should be two opposite corners"
+        yield f"floor.area: {short(plan.floor.area)} is not valid; it should be two opposite corners"
 
 
 def _wrong_heights(plan: FloorPlan) -> Iterator[str]:
@@ -197,7 +105,7 @@ def _windows_inside(plan: FloorPlan) -> Iterator[str]:
     low, high = plan.bounds
     for i, window in enumerate(plan.window):
         wall = plan.wall_named(window.wall)
-        frame = Frame.of(wall)
+        frame = LocalFrame.of(wall)
         behind = [
             (np.array([x, y]) - frame.origin) @ frame.inward for x in (low[0], high[0]) for y in (low[1], high[1])
         ]
@@ -279,7 +187,7 @@ def _misfit_furniture(plan: FloorPlan) -> Iterator[str]:
                 yield f"{key}.{side}: {getattr(item, side):g} is not valid; a {item.kind} has at least {least:g} m"
         if plan.ceiling is not None and item.height > plan.ceiling.height:
             yield f"{key}.height: {item.height:g} is not valid; the ceiling is {plan.ceiling.height:g} m high"
-        for corner in Frame.under(item).corners(item.width, item.depth):
+        for corner in LocalFrame.under(item).corners(item.width, item.depth):
             if not any(area.holds(corner) for area in areas):
                 x, y = corner
                 yield f"{key}.at: {item.kind} '{item.name}' reaches to [{x:.2f}, {y:.2f}], outside the walls; move it"
@@ -296,7 +204,7 @@ def _hemmed_in(plan: FloorPlan) -> Iterator[str]:
     things = [thing for thing in taken(plan) if thing.table != "person"]
     for k, person in enumerate(plan.person):
         if any(a == b for a, b in pairwise(person.path)):
-            yield f"person[{k}].walk: {_short(person.walk)} is not valid; no point should follow itself"
+            yield f"person[{k}].walk: {short(person.walk)} is not valid; no point should follow itself"
         for way in ways(person.path, PERSON_RADIUS):
             gap = gaps(way, [thing.footprint for thing in things])
             if min(gap, default=0.0) < -1e-9:

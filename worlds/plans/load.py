@@ -1,0 +1,96 @@
+"""Load a floor plan from TOML; every mistake in it becomes one line that says what to write instead."""
+
+import re
+import tomllib
+import types
+import typing
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from worlds.errors import PlanError
+from worlds.plans.generate import corridor
+from worlds.plans.rules import checked, short
+from worlds.plans.schema import FloorPlan
+
+
+def world_names() -> tuple[str, ...]:
+    """Return the worlds that come with this package."""
+    library = resources.files("worlds") / "library"
+    return tuple(sorted(Path(f.name).stem for f in library.iterdir() if f.name.endswith(".toml")))
+
+
+def load_plan(name_or_path: str | Path) -> FloorPlan:
+    """Read a world of the library by its name, or a plan file by its path (one that ends in ``.toml``).
+
+    ``corridor:SEED`` is a world that is made from a seed.
+
+    Raises ``PlanError`` with one line: file, key, value and what is valid.
+    """
+    path = Path(name_or_path)
+    if path.suffix == ".toml":
+        return parse_plan(_read(path), path.name)
+    if made := re.fullmatch(r"corridor:(\d{1,18})", str(name_or_path)):
+        return corridor(int(made[1]))
+    if str(name_or_path) not in world_names():
+        known = f"{', '.join(world_names())}, corridor:SEED (a whole number from 0)"
+        raise PlanError(f"unknown world '{name_or_path}'; known are {known}, or a path ending in .toml")
+    text = (resources.files("worlds") / "library" / f"{name_or_path}.toml").read_text(encoding="utf-8")
+    return parse_plan(text, f"{name_or_path}.toml")
+
+
+def parse_plan(text: str, file: str = "plan.toml") -> FloorPlan:
+    """Turn the text of a plan into a checked plan; ``file`` is what the errors call it."""
+    try:
+        plan = FloorPlan.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise PlanError(f"{file}: not valid TOML: {error}") from None
+    except ValidationError as error:
+        raise PlanError(f"{file}: {_first(error)}") from None
+    return checked(plan, file)
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise PlanError(f"{path}: cannot be read: {reason}") from None
+
+
+# --- the schema's own complaints, in our words ---
+
+
+def _first(error: ValidationError) -> str:
+    first = error.errors()[0]
+    where, value = _key(first["loc"]), short(first["input"])
+    match first["type"]:
+        case "extra_forbidden":
+            valid = ", ".join(_valid_keys(first["loc"][:-1]))
+            return f"{where}: unknown key; valid keys are {valid}"
+        case "missing":
+            return f"{where}: missing; it is required"
+        case "value_error":
+            return f"{where}: {value} is not valid; it should be {first['ctx']['error']}"
+    reason = first["msg"].removeprefix("Input should be ").removeprefix("String should ")
+    return f"{where}: {value} is not valid; it should be {reason[0].lower()}{reason[1:]}"
+
+
+def _key(loc: tuple[int | str, ...]) -> str:
+    key = ""
+    for part in loc:
+        key += f"[{part}]" if isinstance(part, int) else f".{part}"
+    return key.removeprefix(".").removesuffix(".[key]")
+
+
+def _valid_keys(loc: tuple[int | str, ...]) -> tuple[str, ...]:
+    """Walk the schema down to the table at ``loc`` and return its keys."""
+    kind: Any = FloorPlan
+    for part in loc:
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            kind = kind.model_fields[str(part)].annotation
+        else:
+            kind = next(a for a in reversed(typing.get_args(kind)) if not isinstance(a, types.EllipsisType))
+    return tuple(kind.model_fields)
