@@ -314,13 +314,13 @@ def compare(
 ) -> None:
     """Ask several methods about the same views: the profiles' stages, and the baselines."""
     from scenarios.cli.compare import run_comparison
-    from scenarios.drives.benchmark import Contest, pairs_of
+    from scenarios.drives.benchmark import Benchmark, pairs_of
     from scenarios.methods.by_name import methods_named
 
     for path in (table, report):
         if path is not None:
             check_output(path)
-    contest = Contest(pairs_of(drives), methods_named(words(methods, "methods")), places, start, kidnap, seed)
+    contest = Benchmark(pairs_of(drives), methods_named(words(methods, "methods")), places, start, kidnap, seed)
     with _interruptible(), step_bars() as step:
         run_comparison(contest, out, step, table=table, report=report)
 

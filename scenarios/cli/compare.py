@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 
 from refseq.files import replace_text
-from scenarios.drives.benchmark import Contest, run_contest
+from scenarios.drives.benchmark import Benchmark, run_benchmark
 from scenarios.drives.inputs import writing
 from scenarios.errors import ScenarioError
 from scenarios.report.document import write_report
@@ -21,7 +21,7 @@ ALL = "all drives together"
 
 
 def run_comparison(
-    contest: Contest, console: Console, step: Callable[[str], object], *, table: Path | None, report: Path | None
+    contest: Benchmark, console: Console, step: Callable[[str], object], *, table: Path | None, report: Path | None
 ) -> list[tuple[str, list[Figures]]]:
     """Run a contest, print its figures for each experiment and for all together, and write what is asked for.
 
@@ -29,7 +29,7 @@ def run_comparison(
     """
     if table is not None and table.suffix.lower() != ".csv":
         raise ScenarioError(f"{table}: is no table's name; valid is a name that ends in .csv")
-    comparisons = run_contest(contest, step)
+    comparisons = run_benchmark(contest, step)
     experiments = by_experiment(comparisons)
     for name, found in experiments:
         drives = sum(1 for one in comparisons if name in (one.name, ALL))

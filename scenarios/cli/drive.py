@@ -13,7 +13,7 @@ from scenarios.drives.inputs import assignments, words
 from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from scenarios.drives.teleop import Controls, Led, Sitting
+    from scenarios.drives.teleop import Controls, TeleopDrive, TeleopResult
     from sim.drives.recorder import Taken, Trigger
 
 BELOW, INTERRUPTED = 1, 130
@@ -83,7 +83,7 @@ def drive(
 ) -> None:
     """Lead a robot through a world by hand, and record what it senses."""
     from scenarios.drives.record import Drive
-    from scenarios.drives.teleop import Sitting, lead
+    from scenarios.drives.teleop import TeleopDrive, record_by_hand
     from sim.rendering.render import RendererKind
 
     if renderer not in set(RendererKind):
@@ -101,13 +101,13 @@ def drive(
         sensors=words(sensors, "sensors"),
         cameras=assignments(camera, "camera"),
     )
-    sitting = Sitting(name or output.stem, asked, sampling_of(every, distance, turn, by_hand=by_hand))
+    sitting = TeleopDrive(name or output.stem, asked, sampling_of(every, distance, turn, by_hand=by_hand))
     with ended_in_one_line(output):
         if script is not None:
             _check_alone(script, gamepad)
             led = _by_script(sitting, output, script)
         else:
-            led = lead(sitting, output, by_viewer(sitting, port=port, gamepad=gamepad, rate=rate))
+            led = record_by_hand(sitting, output, by_viewer(sitting, port=port, gamepad=gamepad, rate=rate))
     sensed = ", ".join(sorted(led.recording.sensors))
     views = len(led.recording.views)
     say(out, f"{output}: {views} views of {sensed}, {led.way:.1f} m in {led.time:.1f} s")
@@ -135,9 +135,9 @@ def _check_alone(script: Path, gamepad: Path | None) -> None:
         raise ScenarioError(f"script {script} and gamepad {gamepad} both say who leads; valid is one of them")
 
 
-def _by_script(sitting: "Sitting", output: Path, script: Path) -> "Led":
+def _by_script(sitting: "TeleopDrive", output: Path, script: Path) -> "TeleopResult":
     """Lead the robot by a script, with a bar of its time."""
-    from scenarios.drives.teleop import controls_in, lead
+    from scenarios.drives.teleop import controls_in, record_by_hand
     from sim.teleop.script import ScriptHand
 
     moments = controls_in(script)
@@ -149,7 +149,7 @@ def _by_script(sitting: "Sitting", output: Path, script: Path) -> "Led":
             time = taken.view.time
             bars.update(task, completed=time, seen=f"{time:5.1f} of {end:.0f} s, {views:3d} views")
 
-        led = lead(sitting, output, lambda bench: nullcontext(ScriptHand(moments)), told)
+        led = record_by_hand(sitting, output, lambda bench: nullcontext(ScriptHand(moments)), told)
         bars.update(task, completed=end or 1.0)
     return led
 
@@ -170,7 +170,7 @@ def ended_in_one_line(output: Path) -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def by_viewer(sitting: "Sitting", *, port: int = 0, gamepad: Path | None = None, rate: float = 1.0) -> "Controls":
+def by_viewer(sitting: "TeleopDrive", *, port: int = 0, gamepad: Path | None = None, rate: float = 1.0) -> "Controls":
     """The controls in a viewer."""
     from scenarios.drives.record import sensors_of
     from sim.teleop.viewer import Look, opened

@@ -37,7 +37,7 @@ def lamp(
     """Run a LAMP program, by sonar and odometry alone, until a stage fails, and tell what became of each."""
     from robots.behaviours import Outcome
     from scenarios.missions.lamp import LampRun, lamp_plan, read_program, run_in_world
-    from scenarios.robot_checks.behaviour_drive import trip_table
+    from scenarios.robot_checks.behaviour_drive import behaviour_table
     from worlds.drawing.draw import check_picture
 
     if output is not None:
@@ -45,7 +45,7 @@ def lamp(
         check_output(output)
     asked = LampRun(read_program(program), world, robot, route, seed, timeout)
     found = run_in_world(asked)
-    out.print(trip_table(found))
+    out.print(behaviour_table(found))
     if output is not None:
         figure = lamp_plan(asked, found)
         with writing(output), replacing_at(output) as temporary:

@@ -123,19 +123,19 @@ def localised_live(
 def _driven(drive: "Drive", asked: LiveAsked, run: "LiveRun") -> "Recording":
     """Lead the robot as asked; its views are localised as they come."""
     from scenarios.drives.record import record
-    from scenarios.drives.teleop import Sitting, controls_in, lead
+    from scenarios.drives.teleop import TeleopDrive, controls_in, record_by_hand
     from sim.teleop.script import ScriptHand
 
     with _status_line(f"{drive.world} at {drive.light}") as run.told:
         if asked.script is None and not asked.keys:
             return record(drive, asked.record, told=run.take)
-        sitting = Sitting(asked.record.stem if asked.record else "live", drive, drive.trigger)
+        sitting = TeleopDrive(asked.record.stem if asked.record else "live", drive, drive.trigger)
         if asked.script is None:
             controls = by_viewer(sitting)
         else:
             moments = controls_in(asked.script)
             controls = lambda bench: nullcontext(ScriptHand(moments))  # noqa: E731
-        return lead(sitting, asked.record, controls, run.take).recording
+        return record_by_hand(sitting, asked.record, controls, run.take).recording
 
 
 @contextmanager

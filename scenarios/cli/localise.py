@@ -93,7 +93,7 @@ def localise(
     """
     from refseq.logs.beliefs import write_beliefs
     from scenarios.drives.evaluate import compare_in_atlas, is_one_map, results
-    from scenarios.scoring.sequence_recall import recognised_table
+    from scenarios.scoring.sequence_recall import sequence_recall_table
 
     if output is not None:
         check_output(output)
@@ -111,7 +111,7 @@ def localise(
         found.extend(results([comparison]))
         print_results(comparison.name, found, [comparison])
         if not is_one_map(atlas):
-            out.print(recognised_table(atlas, comparison.beliefs))
+            out.print(sequence_recall_table(atlas, comparison.beliefs))
 
     if query is None:
         localised_live(map_file.name, atlas, asked, wanted, chosen, seed, tell)

@@ -111,13 +111,13 @@ def run(
 
     World, light and robot are those of the map's own drive where nothing else is said.
     """
-    from scenarios.missions.trip import Trip, run_trip, write_trip
+    from scenarios.missions.trip import MissionTrip, run_trip, write_trip
 
     if strip is not None and output is None:
         raise ScenarioError("--strip is left in a folder; valid is to name one as well: --output")
     atlas = read_atlas(map_file)
     _, compiled = _compiled(atlas, mission_text, start, goal, landmark)
-    trip = Trip.from_map(
+    trip = MissionTrip.from_map(
         atlas,
         world=world,
         light=light,

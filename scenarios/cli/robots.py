@@ -99,13 +99,13 @@ def strip(
     renderer: Renderer = Pictures.FILAMENT,
 ) -> None:
     """Show a drive as a strip of frames, as somebody who walks along sees it, with time, speed and pitch."""
-    from scenarios.robot_checks.filmstrip import Strip, sheet, watched
+    from scenarios.robot_checks.filmstrip import FilmedDrive, film, filmstrip
     from sim.rendering.render import RendererKind
 
     _check_place(output)
-    asked = Strip(robot, world, route, light, seconds, frames, speed, seed, RendererKind(renderer.value))
-    found = list(watched(asked))
-    _save(sheet(asked, found), output, f"{len(found)} frames of {found[-1].time:.0f} s")
+    asked = FilmedDrive(robot, world, route, light, seconds, frames, speed, seed, RendererKind(renderer.value))
+    found = list(film(asked))
+    _save(filmstrip(asked, found), output, f"{len(found)} frames of {found[-1].time:.0f} s")
 
 
 @robots.command(
@@ -155,17 +155,23 @@ def drive(
 ) -> None:
     """Let a robot run behaviours one after another, until one fails, and tell what became of each."""
     from robots.behaviours import Outcome
-    from scenarios.robot_checks.behaviour_drive import Trip, pose_at, trip, trip_plan, trip_table
+    from scenarios.robot_checks.behaviour_drive import (
+        BehaviourDrive,
+        behaviour_plan,
+        behaviour_table,
+        drive_behaviours,
+        parse_pose,
+    )
 
     _check_place(output)
     if at is not None and route is not None:
         raise ScenarioError(f"at '{at}' and route '{route}' both say where to start; valid is one of them")
-    start = pose_at(at) if at is not None else None
-    asked = Trip(robot, tuple(behaviours), world, route or "forward", start, seed, timeout)
-    found = list(trip(asked))
-    out.print(trip_table(found))
+    start = parse_pose(at) if at is not None else None
+    asked = BehaviourDrive(robot, tuple(behaviours), world, route or "forward", start, seed, timeout)
+    found = list(drive_behaviours(asked))
+    out.print(behaviour_table(found))
     if output is not None:
-        _save(trip_plan(asked, found), output)
+        _save(behaviour_plan(asked, found), output)
     if found[-1].outcome is not Outcome.FINISHED:
         raise typer.Exit(BELOW)
 

@@ -33,7 +33,7 @@ LIGHT_HELP = "A preset or any hour, 17:45, and after it with commas cloud=0..1, 
 @worlds.command("list")
 def list_worlds() -> None:
     """List the worlds of the library."""
-    from scenarios.world_views.facts import library_table
+    from scenarios.world_survey.facts import library_table
 
     out.print(library_table())
 
@@ -41,7 +41,7 @@ def list_worlds() -> None:
 @worlds.command(epilog="Example: `refseq worlds show hallway`")
 def show(world: World) -> None:
     """Tell all about one world."""
-    from scenarios.world_views.facts import world_table
+    from scenarios.world_survey.facts import world_table
     from worlds.plans.load import load_plan
 
     out.print(world_table(load_plan(world)))
@@ -59,7 +59,7 @@ def check(
     names: Annotated[list[str], typer.Argument(metavar="WORLD...", help="Worlds, corridor:SEED, or plans (.toml).")],
 ) -> None:
     """Put worlds up and look for things that stand in each other or in a robot's way."""
-    from scenarios.world_views.facts import robot_boxes
+    from scenarios.world_survey.facts import robot_boxes
     from worlds.check import check_world
     from worlds.light import light_named
     from worlds.plans.load import load_plan
@@ -127,8 +127,8 @@ def sheet(
 ) -> None:
     """Show what a robot's cameras see at places along a route, in several lights side by side."""
     from scenarios.drives.record import Drive
-    from scenarios.world_views.contact_sheet import contact_sheet
-    from scenarios.world_views.snapshots import places_on, stills
+    from scenarios.world_survey.contact_sheet import contact_sheet
+    from scenarios.world_survey.snapshots import places_on, snapshots
     from worlds.drawing.draw import check_picture
     from worlds.light import light_named
 
@@ -138,7 +138,7 @@ def sheet(
     for name in lights:
         light_named(name)
     drive = Drive(world=world, route=route, change=change, robot=robot)
-    found = list(stills(drive, lights, places_on(drive, along)))
+    found = list(snapshots(drive, lights, places_on(drive, along)))
     with writing(output), replacing_at(output) as temporary:
         contact_sheet(f"{world}, {route}", found).savefig(temporary)
     say(out, f"{output}")
@@ -157,7 +157,7 @@ def lux(
     light: Annotated[str, typer.Option("--light", "--hour", metavar="LIGHT", help=LIGHT_HELP)] = "16:00",
 ) -> None:
     """Measure how light it is at a point, and where the light comes from."""
-    from scenarios.world_views.facts import direction, lux_table, point_in, sun_text
+    from scenarios.world_survey.facts import direction, lux_table, point_in, sun_text
     from worlds.light import light_named
     from worlds.meter import Meter
     from worlds.plans.load import load_plan
@@ -192,8 +192,8 @@ def day(
 ) -> None:
     """Tell how many of a picture's SIFT keys are found again at other hours of the day, and how light it is."""
     from scenarios.drives.record import Drive
-    from scenarios.world_views.day import Day, day_curve, day_table, through_the_day
-    from scenarios.world_views.snapshots import places_on
+    from scenarios.world_survey.day import Day, day_curve, day_table, through_the_day
+    from scenarios.world_survey.snapshots import places_on
     from worlds.drawing.draw import check_picture
     from worlds.light import light_named
 

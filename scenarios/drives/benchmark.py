@@ -15,7 +15,7 @@ from scenarios.scoring.comparison import Comparison
 
 
 @dataclass(frozen=True, slots=True)
-class Contest:
+class Benchmark:
     """What is asked: ``pairs`` of files, reference and query, and the ``methods`` by name.
 
     ``places`` (``FROM:TO``) is the stretch of the reference drive that is learnt, so that the query drive is off the
@@ -39,7 +39,7 @@ def pairs_of(drives: Sequence[Path]) -> tuple[tuple[Path, Path], ...]:
     return tuple(zip(drives[::2], drives[1::2], strict=True))
 
 
-def run_contest(contest: Contest, step: Callable[[str], object]) -> list[Comparison]:
+def run_benchmark(contest: Benchmark, step: Callable[[str], object]) -> list[Comparison]:
     """The answers of all methods to each pair of drives. ``step`` is told what begins.
 
     Raises ``ScenarioError`` for a file that is not there, before any is read, and for what does not fit the drives.
@@ -58,7 +58,7 @@ def run_contest(contest: Contest, step: Callable[[str], object]) -> list[Compari
     return comparisons
 
 
-def query_views(views: Sequence[View], contest: Contest, path: Path) -> tuple[View, ...]:
+def query_views(views: Sequence[View], contest: Benchmark, path: Path) -> tuple[View, ...]:
     """The views of a query drive that are asked about."""
     left = tuple(views[first_view(contest.start, len(views), path) :])
     return kidnapped(left, contest.kidnap, path) if contest.kidnap else left
@@ -84,7 +84,7 @@ def kidnapped(views: Sequence[View], kidnap: str, path: Path) -> tuple[View, ...
     return (*views[:start], *views[end:])
 
 
-def _name(reference: Recording, query: Recording, contest: Contest) -> str:
+def _name(reference: Recording, query: Recording, contest: Benchmark) -> str:
     """What drives have in common that differ in the seed only, and what was made of them."""
     parts = [pair_name(reference.metadata, query.metadata)]
     if contest.places:

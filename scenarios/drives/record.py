@@ -40,7 +40,7 @@ Progress = Callable[[float, float, int], None]
 """Told how far the robot has come [m], of how much [m], and the number of views so far."""
 
 
-Told = Callable[[Taken, int], None]
+ViewCallback = Callable[[Taken, int], None]
 """Told of each view, and of the number of views so far."""
 
 
@@ -165,7 +165,9 @@ def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
             raise ScenarioError(f"sensor {sensor!r} is not on robot {robot.name!r}; valid are {', '.join(valid)}")
 
 
-def record(drive: Drive, path: Path | None, progress: Progress | None = None, told: Told | None = None) -> Recording:
+def record(
+    drive: Drive, path: Path | None, progress: Progress | None = None, told: ViewCallback | None = None
+) -> Recording:
     """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
 
     When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised; before the
@@ -225,7 +227,7 @@ def write_drive(
     drive_on: Iterator[Taken],
     *,
     scanning: bool = True,
-    told: Told | None = None,
+    told: ViewCallback | None = None,
     afterwards: Callable[[], Mapping[str, str]] = dict,
 ) -> Recording:
     """Write the views of a drive as they are taken, to ``path``, None: nowhere; ``told`` hears of each when it is kept.

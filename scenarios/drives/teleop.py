@@ -7,7 +7,7 @@ from pathlib import Path
 
 from refseq.logs import Recording, read_recording
 from robots import Stop
-from scenarios.drives.record import Drive, Told, check_recording, described, open_bench, scans, write_drive
+from scenarios.drives.record import Drive, ViewCallback, check_recording, described, open_bench, scans, write_drive
 from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench
 from sim.drives.recorder import Trigger
@@ -23,7 +23,7 @@ Controls = Callable[[Bench], AbstractContextManager[Hand]]
 
 
 @dataclass(frozen=True, slots=True)
-class Sitting:
+class TeleopDrive:
     """A drive by hand: what it is called, and when a view is taken; ``sampling`` None: by hand only.
 
     Of the ``drive``'s route nothing but the start counts.
@@ -35,7 +35,7 @@ class Sitting:
 
 
 @dataclass
-class Heard:
+class StopRecorder:
     """A hand that keeps why the robot stopped, each reason once, from the start on, and how far it came."""
 
     hand: Hand
@@ -52,7 +52,7 @@ class Heard:
 
 
 @dataclass(frozen=True, slots=True)
-class Led:
+class TeleopResult:
     """What became of a drive by hand: its recording, the robot's stops in their order, time [s] and way [m]."""
 
     recording: Recording
@@ -61,7 +61,9 @@ class Led:
     way: float
 
 
-def lead(sitting: Sitting, path: Path | None, controls: Controls, told: Told | None = None) -> Led:
+def record_by_hand(
+    sitting: TeleopDrive, path: Path | None, controls: Controls, told: ViewCallback | None = None
+) -> TeleopResult:
     """Let somebody lead the robot, and write what it senses to ``path``, None: nowhere; ``told`` hears of each view.
 
     Raises as ``scenarios.drives.record.write_drive`` does, and ``AbortedError`` when the hand gives up.
@@ -70,7 +72,7 @@ def lead(sitting: Sitting, path: Path | None, controls: Controls, told: Told | N
     drive = sitting.drive
     with open_bench(drive) as bench, controls(bench) as hand:
         noting = Noting(hand)
-        heard = Heard(noting)
+        heard = StopRecorder(noting)
         metadata = {
             **described(bench, drive, sitting.sampling),
             "name": sitting.name,
@@ -84,7 +86,7 @@ def lead(sitting: Sitting, path: Path | None, controls: Controls, told: Told | N
             told=told,
             afterwards=lambda: {CONTROLS: printed(noting.moments)},
         )
-        return Led(recording, tuple(heard.stops.values()), heard.last.time, heard.last.gone)
+        return TeleopResult(recording, tuple(heard.stops.values()), heard.last.time, heard.last.gone)
 
 
 def controls_in(path: Path) -> tuple[Moment, ...]:

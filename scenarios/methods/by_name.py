@@ -9,7 +9,7 @@ from refseq.map.profile import PROFILES
 from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.methods.baselines import BASELINES, Reference
-from scenarios.methods.plugins import OwnLocaliser, check_own, installed, is_own
+from scenarios.methods.plugins import PluginLocaliser, check_plugin, installed, is_plugin
 from scenarios.scoring.merging import Merging, by_views, merged_drives
 
 STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
@@ -51,8 +51,8 @@ def methods_named(names: Sequence[str] | None) -> tuple[str, ...]:
 def check_methods(names: Iterable[str]) -> None:
     """Raise ``ScenarioError`` for the first name that is no method's."""
     for name in names:
-        if is_own(name):
-            check_own(name)
+        if is_plugin(name):
+            check_plugin(name)
         elif name not in (*METHODS, *HINDSIGHT):
             valid = ", ".join((*METHODS, *GROUPS, *HINDSIGHT, *installed()))
             raise ScenarioError(f"method {name!r} is unknown; valid are {valid}, package.module:Class")
@@ -122,7 +122,7 @@ class Learnt:
             for profile in profiles
         }
         self.localisers: dict[str, Localiser] = {
-            name: OwnLocaliser(name, drive.views) if is_own(name) else BASELINES[name](drive)
+            name: PluginLocaliser(name, drive.views) if is_plugin(name) else BASELINES[name](drive)
             for name in methods
             if name not in (*STAGED, *HINDSIGHT)
         }

@@ -34,7 +34,7 @@ from scenarios.methods.plugin_sources import BENCH, digest_of, spec_of, top_name
 GROUP = "refseq.localisers"
 """Group of entry points."""
 
-Maker = Callable[[Sequence[View]], Localiser]
+LocaliserFactory = Callable[[Sequence[View]], Localiser]
 T = TypeVar("T")
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -43,7 +43,7 @@ class MisbehavedError(Exception):
     """A localiser raised, or gave an answer that is none: its own failure, not the bench's. One line says which."""
 
 
-def is_own(name: str) -> bool:
+def is_plugin(name: str) -> bool:
     """Whether a method's name is that of a user's localiser. A baseline's name always means the baseline."""
     return ":" in name or (name in installed() and name not in BASELINES)
 
@@ -58,7 +58,7 @@ def _entry_points() -> Mapping[str, EntryPoint]:
     return MappingProxyType({point.name: point for point in entry_points(group=GROUP)})
 
 
-def check_own(name: str) -> None:
+def check_plugin(name: str) -> None:
     """Raise ``ScenarioError`` where there is no such localiser, as far as can be told without running its code."""
     point = _entry_point(name)
     _look_here()
@@ -97,16 +97,16 @@ def _look_here() -> None:
         importlib.invalidate_caches()
 
 
-def own_digest(name: str) -> str:
+def plugin_digest(name: str) -> str:
     """Digest of what a user's localiser is made of (``own_sources.digest_of``), and of how it is asked."""
-    check_own(name)
+    check_plugin(name)
     digest = hashlib.sha256(digest_of(_entry_point(name).module).encode())
     for file in (__file__, plugin_answers.__file__):
         digest.update(Path(file).read_bytes())
     return digest.hexdigest()
 
 
-class OwnLocaliser:
+class PluginLocaliser:
     """A user's localiser, having learnt a reference drive; each of its answers is looked at.
 
     Raises ``MisbehavedError`` for whatever the user's code does wrong, from its import on.
@@ -147,9 +147,9 @@ class OwnLocaliser:
             ) from error
 
 
-def _loaded(name: str) -> Maker:
+def _loaded(name: str) -> LocaliserFactory:
     _look_here()
-    made: Maker = _entry_point(name).load()
+    made: LocaliserFactory = _entry_point(name).load()
     if not callable(made):
         raise TypeError(f"{name} is no class but {type(made).__name__}")
     return made

@@ -14,7 +14,7 @@ from sim.drives.chase_camera import Onlooker
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class MissionFrame:
     """What a bystander sees at a ``time`` [s], where the robot believes itself to be, and what it does."""
 
     time: float
@@ -31,7 +31,7 @@ class Bystander:
         self._onlooker: Onlooker | None = None
         self._doing = ""
         self._due = 0.0
-        self.frames: list[Frame] = []
+        self.frames: list[MissionFrame] = []
 
     def __call__(self, executor: Executor, bench: Bench) -> None:
         """A control period has gone by."""
@@ -39,10 +39,10 @@ class Bystander:
         if bench.time < self._due and doing == self._doing:
             return
         self._onlooker = self._onlooker or Onlooker(bench)
-        self.frames.append(Frame(bench.time, executor.along, doing, self._onlooker.look()))
+        self.frames.append(MissionFrame(bench.time, executor.along, doing, self._onlooker.look()))
         self._doing, self._due = doing, bench.time + self._every
 
 
-def strip_of(frames: Sequence[Frame], title: str) -> Figure:
+def filmstrip_of(frames: Sequence[MissionFrame], title: str) -> Figure:
     """The frames in rows."""
     return in_rows(title, [Captioned(one.image, f"{one.time:.0f} s, {one.along:.1f} m: {one.doing}") for one in frames])

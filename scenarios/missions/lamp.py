@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from refseq.missions.lamp import Stage
-    from scenarios.robot_checks.behaviour_drive import Done
+    from scenarios.robot_checks.behaviour_drive import BehaviourResult
 
 ON_THE_SPOT = 0.2
 """A stage of a shorter way than this [m] has its number where the robot's tail is in the end, not on its way."""
@@ -55,10 +55,10 @@ def read_program(path: Path) -> "tuple[Stage, ...]":
         raise MissionError(f"{path}: {error}") from None
 
 
-def run_in_world(asked: LampRun) -> "Sequence[Done]":
+def run_in_world(asked: LampRun) -> "Sequence[BehaviourResult]":
     """Run the program; what became of its stages, up to the first that failed."""
     import robots
-    from scenarios.robot_checks.behaviour_drive import Done, StopLog
+    from scenarios.robot_checks.behaviour_drive import BehaviourResult, StopLog
     from sim.bench.bench import Bench, BenchSettings
     from sim.missions.lamp import run_lamp
     from sim.rendering.render import RendererKind
@@ -76,18 +76,18 @@ def run_in_world(asked: LampRun) -> "Sequence[Done]":
     for number, done in enumerate(ended.stages, 1):
         since, time = time, time + done.time
         held = tuple(stop for stop in stops.heard.values() if since <= stop.since < time)
-        found.append(Done(f"{number}. {done.stage}", done.outcome, done.why, done.time, done.path, held))
+        found.append(BehaviourResult(f"{number}. {done.stage}", done.outcome, done.why, done.time, done.path, held))
     return found
 
 
-def lamp_plan(asked: LampRun, found: "Sequence[Done]") -> "Figure":
+def lamp_plan(asked: LampRun, found: "Sequence[BehaviourResult]") -> "Figure":
     """Draw the true path on the plan, a colour for each stage and its number beside it."""
     import matplotlib as mpl
     import numpy as np
 
-    from scenarios.robot_checks.behaviour_drive import Trip, trip_plan
+    from scenarios.robot_checks.behaviour_drive import BehaviourDrive, behaviour_plan
 
-    figure = trip_plan(Trip(asked.robot, tuple(done.text for done in found), asked.world), found)
+    figure = behaviour_plan(BehaviourDrive(asked.robot, tuple(done.text for done in found), asked.world), found)
     width, height = figure.get_size_inches()
     figure.set_size_inches(width + 4.0, height)
     (below,), (axes,) = figure.legends, figure.axes

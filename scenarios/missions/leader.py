@@ -18,7 +18,7 @@ from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.methods.baselines import BASELINES, Reference
 from scenarios.methods.by_name import STAGED
-from scenarios.methods.plugins import OwnLocaliser, is_own
+from scenarios.methods.plugins import PluginLocaliser, is_plugin
 from scenarios.scoring.merging import merged_drives
 
 PROFILE = "best"
@@ -30,7 +30,7 @@ AHEAD = 0.5
 
 
 @dataclass(frozen=True)
-class Ground:
+class GroundTruth:
     """A ``way``, and where its places really are, (n, 2) [m]: for scoring only."""
 
     way: Way
@@ -66,7 +66,7 @@ class Ground:
 class Leader:
     """What a method leads by: the ground, and its localiser; None for one that has none. ``maps`` are what it keeps."""
 
-    ground: Ground
+    ground: GroundTruth
     localiser: Localiser | None
     maps: tuple[ReferenceSequence, ...]
 
@@ -74,7 +74,7 @@ class Leader:
 def along_reference(method: str, drive: Reference, *, localised: bool, seed: int) -> Leader:
     """Along one reference drive, from its start to its end."""
     sequence = drive.sequence(_profile(method))
-    ground = Ground(way_along(sequence), positions(drive.views))
+    ground = GroundTruth(way_along(sequence), positions(drive.views))
     if not localised:
         return Leader(ground, None, (sequence,))
     if method in STAGED:
@@ -112,7 +112,7 @@ def over_atlas(
     route = shortest_route(atlas, int(held[_nearest(views, journey.start)]), goal)
     legs = [positions(views[names.index(leg.path)][leg.first : leg.last + 1]) for leg in route.legs]
     places = np.concatenate([leg[min(n, 1) :] for n, leg in enumerate(legs)]) if legs else _at(journey.start)
-    ground = Ground(way_of(atlas, route), places)
+    ground = GroundTruth(way_of(atlas, route), places)
     if not localised:
         return Leader(ground, None, atlas.sequences)
     if method in STAGED:
@@ -156,7 +156,7 @@ def _profile(method: str) -> str:
 
 
 def _of_views(method: str, drive: Reference) -> Localiser:
-    return OwnLocaliser(method, drive.views) if is_own(method) else BASELINES[method](drive)
+    return PluginLocaliser(method, drive.views) if is_plugin(method) else BASELINES[method](drive)
 
 
 def _held(atlas: Atlas) -> NDArray[np.intp]:

@@ -1,4 +1,4 @@
-"""Running missions for the scorer: led by what was learnt, or by a LAMP program; and those that cannot be begun."""
+"""Run missions for the scorer: a plan, a LAMP program, or one that is refused."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -17,8 +17,8 @@ from robots.behaviours.written import parse
 from robots.motion import Limits
 from scenarios.campaign.declare.sources import only
 from scenarios.drives.record import Drive
-from scenarios.missions.leader import Ground, Leader
-from scenarios.scoring.missions import MissionRun, Ordered, Told
+from scenarios.missions.leader import GroundTruth, Leader
+from scenarios.scoring.missions import LogLine, MissionRun, Ordered
 from sim.bench.bench import CONTROL_PERIOD, Bench
 from sim.bench.contacts import Touches
 from sim.bench.faults import Agenda, Fault, Traveller
@@ -33,7 +33,7 @@ SIDES = ("left", "right")
 
 
 @dataclass(frozen=True)
-class Done:
+class MissionResult:
     """A mission that was run, what was believed on its way, and what was photographed: images by name and camera."""
 
     run: MissionRun
@@ -42,7 +42,7 @@ class Done:
 
 
 @dataclass(frozen=True, slots=True)
-class Measure:
+class MissionBounds:
     """How far and how long a mission is at least: ``way`` [m], ``ideal`` and ``optimal`` [s] as ``MissionRun`` says."""
 
     way: float
@@ -50,7 +50,7 @@ class Measure:
     optimal: float
 
 
-class Seeing:
+class SensorFilter:
     """A localiser that looks at some sensors only; None: at all."""
 
     def __init__(self, inner: Localiser, sensors: tuple[str, ...] | None) -> None:
@@ -65,7 +65,7 @@ class Seeing:
 class _Watcher:
     """Watches a robot on its mission: what befalls it on its way, and how often it begins to say that it is lost."""
 
-    def __init__(self, bench: Bench, ground: Ground, faults: Sequence[Fault]) -> None:
+    def __init__(self, bench: Bench, ground: GroundTruth, faults: Sequence[Fault]) -> None:
         self._way = _OnItsWay(bench, ground)
         self._agenda = Agenda(faults, bench, self._way)
         self._agenda.look()
@@ -89,7 +89,7 @@ class _OnItsWay(Traveller):
 
     length = math.inf  # whoever declared the faults was told what is beyond the route
 
-    def __init__(self, bench: Bench, ground: Ground) -> None:
+    def __init__(self, bench: Bench, ground: GroundTruth) -> None:
         self._bench, self._ground, self._last = bench, ground, bench.pose
         self._progress = ground.nearest(bench.pose)
 
@@ -109,7 +109,7 @@ class _OnItsWay(Traveller):
         return self._last
 
 
-def led(
+def run_plan(
     bench: Bench,
     leader: Leader,
     plan: Plan,
@@ -118,7 +118,7 @@ def led(
     sensors: tuple[str, ...] | None,
     drive: Drive,
     each: Each | None = None,
-) -> Done:
+) -> MissionResult:
     """Run a plan, led by the odometer and, if the leader has one, a localiser. Raises what these raise.
 
     Of the ``drive`` there are its faults, when views are taken, and how long it may last. ``each`` is called after
@@ -126,9 +126,9 @@ def led(
     """
     ground = leader.ground
     end = goal or _pair(ground, plan.goal)
-    measure = measured(plan, ground, bench, end)
+    measure = mission_bounds(plan, ground, bench, end)
     executor = Executor(plan, localised=leader.localiser is not None)
-    localiser = None if leader.localiser is None else Seeing(leader.localiser, sensors)
+    localiser = None if leader.localiser is None else SensorFilter(leader.localiser, sensors)
     watcher = _Watcher(bench, ground, drive.faults)
 
     def look(executor: Executor, bench: Bench) -> None:
@@ -146,7 +146,7 @@ def led(
             for number, order in enumerate(plan.orders)
         ),
         switches=tuple(executor.switches),
-        log=tuple(Told(entry.time, entry.along, entry.what) for entry in executor.log),
+        log=tuple(LogLine(entry.time, entry.along, entry.what) for entry in executor.log),
         goal=end,
         way=measure.way,
         ideal=measure.ideal,
@@ -155,16 +155,22 @@ def led(
         lost=watcher.losses,
         views=len(mission.seen),
     )
-    return Done(run, tuple(seen.belief for seen in mission.seen), mission.photographs)
+    return MissionResult(run, tuple(seen.belief for seen in mission.seen), mission.photographs)
 
 
-def programmed(
-    bench: Bench, ground: Ground, plan: Plan, goal: tuple[float, float] | None, *, stages: Sequence[Stage], drive: Drive
-) -> Done:
+def run_program(
+    bench: Bench,
+    ground: GroundTruth,
+    plan: Plan,
+    goal: tuple[float, float] | None,
+    *,
+    stages: Sequence[Stage],
+    drive: Drive,
+) -> MissionResult:
     """Run a LAMP program; the plan says how far it is. Where its stages ought to begin nobody knows."""
     touches, watcher = Touches(bench), _Watcher(bench, ground, drive.faults)
     end = goal or _pair(ground, plan.goal)
-    measure = measured(plan, ground, bench, end)
+    measure = mission_bounds(plan, ground, bench, end)
 
     def look(_moment: Moment) -> None:
         touches.look()
@@ -188,19 +194,19 @@ def programmed(
         optimal=measure.optimal,
         touched=touches.found,
     )
-    return Done(run)
+    return MissionResult(run)
 
 
-def refused(bench: Bench, why: str, goal: tuple[float, float] | None) -> Done:
+def refused_run(bench: Bench, why: str, goal: tuple[float, float] | None) -> MissionResult:
     """A mission that what was learnt has no place for: the robot stays where it is."""
     pose = bench.pose
     track = np.array([[0.0, pose.x, pose.y, pose.heading, math.nan]])
-    log = (Told(0.0, math.nan, f"refused: {why}"),)
+    log = (LogLine(0.0, math.nan, f"refused: {why}"),)
     run = MissionRun(False, f"refused: {why}", track, (), (), log, goal or NOWHERE, 0.0, 0.0, 0.0, refused=True)
-    return Done(run)
+    return MissionResult(run)
 
 
-def measured(plan: Plan, ground: Ground, bench: Bench, goal: tuple[float, float]) -> Measure:
+def mission_bounds(plan: Plan, ground: GroundTruth, bench: Bench, goal: tuple[float, float]) -> MissionBounds:
     """How far and how long it is from where the robot stands to the goal.
 
     The way is that of the plan from the place nearest to the robot on, and straight from the plan's end to a goal that
@@ -210,7 +216,7 @@ def measured(plan: Plan, ground: Ground, bench: Bench, goal: tuple[float, float]
     way = max(plan.goal - start, 0.0) + math.dist(ground.position(plan.goal), goal)
     optimal = way / limits.speed
     turned = math.fsum(turn_of(order.behaviour) for order in plan.orders if order.at >= start)
-    return Measure(way, _ideal(optimal, turned, limits), optimal)
+    return MissionBounds(way, _ideal(optimal, turned, limits), optimal)
 
 
 def _ideal(optimal: float, turned: float, limits: Limits) -> float:
@@ -231,7 +237,7 @@ def turn_of(behaviour: str) -> float:
             return 0.0
 
 
-def _pair(ground: Ground, along: float) -> tuple[float, float]:
+def _pair(ground: GroundTruth, along: float) -> tuple[float, float]:
     x, y = ground.position(along).tolist()
     return x, y
 
@@ -241,10 +247,10 @@ def _begun(ended: LampEnded) -> list[float]:
     return [0.0, *np.cumsum([one.time for one in ended.stages]).tolist()][: len(ended.stages)]
 
 
-def _told(ended: LampEnded) -> tuple[Told, ...]:
+def _told(ended: LampEnded) -> tuple[LogLine, ...]:
     """A line a stage, when it ends."""
     ends = np.cumsum([one.time for one in ended.stages]).tolist()
     lines = (
         f"{number}. {one.stage}: {one.outcome.name.lower()}, {one.why}" for number, one in enumerate(ended.stages, 1)
     )
-    return tuple(Told(time, math.nan, line) for time, line in zip(ends, lines, strict=True))
+    return tuple(LogLine(time, math.nan, line) for time, line in zip(ends, lines, strict=True))

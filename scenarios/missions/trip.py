@@ -23,9 +23,9 @@ from refseq.viewer.timelines import TIME
 from scenarios.drives.record import Drive, open_bench, plan_of
 from scenarios.drives.viewer_recording import RECORD
 from scenarios.errors import ScenarioError
-from scenarios.missions.filmstrip import Bystander, Frame, strip_of
-from scenarios.missions.leader import Ground, Leader
-from scenarios.missions.runs import NOWHERE, Done, led
+from scenarios.missions.filmstrip import Bystander, MissionFrame, filmstrip_of
+from scenarios.missions.leader import GroundTruth, Leader
+from scenarios.missions.runs import NOWHERE, MissionResult, run_plan
 from scenarios.report.plots.mission import mission_plan
 from scenarios.scoring.missions import score_mission
 from scenarios.scoring.path_geometry import NARROW, WIDE
@@ -37,7 +37,7 @@ from worlds.drawing.outline import outline_of
 
 
 @dataclass(frozen=True, slots=True)
-class Trip:
+class MissionTrip:
     """A mission's ``drive``: world, light, robot, seed; the robot is set down ``at`` [m] along the way.
 
     With ``odometry`` it takes no view. A bystander looks every ``strip`` [s]; None: there is none.
@@ -63,7 +63,7 @@ class Trip:
         odometry: bool = False,
         strip: float | None = None,
         every: float = EVERY,
-    ) -> "Trip":
+    ) -> "MissionTrip":
         """What is None is as in the first map's own drive. Raises ``ScenarioError``."""
         told = atlas.sequences[0].metadata
         for name, given in (("world", world), ("light", light), ("robot", robot)):
@@ -89,15 +89,15 @@ class Trip:
 
 
 @dataclass(frozen=True)
-class Made:
+class TripResult:
     """A trip that was made, the frames of who stood by, and what there is to see of it."""
 
-    done: Done
-    frames: tuple[Frame, ...]
+    done: MissionResult
+    frames: tuple[MissionFrame, ...]
     record: MissionRecord
 
 
-def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> Made:
+def run_trip(trip: MissionTrip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> TripResult:
     """Run a mission; ``tell`` hears each line of its log as it comes. Raises the rooms' own errors."""
     told, bystander = 0, None if trip.strip is None else Bystander(trip.strip)
     recorder = Recorder()
@@ -113,14 +113,14 @@ def run_trip(trip: Trip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None]
         told = len(executor.log)
 
     poses = poses_of(atlas, plan)
-    ground = Ground(plan.way, np.array([(pose.x, pose.y) for pose in poses]))
+    ground = GroundTruth(plan.way, np.array([(pose.x, pose.y) for pose in poses]))
     localiser = None if trip.odometry else recorder.heard(localiser_in(atlas))
     leader = Leader(ground, localiser, atlas.sequences)
     goal = None if plan.orders[-1].travels else NOWHERE
     with bench_on_way(trip, poses, plan) as bench:
-        done = led(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
+        done = run_plan(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
     record = recorder.record(plan, ground.places, outline_of(plan_of(trip.drive)))
-    return Made(done, () if bystander is None else tuple(bystander.frames), record)
+    return TripResult(done, () if bystander is None else tuple(bystander.frames), record)
 
 
 def localiser_in(atlas: Atlas) -> Localiser:
@@ -128,7 +128,7 @@ def localiser_in(atlas: Atlas) -> Localiser:
     return SequenceLocaliser(atlas.sequences[0]) if len(atlas.sequences) == 1 else AtlasLocaliser(atlas)
 
 
-def bench_on_way(trip: Trip, poses: Sequence[Pose], plan: Plan) -> Bench:
+def bench_on_way(trip: MissionTrip, poses: Sequence[Pose], plan: Plan) -> Bench:
     """A bench with the robot set down on a plan's way, looking as it looked when that was learnt."""
     way = plan.way
     if not 0 <= trip.at < way.length:
@@ -153,7 +153,7 @@ def poses_of(atlas: Atlas, plan: Plan) -> list[Pose]:
     return poses
 
 
-def write_trip(folder: Path, trip: Trip, made: Made) -> None:
+def write_trip(folder: Path, trip: MissionTrip, made: TripResult) -> None:
     """Leave the log, the plan with the true path, the record, the photographs and the strip in a folder."""
     run = made.done.run
     replace_text(folder / "log.txt", "".join(f"{entry}\n" for entry in run.log))
@@ -167,4 +167,4 @@ def write_trip(folder: Path, trip: Trip, made: Made) -> None:
     if made.frames:
         drive = trip.drive
         with replacing_at(folder / "strip.png") as temporary:
-            strip_of(made.frames, f"{drive.robot} in {drive.world} at {drive.light}").savefig(temporary)
+            filmstrip_of(made.frames, f"{drive.robot} in {drive.world} at {drive.light}").savefig(temporary)

@@ -42,7 +42,7 @@ OUTLINES = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Trip:
+class BehaviourDrive:
     """What a robot is to do, and from where: ``at`` a pose, or None, the start of a ``route``."""
 
     robot: str
@@ -55,7 +55,7 @@ class Trip:
 
 
 @dataclass(frozen=True, slots=True)
-class Done:
+class BehaviourResult:
     """What became of one behaviour: ``path`` (n, 3) is the true one, x, y [m], heading [rad]."""
 
     text: str
@@ -83,7 +83,7 @@ class StopLog:
             self.heard.setdefault((stop.cause.value, stop.since), stop)
 
 
-def pose_at(text: str) -> Pose:
+def parse_pose(text: str) -> Pose:
     """Read ``X,Y,HEADING`` [m, m, deg]."""
     try:
         x, y, heading = (float(part) for part in text.split(","))
@@ -94,7 +94,7 @@ def pose_at(text: str) -> Pose:
     return Pose(x, y, math.radians(heading))
 
 
-def trip(asked: Trip) -> Iterator[Done]:
+def drive_behaviours(asked: BehaviourDrive) -> Iterator[BehaviourResult]:
     """Run the behaviours until one fails; all words are read before the robot moves."""
     choices = [parse(text) for text in asked.behaviours]
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
@@ -129,17 +129,17 @@ def _put(bench: Bench, plan: FloorPlan, pose: Pose) -> None:
             raise ScenarioError(f"{at} is no place for {bench.robot.name}: it stands in '{thing}'; valid is free floor")
 
 
-def _run(bench: Bench, choice: Choice, frame: Frame, timeout: float) -> Done:
+def _run(bench: Bench, choice: Choice, frame: Frame, timeout: float) -> BehaviourResult:
     stops = StopLog()
 
     def hear(_: Moment) -> None:
         stops.hear(bench.state)
 
     ended = run(bench, make(choice, frame, doors_seen), timeout=timeout, each=hear)
-    return Done(choice.text, ended.outcome, ended.why, ended.time, ended.path, tuple(stops.heard.values()))
+    return BehaviourResult(choice.text, ended.outcome, ended.why, ended.time, ended.path, tuple(stops.heard.values()))
 
 
-def trip_table(found: Sequence[Done]) -> TextTable:
+def behaviour_table(found: Sequence[BehaviourResult]) -> TextTable:
     """The behaviours, a row each, for a terminal of 80 characters."""
     headings = ("behaviour", "outcome", "why", ">time [s]", ">way [m]", "stops")
     table = TextTable(*headings, wraps=("why", "stops"))
@@ -150,7 +150,7 @@ def trip_table(found: Sequence[Done]) -> TextTable:
     return table
 
 
-def trip_plan(asked: Trip, found: Sequence[Done]) -> Figure:
+def behaviour_plan(asked: BehaviourDrive, found: Sequence[BehaviourResult]) -> Figure:
     """Draw the true path on the plan, a colour for each behaviour, with the robot's outline on the way."""
     plan, shape = load_plan(asked.world), robots.load(asked.robot).shape
     points = np.vstack([done.path[:, :2] for done in found])
@@ -170,7 +170,7 @@ def trip_plan(asked: Trip, found: Sequence[Done]) -> Figure:
     return figure
 
 
-def _draw_path(axes: Axes, done: Done, shape: Shape, colour: str) -> None:
+def _draw_path(axes: Axes, done: BehaviourResult, shape: Shape, colour: str) -> None:
     told = f"{done.text}: {done.outcome.value}, {done.time:.0f} s, {done.way:.1f} m"
     axes.plot(done.path[:, 0], done.path[:, 1], color=colour, lw=1.8, zorder=4, label=told)
     steps = np.hypot(*np.diff(done.path[:, :2], axis=0).T)

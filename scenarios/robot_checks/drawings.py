@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from scenarios.robot_checks.body import Body, Box, Floats
-from scenarios.robot_checks.sources import BODY, VEHICLE, Measure, sourced
+from scenarios.robot_checks.sources import BODY, VEHICLE, RobotMeasure, sourced
 
 INK, SOURCE, MEASURE = "#222222", "#d55e00", "#0072b2"
 AROUND = np.linspace(0.0, 2 * np.pi, 32, endpoint=False)
@@ -21,7 +21,7 @@ SPREAD = 0.16
 """Room between two lines of measures [m on paper]."""
 
 
-class Side(Enum):
+class DrawingSide(Enum):
     """Where one looks from: the axes that go right and up on paper, and the one that comes towards the eye."""
 
     RIGHT = ((1, 0, 0), (0, 0, 1), (0, -1, 0))
@@ -35,10 +35,10 @@ class Side(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class PlacedView:
     """A view on the sheet: seen from ``side``, the robot's origin at ``at`` (2,) [m on paper]."""
 
-    side: Side
+    side: DrawingSide
     at: Floats
 
     def on_paper(self, points: Floats) -> Floats:
@@ -54,9 +54,9 @@ class Place:
 def draw_views(axes: Axes, body: Body) -> None:
     """Fill ``axes`` with the three views, their measures in blue, and sourced sizes as dashed outlines."""
     whole = body.whole
-    side = Place(Side.RIGHT, np.zeros(2))
-    front = Place(Side.FRONT, np.array([whole.high[0] + whole.size[1] / 2 + 0.45, 0.0]))
-    above = Place(Side.ABOVE, np.array([0.0, -(whole.high[1] + 0.5)]))
+    side = PlacedView(DrawingSide.RIGHT, np.zeros(2))
+    front = PlacedView(DrawingSide.FRONT, np.array([whole.high[0] + whole.size[1] / 2 + 0.45, 0.0]))
+    above = PlacedView(DrawingSide.ABOVE, np.array([0.0, -(whole.high[1] + 0.5)]))
     for place, name in ((side, "right side"), (front, "front"), (above, "top")):
         _draw_model(axes, place, body)
         _draw_sourced(axes, place, body)
@@ -75,7 +75,7 @@ def draw_views(axes: Axes, body: Body) -> None:
 # --- the model ---
 
 
-def _draw_model(axes: Axes, place: Place, body: Body) -> None:
+def _draw_model(axes: Axes, place: PlacedView, body: Body) -> None:
     """Draw all geoms that are seen as filled outlines, the far ones first."""
     shapes = [(geom, surface(body.model, body.data, geom)) for geom in map(int, body.seen)]
     near = place.side.axes[2]
@@ -127,14 +127,14 @@ def _ball() -> Floats:
 # --- sourced sizes ---
 
 
-def _draw_sourced(axes: Axes, place: Place, body: Body) -> None:
+def _draw_sourced(axes: Axes, place: PlacedView, body: Body) -> None:
     """Draw outlines of the sizes that sources give, where the model has what they are the sizes of."""
     for box, known in _sourced_boxes(body):
         if known[place.side.axes[:2].any(axis=0)].all():  # a side that nobody gives would be the model's own
             low, size = place.box(box)
             axes.add_patch(_dashed(Rectangle((low[0], low[1]), size[0], size[1])))
-    wheel = sourced(body).get(Measure.WHEEL)
-    if wheel is not None and place.side is Side.RIGHT:
+    wheel = sourced(body).get(RobotMeasure.WHEEL)
+    if wheel is not None and place.side is DrawingSide.RIGHT:
         radius = wheel.value / 2
         axes.add_patch(_dashed(Circle((place.at[0] + body.hubs[0, 0], place.at[1] + radius), radius)))
 
@@ -163,7 +163,7 @@ def _sourced_boxes(body: Body) -> Iterator[tuple[Box, NDArray[np.bool_]]]:
 # --- measures ---
 
 
-def _heights(axes: Axes, place: Place, body: Body) -> None:
+def _heights(axes: Axes, place: PlacedView, body: Body) -> None:
     """Heights above the floor, left of the view from the side, the lowest nearest."""
     robot, data = body.robot, body.data
     heights = {
@@ -181,7 +181,7 @@ def _heights(axes: Axes, place: Place, body: Body) -> None:
         _line(axes, (x, 0.0), (x, height), f"{name} {height:.3f}", upright=True)
 
 
-def _lengths(axes: Axes, side: Place, front: Place, above: Place, body: Body) -> None:
+def _lengths(axes: Axes, side: PlacedView, front: PlacedView, above: PlacedView, body: Body) -> None:
     """Lengths under the views from the side and from above, widths under that from ahead."""
     low, size = side.box(body.vehicle)
     _line(axes, (low[0], -0.1), (low[0] + size[0], -0.1), f"length {size[0]:.3f}")

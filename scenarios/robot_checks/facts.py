@@ -11,7 +11,7 @@ import robots
 from robots import Robot
 from robots.odometry import true_geometry
 from scenarios.robot_checks.body import Body, Floats
-from scenarios.robot_checks.sources import Measure, measures, sourced
+from scenarios.robot_checks.sources import RobotMeasure, measures, sourced
 from scenarios.tables import TextTable
 
 
@@ -93,11 +93,11 @@ def proportions_table(body: Body) -> TextTable | None:
     known = sourced(body)
     if not known:
         return None
-    model, wheel = measures(body), known[Measure.WHEEL].value
+    model, wheel = measures(body), known[RobotMeasure.WHEEL].value
     table = TextTable("measure", "from", ">sourced [m]", ">model [m]", ">in wheels", ">model", ">off")
     for measure, found in known.items():
         ours = model[measure]
-        cells = (found.value, ours, found.value / wheel, ours / model[Measure.WHEEL])
+        cells = (found.value, ours, found.value / wheel, ours / model[RobotMeasure.WHEEL])
         off = f"{round(100 * (ours / found.value - 1), 1) + 0.0:+.1f} %"
         table.add_row(measure.value, found.tag, *(f"{cell:.3f}" for cell in cells), off)
     return table

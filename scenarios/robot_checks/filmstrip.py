@@ -27,7 +27,7 @@ SWING = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Strip:
+class FilmedDrive:
     """A drive to watch: ``seconds`` of it, in so many ``frames``, at a mean ``speed`` [m/s]."""
 
     robot: str
@@ -50,7 +50,7 @@ class Strip:
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class DriveFrame:
     """What a bystander sees at one ``time`` [s], and how the robot does.
 
     ``pitches`` are the least and the greatest that it told of since the frame before [rad].
@@ -63,7 +63,7 @@ class Frame:
     pitches: tuple[float, float]
 
 
-def watched(strip: Strip) -> Iterator[Frame]:
+def film(strip: FilmedDrive) -> Iterator[DriveFrame]:
     """Lead the robot along the route, and look at it at equal times, the last when it has come to the route's end."""
     world = with_onlooker(build_world(load_plan(strip.world), light_named(strip.light), 0))
     robot = robots.load(strip.robot)
@@ -76,18 +76,18 @@ def watched(strip: Strip) -> Iterator[Frame]:
             while bench.time < time - 1e-9:
                 bench.drive(operator.command(bench.time, bench.pose))
                 pitches.append(bench.state.pitch)
-            yield Frame(bench.time, onlooker.look(), bench.pose, bench.state, (min(pitches), max(pitches)))
+            yield DriveFrame(bench.time, onlooker.look(), bench.pose, bench.state, (min(pitches), max(pitches)))
             if operator.finished:
                 return
 
 
-def sheet(strip: Strip, frames: list[Frame]) -> Figure:
+def filmstrip(strip: FilmedDrive, frames: list[DriveFrame]) -> Figure:
     """Draw the frames in rows, each with time, speed, pitch and stops."""
     title = f"{strip.robot} in {strip.world}, {strip.route}, {frames[-1].time:.0f} s"
     return in_rows(title, [Captioned(frame.image, caption(frame)) for frame in frames])
 
 
-def caption(frame: Frame) -> str:
+def caption(frame: DriveFrame) -> str:
     """What stands under a frame; the pitch since the frame before in brackets, where it changed."""
     state = frame.state
     low, high = map(math.degrees, frame.pitches)

@@ -11,7 +11,7 @@ from enum import StrEnum
 from scenarios.robot_checks.body import Body
 
 
-class Measure(StrEnum):
+class RobotMeasure(StrEnum):
     """What is measured [m]; length, width and height are those of the vehicle without mast, cameras and laser."""
 
     WHEEL = "wheel diameter"
@@ -25,8 +25,8 @@ class Measure(StrEnum):
     BODY_HEIGHT = "body height"
 
 
-VEHICLE = (Measure.LENGTH, Measure.WIDTH, Measure.HEIGHT)
-BODY = (Measure.BODY_LENGTH, Measure.BODY_WIDTH, Measure.BODY_HEIGHT)
+VEHICLE = (RobotMeasure.LENGTH, RobotMeasure.WIDTH, RobotMeasure.HEIGHT)
+BODY = (RobotMeasure.BODY_LENGTH, RobotMeasure.BODY_WIDTH, RobotMeasure.BODY_HEIGHT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,39 +37,39 @@ class Sourced:
     tag: str
 
 
-SOURCED: Mapping[str, Mapping[Measure, Sourced]] = {
+SOURCED: Mapping[str, Mapping[RobotMeasure, Sourced]] = {
     "robuter": {
-        Measure.WHEEL: Sourced(0.24, "S"),
-        Measure.WHEEL_WIDTH: Sourced(0.09, "S"),
-        Measure.TRACK: Sourced(0.62, "C"),
-        Measure.LENGTH: Sourced(1.031, "C"),
-        Measure.WIDTH: Sourced(0.710, "C"),
-        Measure.HEIGHT: Sourced(0.748, "C"),
-        Measure.BODY_LENGTH: Sourced(0.79, "C"),
-        Measure.BODY_WIDTH: Sourced(0.53, "C"),
-        Measure.BODY_HEIGHT: Sourced(0.421, "C"),
+        RobotMeasure.WHEEL: Sourced(0.24, "S"),
+        RobotMeasure.WHEEL_WIDTH: Sourced(0.09, "S"),
+        RobotMeasure.TRACK: Sourced(0.62, "C"),
+        RobotMeasure.LENGTH: Sourced(1.031, "C"),
+        RobotMeasure.WIDTH: Sourced(0.710, "C"),
+        RobotMeasure.HEIGHT: Sourced(0.748, "C"),
+        RobotMeasure.BODY_LENGTH: Sourced(0.79, "C"),
+        RobotMeasure.BODY_WIDTH: Sourced(0.53, "C"),
+        RobotMeasure.BODY_HEIGHT: Sourced(0.421, "C"),
     },
     "segway_rmp": {
-        Measure.WHEEL: Sourced(0.48, "S"),
-        Measure.TRACK: Sourced(0.54, "S"),
-        Measure.LENGTH: Sourced(0.508, "S"),
-        Measure.WIDTH: Sourced(0.61, "S"),
+        RobotMeasure.WHEEL: Sourced(0.48, "S"),
+        RobotMeasure.TRACK: Sourced(0.54, "S"),
+        RobotMeasure.LENGTH: Sourced(0.508, "S"),
+        RobotMeasure.WIDTH: Sourced(0.61, "S"),
     },
 }
 
 
-def sourced(body: Body) -> Mapping[Measure, Sourced]:
+def sourced(body: Body) -> Mapping[RobotMeasure, Sourced]:
     """What sources tell of a robot; nothing for one of which none was found."""
     return SOURCED.get(body.robot.name, {})
 
 
-def measures(body: Body) -> Mapping[Measure, float]:
+def measures(body: Body) -> Mapping[RobotMeasure, float]:
     """All measures that can be taken of a model [m]."""
     wheel, chassis = body.wheel, body.chassis
     found = {
-        Measure.WHEEL: float(wheel.size[2]),
-        Measure.WHEEL_WIDTH: float(wheel.size[1]),
-        Measure.TRACK: body.track,
+        RobotMeasure.WHEEL: float(wheel.size[2]),
+        RobotMeasure.WHEEL_WIDTH: float(wheel.size[1]),
+        RobotMeasure.TRACK: body.track,
         **dict(zip(VEHICLE, map(float, body.vehicle.size), strict=True)),
     }
     if chassis is not None:

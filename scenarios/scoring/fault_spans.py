@@ -11,7 +11,7 @@ from scenarios.scoring.recovery import apart, is_carried
 
 
 @dataclass(frozen=True, slots=True)
-class Incident:
+class FaultSpan:
     """A fault as the views met it: the ``first`` and the ``last`` of them, what it was in words.
 
     ``carried``: the robot was carried away before the first view, and that was all.
@@ -24,14 +24,14 @@ class Incident:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class RouteProgress:
     """How far along its route each view is [m]; ``kidnapped`` are the first views after the kidnaps, in their order."""
 
     along: tuple[float, ...]
     kidnapped: tuple[int, ...]
 
 
-def incidents(views: Sequence[View], metadata: Mapping[str, object]) -> tuple[Incident, ...]:
+def fault_spans(views: Sequence[View], metadata: Mapping[str, object]) -> tuple[FaultSpan, ...]:
     """The faults of a drive, by the ``faults`` of its metadata; those that no view met are left out.
 
     Metres along the route are counted along the true path, and go on from where a kidnapped robot was set down. As the
@@ -41,7 +41,7 @@ def incidents(views: Sequence[View], metadata: Mapping[str, object]) -> tuple[In
     kidnaps = [fault for fault in faults if fault["kind"] == "kidnap"]
     way = way_along(views, [(float(fault["at"]), float(fault["to"])) for fault in kidnaps])
     carried = [
-        Incident(f"kidnap at {float(fault['at']):g} m", view, view, carried=True)
+        FaultSpan(f"kidnap at {float(fault['at']):g} m", view, view, carried=True)
         for fault, view in zip(kidnaps, way.kidnapped, strict=False)
     ]
     others = [_stretch(fault, views, way.along) for fault in faults if fault["kind"] != "kidnap"]
@@ -54,7 +54,7 @@ def _declared(metadata: Mapping[str, object]) -> list[dict[str, str]]:
     return list(json.loads(text)) if isinstance(text, str) and text else []
 
 
-def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> Way:
+def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> RouteProgress:
     """The way that views lie along the route; ``kidnaps`` are those of the drive in their order, from where to where.
 
     From the first view without a true pose on nothing is known. A kidnap of less than ``JUMP`` is not seen.
@@ -72,10 +72,10 @@ def way_along(views: Sequence[View], kidnaps: Sequence[tuple[float, float]]) -> 
             along.append(end + max(0.0, abs(view.distance) - (start - along[-1])))
         else:
             along.append(along[-1] + step)
-    return Way(tuple(along), tuple(carried))
+    return RouteProgress(tuple(along), tuple(carried))
 
 
-def _stretch(fault: Mapping[str, str], views: Sequence[View], along: Sequence[float]) -> Incident | None:
+def _stretch(fault: Mapping[str, str], views: Sequence[View], along: Sequence[float]) -> FaultSpan | None:
     """A fault that lasts a while, by its metres along the route, or by its seconds."""
     at, what = float(fault["at"]), _words(fault)
     begin = next((t for t, way in enumerate(along) if way >= at), None)
@@ -87,7 +87,7 @@ def _stretch(fault: Mapping[str, str], views: Sequence[View], along: Sequence[fl
         # It began between two views, so that its time is counted from the one before; one view it meets at least.
         over = views[max(begin - 1, 0)].time + float(fault["seconds"])
         inside = [begin, *(t for t in range(begin + 1, len(views)) if views[t].time <= over)]
-    return Incident(f"{what} from {at:g} m", inside[0], inside[-1]) if inside else None
+    return FaultSpan(f"{what} from {at:g} m", inside[0], inside[-1]) if inside else None
 
 
 def _words(fault: Mapping[str, str]) -> str:

@@ -28,7 +28,7 @@ class Ordered:
 
 
 @dataclass(frozen=True)
-class Told:
+class LogLine:
     """A line of the log: when [s], where the robot believed itself to be, and what happened.
 
     ``along`` is in metres along its way, nan of one that believes nothing.
@@ -58,7 +58,7 @@ class MissionRun:
     track: NDArray[np.float64]
     orders: tuple[Ordered, ...]
     switches: tuple[tuple[int, float], ...]
-    log: tuple[Told, ...]
+    log: tuple[LogLine, ...]
     goal: tuple[float, float]
     way: float
     ideal: float

@@ -1,4 +1,4 @@
-"""Which of the paths of an atlas a drive was recognised to be on: how many views were answered at places of each."""
+"""Sequence recall: how many views were answered at places of each path of an atlas."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,8 +9,8 @@ from refseq.belief import LOST_ABOVE, Belief
 from scenarios.tables import TextTable
 
 
-def answered(atlas: Atlas, beliefs: Sequence[Belief]) -> dict[str, tuple[int, int]]:
-    """For each path, by its name, the views answered at a place that its sequence holds, and at any that it runs along.
+def answers_by_path(atlas: Atlas, beliefs: Sequence[Belief]) -> dict[str, tuple[int, int]]:
+    """For each path, by its name, the views answered at a place that its sequence holds, and at any along it.
 
     Views that are said to be lost are not counted. Every view has a place that one sequence holds; where paths share
     it, it lies along several of them.
@@ -21,7 +21,7 @@ def answered(atlas: Atlas, beliefs: Sequence[Belief]) -> dict[str, tuple[int, in
     return {path.name: (held.get(path.name, 0), int(np.isin(best, atlas.numbered(path)).sum())) for path in atlas.paths}
 
 
-def recognised_table(atlas: Atlas, beliefs: Mapping[str, Sequence[Belief]]) -> TextTable:
+def sequence_recall_table(atlas: Atlas, beliefs: Mapping[str, Sequence[Belief]]) -> TextTable:
     """A row for each path in their order, and one for the views that are said to be lost; a column a method."""
     table = TextTable(
         "path",
@@ -30,7 +30,7 @@ def recognised_table(atlas: Atlas, beliefs: Mapping[str, Sequence[Belief]]) -> T
         title="views answered at its places / along its path",
         wraps=("path",),
     )
-    found = [answered(atlas, answers) for answers in beliefs.values()]
+    found = [answers_by_path(atlas, answers) for answers in beliefs.values()]
     places = dict(zip(atlas.names, map(len, atlas.sequences), strict=True))
     for path in atlas.paths:
         cells = ["{} / {}".format(*one[path.name]) for one in found]

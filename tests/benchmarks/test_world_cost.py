@@ -12,7 +12,7 @@ import pytest
 
 import robots
 from scenarios.drives.record import Drive
-from scenarios.world_views.snapshots import places_on, pose_along
+from scenarios.world_survey.snapshots import places_on, pose_along
 from sim.bench.bench import Bench, BenchSettings
 from sim.rendering.drivers import gl_backend, vulkan_device
 from sim.rendering.render import RendererKind

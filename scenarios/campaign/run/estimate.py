@@ -12,7 +12,7 @@ from scenarios.campaign.run.tasks import Question, RecordTask, Task, distinct
 from scenarios.campaign.store.cache import Store
 from scenarios.drives.record import Drive
 from scenarios.methods.by_name import family
-from scenarios.methods.plugins import is_own
+from scenarios.methods.plugins import is_plugin
 from sim.rendering.render import RendererKind
 
 METRE = {RendererKind.FILAMENT: 0.9, RendererKind.CLASSIC: 0.35, RendererKind.NONE: 0.05}
@@ -98,7 +98,7 @@ def _seconds(task: Task) -> float:
 
 
 def _families(task: Question) -> set[str]:
-    return {"own" if is_own(method) else family(method) for method in task.methods}
+    return {"own" if is_plugin(method) else family(method) for method in task.methods}
 
 
 def _views(source: Source) -> float:

@@ -24,7 +24,7 @@ from scenarios.drives.record import Drive, open_bench
 from scenarios.methods.baselines import Reference
 from scenarios.missions.file import Asked
 from scenarios.missions.leader import Journey, Leader, along_reference, over_atlas
-from scenarios.missions.runs import Done, led, programmed, refused
+from scenarios.missions.runs import MissionResult, refused_run, run_plan, run_program
 from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from sim.bench.bench import Bench
 from sim.rendering.render import RendererKind
@@ -143,7 +143,7 @@ class MissionTask(Question):
                 done = self._done(bench, leader, plan)
                 known: tuple[object, ...] = (*leader.maps, leader.localiser)
             except (MissionError, NoRouteError) as error:
-                done, known = refused(bench, str(error), self.assignment.goal), ()
+                done, known = refused_run(bench, str(error), self.assignment.goal), ()
                 learnt_s = time.perf_counter() - begin
         cost = Cost(
             learn_s=learnt_s,
@@ -168,11 +168,11 @@ class MissionTask(Question):
         asked = self.assignment.asked
         return as_learnt(way) if asked is None else asked.for_way(way)
 
-    def _done(self, bench: Bench, leader: Leader, plan: Plan) -> Done:
+    def _done(self, bench: Bench, leader: Leader, plan: Plan) -> MissionResult:
         assignment, drive = self.assignment, self.drive
         if self.method == LAMP:
-            return programmed(bench, leader.ground, plan, assignment.goal, stages=assignment.stages, drive=drive)
-        return led(bench, leader, plan, assignment.goal, sensors=self.sensors, drive=drive)
+            return run_program(bench, leader.ground, plan, assignment.goal, stages=assignment.stages, drive=drive)
+        return run_plan(bench, leader, plan, assignment.goal, sensors=self.sensors, drive=drive)
 
 
 def mission_of(task: MissionTask, store: Store) -> Kept:

@@ -19,7 +19,7 @@ from scenarios.campaign.store.cache import ENDS, MAP, RECORDING, Store
 from scenarios.campaign.store.keys import packages, sources_digest
 from scenarios.drives.record import Drive
 from scenarios.errors import ScenarioError
-from scenarios.methods.plugins import own_digest
+from scenarios.methods.plugins import plugin_digest
 from sim.rendering.drivers import vulkan_device
 from sim.rendering.render import RendererKind
 
@@ -175,7 +175,7 @@ def _unlike(order: Order) -> str:
         return f"Vulkan's device is {place.device} there and {order.place.device} here"
     for name, digest in order.own.items():
         try:
-            same = own_digest(name) == digest
+            same = plugin_digest(name) == digest
         except ScenarioError as error:
             return str(error)
         if not same:

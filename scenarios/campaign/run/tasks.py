@@ -37,7 +37,7 @@ from scenarios.drives.record import Drive, record
 from scenarios.errors import ScenarioError
 from scenarios.methods.baselines import BASELINES, Reference, Shelf
 from scenarios.methods.by_name import Learnt
-from scenarios.methods.plugins import MisbehavedError, is_own, own_digest
+from scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
 from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from scenarios.scoring.merging import Merging
 from sim.errors import SimError, StuckError
@@ -170,7 +170,7 @@ class Question(ABC):
     @property
     def own(self) -> Mapping[str, str]:
         """Digests of users' localisers among the methods."""
-        return {name: own_digest(name) for name in self.methods if is_own(name)}
+        return {name: plugin_digest(name) for name in self.methods if is_plugin(name)}
 
     def shelf(self, store: Store, number: int) -> Shelf:
         """Maps from the store: a reference drive that many queries are compared with is learnt once a profile."""

@@ -18,7 +18,7 @@ from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.run.tasks import Question, Task, perform
 from scenarios.campaign.run.worker_init import calm, share, tidily
 from scenarios.campaign.store.cache import Store
-from scenarios.methods.plugins import is_own
+from scenarios.methods.plugins import is_plugin
 
 T = TypeVar("T")
 TRIES = 3
@@ -128,7 +128,7 @@ def broken(task: Task, error: BaseException) -> Outcome:
         return Outcome(verdict, f"{task.title}: not done within {task.limit:g} s (limits.seconds)", seconds=task.limit)
     if isinstance(error, ProcessExpired):
         code = error.exitcode or 0
-        own = isinstance(task, Question) and all(map(is_own, task.methods))
+        own = isinstance(task, Question) and all(map(is_plugin, task.methods))
         verdict = Verdict.FAILED if own and -code not in FROM_OUTSIDE else Verdict.ERROR
         how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
         return Outcome(verdict, f"{task.title}: the worker's process {how}")

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from refseq.files import replacing
 from scenarios.scoring.cost import Cost
-from scenarios.scoring.missions import MissionRun, Ordered, Told
+from scenarios.scoring.missions import LogLine, MissionRun, Ordered
 
 COLUMNS = ("time_s", "true_x_m", "true_y_m", "true_heading_rad", "along_m")
 PLAIN = ("completed", "why", "way", "ideal", "optimal", "lost", "views", "refused")
@@ -57,7 +57,7 @@ def read_mission(path: Path) -> Kept:
             for at, behaviour, why, where in told["orders"]
         ),
         switches=tuple((int(number), float(time)) for number, time in told["switches"]),
-        log=tuple(Told(time, np.nan if along is None else along, what) for time, along, what in told["log"]),
+        log=tuple(LogLine(time, np.nan if along is None else along, what) for time, along, what in told["log"]),
         goal=(told["goal"][0], told["goal"][1]),
         touched=tuple(told["touched"]),
     )

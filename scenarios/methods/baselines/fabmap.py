@@ -12,7 +12,7 @@ from refseq.view import View
 from scenarios.methods.baselines.answer import answer
 from scenarios.methods.baselines.chow_liu import ChowLiuTree
 from scenarios.methods.baselines.fabmap_places import Detector, PlaceModel
-from scenarios.methods.baselines.fabmap_words import Glance, WordMap
+from scenarios.methods.baselines.fabmap_words import ShownWords, WordMap
 from scenarios.methods.baselines.vlad import Likeness
 
 
@@ -78,7 +78,7 @@ class FabMap:
         places = np.full(K, 1 / K) if self._belief is None else _moved(self._belief)
         return np.append((1 - new) * places, new + (1 - new) * max(1 - places.sum(), 0.0))
 
-    def _likelihood(self, glance: Glance) -> NDArray[np.float64]:
+    def _likelihood(self, glance: ShownWords) -> NDArray[np.float64]:
         """P(Z | L) of what the view's cameras show, smoothed, (K + 1,), sum 1."""
         logs = np.zeros(len(self._words) + 1)
         for camera, shown in glance.shown.items():

@@ -43,7 +43,7 @@ class Bags:
 
 
 @dataclass(frozen=True, slots=True)
-class Glance:
+class ShownWords:
     """The words that a view shows, by camera it has, each (N,); and the time spent on keys and on their words [s]."""
 
     shown: Mapping[str, NDArray[np.bool_]]
@@ -67,25 +67,25 @@ class WordMap:
         self.bags: Mapping[str, Bags] = {c: self._learn(e, views) for c, e in self._extractors.items()}
         if not any(extractor.size for extractor in self._extractors.values()):
             raise MapError(f"{self._K} views show no word; valid is a drive with images")
-        self._last: tuple[View, Glance] | None = None
+        self._last: tuple[View, ShownWords] | None = None
 
     def __len__(self) -> int:
         return self._K
 
-    def observe(self, view: View) -> Glance:
+    def observe(self, view: View) -> ShownWords:
         """The words of a view. The last view's answer is kept, for whoever else asks about the same view."""
         if self._last is None or self._last[0] is not view:
             self._last = view, self._observe(view)
         return self._last[1]
 
-    def _observe(self, view: View) -> Glance:
+    def _observe(self, view: View) -> ShownWords:
         start = time.perf_counter()
         found: dict[str, Observed] = {c: e.observe(view) for c, e in self._extractors.items() if c in view.images}
         shown = {camera: np.zeros(self._extractors[camera].size, np.bool_) for camera in found}
         for camera, observed in found.items():
             shown[camera][observed.ids] = True
         matching = sum(observed.matching for observed in found.values())
-        return Glance(shown, time.perf_counter() - start - matching, matching)
+        return ShownWords(shown, time.perf_counter() - start - matching, matching)
 
     def _learn(self, extractor: SiftWords, views: Sequence[View]) -> Bags:
         has = np.array([extractor.sensor in view.images for view in views])

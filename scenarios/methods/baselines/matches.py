@@ -16,7 +16,7 @@ from scenarios.methods.baselines.vlad import SIFT_SIZE, root_sift
 
 
 @dataclass(frozen=True, slots=True)
-class Keys:
+class ImageKeys:
     """Keys of one image: where they are, (n, 2) [pixels], and their RootSIFT, (n, 128), each of length 1."""
 
     points: NDArray[np.float32]
@@ -26,7 +26,7 @@ class Keys:
         return len(self.points)
 
 
-NO_KEYS = Keys(np.zeros((0, 2), np.float32), np.zeros((0, SIFT_SIZE), np.float32))
+NO_KEYS = ImageKeys(np.zeros((0, 2), np.float32), np.zeros((0, SIFT_SIZE), np.float32))
 """Those of a blank image, and of one that is missing."""
 
 
@@ -36,12 +36,12 @@ class SparseSift:
     def __init__(self, contrast: float) -> None:
         self._sift = cv2.SIFT.create(contrastThreshold=contrast)
 
-    def __call__(self, image: NDArray[np.uint8]) -> Keys:
+    def __call__(self, image: NDArray[np.uint8]) -> ImageKeys:
         """All keys of an image, ``NO_KEYS`` for a blank one."""
         keys, sift = self._sift.detectAndCompute(image, None)
         if not keys:
             return NO_KEYS
-        return Keys(np.array([key.pt for key in keys], np.float32), root_sift(np.asarray(sift, np.float32)))
+        return ImageKeys(np.array([key.pt for key in keys], np.float32), root_sift(np.asarray(sift, np.float32)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class KeyTable:
     BATCH = 16_384
     """Keys in a batch, unless one place has more: what a product with 400 keys of a view needs is 25 MB."""
 
-    def __init__(self, places: Sequence[Keys]) -> None:
+    def __init__(self, places: Sequence[ImageKeys]) -> None:
         if not places:
             raise MapError("no places to match with; valid is a drive of at least one view")
         self._places = places
@@ -71,7 +71,7 @@ class KeyTable:
     def __len__(self) -> int:
         return len(self._places)
 
-    def matches(self, keys: Keys, ratio: float) -> Iterator[tuple[int, Matches]]:
+    def matches(self, keys: ImageKeys, ratio: float) -> Iterator[tuple[int, Matches]]:
         """Each place's number with its matches, in order, for places that have any.
 
         A key of the view and one of the place match when each is the other's nearest, and nearer than ``ratio`` times

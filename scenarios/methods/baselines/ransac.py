@@ -12,7 +12,7 @@ from refseq.belief import Belief
 from refseq.errors import MapError
 from refseq.view import View
 from scenarios.methods.baselines.answer import answer
-from scenarios.methods.baselines.matches import NO_KEYS, Keys, KeyTable, Matches, SparseSift
+from scenarios.methods.baselines.matches import NO_KEYS, ImageKeys, KeyTable, Matches, SparseSift
 from scenarios.methods.baselines.vlad import Likeness
 
 SAMPLE = 4
@@ -85,7 +85,7 @@ class RansacInliers:
         lost = self._lost(float(inliers.max()), sum(len(found) for found in keys.values()))
         return answer(weights, lost, Likeness(None, middle - start, time.perf_counter() - middle))
 
-    def inliers(self, keys: dict[str, Keys]) -> NDArray[np.float64]:
+    def inliers(self, keys: dict[str, ImageKeys]) -> NDArray[np.float64]:
         """Inliers at each place, all cameras together, (K,)."""
         counts = np.zeros(len(next(iter(self._tables.values()))))
         for camera, found in keys.items():
@@ -117,5 +117,5 @@ def _usac(settings: RansacSettings) -> cv2.UsacParams:
     return usac
 
 
-def _keys(sift: SparseSift, view: View, camera: str) -> Keys:
+def _keys(sift: SparseSift, view: View, camera: str) -> ImageKeys:
     return sift(view.images[camera]) if camera in view.images else NO_KEYS

@@ -49,7 +49,7 @@ class Node(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Layer:
+class TrellisLayer:
     """The nodes of one view, (K,) each: what the best way to them costs, their own cost, and the place before them."""
 
     ways: NDArray[np.float64]
@@ -76,7 +76,7 @@ class SequenceGraph:
     def __init__(self, places: VladMap, settings: SequenceGraphSettings | None = None) -> None:
         self._places = places
         self._settings = settings or SequenceGraphSettings()
-        self._layers: deque[Layer] = deque(maxlen=self._settings.window)
+        self._layers: deque[TrellisLayer] = deque(maxlen=self._settings.window)
 
     def reset(self) -> None:
         """Forget all views seen."""
@@ -101,19 +101,19 @@ class SequenceGraph:
             return np.full(len(self._places), 1 / UNLIKE)
         return 1 / np.maximum(cosines, UNLIKE)
 
-    def _next(self, costs: NDArray[np.float64]) -> Layer:
+    def _next(self, costs: NDArray[np.float64]) -> TrellisLayer:
         """The nodes of the next view."""
         settings = self._settings
         entering = np.minimum(costs, settings.hidden)
         if not self._layers:
-            return Layer(entering, costs, np.arange(len(costs)))
+            return TrellisLayer(entering, costs, np.arange(len(costs)))
         last = self._layers[-1]
         if self._is_lost():
             best = int(np.argmin(last.ways + TIE * last.costs))
-            return Layer(entering, costs, np.full(len(costs), best))
+            return TrellisLayer(entering, costs, np.full(len(costs), best))
         ways, before = cheapest_before(last.ways, settings.fan_out)
         # Only differences count: taking off the least keeps a long drive's costs small.
-        return Layer(ways - ways.min() + entering, costs, before)
+        return TrellisLayer(ways - ways.min() + entering, costs, before)
 
     def _is_lost(self) -> bool:
         """Whether too many of the last nodes on the best way are hidden."""

@@ -20,7 +20,7 @@ from scenarios.report.plots.faults import mark_ends
 from scenarios.report.plots.style import BELIEF, INK, TRUTH, Plot, as_svg, new_figure, page_style, plain_text
 from scenarios.report.plots.truth import draw_truth
 from scenarios.scoring.comparison import Comparison, Drives, method_label
-from scenarios.scoring.fault_spans import Incident
+from scenarios.scoring.fault_spans import FaultSpan
 from scenarios.scoring.path_geometry import ReferencePath, Tolerance
 
 PANELS = 3
@@ -35,7 +35,7 @@ OVER_PLACES = 0.5
 
 @page_style
 def belief_heatmaps(
-    comparison: Comparison, path: ReferencePath | None, wide: Tolerance, incidents: Sequence[Incident] = ()
+    comparison: Comparison, path: ReferencePath | None, wide: Tolerance, spans: Sequence[FaultSpan] = ()
 ) -> Plot:
     """Probability of every place at every view, one panel a method, over the band of right answers."""
     methods, places = list(comparison.beliefs), len(comparison.reference_views)
@@ -48,10 +48,10 @@ def belief_heatmaps(
             axes.set_visible(False)
             continue
         if path is not None:
-            draw_truth(axes, comparison.query_views, path, wide, [one.first for one in incidents if one.carried])
+            draw_truth(axes, comparison.query_views, path, wide, [one.first for one in spans if one.carried])
         _draw_beliefs(axes, comparison.beliefs[method], places)
-        for incident in incidents:
-            mark_ends(axes, incident)
+        for span in spans:
+            mark_ends(axes, span)
         axes.set(title=method_label(method), xlim=(-1, len(comparison.query_views)), ylim=(-1, places * 1.05))
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     _label_axes(panels, len(methods))

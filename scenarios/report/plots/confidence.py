@@ -10,13 +10,13 @@ from refseq.view import View
 from scenarios.report.plots.faults import shade_views
 from scenarios.report.plots.style import INK, RIGHT, Plot, draw_grid, method_styles, new_figure, page_style, with_legend
 from scenarios.scoring.comparison import Comparison, method_label
-from scenarios.scoring.fault_spans import Incident
+from scenarios.scoring.fault_spans import FaultSpan
 from scenarios.scoring.path_geometry import ReferencePath, Tolerance
 
 
 @page_style
 def confidence(
-    comparison: Comparison, path: ReferencePath | None, wide: Tolerance, incidents: Sequence[Incident] = ()
+    comparison: Comparison, path: ReferencePath | None, wide: Tolerance, spans: Sequence[FaultSpan] = ()
 ) -> Plot:
     """Probability of being lost, and entropy of the places, over the views."""
     figure = new_figure(4.2)
@@ -31,8 +31,8 @@ def confidence(
     _threshold(bottom, ignorance, "knows nothing (ln K)")
     if path is not None:
         _shade_off_map(top, comparison.query_views, path, wide)
-    shade_views(top, incidents)
-    shade_views(bottom, incidents, labelled=False)
+    shade_views(top, spans)
+    shade_views(bottom, spans, labelled=False)
     top.set(ylabel="P(lost)", ylim=(-0.03, 1.03))
     bottom.set(ylabel="entropy [nats]", xlabel="query view", xlim=(-1, len(comparison.query_views)))
     bottom.set_ylim(0, 1.15 * max(1.0, ignorance))

@@ -19,7 +19,7 @@ from scenarios.report.plots.style import (
 )
 from scenarios.report.plots.truth import true_along
 from scenarios.scoring.comparison import Comparison, method_label
-from scenarios.scoring.fault_spans import Incident
+from scenarios.scoring.fault_spans import FaultSpan
 from scenarios.scoring.path_geometry import ReferencePath, Tolerance
 from scenarios.scoring.score import Score
 
@@ -30,13 +30,13 @@ def errors_along_path(
     scores: Mapping[str, Score],
     path: ReferencePath,
     tolerances: Sequence[Tolerance],
-    incidents: Sequence[Incident] = (),
+    spans: Sequence[FaultSpan] = (),
 ) -> Plot:
     """Absolute error along the path of every answer given, over the true position."""
     true = np.array([true_along(view.truth, path, tolerances[0]) for view in comparison.query_views])
     figure, axes = _error_figure("true position along the reference path [m]", dict.fromkeys(scores, true), scores)
     _error_axis(axes, scores, tolerances)
-    shade_positions(axes, true, incidents)
+    shade_positions(axes, true, spans)
     return with_legend(figure, 3)
 
 

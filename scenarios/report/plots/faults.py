@@ -7,36 +7,36 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from scenarios.report.plots.style import INK
-from scenarios.scoring.fault_spans import Incident
+from scenarios.scoring.fault_spans import FaultSpan
 
 HATCHES = ("////", "....", "xxxx", "----")
 """What tells faults on the drive apart: colour is left to the methods."""
 
 
-def mark_ends(axes: Axes, incident: Incident) -> None:
+def mark_ends(axes: Axes, span: FaultSpan) -> None:
     """Draw a line where a fault begins, and one where it ends."""
-    for at in (incident.first - 0.5, *(() if incident.carried else (incident.last + 0.5,))):
+    for at in (span.first - 0.5, *(() if span.carried else (span.last + 0.5,))):
         axes.axvline(at, color=INK, alpha=0.6, linewidth=0.8, linestyle="--", zorder=3)
 
 
-def shade_views(axes: Axes, incidents: Sequence[Incident], *, labelled: bool = True) -> None:
+def shade_views(axes: Axes, spans: Sequence[FaultSpan], *, labelled: bool = True) -> None:
     """Faults over the query's views: a hatched stretch, or a line where the robot was carried away."""
-    for number, incident in enumerate(incidents):
-        stretch = incident.first - 0.5, incident.last + 0.5
-        _shade(axes, incident, number, stretch, incident.label if labelled else None)
+    for number, span in enumerate(spans):
+        stretch = span.first - 0.5, span.last + 0.5
+        _shade(axes, span, number, stretch, span.label if labelled else None)
 
 
-def _shade(axes: Axes, incident: Incident, number: int, stretch: tuple[float, float], label: str | None) -> None:
-    if incident.carried:
+def _shade(axes: Axes, span: FaultSpan, number: int, stretch: tuple[float, float], label: str | None) -> None:
+    if span.carried:
         axes.axvline(stretch[0], color=INK, linewidth=1.2, linestyle=":", label=label)
     else:
         hatch = HATCHES[number % len(HATCHES)]
         axes.axvspan(*stretch, hatch=hatch, facecolor="none", edgecolor=INK, alpha=0.3, linewidth=0, label=label)
 
 
-def shade_positions(axes: Axes, true: NDArray[np.float64], incidents: Sequence[Incident]) -> None:
+def shade_positions(axes: Axes, true: NDArray[np.float64], spans: Sequence[FaultSpan]) -> None:
     """Where along the reference path the query's faults were, as far as it was on the map there."""
-    for number, incident in enumerate(incidents):
-        there = true[incident.first : incident.last + 1]
+    for number, span in enumerate(spans):
+        there = true[span.first : span.last + 1]
         if np.isfinite(there).any():
-            _shade(axes, incident, number, (np.nanmin(there), np.nanmax(there)), incident.label)
+            _shade(axes, span, number, (np.nanmin(there), np.nanmax(there)), span.label)

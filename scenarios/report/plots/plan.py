@@ -23,7 +23,7 @@ from scenarios.report.plots.style import (
 )
 from scenarios.report.plots.truth import positions_of
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.fault_spans import Incident
+from scenarios.scoring.fault_spans import FaultSpan
 from scenarios.scoring.outcome import Outcome
 from scenarios.scoring.score import Score
 
@@ -46,13 +46,13 @@ SURROUNDINGS = 6.0
 
 @page_style
 def drive_plan(
-    comparison: Comparison, score: Score, outline: FloorOutline | None, incidents: Sequence[Incident] = ()
+    comparison: Comparison, score: Score, outline: FloorOutline | None, spans: Sequence[FaultSpan] = ()
 ) -> Plot:
     """Both true paths in the plan, with faults, and with what became of the views that are not simply right."""
     reference, query = _broken(comparison), positions_of(comparison.query_views)
     floor = floor_plan([reference, query], outline)
     _draw_drives(floor.axes, reference, query)
-    _draw_faults(floor.axes, query, incidents)
+    _draw_faults(floor.axes, query, spans)
     _draw_outcomes(floor.axes, comparison, score)
     floor.frame(np.maximum(floor.size, 1.0) * (0.02, 0.1))
     plot = with_legend(floor.figure, 6)
@@ -125,15 +125,15 @@ def _draw_drives(axes: Axes, reference: NDArray[np.float64], query: NDArray[np.f
     axes.plot(*query.T, color=QUERY, linewidth=0.9, marker=".", markersize=3.5, label="query views")
 
 
-def _draw_faults(axes: Axes, query: NDArray[np.float64], incidents: Sequence[Incident]) -> None:
+def _draw_faults(axes: Axes, query: NDArray[np.float64], spans: Sequence[FaultSpan]) -> None:
     """A kidnap as a dotted line from where the robot was to where it was set down, other faults as a broad band."""
-    for incident in incidents:
-        if incident.carried:
-            way = query[max(incident.first - 1, 0) : incident.first + 1]
-            axes.plot(*way.T, color=INK, linewidth=1.2, linestyle=":", marker="*", markevery=[-1], label=incident.label)
+    for span in spans:
+        if span.carried:
+            way = query[max(span.first - 1, 0) : span.first + 1]
+            axes.plot(*way.T, color=INK, linewidth=1.2, linestyle=":", marker="*", markevery=[-1], label=span.label)
         else:
-            way = query[incident.first : incident.last + 1]
-            axes.plot(*way.T, color=INK, alpha=0.2, linewidth=7, solid_capstyle="butt", label=incident.label)
+            way = query[span.first : span.last + 1]
+            axes.plot(*way.T, color=INK, alpha=0.2, linewidth=7, solid_capstyle="butt", label=span.label)
 
 
 def _draw_outcomes(axes: Axes, comparison: Comparison, score: Score) -> None:

@@ -38,7 +38,7 @@ from scenarios.report.sections.tables import (
 )
 from scenarios.scoring.comparison import Comparison, method_label, shared_methods
 from scenarios.scoring.cost import Cost
-from scenarios.scoring.fault_spans import incidents
+from scenarios.scoring.fault_spans import fault_spans
 from scenarios.scoring.figures import Figures, figures
 from scenarios.scoring.outcome import Outcome
 from scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance, path_of
@@ -157,21 +157,21 @@ class _Drawing:
     ) -> None:
         self._comparison, self._path, self._scores, self._terms = comparison, path, scores, terms
         self._tolerances = terms.wide, terms.narrow
-        self._incidents = incidents(comparison.query_views, comparison.query_metadata)
+        self._fault_spans = fault_spans(comparison.query_views, comparison.query_metadata)
 
     def plan(self, judged: Score) -> Plot:
-        return drive_plan(self._comparison, judged, self._terms.outline, self._incidents)
+        return drive_plan(self._comparison, judged, self._terms.outline, self._fault_spans)
 
     def posterior(self) -> Plot:
-        return belief_heatmaps(self._comparison, self._path, self._terms.wide, self._incidents)
+        return belief_heatmaps(self._comparison, self._path, self._terms.wide, self._fault_spans)
 
     def lost(self) -> Plot:
-        return confidence(self._comparison, self._path, self._terms.wide, self._incidents)
+        return confidence(self._comparison, self._path, self._terms.wide, self._fault_spans)
 
     def errors(self) -> Plot | None:
         if self._path is None:
             return None
-        return errors_along_path(self._comparison, self._scores, self._path, self._tolerances, self._incidents)
+        return errors_along_path(self._comparison, self._scores, self._path, self._tolerances, self._fault_spans)
 
     def certainty(self) -> Plot:
         return errors_over_entropy(self._comparison, self._scores, self._tolerances)

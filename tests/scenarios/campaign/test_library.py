@@ -24,7 +24,7 @@ from scenarios.campaign.store.cache import Store
 from scenarios.drives.inputs import stretch
 from scenarios.drives.record import QUERY_SEEDS, Drive, driven, plan_of
 from scenarios.scoring.path_geometry import WIDE
-from scenarios.world_views.facts import robot_boxes
+from scenarios.world_survey.facts import robot_boxes
 from sim.rendering.drivers import vulkan_device
 from worlds.build import build_world
 from worlds.check import check_world

@@ -32,7 +32,7 @@ from scenarios.campaign.store.missions import read_mission
 from scenarios.campaign.store.result_file import CampaignRecord, read_result
 from scenarios.drives.record import QUERY_SEEDS, Drive
 from scenarios.errors import ScenarioError
-from scenarios.missions.leader import Ground
+from scenarios.missions.leader import GroundTruth
 from scenarios.missions.runs import turn_of
 from sim.bench.faults import Kidnap
 from sim.missions.mission import EVERY
@@ -243,7 +243,7 @@ def test_where_an_order_may_begin_is_told_by_where_the_reference_really_was() ->
     """A way round a corner, driven with an odometer that counts a tenth too much."""
     places = np.array([[0.0, 0], [2, 0], [4, 0], [4, 2]])
     way = Way(np.arange(4), np.array([0, 2.2, 4.4, 6.6]), ("MN", "", "MT:90", "MN"), ())
-    ground = Ground(way, places)
+    ground = GroundTruth(way, places)
     plan = Plan(way, (Order(0.0, "MN", ""), Order(4.4, "MT:90", ""), Order(4.4, "MN", "")), 6.6)
     assert ground.where(plan, 0).tolist() == [[0, 0], [2, 0], [4, 0]]
     assert ground.where(plan, 1).tolist() == [[4, 0]]

@@ -11,7 +11,7 @@ from refseq.logs import read_recording
 from refseq.map.sequence import learn
 from robots import Twist
 from scenarios.drives.record import Drive, Interrupted, record
-from scenarios.drives.teleop import Sitting, lead
+from scenarios.drives.teleop import TeleopDrive, record_by_hand
 from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench
 from sim.drives.recorder import Trigger
@@ -137,7 +137,7 @@ def led_by(person: Person, plan: str, path: Path) -> None:
         yield person
 
     drive = Drive(world=plan, renderer=RendererKind.NONE)
-    lead(Sitting("x", drive, Trigger(distance=None, time=1.0)), path, controls)
+    record_by_hand(TeleopDrive("x", drive, Trigger(distance=None, time=1.0)), path, controls)
 
 
 def test_interrupted_it_keeps_its_views_and_what_was_asked_for(plan: str, tmp_path: Path) -> None:

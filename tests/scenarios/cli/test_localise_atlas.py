@@ -26,7 +26,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from scenarios.drives.evaluate import compare, compare_in_atlas, places_as_views
 from scenarios.scoring.comparison import Drives
-from scenarios.scoring.sequence_recall import answered, recognised_table
+from scenarios.scoring.sequence_recall import answers_by_path, sequence_recall_table
 from tests.scenarios.conftest import Refseq
 from tests.support import certain, corridor_drive
 
@@ -224,7 +224,7 @@ def test_views_are_counted_at_their_sequence_and_at_every_path_through_their_pla
     for sequence, members in enumerate(map(len, atlas.sequences)):
         for place in range(members):
             beliefs = [lost, certain(size, int(atlas.first[sequence]) + place), lost]
-            found = answered(atlas, beliefs)
+            found = answers_by_path(atlas, beliefs)
             for number, name in enumerate(("west", "east")):
                 assert found[name] == (int(number == sequence), int((sequence, place) in runs[number]))
 
@@ -236,7 +236,7 @@ def test_a_path_without_a_sequence_of_its_own_and_odd_names_are_told(here: Path)
     atlas = replace(atlas, paths=(*atlas.paths, way))
     beliefs = {"a/chain": [certain(len(west), 3), certain(len(west), 4), certain(len(west), 4, lost=0.8)]}
     console = Console(file=StringIO(), width=80)
-    console.print(recognised_table(atlas, beliefs))
+    console.print(sequence_recall_table(atlas, beliefs))
     assert isinstance(console.file, StringIO)
     text = console.file.getvalue()
     assert row(text, "[red]west") == [len(west), 2, 2]

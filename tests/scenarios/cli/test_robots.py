@@ -18,7 +18,7 @@ import pytest
 import robots
 from scenarios.robot_checks.body import Body
 from scenarios.robot_checks.check import Finding
-from scenarios.robot_checks.sources import SOURCED, Measure, measures
+from scenarios.robot_checks.sources import SOURCED, RobotMeasure, measures
 from tests.scenarios.conftest import Answer, Refseq
 from tests.terminals import needs_terminals
 from tests.worlds.conftest import SMALL
@@ -70,7 +70,7 @@ def test_the_model_has_the_sizes_that_sources_give(body: Body) -> None:
     ours = measures(body)
     for measure, sourced in SOURCED[body.robot.name].items():
         # The Robuter's front bumper stands before the laser, 4 cm farther ahead than the sources' overall length.
-        within = 0.05 if measure is Measure.LENGTH else 0.01
+        within = 0.05 if measure is RobotMeasure.LENGTH else 0.01
         assert ours[measure] == pytest.approx(sourced.value, rel=within), measure
 
 
@@ -78,7 +78,7 @@ def test_what_it_sees_with_is_no_part_of_the_vehicle(body: Body) -> None:
     mast = body.whole.high[2]
     assert mast == pytest.approx(body.robot.shape.height)
     assert body.vehicle.high[2] < mast - 0.3
-    assert measures(body)[Measure.HEIGHT] == pytest.approx(body.vehicle.high[2], abs=1e-3)
+    assert measures(body)[RobotMeasure.HEIGHT] == pytest.approx(body.vehicle.high[2], abs=1e-3)
 
 
 # --- list and show ---

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import robots
-from scenarios.world_views.facts import robot_box, routes_text
+from scenarios.world_survey.facts import robot_box, routes_text
 from tests.scenarios.conftest import Answer, Refseq
 from tests.worlds.conftest import SMALL
 from worlds.light import light_named

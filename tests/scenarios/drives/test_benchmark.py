@@ -5,7 +5,7 @@ import pytest
 
 from refseq.logs.carmen import write_carmen
 from refseq.view import View
-from scenarios.drives.benchmark import Contest, first_view, kidnapped, query_views, run_contest
+from scenarios.drives.benchmark import Benchmark, first_view, kidnapped, query_views, run_benchmark
 from scenarios.errors import ScenarioError
 from tests.support import corridor_drive
 
@@ -36,7 +36,7 @@ def test_a_start_outside_the_drive_is_told(start: str) -> None:
 def test_a_kidnapped_robot_goes_on_from_elsewhere() -> None:
     assert numbers(kidnapped(tuple(numbered(10)), "3:7", LOG)) == [0, 1, 2, 7, 8, 9]
     assert numbers(kidnapped(tuple(numbered(6)), "4:1", LOG)) == [0, 1, 2, 3, 1, 2, 3, 4, 5]
-    assert numbers(query_views(numbered(10), Contest((), start="20%", kidnap="2:6"), LOG)) == [2, 3, 8, 9]
+    assert numbers(query_views(numbered(10), Benchmark((), start="20%", kidnap="2:6"), LOG)) == [2, 3, 8, 9]
 
 
 @pytest.mark.parametrize("kidnap", ["0:3", "3:10", "10:3", "3", "a:b", "3:-1"])
@@ -55,8 +55,8 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 def test_only_the_places_asked_for_are_learnt(logs: tuple[Path, Path]) -> None:
     steps: list[str] = []
-    contest = Contest([logs], ("thesis/uniform",), places="3:9", start="2")
-    [found] = run_contest(contest, steps.append)
+    contest = Benchmark([logs], ("thesis/uniform",), places="3:9", start="2")
+    [found] = run_benchmark(contest, steps.append)
     assert steps == ["pair 1 of 1"]
     assert len(found.reference_views) == 6
     assert len(found.query_views) == 10
@@ -67,5 +67,5 @@ def test_only_the_places_asked_for_are_learnt(logs: tuple[Path, Path]) -> None:
 def test_a_missing_file_is_told_before_the_first_step(logs: tuple[Path, Path]) -> None:
     steps: list[str] = []
     with pytest.raises(ScenarioError, match=r"none.mcap: is no file; valid is a recording"):
-        run_contest(Contest([logs, (logs[0], Path("none.mcap"))]), steps.append)
+        run_benchmark(Benchmark([logs, (logs[0], Path("none.mcap"))]), steps.append)
     assert steps == []

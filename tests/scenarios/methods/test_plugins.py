@@ -13,7 +13,7 @@ from scenarios.methods import plugin_sources, plugins
 from scenarios.methods.baselines import Reference
 from scenarios.methods.by_name import Learnt, check_methods, methods_named
 from scenarios.methods.plugin_sources import spec_of
-from scenarios.methods.plugins import MisbehavedError, OwnLocaliser, check_own, own_digest
+from scenarios.methods.plugins import MisbehavedError, PluginLocaliser, check_plugin, plugin_digest
 from tests.support import corridor_drive
 
 GOOD = """
@@ -57,7 +57,7 @@ def written(here: Path, text: str, module: str = "mine.py") -> None:
 
 def test_it_sees_no_truth_and_cannot_write_into_what_others_see(here: Path, views: list[View]) -> None:
     written(here, GOOD.format(answer="belief_from(np.ones(5))"))
-    localiser = OwnLocaliser("mine:Mine", views)
+    localiser = PluginLocaliser("mine:Mine", views)
     localiser.reset()
     localiser.update(views[1])
     seen = [*localiser._inner.views, *localiser._inner.seen]  # type: ignore[attr-defined]
@@ -89,7 +89,7 @@ def test_answers_are_copied_and_timed(here: Path, views: list[View]) -> None:
         )
     )
     written(here, text)
-    localiser = OwnLocaliser("mine:Mine", views)
+    localiser = PluginLocaliser("mine:Mine", views)
     localiser.reset()
     beliefs = [localiser.update(view) for view in views[:3]]
     assert [int(np.argmax(belief.places)) for belief in beliefs] == [1, 2, 3]
@@ -100,7 +100,7 @@ def test_answers_are_copied_and_timed(here: Path, views: list[View]) -> None:
 
 def test_its_own_times_are_kept(here: Path, views: list[View]) -> None:
     written(here, GOOD.format(answer="belief_from(np.ones(5), timings=Timings(features=2.0))"))
-    localiser = OwnLocaliser("mine:Mine", views)
+    localiser = PluginLocaliser("mine:Mine", views)
     localiser.reset()
     assert localiser.update(views[0]).timings == Timings(features=2.0)
 
@@ -145,7 +145,7 @@ def test_what_is_no_answer_is_told_with_the_view_s_number(
     here: Path, views: list[View], answer: str, told: str
 ) -> None:
     written(here, GOOD.format(answer=f"belief_from(np.ones(5)) if len(self.seen) < 3 else {answer}"))
-    localiser = OwnLocaliser("mine:Mine", views)
+    localiser = PluginLocaliser("mine:Mine", views)
     localiser.reset()
     localiser.update(views[0])
     localiser.update(views[1])
@@ -175,9 +175,9 @@ def test_what_breaks_before_the_first_view_is_its_own_failure(
     here: Path, views: list[View], text: str, told: str
 ) -> None:
     written(here, text)
-    check_own("mine:Mine")  # the name is good: nothing more can be told without running it
+    check_plugin("mine:Mine")  # the name is good: nothing more can be told without running it
     with pytest.raises(MisbehavedError) as caught:
-        OwnLocaliser("mine:Mine", views)
+        PluginLocaliser("mine:Mine", views)
     assert str(caught.value).startswith(("mine:Mine, " + told, "mine:Mine" + told))
     assert "\n" not in str(caught.value)
 
@@ -206,13 +206,13 @@ def test_a_wrong_name_is_told_without_running_anything(here: Path, name: str, to
 @pytest.mark.parametrize("text", ["from there import *", "def __getattr__(name): ...", "globals()['Mine'] = int"])
 def test_a_name_that_only_running_could_tell_is_left_to_the_run(here: Path, text: str) -> None:
     written(here, text)
-    check_own("mine:Mine")
+    check_plugin("mine:Mine")
 
 
 def test_the_user_s_folder_hides_no_part_of_the_bench(here: Path, views: list[View]) -> None:
     written(here, "raise RuntimeError", "robots.py")
     written(here, GOOD.format(answer="belief_from(np.ones(5))"))
-    OwnLocaliser("mine:Mine", views)
+    PluginLocaliser("mine:Mine", views)
     found = spec_of("robots")
     assert found is not None
     assert str(here) not in str(found.origin)
@@ -231,8 +231,8 @@ def test_entry_points_are_names_of_methods_but_never_hide_a_baseline(
     try:
         assert methods_named(["ours", "vlad"]) == ("ours", "vlad")
         learnt = Learnt(["ours", "vlad"], {"drive": Reference(views)})
-        assert isinstance(learnt.localisers["ours"], OwnLocaliser)
-        assert not isinstance(learnt.localisers["vlad"], OwnLocaliser)
+        assert isinstance(learnt.localisers["ours"], PluginLocaliser)
+        assert not isinstance(learnt.localisers["vlad"], PluginLocaliser)
         assert len(learnt.answers(views)["ours"]) == 5
     finally:
         plugins._entry_points.cache_clear()
@@ -242,10 +242,10 @@ def test_entry_points_are_names_of_methods_but_never_hide_a_baseline(
 
 
 def changed_digest(here: Path, name: str, file: str, text: str) -> bool:
-    before = own_digest(name)
-    assert own_digest(name) == before
+    before = plugin_digest(name)
+    assert plugin_digest(name) == before
     written(here, text, file)
-    return own_digest(name) != before
+    return plugin_digest(name) != before
 
 
 def test_a_digest_follows_the_module_and_what_it_imports_from_beside_it(here: Path) -> None:
@@ -275,19 +275,19 @@ def test_a_digest_follows_a_package_with_relative_imports_and_data(here: Path) -
 def test_a_digest_follows_a_file_that_is_moved_within_its_package(here: Path) -> None:
     written(here, "class Mine: pass", "ours/__init__.py")
     written(here, "1 2 3", "ours/by_day/weights.txt")
-    before = own_digest("ours:Mine")
+    before = plugin_digest("ours:Mine")
     (here / "ours/by_day").rename(here / "ours/by_night")
-    assert own_digest("ours:Mine") != before
+    assert plugin_digest("ours:Mine") != before
 
 
 def test_a_digest_follows_the_versions_of_what_is_imported(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written(here, "import numpy, scipy.stats, os\nclass Mine: pass")
-    before = own_digest("mine:Mine")
+    before = plugin_digest("mine:Mine")
     true = plugin_sources.version
     monkeypatch.setattr(plugin_sources, "version", lambda name: "9.9" if name == "scipy" else true(name))
-    assert own_digest("mine:Mine") != before
+    assert plugin_digest("mine:Mine") != before
     monkeypatch.setattr(plugin_sources, "version", lambda name: "9.9" if name == "pyarrow" else true(name))
-    assert own_digest("mine:Mine") == before
+    assert plugin_digest("mine:Mine") == before
 
 
 def test_a_digest_follows_what_of_the_bench_one_would_build_on(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

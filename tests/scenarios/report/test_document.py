@@ -25,7 +25,7 @@ from scenarios.report.plots.sweep import draw_shares
 from scenarios.report.plots.truth import draw_truth
 from scenarios.report.sections.tables import further_row
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.fault_spans import incidents
+from scenarios.scoring.fault_spans import fault_spans
 from scenarios.scoring.figures import figures, success_over_seeds
 from scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath
 from scenarios.scoring.score import pool, score
@@ -282,7 +282,7 @@ def test_the_band_of_right_answers_is_broken_where_the_robot_was_carried(runs: l
 
 def test_faults_on_the_drive_are_marked(runs: list[Comparison]) -> None:
     faults = '[{"kind": "camera-black", "camera": "forward", "at": 3.0, "until": 6.0}]'
-    met = incidents(runs[0].query_views, {"faults": faults})
+    met = fault_spans(runs[0].query_views, {"faults": faults})
     path, scores = ReferencePath(runs[0].reference_views), {Stage.CHAIN: score(runs[0], Stage.CHAIN)}
     drawn = [
         drive_plan(runs[0], scores[Stage.CHAIN], CORRIDOR, met),

@@ -6,7 +6,7 @@ import pytest
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.scoring.fault_spans import Incident, incidents, way_along
+from scenarios.scoring.fault_spans import FaultSpan, fault_spans, way_along
 
 
 def drive(xs: list[float], distances: list[float] | None = None) -> list[View]:
@@ -24,13 +24,13 @@ STRAIGHT = drive([float(x) for x in range(20)])
 
 def test_a_covered_camera_is_a_stretch_of_views() -> None:
     fault = {"kind": "camera-black", "camera": "camera-1", "at": 4.5, "until": 8.0}
-    assert incidents(STRAIGHT, told(fault)) == (Incident("camera-1 black from 4.5 m", 5, 7),)
+    assert fault_spans(STRAIGHT, told(fault)) == (FaultSpan("camera-1 black from 4.5 m", 5, 7),)
 
 
 def test_slip_lasts_seconds() -> None:
     fault = {"kind": "wheel-slip", "at": 3.5, "seconds": 5.0, "wheels": "both", "friction": 0.02}
     # View 3 is at 6 s, so that views up to 11 s are met: those at 8 s and 10 s.
-    assert incidents(STRAIGHT, told(fault)) == (Incident("wheel slip from 3.5 m", 4, 5),)
+    assert fault_spans(STRAIGHT, told(fault)) == (FaultSpan("wheel slip from 3.5 m", 4, 5),)
 
 
 @pytest.mark.parametrize("to", [14.0, 1.0])
@@ -42,17 +42,17 @@ def test_after_a_kidnap_the_way_goes_on_from_where_the_robot_was_set_down(to: fl
     assert way.kidnapped == (6,)
     assert np.allclose(way.along, xs)
     black = {"kind": "laser-dazzled", "at": to + 1.0, "until": to + 3.0, "bearing": 0.0, "width": 180.0}
-    found = incidents(views, told(black, {"kind": "kidnap", "at": 5.4, "to": to}))
-    assert Incident("kidnap at 5.4 m", 6, 6, carried=True) in found
+    found = fault_spans(views, told(black, {"kind": "kidnap", "at": 5.4, "to": to}))
+    assert FaultSpan("kidnap at 5.4 m", 6, 6, carried=True) in found
     assert any(one.label.startswith("laser dazzled") and one.last == 8 for one in found)
 
 
 def test_what_no_view_met_is_left_out() -> None:
     late = {"kind": "camera-black", "camera": "camera-1", "at": 100.0, "until": 101.0}
     between = {"kind": "camera-black", "camera": "camera-1", "at": 4.1, "until": 4.9}
-    assert incidents(STRAIGHT, told(late, between)) == ()
-    assert incidents(STRAIGHT, {}) == ()
-    assert incidents([], told(late)) == ()
+    assert fault_spans(STRAIGHT, told(late, between)) == ()
+    assert fault_spans(STRAIGHT, {}) == ()
+    assert fault_spans([], told(late)) == ()
 
 
 def test_without_truth_nothing_is_known() -> None:

@@ -17,7 +17,7 @@ from refseq.view import View
 from scenarios.methods.baselines.chow_liu import ROOT, ChowLiuTree
 from scenarios.methods.baselines.fabmap import FabMap, FabMapSettings
 from scenarios.methods.baselines.fabmap_places import CERTAIN, Detector, PlaceModel
-from scenarios.methods.baselines.fabmap_words import Bags, Glance, WordMap
+from scenarios.methods.baselines.fabmap_words import Bags, ShownWords, WordMap
 from tests.support import CAMERAS, corridor_drive
 
 WORDS, PLACES = 4, 3
@@ -180,10 +180,10 @@ class Shown:
     def __len__(self) -> int:
         return len(next(iter(self.bags.values())).has)
 
-    def observe(self, view: View) -> Glance:
+    def observe(self, view: View) -> ShownWords:
         if view.time < 0:
-            return Glance({}, 0.0, 0.0)
-        return Glance({camera: table[int(view.time)] for camera, table in self._queries.items()}, 0.0, 0.0)
+            return ShownWords({}, 0.0, 0.0)
+        return ShownWords({camera: table[int(view.time)] for camera, table in self._queries.items()}, 0.0, 0.0)
 
 
 def path(count: int) -> list[View]:

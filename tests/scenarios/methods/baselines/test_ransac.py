@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from refseq.errors import MapError
 from refseq.view import View
-from scenarios.methods.baselines.matches import NO_KEYS, Keys, KeyTable, Matches, SparseSift, mutual_matches
+from scenarios.methods.baselines.matches import NO_KEYS, ImageKeys, KeyTable, Matches, SparseSift, mutual_matches
 from scenarios.methods.baselines.ransac import SAMPLE, RansacInliers, RansacSettings, _usac, count_inliers
 
 BLANK = np.full((120, 160), 90, np.uint8)
@@ -62,15 +62,17 @@ def test_matches_are_those_of_loops(seed: int, rows: int, sizes: list[int], ties
     assert set(zip(ours.tolist(), theirs.tolist(), strict=True)) == by_loops(cosines, sizes, 0.8)
 
 
-def keys(rng: np.random.Generator, count: int) -> Keys:
+def keys(rng: np.random.Generator, count: int) -> ImageKeys:
     descriptors = np.abs(rng.normal(size=(count, 128))).astype(np.float32) ** 4
-    return Keys(rng.random((count, 2), np.float32), descriptors / np.linalg.norm(descriptors, axis=1, keepdims=True))
+    return ImageKeys(
+        rng.random((count, 2), np.float32), descriptors / np.linalg.norm(descriptors, axis=1, keepdims=True)
+    )
 
 
 def test_batches_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(0)
     places = [keys(rng, count) if count else NO_KEYS for count in (0, 7, 0, 12, 3, 30, 1, 0)]
-    seen = Keys(np.arange(20, dtype=np.float32).reshape(10, 2), places[3].descriptors[:10])
+    seen = ImageKeys(np.arange(20, dtype=np.float32).reshape(10, 2), places[3].descriptors[:10])
     whole = list(KeyTable(places).matches(seen, 0.8))
     assert 3 in [place for place, _ in whole]
     for most in (1, 10, 19):

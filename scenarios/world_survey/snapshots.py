@@ -14,7 +14,7 @@ from worlds.plans.load import load_plan
 
 
 @dataclass(frozen=True, slots=True)
-class Still:
+class Snapshot:
     """What the cameras see ``along`` the route [m] in one light; ``images`` by camera, (height, width) uint8."""
 
     light: str
@@ -23,7 +23,7 @@ class Still:
     images: Mapping[str, NDArray[np.uint8]]
 
 
-def stills(drive: Drive, lights: Sequence[str], places: Sequence[float]) -> Iterator[Still]:
+def snapshots(drive: Drive, lights: Sequence[str], places: Sequence[float]) -> Iterator[Snapshot]:
     """Put the robot of ``drive`` at each of the ``places`` along its route [m], in each of the ``lights``.
 
     Raises ``ScenarioError`` for a place that is not on the route.
@@ -33,7 +33,7 @@ def stills(drive: Drive, lights: Sequence[str], places: Sequence[float]) -> Iter
             for along in places:
                 bench.place(pose_along(bench.route, along))
                 view = bench.sense()
-                yield Still(light, along, bench.pose, view.images)
+                yield Snapshot(light, along, bench.pose, view.images)
 
 
 def places_on(drive: Drive, along: Sequence[float] | None) -> tuple[float, ...]:

@@ -5,8 +5,8 @@ import pytest
 
 from scenarios.drives.record import Drive
 from scenarios.errors import ScenarioError
-from scenarios.world_views.contact_sheet import contact_sheet
-from scenarios.world_views.snapshots import Still, places_on, pose_along, stills
+from scenarios.world_survey.contact_sheet import contact_sheet
+from scenarios.world_survey.snapshots import Snapshot, places_on, pose_along, snapshots
 from sim.rendering.drivers import vulkan_device
 from sim.rendering.render import RendererKind
 from tests.worlds.conftest import SMALL
@@ -42,7 +42,7 @@ def test_a_still_shows_the_place_in_its_light(tmp_path: object) -> None:
     lamp = '[[lamp]]\nname = "row"\nfirst = [2, 0]\nstep = [2, 0]\ncount = 3\nlumen = 1000\n'
     path.write_text(SMALL.format(top="", end=lamp))
     drive = Drive(world=str(path), sensors=("camera-1",), renderer=RendererKind.FILAMENT)
-    found = list(stills(drive, ("late-evening", "23:00,lamps=off"), (1.0, 3.0)))
+    found = list(snapshots(drive, ("late-evening", "23:00,lamps=off"), (1.0, 3.0)))
     assert [(still.light, still.along, still.pose.x) for still in found] == [
         ("late-evening", 1.0, pytest.approx(2.0)),
         ("late-evening", 3.0, pytest.approx(4.0)),
@@ -58,7 +58,7 @@ def test_a_sheet_has_a_cell_for_each_place_camera_and_light() -> None:
 
     image = np.zeros((48, 64), np.uint8)
     cells = [
-        Still(light, along, Pose(0, 0, 0), {"camera-1": image, "camera-2": image})
+        Snapshot(light, along, Pose(0, 0, 0), {"camera-1": image, "camera-2": image})
         for light in ("noon", "18:00", "20:00")
         for along in (1.0, 2.0)
     ]

@@ -13,8 +13,8 @@ from matplotlib.ticker import MaxNLocator
 from refseq.features.sift import Keys, SiftSettings, SiftWords
 from scenarios.drives.record import Drive
 from scenarios.tables import TextTable
-from scenarios.world_views.facts import lux_text
-from scenarios.world_views.snapshots import Still, stills
+from scenarios.world_survey.facts import lux_text
+from scenarios.world_survey.snapshots import Snapshot, snapshots
 from worlds.light import LightSetting
 from worlds.meter import Meter
 from worlds.plans.load import load_plan
@@ -57,27 +57,27 @@ def through_the_day(day: Day, settings: SiftSettings | None = None) -> list[Reca
     """Take all the pictures and compare them."""
     settings = settings or SiftSettings()
     before = replace(day.drive, seed=day.drive.seed + OTHER_NOISE)
-    known = {(still.along, camera): keys for still in stills(before, [before.light], day.places)
-             for camera, keys in _keys(still, settings)}  # fmt: skip
+    known = {(shot.along, camera): keys for shot in snapshots(before, [before.light], day.places)
+             for camera, keys in _keys(shot, settings)}  # fmt: skip
     hours = {setting.name: setting for setting in day.lights}
     plan = load_plan(day.drive.world)
     meters = {name: Meter(plan, setting) for name, setting in hours.items()}
     return [
         Recall(
-            hours[still.light].hour,
-            still.along,
+            hours[shot.light].hour,
+            shot.along,
             camera,
-            len(known[still.along, camera].points),
-            found_again(known[still.along, camera], keys, settings.alias_distance),
-            meters[still.light].read((still.pose.x, still.pose.y, METER_HEIGHT)).total,
+            len(known[shot.along, camera].points),
+            found_again(known[shot.along, camera], keys, settings.alias_distance),
+            meters[shot.light].read((shot.pose.x, shot.pose.y, METER_HEIGHT)).total,
         )
-        for still in stills(day.drive, list(hours), day.places)
-        for camera, keys in _keys(still, settings)
+        for shot in snapshots(day.drive, list(hours), day.places)
+        for camera, keys in _keys(shot, settings)
     ]
 
 
-def _keys(still: Still, settings: SiftSettings) -> Iterator[tuple[str, Keys]]:
-    for camera, image in still.images.items():
+def _keys(shot: Snapshot, settings: SiftSettings) -> Iterator[tuple[str, Keys]]:
+    for camera, image in shot.images.items():
         yield camera, SiftWords(camera, settings).keys(image)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from scenarios.world_views.snapshots import Still
+from scenarios.world_survey.snapshots import Snapshot
 
 CELL = (3.2, 2.4)
 """Size of a picture on the sheet [inch]."""
@@ -15,11 +15,11 @@ EDGE = 0.55
 """Room for the names of rows and columns [inch]."""
 
 
-def contact_sheet(title: str, stills: Sequence[Still]) -> Figure:
+def contact_sheet(title: str, shots: Sequence[Snapshot]) -> Figure:
     """Draw a row for each place and camera, a column for each light."""
-    lights = list(dict.fromkeys(still.light for still in stills))
-    rows = [(still.along, camera) for still in stills if still.light == lights[0] for camera in still.images]
-    images = {(still.light, still.along, camera): image for still in stills for camera, image in still.images.items()}
+    lights = list(dict.fromkeys(shot.light for shot in shots))
+    rows = [(shot.along, camera) for shot in shots if shot.light == lights[0] for camera in shot.images]
+    images = {(shot.light, shot.along, camera): image for shot in shots for camera, image in shot.images.items()}
     width, height = CELL[0] * len(lights) + EDGE, CELL[1] * len(rows) + 1.5 * EDGE
     with mpl.rc_context({"font.size": 10}):
         figure = Figure(figsize=(width, height), dpi=100, facecolor="white")

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from refseq.features.sift import Keys, SiftSettings, SiftWords
 from scenarios.drives.record import Drive
-from scenarios.world_views.day import SAME_PLACE, Day, Recall, day_curve, day_table, found_again, through_the_day
+from scenarios.world_survey.day import SAME_PLACE, Day, Recall, day_curve, day_table, found_again, through_the_day
 from sim.rendering.drivers import vulkan_device
 from tests.worlds.conftest import SMALL
 from worlds.light import light_named
