@@ -101,13 +101,13 @@ def drive(
         sensors=words(sensors, "sensors"),
         cameras=assignments(camera, "camera"),
     )
-    sitting = TeleopDrive(name or output.stem, asked, sampling_of(every, distance, turn, by_hand=by_hand))
+    session = TeleopDrive(name or output.stem, asked, sampling_of(every, distance, turn, by_hand=by_hand))
     with ended_in_one_line(output):
         if script is not None:
             _check_alone(script, gamepad)
-            led = _by_script(sitting, output, script)
+            led = _by_script(session, output, script)
         else:
-            led = record_by_hand(sitting, output, by_viewer(sitting, port=port, gamepad=gamepad, rate=rate))
+            led = record_by_hand(session, output, by_viewer(session, port=port, gamepad=gamepad, rate=rate))
     sensed = ", ".join(sorted(led.recording.sensors))
     views = len(led.recording.views)
     say(out, f"{output}: {views} views of {sensed}, {led.way:.1f} m in {led.time:.1f} s")
@@ -135,21 +135,21 @@ def _check_alone(script: Path, gamepad: Path | None) -> None:
         raise ScenarioError(f"script {script} and gamepad {gamepad} both say who leads; valid is one of them")
 
 
-def _by_script(sitting: "TeleopDrive", output: Path, script: Path) -> "TeleopResult":
+def _by_script(session: "TeleopDrive", output: Path, script: Path) -> "TeleopResult":
     """Lead the robot by a script, with a bar of its time."""
     from scenarios.drives.teleop import controls_in, record_by_hand
-    from sim.teleop.script import ScriptHand
+    from sim.teleop.script import ScriptSource
 
     moments = controls_in(script)
     end = moments[-1].time
     with bars_on_terminal() as bars:
-        task = bars.add_task(f"{sitting.drive.world} by {script.name}", total=end or 1.0, seen="")
+        task = bars.add_task(f"{session.drive.world} by {script.name}", total=end or 1.0, seen="")
 
         def told(taken: "Taken", views: int) -> None:
             time = taken.view.time
             bars.update(task, completed=time, seen=f"{time:5.1f} of {end:.0f} s, {views:3d} views")
 
-        led = record_by_hand(sitting, output, lambda bench: nullcontext(ScriptHand(moments)), told)
+        led = record_by_hand(session, output, lambda bench: nullcontext(ScriptSource(moments)), told)
         bars.update(task, completed=end or 1.0)
     return led
 
@@ -170,13 +170,13 @@ def ended_in_one_line(output: Path) -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def by_viewer(sitting: "TeleopDrive", *, port: int = 0, gamepad: Path | None = None, rate: float = 1.0) -> "Controls":
+def by_viewer(session: "TeleopDrive", *, port: int = 0, gamepad: Path | None = None, rate: float = 1.0) -> "Controls":
     """The controls in a viewer."""
     from scenarios.drives.record import sensors_of
-    from sim.teleop.viewer import Look, opened
+    from sim.teleop.viewer import ViewerSettings, opened
 
-    look = Look(sitting.name, described_sampling(sitting.sampling), sensors_of(sitting.drive), port, rate)
-    return lambda bench: opened(bench, look, gamepad)
+    settings = ViewerSettings(session.name, described_sampling(session.sampling), sensors_of(session.drive), port, rate)
+    return lambda bench: opened(bench, settings, gamepad)
 
 
 def described_sampling(sampling: "Trigger | None") -> str:

@@ -124,18 +124,18 @@ def _driven(drive: "Drive", asked: LiveAsked, run: "LiveRun") -> "Recording":
     """Lead the robot as asked; its views are localised as they come."""
     from scenarios.drives.record import record
     from scenarios.drives.teleop import TeleopDrive, controls_in, record_by_hand
-    from sim.teleop.script import ScriptHand
+    from sim.teleop.script import ScriptSource
 
     with _status_line(f"{drive.world} at {drive.light}") as run.told:
         if asked.script is None and not asked.keys:
             return record(drive, asked.record, told=run.take)
-        sitting = TeleopDrive(asked.record.stem if asked.record else "live", drive, drive.trigger)
+        session = TeleopDrive(asked.record.stem if asked.record else "live", drive, drive.trigger)
         if asked.script is None:
-            controls = by_viewer(sitting)
+            controls = by_viewer(session)
         else:
             moments = controls_in(asked.script)
-            controls = lambda bench: nullcontext(ScriptHand(moments))  # noqa: E731
-        return record_by_hand(sitting, asked.record, controls, run.take).recording
+            controls = lambda bench: nullcontext(ScriptSource(moments))  # noqa: E731
+        return record_by_hand(session, asked.record, controls, run.take).recording
 
 
 @contextmanager

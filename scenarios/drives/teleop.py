@@ -1,4 +1,4 @@
-"""A drive that somebody leads by hand, recorded as any other drive is."""
+"""Teleoperated drives, recorded as any other drive."""
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -11,22 +11,22 @@ from scenarios.drives.record import Drive, ViewCallback, check_recording, descri
 from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench
 from sim.drives.recorder import Trigger
-from sim.teleop.commands import Hand, Orders, Phase, Status
-from sim.teleop.script import Moment, Noting, parse, printed
-from sim.teleop.session import familiarise
+from sim.teleop.commands import Commands, CommandSource, SessionPhase, SessionStatus
+from sim.teleop.script import CommandLog, TimedCommand, parse, printed
+from sim.teleop.session import run_session
 
 CONTROLS = "controls"
-"""Where a recording tells what was asked for on the way, as a script."""
+"""Metadata key of the commands of a teleoperated drive, as a script."""
 
-Controls = Callable[[Bench], AbstractContextManager[Hand]]
-"""Makes the controls of a bench that stands at its start."""
+Controls = Callable[[Bench], AbstractContextManager[CommandSource]]
+"""Opens the controls of a bench that stands at its start."""
 
 
 @dataclass(frozen=True, slots=True)
 class TeleopDrive:
-    """A drive by hand: what it is called, and when a view is taken; ``sampling`` None: by hand only.
+    """A drive by hand: its name, and when views are taken; ``sampling`` None: on command only.
 
-    Of the ``drive``'s route nothing but the start counts.
+    Of the ``drive``'s route only the start counts.
     """
 
     name: str
@@ -36,24 +36,24 @@ class TeleopDrive:
 
 @dataclass
 class StopRecorder:
-    """A hand that keeps why the robot stopped, each reason once, from the start on, and how far it came."""
+    """Passes on commands; keeps the robot's stops, each once, from the start on, and the last status."""
 
-    hand: Hand
+    source: CommandSource
     stops: dict[tuple[str, float], Stop] = field(default_factory=dict)
-    last: Status = field(default_factory=Status)
+    last: SessionStatus = field(default_factory=SessionStatus)
 
-    def orders(self, status: Status) -> Orders:
-        """What the other hand asks for now."""
+    def commands(self, status: SessionStatus) -> Commands:
+        """Return the other source's commands of this control period."""
         self.last = status
-        if status.phase is not Phase.READY:  # while nobody has begun, nobody commands
+        if status.phase is not SessionPhase.READY:  # while nobody has begun, nobody commands
             for stop in status.stops:
                 self.stops.setdefault((stop.cause.value, stop.since), stop)
-        return self.hand.orders(status)
+        return self.source.commands(status)
 
 
 @dataclass(frozen=True, slots=True)
 class TeleopResult:
-    """What became of a drive by hand: its recording, the robot's stops in their order, time [s] and way [m]."""
+    """Result of a drive by hand: its recording, the robot's stops in their order, time [s] and path length [m]."""
 
     recording: Recording
     stops: tuple[Stop, ...]
@@ -62,35 +62,35 @@ class TeleopResult:
 
 
 def record_by_hand(
-    sitting: TeleopDrive, path: Path | None, controls: Controls, told: ViewCallback | None = None
+    session: TeleopDrive, path: Path | None, controls: Controls, told: ViewCallback | None = None
 ) -> TeleopResult:
-    """Let somebody lead the robot, and write what it senses to ``path``, None: nowhere; ``told`` hears of each view.
+    """Lead the robot by ``controls`` and record its views to ``path``, None: nowhere; ``told`` is called for each view.
 
-    Raises as ``scenarios.drives.record.write_drive`` does, and ``AbortedError`` when the hand gives up.
+    Raises as ``scenarios.drives.record.write_drive`` does, and ``AbortedError`` on the abort command.
     """
     check_recording(path)
-    drive = sitting.drive
-    with open_bench(drive) as bench, controls(bench) as hand:
-        noting = Noting(hand)
-        heard = StopRecorder(noting)
+    drive = session.drive
+    with open_bench(drive) as bench, controls(bench) as source:
+        commands = CommandLog(source)
+        stops = StopRecorder(commands)
         metadata = {
-            **described(bench, drive, sitting.sampling),
-            "name": sitting.name,
+            **described(bench, drive, session.sampling),
+            "name": session.name,
             "route": f"by hand from {drive.start:g} m of {drive.route}",
         }
         recording = write_drive(
             path,
             metadata,
-            familiarise(bench, heard, sitting.sampling),
+            run_session(bench, stops, session.sampling),
             scanning=scans(drive),
             told=told,
-            afterwards=lambda: {CONTROLS: printed(noting.moments)},
+            afterwards=lambda: {CONTROLS: printed(commands.script)},
         )
-        return TeleopResult(recording, tuple(heard.stops.values()), heard.last.time, heard.last.gone)
+        return TeleopResult(recording, tuple(stops.stops.values()), stops.last.time, stops.last.travelled)
 
 
-def controls_in(path: Path) -> tuple[Moment, ...]:
-    """The script in a file, or the one that a recording tells of its drive by hand."""
+def controls_in(path: Path) -> tuple[TimedCommand, ...]:
+    """Read a script of commands from a file, or from a recording of a drive by hand."""
     if not path.is_file():
         raise ScenarioError(f"{path}: is no file; valid is a script of controls, or a recording that was led by hand")
     if path.suffix != ".mcap":

@@ -1,5 +1,5 @@
-"""Familiarisation by hand (card R5): somebody at the controls leads the robot, and views are taken on the way.
+"""Teleoperation (familiarisation by hand, card R5): a person leads the robot, and views are taken on the way.
 
-``orders`` says what can be asked for, ``sitting`` does it; what asks is a script (``script``), the keys of a viewer
-(``keys``, ``window``) or a gamepad (``gamepad``).
+``commands`` says what can be asked for, ``session`` does it; a script (``script``), the keys of a viewer (``keys``,
+``viewer``) or a gamepad (``gamepad``) asks.
 """

@@ -1,4 +1,4 @@
-"""What somebody at the controls can ask for, and what the controls show him."""
+"""Commands of a teleoperation session, and the status that the controls show."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,14 +11,14 @@ from robots import Stop, Twist
 from sim.drives.recorder import Moved
 
 SPEED = 0.4
-"""How fast the robot is led [m/s] unless somebody says else; the operator's mean speed."""
+"""Usual speed [m/s]: the mean of the simulated operator; keys and sticks scale it."""
 TURN_RATE = 0.4
-"""How fast it turns then [rad/s]; a choice."""
+"""Usual rate of turn [rad/s]; a higher one is harder to lead by keys."""
 STILL = Twist()
 
 
 class Button(StrEnum):
-    """What is asked for once, apart from motion."""
+    """A command that acts once, unlike motion, which is held."""
 
     START = "start"
     PAUSE = "pause"
@@ -30,8 +30,8 @@ class Button(StrEnum):
     RELEASE = "release"
 
 
-class Phase(StrEnum):
-    """How far a sitting has come. Views are taken while it samples; the robot can be led in each phase but the last."""
+class SessionPhase(StrEnum):
+    """The phase of a session; views are taken while it samples, and the robot is led until it is over."""
 
     READY = "ready"
     SAMPLING = "sampling"
@@ -41,36 +41,35 @@ class Phase(StrEnum):
 
     @property
     def over(self) -> bool:
-        """Whether nothing comes after it."""
-        return self in (Phase.STOPPED, Phase.ABORTED)
+        """True when no phase follows."""
+        return self in (SessionPhase.STOPPED, SessionPhase.ABORTED)
 
 
-UNDER_WAY = (Phase.READY, Phase.SAMPLING, Phase.PAUSED)
-AFTER: Mapping[tuple[Phase, Button], Phase] = MappingProxyType(
+UNDER_WAY = (SessionPhase.READY, SessionPhase.SAMPLING, SessionPhase.PAUSED)
+AFTER: Mapping[tuple[SessionPhase, Button], SessionPhase] = MappingProxyType(
     {
-        (Phase.READY, Button.START): Phase.SAMPLING,
-        (Phase.SAMPLING, Button.PAUSE): Phase.PAUSED,
-        (Phase.PAUSED, Button.RESUME): Phase.SAMPLING,
-        (Phase.SAMPLING, Button.SAMPLE): Phase.SAMPLING,
-        **{(phase, Button.STOP): Phase.STOPPED for phase in UNDER_WAY},
-        **{(phase, Button.ABORT): Phase.ABORTED for phase in UNDER_WAY},
+        (SessionPhase.READY, Button.START): SessionPhase.SAMPLING,
+        (SessionPhase.SAMPLING, Button.PAUSE): SessionPhase.PAUSED,
+        (SessionPhase.PAUSED, Button.RESUME): SessionPhase.SAMPLING,
+        (SessionPhase.SAMPLING, Button.SAMPLE): SessionPhase.SAMPLING,
+        **{(phase, Button.STOP): SessionPhase.STOPPED for phase in UNDER_WAY},
+        **{(phase, Button.ABORT): SessionPhase.ABORTED for phase in UNDER_WAY},
         **{(phase, button): phase for phase in UNDER_WAY for button in (Button.EMERGENCY, Button.RELEASE)},
     }
 )
-"""The phase after a button; a button that is not here in some phase does nothing in it."""
+"""The phase after a button; a pair that is not listed leaves everything as it is."""
 
 
-def valid_in(phase: Phase) -> tuple[Button, ...]:
-    """The buttons that do something in a phase."""
+def valid_in(phase: SessionPhase) -> tuple[Button, ...]:
+    """List the buttons that act in a phase."""
     return tuple(button for button in Button if (phase, button) in AFTER)
 
 
 @dataclass(frozen=True, slots=True)
-class Orders:
-    """What is asked for at a moment: a motion, and buttons in the order in which they were pressed.
+class Commands:
+    """The commands of one control period: a motion, and buttons in the order in which they were pressed.
 
-    ``twist`` None: nobody is at the controls. The robot is then commanded nothing, and its own watch for commands that
-    do not come stops it (deadman).
+    ``twist`` None: nobody is at the controls. The robot then receives no command and stops by its own watchdog.
     """
 
     twist: Twist | None = STILL
@@ -78,28 +77,28 @@ class Orders:
 
 
 @dataclass(frozen=True, slots=True)
-class Status:
-    """What the controls show: phase and simulated ``time`` [s], and what was taken until now.
+class SessionStatus:
+    """The state of a session, as the controls show it: phase, simulated ``time`` [s], and the views so far.
 
-    ``count`` views, ``view`` the last of them, ``rate`` how many a minute of simulated time lately, ``moved`` since the
-    last. ``gone`` [m] is the way by the odometer, ``twist`` the motion that the robot measured, ``stops`` its reasons
-    not to go. ``note`` tells what became of a button that did nothing.
+    ``count`` views were taken, ``view`` is the last of them, ``rate`` the number a minute of simulated time lately,
+    ``moved`` the motion since the last. ``travelled`` is the length of the path by the odometer [m], ``twist`` the
+    motion that the robot measured, ``stops`` its reasons not to move. ``note`` explains a button that did nothing.
     """
 
     time: float = 0.0
-    phase: Phase = Phase.READY
+    phase: SessionPhase = SessionPhase.READY
     count: int = 0
     view: View | None = None
     rate: float = 0.0
     moved: Moved = field(default_factory=Moved)
-    gone: float = 0.0
+    travelled: float = 0.0
     twist: Twist = field(default_factory=Twist)
     stops: tuple[Stop, ...] = ()
     note: str = ""
 
 
-class Hand(Protocol):
-    """Whoever is at the controls: asked in each control period, and shown how things stand."""
+class CommandSource(Protocol):
+    """A person or script at the controls: asked in each control period, and shown the status."""
 
-    def orders(self, status: Status) -> Orders:
-        """What is asked for now."""
+    def commands(self, status: SessionStatus) -> Commands:
+        """Return the commands of this control period."""

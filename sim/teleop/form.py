@@ -1,6 +1,6 @@
-"""The thesis' familiarisation form (5.3.1) over a view of the world, and how it and the bench tell each other.
+"""The thesis' familiarisation form (5.3.1) over a view of the world, and its messages to and from the bench.
 
-Both run in a viewer of MuJoCo Studio: the ``Form`` in the viewer's thread, the ``Ears`` in the bench's.
+Both are plug-ins of MuJoCo Studio: the ``TeleopForm`` runs in the viewer's thread, the ``ViewerInput`` in the bench's.
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 from mujoco.studio import messages, plugin, ux
 from mujoco.studio.dear_imgui import dear_imgui as imgui
 
-from sim.teleop.commands import Button, Phase, Status
+from sim.teleop.commands import Button, SessionPhase, SessionStatus
 from sim.teleop.gamepad import LEGEND as PAD_LEGEND
 from sim.teleop.keys import FASTER, GO_ON, GOES_ON, HELD, LEGEND, OTHER_LOOK, PRESSED, SLOWER
 from sim.teleop.mirror import ROOF_GROUP
@@ -20,22 +20,22 @@ from sim.teleop.pictures import Picture
 
 BUTTONS = {button: key for key, button in PRESSED.items()}
 COLOURS = {
-    Phase.READY: (0.90, 0.62, 0.00, 1.0),
-    Phase.SAMPLING: (0.00, 0.72, 0.52, 1.0),
-    Phase.PAUSED: (0.34, 0.71, 0.91, 1.0),
-    Phase.STOPPED: (0.80, 0.47, 0.65, 1.0),
-    Phase.ABORTED: (0.84, 0.37, 0.00, 1.0),
+    SessionPhase.READY: (0.90, 0.62, 0.00, 1.0),
+    SessionPhase.SAMPLING: (0.00, 0.72, 0.52, 1.0),
+    SessionPhase.PAUSED: (0.34, 0.71, 0.91, 1.0),
+    SessionPhase.STOPPED: (0.80, 0.47, 0.65, 1.0),
+    SessionPhase.ABORTED: (0.84, 0.37, 0.00, 1.0),
 }
 """After Okabe and Ito."""
 ALARM = (0.94, 0.45, 0.10, 1.0)
 WIDTH = 348.0
 """Width of the form [px]."""
 WALLS = np.array([1, 1, 0, 0, 0, 0], np.uint8)
-"""Groups of geoms that nobody looks through: what is solid in the world, and its roof."""
+"""Groups of geoms that block the view from behind: what is solid in the world, and its roof."""
 CLEAR, NEAREST = 0.15, 0.8
-"""One stands so far from walls, and not nearer to the robot [m]."""
+"""Distances of the camera: to a wall behind it, and at least to the robot [m]."""
 ASIDE = 0.5
-"""It is looked past the robot so far to its left [m], where the form is."""
+"""The camera looks so far to the robot's left [m], where the form hides nothing."""
 FLAGS = sum(
     int(flag)
     for flag in (
@@ -49,7 +49,7 @@ FLAGS = sum(
 
 @dataclass(frozen=True)
 class HeldSnapshot(messages.Snapshot):  # type: ignore[misc]
-    """The keys that are held, at a moment of this machine's clock [s]."""
+    """The keys that are held, and when that was, by this machine's clock [s]."""
 
     keys: frozenset[str]
     at: float
@@ -64,16 +64,16 @@ class PressedEvent(messages.Event):  # type: ignore[misc]
 
 @dataclass(frozen=True)
 class StatusSnapshot(messages.Snapshot):  # type: ignore[misc]
-    """How things stand: the keys' speed [m/s], and pictures of the last view, counted as the views are."""
+    """The status, the keys' speed [m/s], and pictures of the last view."""
 
-    status: Status
+    status: SessionStatus
     speed: float
     pictures: tuple[Picture, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """What the form says of the sitting, which does not change: its name, when views are taken, sensors, gamepad."""
+    """The form's fixed lines: the session's name, when views are taken, sensors, gamepad."""
 
     name: str
     sampling: str
@@ -81,8 +81,8 @@ class Heading:
     pad: str | None
 
 
-class Ears(plugin.SimPlugin):  # type: ignore[misc]
-    """Keeps what the viewer tells of its keys."""
+class ViewerInput(plugin.SimPlugin):  # type: ignore[misc]
+    """Keeps the keys that the viewer reports."""
 
     def __init__(self) -> None:
         self.held = HeldSnapshot(frozenset(), -math.inf)
@@ -90,43 +90,43 @@ class Ears(plugin.SimPlugin):  # type: ignore[misc]
 
     @messages.handler  # type: ignore[untyped-decorator]
     def on_held(self, message: HeldSnapshot) -> None:
-        """The newest counts."""
+        """Keep the newest."""
         self.held = message
 
     @messages.handler  # type: ignore[untyped-decorator]
     def on_pressed(self, message: PressedEvent) -> None:
-        """Each counts."""
+        """Keep each."""
         self.pressed.append(message.key)
 
 
-class Form(plugin.ViewerPlugin):  # type: ignore[misc]
-    """Looks after the robot, tells of keys, and shows the form. ``robot`` is its base's name, ``cameras`` its own."""
+class TeleopForm(plugin.ViewerPlugin):  # type: ignore[misc]
+    """Follows the robot, reports keys, and shows the form. ``robot`` names its base, ``cameras`` are its own."""
 
     def __init__(self, heading: Heading, robot: str, cameras: tuple[str, ...]) -> None:
         self._heading, self._robot = heading, robot
         self._looks = ("behind", "above", *cameras)
         self._look = 0
-        self._shown = StatusSnapshot(Status(), 0.0, ())
+        self._shown = StatusSnapshot(SessionStatus(), 0.0, ())
         self._textures: list[tuple[Picture, int]] = []
         self._turned, self._raised, self._away = 0.0, 0.0, 1.0
 
     @messages.handler  # type: ignore[untyped-decorator]
     def on_status(self, message: StatusSnapshot) -> None:
-        """The newest counts."""
+        """Keep the newest."""
         self._shown = message
 
     @messages.handler  # type: ignore[untyped-decorator]
     def on_update(self, _: messages.UpdateEvent) -> None:
-        """Tell of the keys, look where the robot is, and take over new pictures."""
-        self._tell()
+        """Report the keys, follow the robot, and upload new pictures."""
+        self._report_keys()
         if imgui.IsKeyPressed(_key(OTHER_LOOK), False):
             self._look = (self._look + 1) % len(self._looks)
         if mujoco.mj_name2id(self.viewer.model, mujoco.mjtObj.mjOBJ_BODY, self._robot) >= 0:  # not yet at first
-            self._look_after()
+            self._follow()
         if tuple(picture for picture, _ in self._textures) != self._shown.pictures:
             self._upload()
 
-    def _tell(self) -> None:
+    def _report_keys(self) -> None:
         held = frozenset(name for name in HELD if imgui.IsKeyDown(_key(name)))
         self.viewer.send_to_sim(HeldSnapshot(held, time.monotonic()))
         for name in (GO_ON, FASTER, SLOWER, *PRESSED):
@@ -136,14 +136,14 @@ class Form(plugin.ViewerPlugin):  # type: ignore[misc]
     def _press(self, key: str) -> None:
         self.viewer.send_to_sim(PressedEvent(key))
 
-    def _look_after(self) -> None:
-        """Look at the robot: from behind it, from above, or through one of its cameras."""
+    def _follow(self) -> None:
+        """ViewerSettings at the robot: from behind it, from above, or through one of its cameras."""
         camera, model, look = self.viewer.camera, self.viewer.model, self._looks[self._look]
         self.viewer.vis_options.geomgroup[ROOF_GROUP] = look != "above"
         if look not in ("behind", "above"):
             camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, model.camera(look).id
             return
-        self._heed_mouse()
+        self._orbit()
         body = self.viewer.data.body(self._robot)
         heading = math.atan2(body.xmat[3], body.xmat[0])
         camera.type = mujoco.mjtCamera.mjCAMERA_FREE
@@ -154,19 +154,19 @@ class Form(plugin.ViewerPlugin):  # type: ignore[misc]
         camera.elevation = -80.0 if look == "above" else -14.0 + self._raised
         camera.distance = self._away * (11.0 if look == "above" else 3.4)
         if look == "behind":
-            camera.distance = min(camera.distance, self._free(camera))
+            camera.distance = min(camera.distance, self._free_distance(camera))
 
-    def _free(self, camera: mujoco.MjvCamera) -> float:
-        """How far one may stand back before a wall or ceiling is in the way [m]."""
+    def _free_distance(self, camera: mujoco.MjvCamera) -> float:
+        """Free distance behind the robot before a wall or ceiling [m]."""
         azimuth, elevation = math.radians(camera.azimuth), math.radians(camera.elevation)
         level = -math.cos(elevation)
         way = np.array([level * math.cos(azimuth), level * math.sin(azimuth), -math.sin(elevation)])
         begin, geom = np.array(camera.lookat, float), np.zeros(1, np.int32)
-        found = mujoco.mj_ray(self.viewer.model, self.viewer.data, begin, way, WALLS, 1, -1, geom)
-        return max(found - CLEAR, NEAREST) if found >= 0 else math.inf
+        distance = mujoco.mj_ray(self.viewer.model, self.viewer.data, begin, way, WALLS, 1, -1, geom)
+        return max(distance - CLEAR, NEAREST) if distance >= 0 else math.inf
 
-    def _heed_mouse(self) -> None:
-        """Go round by dragging, nearer and away by the wheel."""
+    def _orbit(self) -> None:
+        """Orbit by dragging, zoom by the wheel."""
         io = imgui.GetIO()
         if io.WantCaptureMouse:
             return
@@ -229,7 +229,7 @@ class Form(plugin.ViewerPlugin):  # type: ignore[misc]
             ("Rate", f"{status.rate:.1f} a minute" if status.count > 1 else "–"),
             ("Sampling", self._heading.sampling),
             ("Sensors", self._heading.sensors),
-            ("Time, way", f"{status.time:.1f} s, {status.gone:.1f} m"),
+            ("Time, way", f"{status.time:.1f} s, {status.travelled:.1f} m"),
             ("Speed", f"{status.twist.linear:.2f} m/s of {shown.speed:.2f}, {status.twist.angular:.2f} rad/s"),
         )
         _table("figures", rows)
@@ -247,7 +247,7 @@ class Form(plugin.ViewerPlugin):  # type: ignore[misc]
             _table("keys", (*LEGEND, *((("Gamepad", PAD_LEGEND),) if self._heading.pad else ())))
 
 
-def _last(status: Status) -> str:
+def _last(status: SessionStatus) -> str:
     return "none" if status.view is None else f"at {status.view.time:.1f} s"
 
 

@@ -1,4 +1,4 @@
-"""A gamepad as Linux tells of it: joystick devices such as ``/dev/input/js0`` (kernel: Documentation/input/joydev).
+"""Gamepads of Linux: joystick devices such as ``/dev/input/js0`` (kernel: Documentation/input/joydev).
 
 The left stick leads the robot while a shoulder button is held (deadman); the buttons are those of most pads with two
 sticks, as the kernel's xpad driver numbers them.
@@ -14,7 +14,7 @@ from typing import Self
 
 from robots import Twist
 from sim.errors import SimError
-from sim.teleop.commands import SPEED, TURN_RATE, Button, Phase
+from sim.teleop.commands import SPEED, TURN_RATE, Button, SessionPhase
 from sim.teleop.keys import GOES_ON
 
 FIRST = Path("/dev/input/js0")
@@ -24,7 +24,7 @@ PRESS, AXIS, FIRST_STATE = 0x01, 0x02, 0x80
 """Kinds; the last is set in addition in events that tell how things stand when the device is opened."""
 FULL = 32767
 QUIET = 0.12
-"""A stick that is so near its middle is at rest; a choice."""
+"""Dead zone of a stick, in shares of its travel; a smaller one lets a worn stick creep."""
 SIDEWAYS, AHEAD = 0, 1
 DEADMAN = frozenset({4, 5})
 GO_ON = 7
@@ -35,14 +35,14 @@ LEGEND = (
 
 
 @dataclass(slots=True)
-class Pad:
-    """How the sticks stand, what is held, and which buttons were pressed since they were last asked for."""
+class PadState:
+    """Positions of the sticks, buttons that are held, and those pressed since they were last read."""
 
     axes: dict[int, float] = field(default_factory=dict)
     held: set[int] = field(default_factory=set)
     pressed: list[int] = field(default_factory=list)
 
-    def hear(self, data: bytes) -> None:
+    def take(self, data: bytes) -> None:
         """Take whole events."""
         for _, value, kind, number in EVENT.iter_unpack(data):
             if kind & ~FIRST_STATE == AXIS:
@@ -55,23 +55,23 @@ class Pad:
 
     @property
     def twist(self) -> Twist | None:
-        """What the stick asks for; None while no shoulder button is held."""
+        """The stick's motion; None while no shoulder button is held."""
         if not self.held & DEADMAN:
             return None
         return Twist(-self.axes.get(AHEAD, 0.0) * SPEED, -self.axes.get(SIDEWAYS, 0.0) * TURN_RATE)
 
-    def buttons(self, phase: Phase) -> tuple[Button, ...]:
-        """What was pressed since the last time."""
+    def buttons(self, phase: SessionPhase) -> tuple[Button, ...]:
+        """Take the buttons that were pressed since the last call."""
         numbers, self.pressed = self.pressed, []
-        found = [GOES_ON.get(phase) if number == GO_ON else BUTTONS.get(number) for number in numbers]
-        return tuple(button for button in found if button is not None)
+        pressed = [GOES_ON.get(phase) if number == GO_ON else BUTTONS.get(number) for number in numbers]
+        return tuple(button for button in pressed if button is not None)
 
 
 class Gamepad:
     """A joystick device that is open. Raises ``SimError`` where there is none, or it may not be read."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.pad, self._rest = path, Pad(), b""
+        self.path, self.pad, self._rest = path, PadState(), b""
         try:
             self._file: int | None = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         except OSError as error:
@@ -79,8 +79,8 @@ class Gamepad:
                 f"gamepad {path}: cannot be opened: {error.strerror}; valid is a joystick device such as {FIRST}"
             ) from None
 
-    def read(self) -> Pad | None:
-        """How the pad stands now; None when it is gone."""
+    def read(self) -> PadState | None:
+        """Read the pad as it is now; None when it was unplugged."""
         while self._file is not None:
             try:
                 data = os.read(self._file, 64 * EVENT.size)
@@ -95,7 +95,7 @@ class Gamepad:
                 break
             data = self._rest + data
             whole = len(data) - len(data) % EVENT.size
-            self.pad.hear(data[:whole])
+            self.pad.take(data[:whole])
             self._rest = data[whole:]
         return None if self._file is None else self.pad
 

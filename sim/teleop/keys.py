@@ -1,10 +1,10 @@
-"""Keys of a viewer as orders: a key that is held moves the robot, one that is pressed does something once."""
+"""Keys of a viewer as commands: a key that is held moves the robot, one that is pressed acts once."""
 
 from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 
 from robots import Twist
-from sim.teleop.commands import SPEED, TURN_RATE, Button, Orders, Phase
+from sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase
 
 HELD: Mapping[str, tuple[int, int]] = MappingProxyType(
     {
@@ -18,9 +18,11 @@ HELD: Mapping[str, tuple[int, int]] = MappingProxyType(
         "RightArrow": (0, -1),
     }
 )
-"""What a key asks for as long as it is held: ahead, to the left."""
-GOES_ON = MappingProxyType({Phase.READY: Button.START, Phase.SAMPLING: Button.PAUSE, Phase.PAUSED: Button.RESUME})
-"""What the one key for starting, pausing and resuming asks for."""
+"""Motion of a key while it is held, in shares of the speed ahead and of the rate to the left."""
+GOES_ON = MappingProxyType(
+    {SessionPhase.READY: Button.START, SessionPhase.SAMPLING: Button.PAUSE, SessionPhase.PAUSED: Button.RESUME}
+)
+"""The button of the one key that starts, pauses and resumes."""
 GO_ON = "Space"
 PRESSED: Mapping[str, Button] = MappingProxyType(
     {
@@ -34,7 +36,7 @@ PRESSED: Mapping[str, Button] = MappingProxyType(
 FASTER, SLOWER = "Equal", "Minus"
 OTHER_LOOK = "C"
 LEVELS = (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5)
-"""Shares of the usual speeds among which faster and slower choose."""
+"""Shares of the usual speeds that the keys for faster and slower step through."""
 LEGEND = (
     ("W A S D", "or arrows, held: lead the robot"),
     ("Space", "start, pause, resume sampling"),
@@ -45,22 +47,22 @@ LEGEND = (
     ("Delete", "abort, and keep nothing"),
     ("C", "look from behind, above, a camera"),
 )
-"""What people are told of the keys; the last is the viewer's own."""
+"""The keys' help; the last key is the viewer's own."""
 
 
 class Keyboard:
-    """Keys to orders; it remembers the speed that was chosen."""
+    """Turns keys into commands; keeps the speed that was chosen."""
 
     def __init__(self) -> None:
         self._level = LEVELS.index(1.0)
 
     @property
     def speed(self) -> float:
-        """How fast the robot is led [m/s]."""
+        """The speed ahead that a held key commands [m/s]."""
         return SPEED * LEVELS[self._level]
 
-    def orders(self, held: Collection[str], pressed: Sequence[str], phase: Phase) -> Orders:
-        """What the keys ask for that are held, and that were pressed since the last time, in this order."""
+    def commands(self, held: Collection[str], pressed: Sequence[str], phase: SessionPhase) -> Commands:
+        """Commands of the keys that are held, and of those pressed since the last call, in their order."""
         buttons = []
         for key in pressed:
             if key in (FASTER, SLOWER):
@@ -70,7 +72,7 @@ class Keyboard:
             elif key in PRESSED:
                 buttons.append(PRESSED[key])
         # A key and the arrow beside it ask for the same, not for twice as much; opposite keys cancel out.
-        asked = {HELD[key] for key in held if key in HELD}
-        ahead, turn = sum(one[0] for one in asked), sum(one[1] for one in asked)
+        motions = {HELD[key] for key in held if key in HELD}
+        ahead, turn = sum(motion[0] for motion in motions), sum(motion[1] for motion in motions)
         share = LEVELS[self._level]
-        return Orders(Twist(ahead * share * SPEED, turn * share * TURN_RATE), tuple(buttons))
+        return Commands(Twist(ahead * share * SPEED, turn * share * TURN_RATE), tuple(buttons))

@@ -1,4 +1,4 @@
-"""A copy of a bench's world to look at: whatever a viewer does with it, the robot and its sensors notice nothing."""
+"""A copy of a bench's world for a viewer: nothing done to it reaches the robot or its sensors."""
 
 import copy
 
@@ -8,18 +8,18 @@ import numpy as np
 from sim.bench.bench import Bench
 
 BRIGHT = 60_000.0
-"""Light from all sides [lx] in which things look as usual in a viewer: these expose as for a sunny day."""
+"""Ambient light [lx]; viewers expose as for a sunny day, so less looks dim."""
 ROOF_GROUP = 1
-"""A group of geoms that nothing else is in; what is overhead is put there, so that one can look from above."""
+"""The group of geoms that is hidden in the view from above: ceilings and lamps alone."""
 OVERHEAD = ("ceiling", "lamp_")
-"""Parts of names of such geoms."""
+"""Parts of the names of those geoms."""
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 
-class Shadow:
-    """The copy, in even light of a headlight and from all sides, at any hour; the cameras' pictures tell of the hour.
+class WorldMirror:
+    """The copy, evenly lit by a headlight and from all sides at any hour.
 
-    Sun and lamps are off: their shadows are what costs a viewer without a graphics card the most.
+    Sun and lamps are off: their shadows cost a viewer without a graphics card the most.
     """
 
     def __init__(self, bench: Bench) -> None:
@@ -41,6 +41,6 @@ class Shadow:
         model.vis.headlight.active = 1
 
     def follow(self) -> None:
-        """Take over how everything stands on the bench."""
+        """Copy the bench's state."""
         mujoco.mj_getState(self._bench.model, self._bench.data, self._state, STATE)
         mujoco.mj_setState(self.model, self.data, self._state, STATE)

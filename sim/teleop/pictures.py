@@ -1,4 +1,4 @@
-"""What a view shows, as small pictures for the form."""
+"""Thumbnails of a view's images and scan for the form."""
 
 from dataclasses import dataclass
 
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from refseq.view import Scan, View
 
 SIZE = 256
-"""Width of the picture that a scan is drawn in [px]; it is half as high."""
+"""Width of a scan's picture [px]; it is half as high."""
 REACH = 8.0
-"""How far ahead and to the sides that picture shows [m]."""
+"""Range of that picture ahead and to the sides [m]."""
 DARK, BEAM, ROBOT = (24, 24, 28), (86, 180, 233), (230, 159, 0)
 
 

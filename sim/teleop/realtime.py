@@ -1,4 +1,4 @@
-"""Simulated time at the pace of a person: held back, and never hurried to catch up."""
+"""Pacing of simulated time to wall time, which never catches up."""
 
 import math
 import time
@@ -7,10 +7,10 @@ from collections.abc import Callable
 from sim.errors import SimError
 
 
-class Steady:
+class RealTimePacer:
     """Holds simulated time back to ``factor`` times wall time.
 
-    What was lost, while a picture was drawn say, is lost: a robot that made up for it would be too quick to be led.
+    Time lost, to drawing say, stays lost: a robot that caught up would be too quick to be led.
     """
 
     def __init__(

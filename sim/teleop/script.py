@@ -1,10 +1,10 @@
-"""Controls in a file: one line a moment, such as ``2.0 forward`` or ``6 sample``, in the order of time.
+"""Scripts of commands: one line a time, such as ``2.0 forward`` or ``6 sample``, in the order of time.
 
-A line is a time [s, simulated] and what is asked for from then on. Motions hold until the next line with a motion, and
+A line is a time [s, simulated] and the commands from then on. Motions hold until the next line with a motion, and
 those of one line go together, ``forward 0.3 left 0.2`` is a bend: ``forward``, ``back`` with a speed [m/s] or the usual
-one, ``left``, ``right`` with a rate [rad/s], ``halt``, and ``away``, which takes the hand off the controls. Buttons are
-those of ``orders.Button``. Sampling begins with the script unless it says ``start`` somewhere; it ends with ``stop`` or
-``abort``. What follows a ``#`` is a remark.
+one, ``left``, ``right`` with a rate [rad/s], ``halt``, and ``away``, which leaves the controls. Buttons are those of
+``commands.Button``. Sampling begins with the script unless it says ``start`` somewhere; it ends with ``stop`` or
+``abort``. A ``#`` begins a comment.
 """
 
 import math
@@ -15,7 +15,17 @@ from typing import Literal
 
 from robots import Twist
 from sim.errors import SimError
-from sim.teleop.commands import AFTER, SPEED, TURN_RATE, Button, Hand, Orders, Phase, Status, valid_in
+from sim.teleop.commands import (
+    AFTER,
+    SPEED,
+    TURN_RATE,
+    Button,
+    Commands,
+    CommandSource,
+    SessionPhase,
+    SessionStatus,
+    valid_in,
+)
 
 AWAY: Literal["away"] = "away"
 HALT = "halt"
@@ -23,90 +33,90 @@ AXES = {"forward": ("ahead", 1), "back": ("ahead", -1), "left": ("turn", 1), "ri
 USUAL = {"ahead": SPEED, "turn": TURN_RATE}
 WORDS = (*AXES, HALT, AWAY, *Button)
 MOST = 10.0
-"""The largest number that a motion takes [m/s, rad/s]: no robot goes so fast."""
+"""The highest speed or rate of a motion [m/s, rad/s]: no robot is so fast."""
 LEAST = 1e-9
 SOON = 1e-6
-"""A moment that is no further away [s] is now: noted times are rounded."""
+"""Tolerance of a line's time [s]: logged times are rounded."""
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
-    """What is asked for from ``time`` [s] on: a ``motion``, or None, the one before; and ``buttons`` at that time."""
+class TimedCommand:
+    """Commands from ``time`` [s] on: a ``motion``, or None, the one before; and ``buttons`` at that time."""
 
     time: float
     motion: Twist | Literal["away"] | None = None
     buttons: tuple[Button, ...] = ()
 
 
-def parse(text: str, name: str = "script") -> tuple[Moment, ...]:
+def parse(text: str, name: str = "script") -> tuple[TimedCommand, ...]:
     """Read a script. Raises ``SimError`` with line, column, the value and what is valid."""
     lines = [_words(line, f"{name}, line {number}") for number, line in enumerate(text.splitlines(), 1)]
     lines = [words for words in lines if words]
     starts = any(word.text == Button.START for words in lines for word in words)
-    phase, moments = Phase.READY if starts else Phase.SAMPLING, list[Moment]()
+    phase, script = SessionPhase.READY if starts else SessionPhase.SAMPLING, list[TimedCommand]()
     for first, *words in lines:
         if phase.over:
             raise first.error("comes after the end; valid is nothing after stop or abort")
-        moments.append(_moment(first, words, moments[-1].time if moments else 0.0))
+        script.append(_command(first, words, script[-1].time if script else 0.0))
         phase = _followed(words, phase)
     if not phase.over:
         raise SimError(f"{name}: it does not end; valid is a last line such as '30 stop'")
-    return tuple(moments)
+    return tuple(script)
 
 
-def printed(moments: Sequence[Moment]) -> str:
-    """The script as text; ``parse`` reads it as it was."""
-    return "".join(" ".join((_shown(one.time), *_motion_words(one.motion), *one.buttons)) + "\n" for one in moments)
+def printed(script: Sequence[TimedCommand]) -> str:
+    """Write a script as text; ``parse`` reads it back unchanged."""
+    return "".join(" ".join((_shown(one.time), *_motion_words(one.motion), *one.buttons)) + "\n" for one in script)
 
 
-class ScriptHand:
-    """Asks for what a script says, each moment at the first control period that is not before it."""
+class ScriptSource:
+    """The commands of a script, each at the first control period that is not before its time."""
 
-    def __init__(self, moments: Sequence[Moment]) -> None:
-        self._left = list(moments)
+    def __init__(self, script: Sequence[TimedCommand]) -> None:
+        self._left = list(script)
         self._twist: Twist | None = Twist()
-        self._starts = not any(Button.START in moment.buttons for moment in moments)
+        self._starts = not any(Button.START in line.buttons for line in script)
 
-    def orders(self, status: Status) -> Orders:
-        """What is asked for now."""
+    def commands(self, status: SessionStatus) -> Commands:
+        """Return the commands of this control period."""
         buttons = [Button.START] if self._starts else []
         self._starts = False
         while self._left and self._left[0].time <= status.time + SOON:
-            moment = self._left.pop(0)
-            buttons += moment.buttons
-            if moment.motion is not None:
-                self._twist = None if moment.motion == AWAY else moment.motion
-        return Orders(self._twist, tuple(buttons))
+            line = self._left.pop(0)
+            buttons += line.buttons
+            if line.motion is not None:
+                self._twist = None if line.motion == AWAY else line.motion
+        return Commands(self._twist, tuple(buttons))
 
 
-class Noting:
-    """Passes on what another hand asks for, and notes it in ``moments``, so that it can be asked for again."""
+class CommandLog:
+    """Passes on the commands of another source and keeps them as a script, ``script``."""
 
-    def __init__(self, hand: Hand) -> None:
-        self._hand = hand
+    def __init__(self, source: CommandSource) -> None:
+        self._source = source
         self._twist: Twist | None = Twist()
-        self.moments: list[Moment] = []
+        self.script: list[TimedCommand] = []
 
-    def orders(self, status: Status) -> Orders:
-        """What the other hand asks for now."""
-        orders, phase = self._hand.orders(status), status.phase
+    def commands(self, status: SessionStatus) -> Commands:
+        """Return the other source's commands of this control period."""
+        commands, phase = self._source.commands(status), status.phase
         if phase.over:
-            return orders
+            return commands
         buttons = []
-        for button in orders.buttons:
+        for button in commands.buttons:
             if (phase, button) in AFTER:  # one that does nothing would be a mistake in a script
                 buttons.append(button)
                 phase = AFTER[phase, button]
-        motion = None if orders.twist == self._twist else orders.twist or AWAY
+        motion = None if commands.twist == self._twist else commands.twist or AWAY
         if motion is not None or buttons:
-            self.moments.append(Moment(round(status.time, 6), motion, tuple(buttons)))
-        self._twist = orders.twist
-        return orders
+            self.script.append(TimedCommand(round(status.time, 6), motion, tuple(buttons)))
+        self._twist = commands.twist
+        return commands
 
 
 @dataclass(frozen=True, slots=True)
 class _Word:
-    """A word, and where it stands."""
+    """A word and its place in the script."""
 
     text: str
     place: str
@@ -116,11 +126,11 @@ class _Word:
 
     @property
     def numeric(self) -> bool:
-        """Whether it is meant as a number."""
+        """True for what begins like a number."""
         return re.match(r"[-+.\d]", self.text) is not None
 
     def number(self, valid: str, most: float, least: float = 0.0) -> float:
-        """Its number; raises ``SimError`` where it is none from least to most."""
+        """Parse the number; raises ``SimError`` unless it lies from ``least`` to ``most``."""
         try:
             value = float(self.text)
         except ValueError:
@@ -131,22 +141,22 @@ class _Word:
 
 
 def _words(line: str, place: str) -> list[_Word]:
-    remarkless = line.partition("#")[0]
-    return [_Word(found[0], f"{place}, column {found.start() + 1}") for found in re.finditer(r"\S+", remarkless)]
+    code = line.partition("#")[0]
+    return [_Word(match[0], f"{place}, column {match.start() + 1}") for match in re.finditer(r"\S+", code)]
 
 
-def _moment(first: _Word, words: Sequence[_Word], after: float) -> Moment:
+def _command(first: _Word, words: Sequence[_Word], after: float) -> TimedCommand:
     time = first.number(f"valid is a time [s] from {_shown(after)}, that of the line before", 1e6, after)
     if not words:
         raise first.error("is alone on its line; valid is a time and what is asked for then, such as '2 forward'")
     for word in words:
         if not word.numeric and word.text not in WORDS:
             raise word.error(f"is not valid; valid are {', '.join(WORDS)}")
-    return Moment(time, _motion(words), tuple(Button(word.text) for word in words if word.text in set(Button)))
+    return TimedCommand(time, _motion(words), tuple(Button(word.text) for word in words if word.text in set(Button)))
 
 
 def _paired(words: Sequence[_Word]) -> list[tuple[_Word, _Word | None]]:
-    """Each word with the number behind it; raises ``SimError`` for a number that stands elsewhere."""
+    """Pair each word with the number after it; raises ``SimError`` for a number elsewhere."""
     pairs: list[tuple[_Word, _Word | None]] = []
     for word in words:
         if not word.numeric:
@@ -159,7 +169,7 @@ def _paired(words: Sequence[_Word]) -> list[tuple[_Word, _Word | None]]:
 
 
 def _motion(words: Sequence[_Word]) -> Twist | Literal["away"] | None:
-    """The motion that a line asks for."""
+    """The motion of a line."""
     moves = [(word, number) for word, number in _paired(words) if word.text in (*AXES, HALT, AWAY)]
     if not moves:
         return None
@@ -177,8 +187,8 @@ def _motion(words: Sequence[_Word]) -> Twist | Literal["away"] | None:
     return Twist(asked.get("ahead", 0.0), asked.get("turn", 0.0))
 
 
-def _followed(words: Sequence[_Word], phase: Phase) -> Phase:
-    """The phase after a line; raises ``SimError`` for a button that would do nothing."""
+def _followed(words: Sequence[_Word], phase: SessionPhase) -> SessionPhase:
+    """The phase after a line; raises ``SimError`` for a button that does nothing in it."""
     for word in words:
         if word.text not in set(Button):
             continue

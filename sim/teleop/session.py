@@ -1,4 +1,4 @@
-"""One sitting at the controls: the robot goes where it is led, and views are taken as they are asked for."""
+"""A teleoperation session: the robot goes where it is led, and views are taken as the commands ask."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -7,50 +7,50 @@ from dataclasses import replace
 from sim.bench.bench import CONTROL_PERIOD, Bench
 from sim.drives.recorder import Moved, Taken, Trigger
 from sim.errors import SimError
-from sim.teleop.commands import AFTER, Button, Hand, Orders, Phase, Status, valid_in
+from sim.teleop.commands import AFTER, Button, Commands, CommandSource, SessionPhase, SessionStatus, valid_in
 
 LATELY = 10
-"""The rate is that of so many views."""
+"""Number of views over which the rate is taken."""
 
 
 class AbortedError(SimError):
-    """Whoever is at the controls gave the sitting up: nothing of it is to be kept."""
+    """The session was aborted at the controls: nothing of it is kept."""
 
 
-def familiarise(bench: Bench, hand: Hand, sampling: Trigger | None) -> Iterator[Taken]:
-    """Let a hand lead the robot until it says stop; yields the views as they are taken, their progress by the odometer.
+def run_session(bench: Bench, source: CommandSource, sampling: Trigger | None) -> Iterator[Taken]:
+    """Lead the robot by the commands of ``source`` until they say stop; yield the views as they are taken.
 
-    The first is taken where the hand says start, then one whenever ``sampling`` says so (None: by hand only) or the
-    hand asks for one. While the hand pauses there are none; motion counts on, so that one may be due when it goes on.
-    The robot is led through its Control layer, with all its stops. Raises ``AbortedError`` where the hand gives up.
+    The first is taken at the start command, then one whenever ``sampling`` fires (None: never) or a command asks for
+    one. A pause takes none; motion counts on, so that one may be due at its end. A view's progress is the odometer's.
+    The robot is led through its Control layer, with all its stops. Raises ``AbortedError`` on the abort command.
     """
-    sitting = _Sitting(bench, sampling)
-    while not sitting.status.phase.over:
-        orders = hand.orders(sitting.status)
-        if sitting.heed(orders.buttons):
-            yield sitting.take()
-        if not sitting.status.phase.over:
-            sitting.go_on(orders)
-    hand.orders(sitting.status)  # shows how it ended
-    if sitting.status.phase is Phase.ABORTED:
-        raise AbortedError(f"aborted at {bench.time:.1f} s, after {sitting.status.count} views: none is kept")
+    session = _Session(bench, sampling)
+    while not session.status.phase.over:
+        commands = source.commands(session.status)
+        if session.press(commands.buttons):
+            yield session.take()
+        if not session.status.phase.over:
+            session.drive(commands)
+    source.commands(session.status)  # shows the end
+    if session.status.phase is SessionPhase.ABORTED:
+        raise AbortedError(f"aborted at {bench.time:.1f} s, after {session.status.count} views: none is kept")
 
 
-class _Sitting:
-    """How things stand, and what changes it."""
+class _Session:
+    """The status of a session, and the steps that change it."""
 
     def __init__(self, bench: Bench, sampling: Trigger | None) -> None:
         self._bench, self._sampling = bench, sampling
         self._times: deque[float] = deque(maxlen=LATELY + 1)
-        self.status = Status(time=bench.time)
+        self.status = SessionStatus(time=bench.time)
 
-    def heed(self, buttons: tuple[Button, ...]) -> bool:
-        """Do what the buttons ask for; returns whether a view is due."""
+    def press(self, buttons: tuple[Button, ...]) -> bool:
+        """Act on the buttons; return True when a view is due."""
         due = False
         for button in buttons:
             due |= self._press(button)
         status = self.status
-        if status.phase is not Phase.SAMPLING:
+        if status.phase is not SessionPhase.SAMPLING:
             return due and not status.phase.over
         return due or (self._sampling is not None and self._sampling.fires(status.moved))
 
@@ -74,20 +74,20 @@ class _Sitting:
         self._times.append(view.time)
         status = self.status
         self.status = replace(status, count=status.count + 1, view=view, rate=self._rate(), moved=Moved())
-        return Taken(view, self._bench.odometry, status.gone)
+        return Taken(view, self._bench.odometry, status.travelled)
 
     def _rate(self) -> float:
         """Views a minute, over the last few."""
         passed = self._times[-1] - self._times[0]
         return 60 * (len(self._times) - 1) / passed if passed > 0 else 0.0
 
-    def go_on(self, orders: Orders) -> None:
-        """Go on for a control period."""
+    def drive(self, commands: Commands) -> None:
+        """Drive for a control period."""
         bench, before = self._bench, self._bench.odometry
-        if orders.twist is None:
+        if commands.twist is None:
             bench.wait()
         else:
-            bench.drive(orders.twist)
+            bench.drive(commands.twist)
         now, step, moved = bench.odometry, Moved(), replace(self.status.moved)
         step.add(before, now, CONTROL_PERIOD)
         moved.add(before, now, CONTROL_PERIOD)
@@ -96,7 +96,7 @@ class _Sitting:
             self.status,
             time=bench.time,
             moved=moved,
-            gone=self.status.gone + step.distance,
+            travelled=self.status.travelled + step.distance,
             twist=state.twist,
             stops=state.stops,
             note=bench.fault or self.status.note,

@@ -16,7 +16,7 @@ from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench
 from sim.drives.recorder import Trigger
 from sim.rendering.render import RendererKind
-from sim.teleop.commands import Button, Orders, Status
+from sim.teleop.commands import Button, Commands, SessionStatus
 from tests.scenarios.conftest import Refseq
 from tests.worlds.conftest import SMALL
 
@@ -123,12 +123,12 @@ class Person:
     def __init__(self, at: float, button: Button | None = None) -> None:
         self._at, self._button = at, button
 
-    def orders(self, status: Status) -> Orders:
+    def commands(self, status: SessionStatus) -> Commands:
         if status.time < self._at or status.phase.over:
-            return Orders(Twist(0.3, 0.0), (Button.START,) if status.time == 0 and self._at else ())
+            return Commands(Twist(0.3, 0.0), (Button.START,) if status.time == 0 and self._at else ())
         if self._button is None:
             raise KeyboardInterrupt
-        return Orders(buttons=(self._button,))
+        return Commands(buttons=(self._button,))
 
 
 def led_by(person: Person, plan: str, path: Path) -> None:

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from robots import Twist
 from sim.errors import SimError
-from sim.teleop.commands import AFTER, Button, Orders, Phase, Status, valid_in
-from sim.teleop.script import AWAY, Moment, Noting, ScriptHand, parse, printed
+from sim.teleop.commands import AFTER, Button, Commands, SessionPhase, SessionStatus, valid_in
+from sim.teleop.script import AWAY, CommandLog, ScriptSource, TimedCommand, parse, printed
 
 WRITTEN = """# to the door
 2.0 forward   # at the usual speed
@@ -23,10 +23,10 @@ motions = st.none() | st.just(AWAY) | st.builds(Twist, speeds, speeds)
 
 
 @st.composite
-def scripts(draw: st.DrawFn) -> tuple[Moment, ...]:
+def scripts(draw: st.DrawFn) -> tuple[TimedCommand, ...]:
     """Any script that is valid: buttons that do something when they come, an end, and nothing empty."""
     starts = draw(st.booleans())
-    phase, moments = Phase.READY if starts else Phase.SAMPLING, []
+    phase, moments = SessionPhase.READY if starts else SessionPhase.SAMPLING, []
     *whens, last = draw(times)
     for when in whens:
         buttons = []
@@ -36,13 +36,13 @@ def scripts(draw: st.DrawFn) -> tuple[Moment, ...]:
             phase = AFTER[phase, buttons[-1]]
         motion = draw(motions)
         if motion is not None or buttons:
-            moments.append(Moment(when, motion, tuple(buttons)))
-    ending = [Button.START] if starts and phase is Phase.READY else []
-    return (*moments, Moment(last, draw(motions), (*ending, draw(st.sampled_from([Button.STOP, Button.ABORT])))))
+            moments.append(TimedCommand(when, motion, tuple(buttons)))
+    ending = [Button.START] if starts and phase is SessionPhase.READY else []
+    return (*moments, TimedCommand(last, draw(motions), (*ending, draw(st.sampled_from([Button.STOP, Button.ABORT])))))
 
 
 @given(scripts())
-def test_what_is_printed_is_read_as_it_was(script: tuple[Moment, ...]) -> None:
+def test_what_is_printed_is_read_as_it_was(script: tuple[TimedCommand, ...]) -> None:
     assert parse(printed(script)) == script
 
 
@@ -61,11 +61,11 @@ def test_any_text_is_read_or_refused_in_one_line(text: str) -> None:
 
 def test_a_script_as_a_person_writes_it() -> None:
     assert parse(WRITTEN) == (
-        Moment(2.0, Twist(0.4, 0.0)),
-        Moment(5.5, Twist(0.0, 0.3)),
-        Moment(6.0, None, (Button.SAMPLE,)),
-        Moment(8.0, Twist(0.2, -0.4), (Button.PAUSE,)),
-        Moment(30.0, None, (Button.RESUME, Button.STOP)),
+        TimedCommand(2.0, Twist(0.4, 0.0)),
+        TimedCommand(5.5, Twist(0.0, 0.3)),
+        TimedCommand(6.0, None, (Button.SAMPLE,)),
+        TimedCommand(8.0, Twist(0.2, -0.4), (Button.PAUSE,)),
+        TimedCommand(30.0, None, (Button.RESUME, Button.STOP)),
     )
 
 
@@ -102,45 +102,45 @@ def test_what_is_wrong_is_told_with_its_place(text: str, told: str) -> None:
 
 
 def test_motions_hold_and_buttons_do_not() -> None:
-    hand = ScriptHand(parse("1 forward pause\n2 away\n3 left\n4 stop"))
-    asked = [hand.orders(Status(time=time)) for time in (0.0, 0.96, 1.0, 1.04, 2.0, 3.5, 4.0)]
+    source = ScriptSource(parse("1 forward pause\n2 away\n3 left\n4 stop"))
+    asked = [source.commands(SessionStatus(time=time)) for time in (0.0, 0.96, 1.0, 1.04, 2.0, 3.5, 4.0)]
     assert asked == [
-        Orders(Twist(), (Button.START,)),
-        Orders(Twist()),
-        Orders(Twist(0.4, 0.0), (Button.PAUSE,)),
-        Orders(Twist(0.4, 0.0)),
-        Orders(None),
-        Orders(Twist(0.0, 0.4)),
-        Orders(Twist(0.0, 0.4), (Button.STOP,)),
+        Commands(Twist(), (Button.START,)),
+        Commands(Twist()),
+        Commands(Twist(0.4, 0.0), (Button.PAUSE,)),
+        Commands(Twist(0.4, 0.0)),
+        Commands(None),
+        Commands(Twist(0.0, 0.4)),
+        Commands(Twist(0.0, 0.4), (Button.STOP,)),
     ]
 
 
 def test_what_is_noted_of_a_hand_asks_for_the_same() -> None:
     """Buttons that did nothing are not noted: in a script they would be mistakes."""
     asked = {
-        0.0: Orders(buttons=(Button.SAMPLE,)),
-        0.04: Orders(Twist(0.3, 0.1), (Button.START,)),
-        0.08: Orders(Twist(0.3, 0.1)),
-        0.12: Orders(None, (Button.PAUSE, Button.PAUSE)),
-        0.16: Orders(Twist(), (Button.STOP,)),
+        0.0: Commands(buttons=(Button.SAMPLE,)),
+        0.04: Commands(Twist(0.3, 0.1), (Button.START,)),
+        0.08: Commands(Twist(0.3, 0.1)),
+        0.12: Commands(None, (Button.PAUSE, Button.PAUSE)),
+        0.16: Commands(Twist(), (Button.STOP,)),
     }
 
     class Person:
-        def orders(self, status: Status) -> Orders:
+        def commands(self, status: SessionStatus) -> Commands:
             return asked[status.time]
 
-    noting = Noting(Person())
-    phases = (Phase.READY, Phase.READY, Phase.SAMPLING, Phase.SAMPLING, Phase.PAUSED)
+    noting = CommandLog(Person())
+    phases = (SessionPhase.READY, SessionPhase.READY, SessionPhase.SAMPLING, SessionPhase.SAMPLING, SessionPhase.PAUSED)
     for time, phase in zip(asked, phases, strict=True):
-        assert noting.orders(Status(time=time, phase=phase)) == asked[time]
-    assert parse(printed(noting.moments)) == tuple(noting.moments)
-    again = ScriptHand(noting.moments)
-    kept = [again.orders(Status(time=time)) for time in asked]
+        assert noting.commands(SessionStatus(time=time, phase=phase)) == asked[time]
+    assert parse(printed(noting.script)) == tuple(noting.script)
+    again = ScriptSource(noting.script)
+    kept = [again.commands(SessionStatus(time=time)) for time in asked]
     assert [one.twist for one in kept] == [one.twist for one in asked.values()]
     assert [one.buttons for one in kept] == [(), (Button.START,), (), (Button.PAUSE,), (Button.STOP,)]
 
 
 def test_a_moment_comes_at_the_first_period_that_is_not_before_it() -> None:
-    hand = ScriptHand((Moment(0.05, Twist(0.1, 0.0)), Moment(9.0, None, (Button.STOP,))))
-    moving = [time for time in (0.0, 0.04, 0.08) if hand.orders(Status(time=time)).twist != Twist()]
+    source = ScriptSource((TimedCommand(0.05, Twist(0.1, 0.0)), TimedCommand(9.0, None, (Button.STOP,))))
+    moving = [time for time in (0.0, 0.04, 0.08) if source.commands(SessionStatus(time=time)).twist != Twist()]
     assert moving == [pytest.approx(0.08)]

@@ -1,4 +1,4 @@
-"""A sitting at the controls: where views are taken, what pausing does, deadman, stops, and doing the same again."""
+"""A session at the controls: where views are taken, what pausing does, deadman, stops, and doing the same again."""
 
 import math
 from collections.abc import Sequence
@@ -11,9 +11,9 @@ from robots import Cause
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.recorder import Taken, Trigger
 from sim.rendering.render import RendererKind
-from sim.teleop.commands import Button, Hand, Orders, Phase, Status
-from sim.teleop.script import Noting, ScriptHand, parse, printed
-from sim.teleop.session import AbortedError, familiarise
+from sim.teleop.commands import Button, Commands, CommandSource, SessionPhase, SessionStatus
+from sim.teleop.script import CommandLog, ScriptSource, parse, printed
+from sim.teleop.session import AbortedError, run_session
 from tests.sim.drives.behaving_in import BOX, corridor
 from worlds.build import World
 
@@ -23,22 +23,22 @@ TOUCHED = BOX.format(x=5, y=0)
 
 
 class Watched:
-    """A hand that keeps what it was shown."""
+    """A source that keeps each status that it was shown."""
 
-    def __init__(self, hand: Hand) -> None:
-        self._hand, self.shown = hand, list[Status]()
+    def __init__(self, source: CommandSource) -> None:
+        self._source, self.shown = source, list[SessionStatus]()
 
-    def orders(self, status: Status) -> Orders:
+    def commands(self, status: SessionStatus) -> Commands:
         self.shown.append(status)
-        return self._hand.orders(status)
+        return self._source.commands(status)
 
 
 def sat(
     text: str, sampling: Trigger | None = None, world: World | None = None, robot: str = "robuter"
-) -> tuple[list[Taken], list[Status]]:
-    hand = Watched(ScriptHand(parse(text)))
+) -> tuple[list[Taken], list[SessionStatus]]:
+    source = Watched(ScriptSource(parse(text)))
     with Bench(world or corridor(), robots.load(robot), seed=3, settings=CAMERALESS) as bench:
-        return list(familiarise(bench, hand, sampling)), hand.shown
+        return list(run_session(bench, source, sampling)), source.shown
 
 
 def times(taken: Sequence[Taken]) -> list[float]:
@@ -59,7 +59,7 @@ def test_by_motion_views_are_as_far_apart_as_asked_and_none_while_it_stands() ->
     assert not [time for time in times(taken) if 7 < time < 10]
     assert len(turning) >= 4
     assert all(one.view.turn == pytest.approx(math.radians(30), abs=0.03) for one in turning[1:])
-    assert shown[-1].gone == pytest.approx(2.4, abs=0.1), "six seconds at 0.4 m/s, and some while it turns"
+    assert shown[-1].travelled == pytest.approx(2.4, abs=0.1), "six seconds at 0.4 m/s, and some while it turns"
     assert all(one.progress <= after.progress for one, after in pairwise(taken))
 
 
@@ -78,7 +78,7 @@ def test_a_view_asked_for_begins_the_next_stretch_anew() -> None:
 def test_paused_there_are_no_views_and_motion_counts_on(sampling: Trigger | None) -> None:
     taken, shown = sat("0 forward\n2 pause\n5 resume\n7 stop", sampling)
     assert not [time for time in times(taken) if 2 - 1e-6 <= time < 5 - 1e-6]
-    assert {s.phase for s in shown if 2.02 < s.time < 4.98} == {Phase.PAUSED}
+    assert {s.phase for s in shown if 2.02 < s.time < 4.98} == {SessionPhase.PAUSED}
     if sampling is not None:
         resumed = next(one for one in taken if one.view.time >= 5 - 1e-6)
         assert resumed.view.time == pytest.approx(5.0, abs=1e-6), "one was due"
@@ -90,7 +90,7 @@ def test_before_the_start_the_robot_is_led_without_views() -> None:
     assert times(taken)[0] == pytest.approx(4.0, abs=1e-6)
     assert taken[0].view.distance == 0.0
     assert taken[0].odometry.x > 0.5
-    assert shown[0].phase is Phase.READY
+    assert shown[0].phase is SessionPhase.READY
 
 
 def test_who_takes_his_hand_away_lets_the_robot_stop_by_itself() -> None:
@@ -141,17 +141,17 @@ def test_an_emergency_stop_holds_until_it_is_released() -> None:
 
 def test_a_button_that_does_nothing_says_so() -> None:
     class Person:
-        def orders(self, status: Status) -> Orders:
+        def commands(self, status: SessionStatus) -> Commands:
             assert status.time < 1.0
             asked = {0: Button.SAMPLE, 5: Button.START, 10: Button.STOP}
             number = round(status.time / CONTROL_PERIOD)
-            return Orders(buttons=(asked[number],) if number in asked else ())
+            return Commands(buttons=(asked[number],) if number in asked else ())
 
-    hand = Watched(Person())
+    source = Watched(Person())
     with Bench(corridor(), robots.load("robuter"), settings=CAMERALESS) as bench:
-        taken = list(familiarise(bench, hand, None))
-    assert hand.shown[1].note == "sample does nothing while ready; valid are start, stop, abort, emergency, release"
-    assert hand.shown[6].note == ""
+        taken = list(run_session(bench, source, None))
+    assert source.shown[1].note == "sample does nothing while ready; valid are start, stop, abort, emergency, release"
+    assert source.shown[6].note == ""
     assert times(taken) == pytest.approx([0.2])
 
 
@@ -162,11 +162,11 @@ def test_who_gives_up_is_told_that_nothing_is_kept() -> None:
 
 def test_who_stops_before_the_start_has_no_view() -> None:
     class Person:
-        def orders(self, status: Status) -> Orders:
-            return Orders(buttons=(Button.STOP,))
+        def commands(self, status: SessionStatus) -> Commands:
+            return Commands(buttons=(Button.STOP,))
 
     with Bench(corridor(), robots.load("robuter"), settings=CAMERALESS) as bench:
-        assert list(familiarise(bench, Person(), None)) == []
+        assert list(run_session(bench, Person(), None)) == []
 
 
 def test_the_rate_is_that_of_the_last_views() -> None:
@@ -180,20 +180,20 @@ def test_the_same_script_is_the_same_drive_and_so_is_what_was_noted_of_it() -> N
     """As a person leads it, in bends and odd moments; then by a script of what was noted."""
 
     class Person:
-        def orders(self, status: Status) -> Orders:
+        def commands(self, status: SessionStatus) -> Commands:
             phase = round(status.time / CONTROL_PERIOD)
             twist = None if 60 < phase < 66 else robots.Twist(0.3 + 0.1 * math.sin(phase), 0.2 * math.cos(0.1 * phase))
             buttons = {0: (Button.START,), 70: (Button.PAUSE,), 80: (Button.RESUME,), 33: (Button.SAMPLE,)}
-            return Orders(twist, (Button.STOP,) if phase >= 120 else buttons.get(phase, ()))
+            return Commands(twist, (Button.STOP,) if phase >= 120 else buttons.get(phase, ()))
 
-    def run(hand: Hand) -> list[Taken]:
+    def run(source: CommandSource) -> list[Taken]:
         with Bench(corridor(), robots.load("robuter"), seed=3, settings=CAMERALESS) as bench:
-            return list(familiarise(bench, hand, Trigger(distance=0.2)))
+            return list(run_session(bench, source, Trigger(distance=0.2)))
 
-    noting = Noting(Person())
+    noting = CommandLog(Person())
     first = run(noting)
-    text = printed(noting.moments)
-    for again in (run(ScriptHand(parse(text))), run(ScriptHand(parse(text)))):
+    text = printed(noting.script)
+    for again in (run(ScriptSource(parse(text))), run(ScriptSource(parse(text)))):
         assert [one.view.truth for one in again] == [one.view.truth for one in first]
         assert [one.odometry for one in again] == [one.odometry for one in first]
         assert times(again) == times(first)

@@ -12,9 +12,9 @@ from refseq.viewer.sinks import free_port
 from sim.bench.bench import Bench, BenchSettings
 from sim.errors import SimError
 from sim.rendering.render import RendererKind
-from sim.teleop.commands import Button, Orders, Status
-from sim.teleop.session import familiarise
-from sim.teleop.viewer import Look, opened
+from sim.teleop.commands import Button, Commands, SessionStatus
+from sim.teleop.session import run_session
+from sim.teleop.viewer import ViewerSettings, opened
 from tests.sim.drives.behaving_in import corridor
 
 LOOPBACK = "127.0.0.1"
@@ -27,24 +27,24 @@ def bench() -> Iterator[Bench]:
         yield bench
 
 
-def look(port: int) -> Look:
-    return Look("x", "by hand", ("laser",), port=port, rate=100.0)
+def look(port: int) -> ViewerSettings:
+    return ViewerSettings("x", "by hand", ("laser",), port=port, rate=100.0)
 
 
 def test_a_page_is_served_on_this_machine_alone_and_a_drive_does_not_need_it(bench: Bench) -> None:
     """One viewer for both: of a second one in a process, MuJoCo 4.0's thread may not end."""
     port = free_port()
-    with opened(bench, look(port)) as hand:
-        asked = [hand.orders(Status(time=0.04 * n)) for n in range(5)]
-        assert asked == [Orders(None)] * 5, "no browser, nobody at the controls"
+    with opened(bench, look(port)) as source:
+        asked = [source.commands(SessionStatus(time=0.04 * n)) for n in range(5)]
+        assert asked == [Commands(None)] * 5, "no browser, nobody at the controls"
 
         class Person:
-            def orders(self, status: Status) -> Orders:
-                hand.orders(status)
+            def commands(self, status: SessionStatus) -> Commands:
+                source.commands(status)
                 buttons = {0: (Button.START,), 25: (Button.STOP,)}
-                return Orders(robots.Twist(0.3, 0.0), buttons.get(round(status.time / 0.04), ()))
+                return Commands(robots.Twist(0.3, 0.0), buttons.get(round(status.time / 0.04), ()))
 
-        assert len(list(familiarise(bench, Person(), None))) == 1, "the drive ends as ever"
+        assert len(list(run_session(bench, Person(), None))) == 1, "the drive ends as ever"
         for _ in range(600):
             try:
                 page = urllib.request.urlopen(f"http://{LOOPBACK}:{port}/", timeout=10).read()

@@ -1,4 +1,4 @@
-"""Keys, gamepads and viewers as hands: what they ask for, what becomes of one that goes away."""
+"""Keys, gamepads and viewers as sources of commands, and their loss."""
 
 import math
 import os
@@ -19,15 +19,15 @@ from robots import Twist
 from sim.bench.bench import Bench, BenchSettings
 from sim.errors import SimError
 from sim.rendering.render import RendererKind
-from sim.teleop.commands import SPEED, TURN_RATE, Button, Orders, Phase, Status
-from sim.teleop.form import Ears, HeldSnapshot, StatusSnapshot
-from sim.teleop.gamepad import AXIS, EVENT, FIRST_STATE, FULL, PRESS, Gamepad, Pad
+from sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase, SessionStatus
+from sim.teleop.form import HeldSnapshot, StatusSnapshot, ViewerInput
+from sim.teleop.gamepad import AXIS, EVENT, FIRST_STATE, FULL, PRESS, Gamepad, PadState
 from sim.teleop.keys import GO_ON, HELD, LEVELS, PRESSED, Keyboard
-from sim.teleop.mirror import Shadow
+from sim.teleop.mirror import WorldMirror
 from sim.teleop.pictures import REACH, SIZE, pictures_of, scan_picture
-from sim.teleop.realtime import Steady
-from sim.teleop.session import familiarise
-from sim.teleop.viewer import DEADMAN, Look, ViewerHand, opened
+from sim.teleop.realtime import RealTimePacer
+from sim.teleop.session import run_session
+from sim.teleop.viewer import DEADMAN, ViewerSettings, ViewerSource, opened
 from tests.sim.drives.behaving_in import corridor
 
 CAMERALESS = BenchSettings(RendererKind.NONE, cameras=())
@@ -41,31 +41,31 @@ CAMERALESS = BenchSettings(RendererKind.NONE, cameras=())
     [("W", 1, 0), ("S", -1, 0), ("A", 0, 1), ("D", 0, -1), ("WA", 1, 1), ("WS", 0, 0), ("WSD", 0, -1), ("", 0, 0)],
 )
 def test_keys_that_are_held_lead_the_robot(held: str, ahead: int, turn: int) -> None:
-    orders = Keyboard().orders(frozenset(held), [], Phase.SAMPLING)
-    assert orders == Orders(Twist(ahead * SPEED, turn * TURN_RATE))
+    commands = Keyboard().commands(frozenset(held), [], SessionPhase.SAMPLING)
+    assert commands == Commands(Twist(ahead * SPEED, turn * TURN_RATE))
 
 
 def test_a_key_and_its_arrow_are_no_faster_than_one() -> None:
-    assert Keyboard().orders({"W", "UpArrow"}, [], Phase.READY).twist == Twist(SPEED, 0.0)
+    assert Keyboard().commands({"W", "UpArrow"}, [], SessionPhase.READY).twist == Twist(SPEED, 0.0)
 
 
 @given(st.sets(st.sampled_from(list(HELD))), st.lists(st.sampled_from(["Equal", "Minus", *PRESSED, GO_ON, "Q"])))
 def test_whatever_is_pressed_the_speed_is_one_of_those_to_choose(held: set[str], pressed: list[str]) -> None:
     keyboard = Keyboard()
-    twist = keyboard.orders(held, pressed, Phase.PAUSED).twist
+    twist = keyboard.commands(held, pressed, SessionPhase.PAUSED).twist
     assert twist is not None
     assert abs(twist.linear) in {0.0, keyboard.speed}
     assert any(keyboard.speed == pytest.approx(SPEED * level) for level in LEVELS)
 
 
 def test_one_key_starts_pauses_and_resumes() -> None:
-    asked = [Keyboard().orders((), [GO_ON], phase).buttons for phase in Phase]
+    asked = [Keyboard().commands((), [GO_ON], phase).buttons for phase in SessionPhase]
     assert asked == [(Button.START,), (Button.PAUSE,), (Button.RESUME,), (), ()]
 
 
 def test_buttons_come_in_the_order_of_the_keys() -> None:
     keys = ["V", "X", "Delete", "E", "R", "V"]
-    assert Keyboard().orders((), keys, Phase.SAMPLING).buttons == (
+    assert Keyboard().commands((), keys, SessionPhase.SAMPLING).buttons == (
         *(Button.SAMPLE, Button.STOP, Button.ABORT, Button.EMERGENCY, Button.RELEASE, Button.SAMPLE),
     )
 
@@ -93,42 +93,42 @@ def device(tmp_path: Path) -> Iterator[tuple[Path, Callable[[bytes], None], Call
 
 
 def test_the_stick_leads_only_while_a_shoulder_button_is_held() -> None:
-    pad = Pad()
-    pad.hear(event(AXIS, 1, -FULL) + event(AXIS, 0, FULL // 2))
+    pad = PadState()
+    pad.take(event(AXIS, 1, -FULL) + event(AXIS, 0, FULL // 2))
     assert pad.twist is None
-    pad.hear(event(PRESS, 4, 1))
+    pad.take(event(PRESS, 4, 1))
     assert pad.twist is not None
     assert pad.twist.linear == pytest.approx(SPEED)
     assert pad.twist.angular == pytest.approx(-TURN_RATE / 2, abs=0.01)
-    pad.hear(event(PRESS, 4, 0))
+    pad.take(event(PRESS, 4, 0))
     assert pad.twist is None
 
 
 def test_a_stick_near_its_middle_is_at_rest() -> None:
-    pad = Pad()
-    pad.hear(event(PRESS, 5, 1) + event(AXIS, 1, -3000) + event(AXIS, 0, 3000))
+    pad = PadState()
+    pad.take(event(PRESS, 5, 1) + event(AXIS, 1, -3000) + event(AXIS, 0, 3000))
     assert pad.twist == Twist()
 
 
 def test_what_was_held_when_it_was_opened_was_not_pressed() -> None:
-    pad = Pad()
-    pad.hear(event(PRESS | FIRST_STATE, 0, 1) + event(AXIS | FIRST_STATE, 1, FULL) + event(PRESS | FIRST_STATE, 4, 1))
-    assert pad.buttons(Phase.SAMPLING) == ()
+    pad = PadState()
+    pad.take(event(PRESS | FIRST_STATE, 0, 1) + event(AXIS | FIRST_STATE, 1, FULL) + event(PRESS | FIRST_STATE, 4, 1))
+    assert pad.buttons(SessionPhase.SAMPLING) == ()
     assert pad.twist == Twist(-SPEED, 0.0)
 
 
 def test_buttons_of_the_pad() -> None:
-    pad = Pad()
-    pad.hear(b"".join(event(PRESS, number, value) for number in (0, 7, 6, 2, 3, 9) for value in (1, 0)))
+    pad = PadState()
+    pad.take(b"".join(event(PRESS, number, value) for number in (0, 7, 6, 2, 3, 9) for value in (1, 0)))
     wanted = (Button.SAMPLE, Button.PAUSE, Button.STOP, Button.EMERGENCY, Button.RELEASE)
-    assert pad.buttons(Phase.SAMPLING) == wanted
-    assert pad.buttons(Phase.SAMPLING) == ()
+    assert pad.buttons(SessionPhase.SAMPLING) == wanted
+    assert pad.buttons(SessionPhase.SAMPLING) == ()
 
 
 @given(st.binary(max_size=200).map(lambda data: data[: len(data) - len(data) % EVENT.size]))
 def test_any_events_are_heard(data: bytes) -> None:
-    pad = Pad()
-    pad.hear(data)
+    pad = PadState()
+    pad.take(data)
     assert pad.twist is None or (
         abs(pad.twist.linear) <= SPEED * 1.0001 and abs(pad.twist.angular) <= TURN_RATE * 1.0001
     )
@@ -170,7 +170,7 @@ def test_time_is_held_back_and_never_hurried() -> None:
         slept.append(seconds)
         now[0] += seconds
 
-    steady = Steady(2.0, lambda: now[0], sleep)
+    steady = RealTimePacer(2.0, lambda: now[0], sleep)
     steady.keep(0.0)
     for step in range(1, 6):
         steady.keep(0.04 * step)
@@ -187,7 +187,7 @@ def test_time_is_held_back_and_never_hurried() -> None:
 @pytest.mark.parametrize("rate", [0.0, -1.0, math.inf, math.nan])
 def test_a_pace_that_is_none_is_refused(rate: float) -> None:
     with pytest.raises(SimError, match=r"^rate .* is not valid"):
-        Steady(rate)
+        RealTimePacer(rate)
 
 
 # --- a viewer ---
@@ -196,8 +196,8 @@ def test_a_pace_that_is_none_is_refused(rate: float) -> None:
 class FakeViewer:
     """A viewer's handle: the viewer runs, unless it is told otherwise, and keeps what it is shown."""
 
-    def __init__(self, ears: Ears) -> None:
-        self.ears, self.running, self.shown = ears, True, list[StatusSnapshot]()
+    def __init__(self, keys: ViewerInput) -> None:
+        self.keys, self.running, self.shown = keys, True, list[StatusSnapshot]()
         self.poses: list[float] = []
         self.hold: frozenset[str] | None = frozenset()
 
@@ -208,7 +208,7 @@ class FakeViewer:
         self.poses.append(float(data.qpos[0]))
         data.qpos[:] = 77.0  # whatever a viewer does to its world
         if self.hold is not None:
-            self.ears.on_held(HeldSnapshot(self.hold, time.monotonic()))
+            self.keys.on_held(HeldSnapshot(self.hold, time.monotonic()))
         return model, data
 
     def send_to_viewer(self, message: StatusSnapshot) -> None:
@@ -223,59 +223,59 @@ def bench() -> Iterator[Bench]:
 
 @pytest.fixture
 def viewer() -> FakeViewer:
-    return FakeViewer(Ears())
+    return FakeViewer(ViewerInput())
 
 
-def hand_of(bench: Bench, viewer: FakeViewer, pad: Gamepad | None = None) -> ViewerHand:
-    return ViewerHand(viewer, viewer.ears, Shadow(bench), Steady(1e6), pad)
+def source_of(bench: Bench, viewer: FakeViewer, pad: Gamepad | None = None) -> ViewerSource:
+    return ViewerSource(viewer, viewer.keys, WorldMirror(bench), RealTimePacer(1e6), pad)
 
 
 def test_what_is_pressed_in_a_viewer_is_asked_for_once(bench: Bench, viewer: FakeViewer) -> None:
     viewer.hold = frozenset("W")
-    viewer.ears.pressed = [GO_ON, "V"]
-    hand = hand_of(bench, viewer)
-    assert hand.orders(Status()) == Orders(Twist(SPEED, 0.0), (Button.START, Button.SAMPLE))
-    assert hand.orders(Status(phase=Phase.SAMPLING)) == Orders(Twist(SPEED, 0.0))
+    viewer.keys.pressed = [GO_ON, "V"]
+    source = source_of(bench, viewer)
+    assert source.commands(SessionStatus()) == Commands(Twist(SPEED, 0.0), (Button.START, Button.SAMPLE))
+    assert source.commands(SessionStatus(phase=SessionPhase.SAMPLING)) == Commands(Twist(SPEED, 0.0))
 
 
 def test_a_viewer_that_tells_of_no_keys_is_one_without_a_hand(bench: Bench, viewer: FakeViewer) -> None:
-    hand = hand_of(bench, viewer)
+    source = source_of(bench, viewer)
     viewer.hold = None
-    viewer.ears.on_held(HeldSnapshot(frozenset("W"), time.monotonic() - 0.5 * DEADMAN))
-    assert hand.orders(Status()).twist == Twist(SPEED, 0.0)
-    viewer.ears.on_held(HeldSnapshot(frozenset("W"), time.monotonic() - 1.5 * DEADMAN))
-    assert hand.orders(Status()).twist is None
+    viewer.keys.on_held(HeldSnapshot(frozenset("W"), time.monotonic() - 0.5 * DEADMAN))
+    assert source.commands(SessionStatus()).twist == Twist(SPEED, 0.0)
+    viewer.keys.on_held(HeldSnapshot(frozenset("W"), time.monotonic() - 1.5 * DEADMAN))
+    assert source.commands(SessionStatus()).twist is None
 
 
 def test_a_viewer_that_was_never_there_leads_nobody(bench: Bench, viewer: FakeViewer) -> None:
     viewer.hold = None
-    assert hand_of(bench, viewer).orders(Status()).twist is None
+    assert source_of(bench, viewer).commands(SessionStatus()).twist is None
 
 
 def test_a_viewer_that_is_closed_asks_for_stop(bench: Bench, viewer: FakeViewer) -> None:
     viewer.running = False
-    assert hand_of(bench, viewer).orders(Status()) == Orders(None, (Button.STOP,))
+    assert source_of(bench, viewer).commands(SessionStatus()) == Commands(None, (Button.STOP,))
 
 
 def test_a_viewer_cannot_move_the_robot_by_itself(bench: Bench, viewer: FakeViewer) -> None:
     """It has a world of its own: the drive is the same bit for bit as one without a viewer."""
 
     class Person:
-        def __init__(self, inner: ViewerHand | None) -> None:
+        def __init__(self, inner: ViewerSource | None) -> None:
             self._inner = inner
 
-        def orders(self, status: Status) -> Orders:
+        def commands(self, status: SessionStatus) -> Commands:
             if self._inner is not None:
-                self._inner.orders(status)
+                self._inner.commands(status)
             buttons = {0: (Button.START,), 30: (Button.SAMPLE,), 50: (Button.STOP,)}
-            return Orders(Twist(0.3, 0.1), buttons.get(round(status.time / 0.04), ()))
+            return Commands(Twist(0.3, 0.1), buttons.get(round(status.time / 0.04), ()))
 
-    seen = [one.view for one in familiarise(bench, Person(hand_of(bench, viewer)), None)]
+    seen = [one.view for one in run_session(bench, Person(source_of(bench, viewer)), None)]
     with Bench(corridor(), robots.load("robuter"), seed=3, settings=CAMERALESS) as alone:
-        unseen = [one.view for one in familiarise(alone, Person(None), None)]
+        unseen = [one.view for one in run_session(alone, Person(None), None)]
     assert len(seen) == 2
     assert [view.truth for view in seen] == [view.truth for view in unseen]
-    assert viewer.shown[-1].status.phase is Phase.STOPPED, "the end is shown whenever it comes"
+    assert viewer.shown[-1].status.phase is SessionPhase.STOPPED, "the end is shown whenever it comes"
     assert [picture.name for picture in viewer.shown[-1].pictures] == ["laser"]
     assert 77.0 not in viewer.poses
 
@@ -286,44 +286,44 @@ def test_a_gamepad_leads_before_keys_and_its_loss_is_told(
     path, write, unplug = device
     viewer.hold = frozenset("S")
     with Gamepad(path) as pad:
-        hand = hand_of(bench, viewer, pad)
-        assert hand.orders(Status()).twist == Twist(-SPEED, 0.0)
+        source = source_of(bench, viewer, pad)
+        assert source.commands(SessionStatus()).twist == Twist(-SPEED, 0.0)
         write(event(PRESS, 4, 1) + event(AXIS, 1, -FULL) + event(PRESS, 7, 1))
-        orders = hand.orders(Status())
-        assert orders.twist is not None
-        assert orders.twist.linear == pytest.approx(SPEED)
-        assert orders.buttons == (Button.START,)
+        commands = source.commands(SessionStatus())
+        assert commands.twist is not None
+        assert commands.twist.linear == pytest.approx(SPEED)
+        assert commands.buttons == (Button.START,)
         unplug()
         viewer.shown.clear()
-        hand.orders(Status(phase=Phase.STOPPED))
+        source.commands(SessionStatus(phase=SessionPhase.STOPPED))
         assert viewer.shown[-1].status.note == f"gamepad {path} is gone"
 
 
 def test_a_gamepad_that_is_asked_for_has_to_be_there(bench: Bench, tmp_path: Path) -> None:
-    look = Look("x", "by hand", ("laser",))
+    look = ViewerSettings("x", "by hand", ("laser",))
     with pytest.raises(SimError, match=r"^gamepad .*js7: cannot be opened"), opened(bench, look, tmp_path / "js7"):
         pass
 
 
 def test_the_copy_of_the_world_is_lit_and_has_its_roof_apart(bench: Bench) -> None:
     before = bench.model.light_intensity.copy(), bench.model.light_active.copy()
-    shadow = Shadow(bench)
+    mirror = WorldMirror(bench)
     image = bench.model.light_type == mujoco.mjtLightType.mjLIGHT_IMAGE
     assert image.any()
-    assert ((shadow.model.light_active != 0) == image).all()
-    assert (shadow.model.light_intensity[image] > 1000).all()
+    assert ((mirror.model.light_active != 0) == image).all()
+    assert (mirror.model.light_intensity[image] > 1000).all()
     assert (bench.model.light_intensity == before[0]).all()
     assert (bench.model.light_active == before[1]).all()
     roof = [geom for geom in range(bench.model.ngeom) if "ceiling" in bench.model.geom(geom).name]
     assert roof
-    assert {int(group) for group in shadow.model.geom_group[roof]} == {1}
+    assert {int(group) for group in mirror.model.geom_group[roof]} == {1}
     assert 1 not in bench.model.geom_group
-    where = float(shadow.data.qpos[0])
+    where = float(mirror.data.qpos[0])
     for _ in range(30):
         bench.drive(Twist(0.4, 0.0))
-    shadow.follow()
-    assert shadow.data.qpos[0] > where + 0.1
-    assert (shadow.data.qpos == bench.data.qpos).all()
+    mirror.follow()
+    assert mirror.data.qpos[0] > where + 0.1
+    assert (mirror.data.qpos == bench.data.qpos).all()
 
 
 def test_a_scan_is_drawn_where_its_things_are() -> None:
