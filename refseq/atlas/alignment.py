@@ -27,7 +27,7 @@ def align(translation: Translation, seed: int = 0) -> Alignment:
     Either sequence may end on the other: whatever the profile says, a view past an end has left it.
     """
     to = translation.to
-    tracker = ChainTracker(to, replace(to.profile.chain, leaves_at_end=True))
+    tracker = ChainTracker(to, replace(to.profile.chain, exit_at_ends=True))
     observations = [tracker.observation(sighting) for sighting in translation.sightings(seed=seed)]
     posteriors = smooth(observations, tracker.chain)
     return Alignment(

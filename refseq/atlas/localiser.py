@@ -127,7 +127,7 @@ class AtlasTracker(Protocol):
 def atlas_tracker(stage: Stage, atlas: Atlas) -> AtlasTracker:
     """A fresh tracker of a stage, as the profile of the maps has it."""
     method = atlas.sequences[0].profile.method
-    if stage is Stage.CHAIN and method.matching is Matching.EVIDENCE and method.decoding is Decoder.FORWARD:
+    if stage is Stage.CHAIN and method.matching is Matching.LOG_RATIO and method.decoding is Decoder.FORWARD:
         return NetworkTracker(atlas)
     return SurestSequence(stage, atlas)
 

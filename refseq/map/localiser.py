@@ -13,7 +13,7 @@ from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings, entropy
 from refseq.errors import MapError
 from refseq.features import Observed
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
-from refseq.inference.chain.forward import ForwardFilter, Posterior, smooth
+from refseq.inference.chain.forward import ForwardFilter, StatePosterior, smooth
 from refseq.inference.chain.motion import motion_prior
 from refseq.inference.chain.viterbi import Decoding, SlidingViterbi
 from refseq.map.profile import Decoder, Matching
@@ -126,8 +126,8 @@ class Matcher:
         """Compare the features of a view, ``distance`` [m] after the last one, with all places."""
         start = time.perf_counter()
         log_evidence = None
-        if self.sequence.profile.method.matching is Matching.EVIDENCE:
-            log_evidence = self.sequence.evidence.log_evidence({key: seen.ids for key, seen in observed.items()})
+        if self.sequence.profile.method.matching is Matching.LOG_RATIO:
+            log_evidence = self.sequence.log_ratio_model.log_ratios({key: seen.ids for key, seen in observed.items()})
             likelihood = softmax(log_evidence)
         else:
             blocks = self.sequence.matrix.blocks
@@ -217,7 +217,7 @@ class MotionFilter:
 
 
 def under_prior(likelihood: NDArray[np.float64], prior: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Posterior of a likelihood under a prior (2.12), (K,)."""
+    """StatePosterior of a likelihood under a prior (2.12), (K,)."""
     joint = likelihood * prior
     posterior: NDArray[np.float64] = joint / joint.sum()
     return posterior
@@ -260,7 +260,7 @@ class ChainTracker:
         decoded = self.decode(self.observation(sighting))
         return decoded_belief(decoded, replace(sighting.timings, chain=time.perf_counter() - start))
 
-    def decode(self, observation: Observation) -> Decoding | Posterior:
+    def decode(self, observation: Observation) -> Decoding | StatePosterior:
         """Take the next view as the chain sees it."""
         return self._decoder.update(observation)
 
@@ -272,7 +272,7 @@ class ChainTracker:
         return Observation(sighting.distance, places, lost)
 
 
-def decoded_belief(decoded: Decoding | Posterior, timings: Timings) -> Belief:
+def decoded_belief(decoded: Decoding | StatePosterior, timings: Timings) -> Belief:
     """The chain's answer as a belief: places given that the robot is at one, and the share of the Lost_Places.
 
     The forward filter knows no best path; its path is the best state of the view alone.

@@ -16,7 +16,7 @@ from refseq.features.sift import SiftSettings
 from refseq.features.walls import WallSettings
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.chain.motion import MotionSettings
-from refseq.inference.matching.log_ratio import EvidenceSettings
+from refseq.inference.matching.log_ratio import LogRatioSettings
 from refseq.inference.matching.mixture import MixtureSettings
 
 
@@ -24,7 +24,7 @@ class Matching(StrEnum):
     """How a view is compared with the places."""
 
     MIXTURE = "mixture"
-    EVIDENCE = "evidence"
+    LOG_RATIO = "log_ratio"
 
 
 class Decoder(StrEnum):
@@ -58,7 +58,7 @@ class Profile:
     hu: HuSettings = field(default_factory=HuSettings)
     sectors: SectorSettings = field(default_factory=SectorSettings)
     mixture: MixtureSettings = field(default_factory=MixtureSettings)
-    evidence: EvidenceSettings = field(default_factory=EvidenceSettings)
+    log_ratio: LogRatioSettings = field(default_factory=LogRatioSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     chain: ChainSettings = field(default_factory=ChainSettings)
 
@@ -69,6 +69,7 @@ class Profile:
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
         """The inverse of ``to_dict``; ``ValueError`` for a part or parameter that is missing, unknown or not valid."""
+        _refuse_renamed(content)
         features = content.get("features")
         if not isinstance(features, list) or not all(isinstance(name, str) for name in features):
             raise ValueError(f"profile.features is {features!r:.60}; valid is a list of names")
@@ -81,11 +82,16 @@ THESIS = Profile()
 
 BEST = Profile(
     features=("sift", "dense", "walls", "doors", "boundary", "sectors"),
-    method=MethodSettings(Matching.EVIDENCE, Decoder.FORWARD),
+    method=MethodSettings(Matching.LOG_RATIO, Decoder.FORWARD),
     sift=SiftSettings(cap=400, contrast=0.01, alias_distance=240.0, halved=True, root=True),
-    motion=MotionSettings(slack=0.1, drift=0.1, thin=0.02, spread=True),
+    motion=MotionSettings(slack=0.1, drift=0.1, tail=0.02, interpolated=True),
     chain=ChainSettings(
-        lost_per_metre=0.01, leaves_at_end=True, stay_lost=0.92, lost_at_start=0.1, restart=0.3, near=5.0
+        lost_per_metre=0.01,
+        exit_at_ends=True,
+        stay_lost=0.92,
+        lost_at_start=0.1,
+        kidnap_probability=0.3,
+        relocalisation_range=5.0,
     ),
 )
 """Ours: every value was chosen on the world ``annex`` and on a real recording, see docs/best.md."""
@@ -99,6 +105,32 @@ def profile_named(name: str) -> Profile:
     if name not in PROFILES:
         raise MapError(f"profile {name!r} is unknown; valid are {', '.join(PROFILES)}")
     return PROFILES[name]
+
+
+RENAMED: Mapping[str, str] = MappingProxyType(
+    {
+        "evidence": "log_ratio",
+        "motion.thin": "motion.tail",
+        "motion.spread": "motion.interpolated",
+        "chain.leaves_at_end": "chain.exit_at_ends",
+        "chain.restart": "chain.kidnap_probability",
+        "chain.near": "chain.relocalisation_range",
+        "method.matching=evidence": "method.matching=log_ratio",
+        "mixture.form=degenerate": "mixture.form=hard_em",
+    }
+)
+"""Names that a profile had before, and those that took their place; an old one is refused."""
+
+
+def _refuse_renamed(content: Mapping[str, Any]) -> None:
+    """Raise ``ValueError`` for the first part, parameter or choice that has another name by now."""
+    for old, new in RENAMED.items():
+        path, _, choice = old.partition("=")
+        name, _, key = path.partition(".")
+        part = content.get(name)
+        there = name in content if not key else isinstance(part, dict) and key in part
+        if there and (not choice or content[name][key] == choice):
+            raise ValueError(f"profile.{old} is called profile.{new} now")
 
 
 def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:

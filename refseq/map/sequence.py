@@ -12,7 +12,7 @@ from refseq.errors import MapError
 from refseq.features import Extractor, make_extractors
 from refseq.inference.chain.emissions import Emissions
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.inference.matching.log_ratio import Evidence
+from refseq.inference.matching.log_ratio import LogRatioModel
 from refseq.inference.matching.mixture import Match, match_view
 from refseq.map.annotations import Guide, guide_of
 from refseq.map.profile import Profile
@@ -59,9 +59,9 @@ class ReferenceSequence:
         return Emissions.from_posteriors(posteriors, self.profile.chain)
 
     @cached_property
-    def evidence(self) -> Evidence:
+    def log_ratio_model(self) -> LogRatioModel:
         """How the features show up, and what they are worth (docs/best.md)."""
-        return Evidence(self.matrix, self.along, self.profile.evidence)
+        return LogRatioModel(self.matrix, self.along, self.profile.log_ratio)
 
 
 EMISSION_SEED = 20080

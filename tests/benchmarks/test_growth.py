@@ -232,8 +232,8 @@ def processor_milliseconds(work: Callable[[], object]) -> float:
 def once(sequence: ReferenceSequence) -> str:
     """Reckon what the map needs before the first view, or say how long it would take."""
     start = time.process_time()
-    if sequence.profile.method.matching is Matching.EVIDENCE:
-        _ = sequence.evidence
+    if sequence.profile.method.matching is Matching.LOG_RATIO:
+        _ = sequence.log_ratio_model
         return f"{time.process_time() - start:8.1f} s"
     if len(sequence) == min(SIZES):
         _ = sequence.emissions

@@ -130,11 +130,11 @@ PROFILES: Mapping[str, Profile] = {
     "no walls, doors, boundary": without("walls", "doors", "boundary"),
     "with Hu moments": replace(BEST, features=(*BEST.features, "hu")),
     "cameras alone": without("walls", "doors", "boundary", "sectors"),
-    "no view is ever blind": replace(BEST, evidence=replace(BEST.evidence, blind=0.0)),
+    "no view is ever blind": replace(BEST, log_ratio=replace(BEST.log_ratio, blind=0.0)),
     "the thesis' motion window": replace(BEST, motion=MotionSettings()),
     "places counted, not shared out": replace(BEST, motion=replace(BEST.motion, spread=False)),
     "the thesis' chain": replace(BEST, chain=ChainSettings()),
-    "Viterbi over five views": replace(BEST, method=MethodSettings(Matching.EVIDENCE, Decoder.VITERBI)),
+    "Viterbi over five views": replace(BEST, method=MethodSettings(Matching.LOG_RATIO, Decoder.VITERBI)),
     "the mixture, forward filter": replace(
         BEST, method=MethodSettings(Matching.MIXTURE, Decoder.FORWARD), mixture=MixtureSettings()
     ),
@@ -151,7 +151,7 @@ def one_rate(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def places_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     alone = np.array([1.0, *[0.0] * detection.REACH])
-    monkeypatch.setattr(detection, "fading", lambda rows: alone)
+    monkeypatch.setattr(detection, "covisibility", lambda rows: alone)
 
 
 def equally_common(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,16 +11,16 @@ from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.motion import MotionSettings
 
 MOTION = MotionSettings()
-SPREAD = MotionSettings(0.1, 0.1, 0.02, spread=True)
+SPREAD = MotionSettings(0.1, 0.1, 0.02, interpolated=True)
 THESIS = ChainSettings()
 SETTINGS = (
     THESIS,
-    ChainSettings(lost=0.1, near=1.0),
-    ChainSettings(lost=0.9, near=50.0, stay_lost=0.2),
+    ChainSettings(lost=0.1, relocalisation_range=1.0),
+    ChainSettings(lost=0.9, relocalisation_range=50.0, stay_lost=0.2),
     ChainSettings(lost_per_metre=0.3, stay_lost=0.8, lost_at_start=0.1),
-    ChainSettings(lost=0.2, restart=0.3, near=2.0),
-    ChainSettings(lost=0.0, stay_lost=0.0, restart=1.0),
-    ChainSettings(lost_per_metre=0.1, leaves_at_end=True, restart=0.2, near=2.0),
+    ChainSettings(lost=0.2, kidnap_probability=0.3, relocalisation_range=2.0),
+    ChainSettings(lost=0.0, stay_lost=0.0, kidnap_probability=1.0),
+    ChainSettings(lost_per_metre=0.1, exit_at_ends=True, kidnap_probability=0.2, relocalisation_range=2.0),
 )
 
 # Eighths of a metre are exact, so that edges of windows are hit exactly.
@@ -41,21 +41,21 @@ def drives(K: int, most: int, likelihood: float) -> st.SearchStrategy[list[Obser
 
 
 def dense_window(along: np.ndarray, distance: float, s: MotionSettings, ends: tuple[int, ...] = (-1,)) -> np.ndarray:
-    """P(k | j, d) as (j, k), from Fig. 3.7 in words: 1 in the wide bar, ``thin`` in the bars beside it, else 0.
+    """P(k | j, d) as (j, k), from Fig. 3.7 in words: 1 in the wide bar, ``tail`` in the bars beside it, else 0.
 
-    With ``spread``, the integral of both bars, each half a usual gap narrower, times each place's hat, which is 1 at
-    the place and falls to 0 at the next ones: both are straight between their corners, so trapezia are exact.
+    Where ``interpolated``, the integral of both bars, each half a usual gap narrower, times each place's hat, which is
+    1 at the place and falls to 0 at the next ones: both are straight between their corners, so trapezia are exact.
     """
     wide = s.slack + s.drift * abs(distance)
-    if s.spread:
-        return dense_spread(along, distance, max(wide, 0.001), s.thin, ends)
+    if s.interpolated:
+        return dense_spread(along, distance, max(wide, 0.001), s.tail, ends)
     off = np.abs(along - (along[:, None] + distance))
-    window = np.where(off <= wide, 1.0, np.where(off <= wide + abs(distance), s.thin, 0.0))
+    window = np.where(off <= wide, 1.0, np.where(off <= wide + abs(distance), s.tail, 0.0))
     return window / window.sum(axis=1, keepdims=True)
 
 
 def dense_spread(along: np.ndarray, distance: float, wide: float, thin: float, ends: tuple[int, ...]) -> np.ndarray:
-    """``dense_window`` with ``spread``."""
+    """``dense_window`` with ``interpolated``."""
     K = len(along)
     stops = sorted(end % K + 1 for end in ends)
     gaps = [along[k + 1] - along[k] for k in range(K - 1) if k + 1 not in stops]
@@ -123,7 +123,7 @@ def dense_transitions(chain: Chain, distance: float) -> np.ndarray:
     K, s, along = chain.K, chain.settings, chain.along
     lost = 1 - np.exp(-s.lost_per_metre * abs(distance)) if s.lost_per_metre else s.lost
     A = np.zeros((2 * K, 2 * K))
-    beyond = dense_beyond(chain, distance) if s.leaves_at_end else np.zeros(K)
+    beyond = dense_beyond(chain, distance) if s.exit_at_ends else np.zeros(K)
     A[:K, :K] = (1 - lost) * (1 - beyond[:, None]) * dense_window(along, distance, chain.motion, chain.ends)
     ends = {end % K for end in chain.ends}
     for i in range(K):
@@ -132,11 +132,11 @@ def dense_transitions(chain: Chain, distance: float) -> np.ndarray:
         if i == 0:
             A[K, :K] = (1 - s.stay_lost) / K
             continue
-        near = np.exp(-np.abs(along - along[i]) / s.near)
+        near = np.exp(-np.abs(along - along[i]) / s.relocalisation_range)
         if distance >= 0:
             near[:i] = 0
-        A[K + i, :K] = (1 - s.stay_lost) * (1 - s.restart) * near / near.sum()
-        A[K + i, K] = (1 - s.stay_lost) * s.restart
+        A[K + i, :K] = (1 - s.stay_lost) * (1 - s.kidnap_probability) * near / near.sum()
+        A[K + i, K] = (1 - s.stay_lost) * s.kidnap_probability
     return A
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import xlogy
 
-from refseq.inference.chain.covisibility import Nearness
-from refseq.inference.chain.motion import MotionSettings, motion_window
+from refseq.inference.chain.exponential_kernel import ExponentialKernel
+from refseq.inference.chain.motion import MotionSettings, motion_model
+from refseq.inference.chain.paths import PathBounds
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,35 +24,35 @@ class ChainSettings:
 
     ``lost`` is the probability of going on from a place to the Lost_Place behind it, ``stay_lost`` of staying at a
     Lost_Place; both are 0.5 in (3.5, 3.6). ``lost_at_start`` is that of Lost_0 at the first view, when the robot may be
-    at any place else: 0.5 is one move on from (3.9). ``near`` [m] is how far from where it got lost the robot is likely
-    to turn up.
+    at any place else: 0.5 is one move on from (3.9). A robot turns up at a place x [m] from where it got lost with a
+    probability that falls as exp(−x / ``relocalisation_range``).
 
     A ``lost_per_metre`` above 0 takes the place of ``lost``: 1 − exp(−lost_per_metre · |d|) over a distance d, so that
     a path is as easily lost by many short steps as by few long ones. A robot that stands does not get lost then.
 
-    With ``leaves_at_end`` a robot that the odometer puts more than the usual distance of two places past a path's last
+    With ``exit_at_ends`` a robot that the odometer puts more than the usual distance of two places past a path's last
     place, or reversing before its first, has left the path: that share of the motion window goes to the Lost_Place.
     Otherwise all that comes to the end of a path stays there.
 
-    ``restart`` is the share of a Lost_Place's way out that leads to Lost_0 instead of to near places ahead: the robot
-    forgets where it got lost, and may turn up anywhere, as after being carried off or turned round.
+    ``kidnap_probability`` is the share of a Lost_Place's way out that leads to Lost_0 instead of to near places ahead:
+    the robot forgets where it got lost, and may turn up anywhere, as after being carried off or turned round.
 
     ``noise`` makes the places' emissions non-zero. A posterior whose entropy is above ``lost_view_entropy`` · log K is
     the Lost View; a place emits it with probability ``lost_view_at_place``, a Lost_Place with ``lost_view_at_lost``,
     and any view of the sequence alike (3.8).
 
     The thesis gives only ``lost`` and ``window``, T, the number of observations; the others are choices, and the
-    defaults of ``lost_per_metre``, ``leaves_at_end`` and ``restart`` leave them out.
+    defaults of ``lost_per_metre``, ``exit_at_ends`` and ``kidnap_probability`` leave them out.
     """
 
     window: int = 5
     lost: float = 0.5
     lost_per_metre: float = 0.0
-    leaves_at_end: bool = False
+    exit_at_ends: bool = False
     stay_lost: float = 0.5
     lost_at_start: float = 0.5
-    restart: float = 0.0
-    near: float = 10.0
+    kidnap_probability: float = 0.0
+    relocalisation_range: float = 10.0
     noise: float = 0.1
     lost_view_entropy: float = 0.8
     lost_view_at_place: float = 0.1
@@ -117,22 +118,24 @@ class Chain:
         return behind
 
     @cached_property
-    def nearness(self) -> Nearness:
-        """exp(−distance / near) between places."""
-        return Nearness(self.along, self.settings.near)
+    def kernel(self) -> ExponentialKernel:
+        """exp(−distance / ``relocalisation_range``) between places."""
+        return ExponentialKernel(self.along, self.settings.relocalisation_range)
 
     @cached_property
     def log_find_ahead(self) -> NDArray[np.float64]:
         """Log a_ik at no distance for Lost_i → P_k, k ≥ i, (K,)."""
-        return self._log_find(self.nearness.after(np.ones(self.K)))
+        return self._log_find(self.kernel.after(np.ones(self.K)))
 
     @cached_property
     def log_find_around(self) -> NDArray[np.float64]:
         """The same for all k, where the robot reverses."""
-        return self._log_find(self.nearness.around(np.ones(self.K)))
+        return self._log_find(self.kernel.around(np.ones(self.K)))
 
     def _log_find(self, near: NDArray[np.float64]) -> NDArray[np.float64]:
-        find: NDArray[np.float64] = _log((1 - self.settings.stay_lost) * (1 - self.settings.restart)) - np.log(near)
+        find: NDArray[np.float64] = _log(
+            (1 - self.settings.stay_lost) * (1 - self.settings.kidnap_probability)
+        ) - np.log(near)
         find[0] = -np.inf  # Lost_0 favours no place
         return find
 
@@ -143,8 +146,9 @@ class Transitions:
     * P_i → P_k by the motion window, and P_i → Lost_{i+1}, in the shares 1 − ``lost`` and ``lost``. Staying (k = i) is
       allowed, or a standing robot would be lost. No Lost_Place lies behind a path's last place: it leads to the last.
     * Lost_i → Lost_i with probability ``stay_lost``. To other Lost_Places there is no way (3.4), but for the share
-      ``restart`` of the rest, which leads to Lost_0.
-    * Lost_i → P_k for k ≥ i, since Lost_i lies before P_i; nearer ones are likelier, as exp(−distance / ``near``).
+      ``kidnap_probability`` of the rest, which leads to Lost_0.
+    * Lost_i → P_k for k ≥ i, since Lost_i lies before P_i; nearer ones are likelier, as
+      exp(−distance / ``relocalisation_range``).
       A robot that reverses may turn up on either side of P_i: it may have driven on before it turned.
       From Lost_0, where nothing is known, to all places alike (3.3).
 
@@ -152,40 +156,40 @@ class Transitions:
     """
 
     def __init__(self, chain: Chain, distance: float) -> None:
-        settings, self._K, self._nearness = chain.settings, chain.K, chain.nearness
+        settings, self._K, self._kernel = chain.settings, chain.K, chain.kernel
         self._behind = chain.behind
-        self._window = motion_window(chain.along, distance, chain.motion, chain.ends)
+        self._window = motion_model(chain.along, distance, chain.motion, chain.ends)
         self._reversing = distance < 0
-        beyond = beyond_ends(chain, distance) if settings.leaves_at_end else np.zeros(chain.K)
+        beyond = beyond_ends(chain, distance) if settings.exit_at_ends else np.zeros(chain.K)
         self._go = (1 - settings.getting_lost(distance)) * (1 - beyond)
         self._leave = 1 - self._go
         self._stay = settings.stay_lost
-        self._forget = (1 - self._stay) * settings.restart
+        self._forget = (1 - self._stay) * settings.kidnap_probability
         self._anywhere = (1 - self._stay) / self._K
         with np.errstate(divide="ignore"):
             self._log_go, self._log_leave = np.log(self._go), np.log(self._leave)
         self._log_stay = _log(self._stay)
         self._log_forget, self._log_anywhere = _log(self._forget), _log(self._anywhere)
-        # Lost_i → P_k is exp(log_find_i − distance / near).
+        # Lost_i → P_k is exp(log_find_i − distance / relocalisation_range).
         self._log_find = chain.log_find_around if self._reversing else chain.log_find_ahead
 
-    def forward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Σ_i p_i a_ij for every state j: probabilities after the move, with the same sum."""
         places, lost = states
         found = lost * self._find
         moved = np.empty_like(states)
-        moved[0] = self._window.shift(self._go * places) + self._anywhere * lost[0]
-        moved[0] += self._nearness.around(found) if self._reversing else self._nearness.before(found)
+        moved[0] = self._window.predict(self._go * places) + self._anywhere * lost[0]
+        moved[0] += self._kernel.around(found) if self._reversing else self._kernel.before(found)
         moved[1] = self._stay * lost + self._shifted(self._leave * places)
         moved[1, 0] += self._forget * lost[1:].sum()
         return moved
 
     def backward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Σ_j a_ij q_j for every state i: the transpose of ``forward``."""
+        """Σ_j a_ij q_j for every state i: the transpose of ``predict``."""
         places, lost = states
-        near = self._nearness.around(places) if self._reversing else self._nearness.after(places)
+        near = self._kernel.around(places) if self._reversing else self._kernel.after(places)
         moved = np.empty_like(states)
-        moved[0] = self._go * self._window.pull(places)
+        moved[0] = self._go * self._window.backward(places)
         moved[0] += self._leave * lost[self._behind]
         moved[1] = self._stay * lost + self._find * near
         moved[1, 0] += self._anywhere * places.sum()
@@ -206,21 +210,21 @@ class Transitions:
 
     def _best_found(self, lost: NDArray[np.float64]) -> NDArray[np.float64]:
         leaving = lost + self._log_find
-        found = self._nearness.best_before(leaving)
+        found = self._kernel.best_before(leaving)
         if self._reversing:
-            np.maximum(found, self._nearness.best_after(leaving), out=found)
+            np.maximum(found, self._kernel.best_after(leaving), out=found)
         np.maximum(found, lost[0] + self._log_anywhere, out=found)
         return found
 
-    def into(self, state: int) -> NDArray[np.float64]:
+    def predecessors(self, state: int) -> NDArray[np.float64]:
         """Log a_ij of the moves from every state i into the one state j."""
         K, i = self._K, state - self._K
         ways = np.full((2, K), -np.inf)
         if state < K:
-            reach, log_window = self._window.into(state)
+            reach, log_window = self._window.predecessors(state)
             ways[0, reach] = log_window + self._log_go[reach]
             near = slice(0, K if self._reversing else state + 1)
-            ways[1, near] = self._log_find[near] - np.abs(self._nearness.decay[state] - self._nearness.decay[near])
+            ways[1, near] = self._log_find[near] - np.abs(self._kernel.decay[state] - self._kernel.decay[near])
             ways[1, 0] = self._log_anywhere
             return ways
         if i == 0:
@@ -231,17 +235,17 @@ class Transitions:
         return ways
 
     def surprise(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Σ_i p_i a_ij (−log a_ij) for every state j: linear in p, as ``forward`` is."""
+        """Σ_i p_i a_ij (−log a_ij) for every state j: linear in p, as ``predict`` is."""
         places, lost = states
         surprise = np.empty_like(states)
-        surprise[0] = self._window.surprise(self._go * places) + self._window.shift(_surprises(self._go) * places)
+        surprise[0] = self._window.surprise(self._go * places) + self._window.predict(_surprises(self._go) * places)
         surprise[0] += self._surprise_found(lost) + _surprise(self._anywhere) * lost[0]
         surprise[1] = _surprise(self._stay) * lost + self._shifted(_surprises(self._leave) * places)
         surprise[1, 0] += _surprise(self._forget) * lost[1:].sum()
         return np.maximum(surprise, 0.0, out=surprise)  # rounding must not make it negative
 
     def _surprise_found(self, lost: NDArray[np.float64]) -> NDArray[np.float64]:
-        near, found = self._nearness, lost * self._find
+        near, found = self._kernel, lost * self._find
         by_source = found * np.where(found > 0, -self._log_find, 0.0)
         if not self._reversing:
             return near.before(by_source) + near.surprise_before(found)
@@ -253,25 +257,21 @@ class Transitions:
         return find
 
     def _shifted(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What each Lost_Place gets from the places: P_i's goes to Lost_{i+1}, a path's last one's to its last."""
+        """Sum that comes to each Lost_Place from the places: P_i's to Lost_{i+1}, a path's last one's to its last."""
         return np.asarray(np.bincount(self._behind, places, self._K), np.float64)
 
 
 def beyond_ends(chain: Chain, distance: float) -> NDArray[np.float64]:
-    """The share of each place's window (its wide bar) that lies past its path's end by more than a usual step, (K,)."""
+    """Share of each place's high bar that lies past its path's end by more than a usual gap between places, (K,)."""
     if distance == 0:
         return np.zeros(chain.K)
-    ends = np.array(chain.ends) % chain.K
-    starts = np.concatenate([[0], ends[:-1] + 1])
-    path = np.searchsorted(ends, np.arange(chain.K))
-    steps = np.delete(np.diff(chain.along), ends[:-1])
-    margin = float(np.median(steps)) if len(steps) else 0.0
-    wide = chain.motion.wide(distance)
+    path = PathBounds.of(chain.along, chain.ends)
+    half_width = chain.motion.half_width(distance)
     if distance > 0:
-        past = chain.along + distance + wide - (chain.along[ends[path]] + margin)
+        past = chain.along + distance + half_width - (chain.along[path.last] + path.gap)
     else:
-        past = chain.along[starts[path]] - margin - (chain.along + distance - wide)
-    share: NDArray[np.float64] = np.clip(past / max(2 * wide, 1e-9), 0.0, 1.0)
+        past = chain.along[path.first] - path.gap - (chain.along + distance - half_width)
+    share: NDArray[np.float64] = np.clip(past / max(2 * half_width, 1e-9), 0.0, 1.0)
     return share
 
 

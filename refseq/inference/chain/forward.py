@@ -19,11 +19,11 @@ BAND = 400.0
 class Moves(Protocol):
     """Linear moves of states (2, K) over a distance."""
 
-    def forward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Probabilities after the move."""
 
     def backward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The transpose of ``forward``."""
+        """The transpose of ``predict``."""
 
 
 class StateSpace(Protocol):
@@ -41,7 +41,7 @@ class StateSpace(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Posterior:
+class StatePosterior:
     """Where the robot was at a view: the places (K,) and Lost_Places (K,), sum 1 over both.
 
     ``log_evidence`` is log P(view | views before), on the scale of the observation's log-likelihoods.
@@ -63,13 +63,13 @@ class ForwardFilter:
         """Forget all views seen."""
         self._log_states: NDArray[np.float64] | None = None
 
-    def update(self, observation: Observation) -> Posterior:
+    def update(self, observation: Observation) -> StatePosterior:
         """Take the next view and answer from the views up to it."""
         self._log_states, log_evidence = filtered(self._log_states, observation, self._chain)
         return _posterior(self._log_states, log_evidence)
 
 
-def smooth(observations: Sequence[Observation], chain: StateSpace) -> list[Posterior]:
+def smooth(observations: Sequence[Observation], chain: StateSpace) -> list[StatePosterior]:
     """P(state | all views of the drive) at each view, by the forward-backward recursion.
 
     It holds all views' states at once, 16 K bytes a view.
@@ -77,7 +77,7 @@ def smooth(observations: Sequence[Observation], chain: StateSpace) -> list[Poste
     forward: list[tuple[NDArray[np.float64], float]] = []
     for observation in observations:
         forward.append(filtered(forward[-1][0] if forward else None, observation, chain))
-    smoothed: list[Posterior] = []
+    smoothed: list[StatePosterior] = []
     later = np.zeros((2, chain.K))  # log P(later views | state), but for a factor
     for t in reversed(range(len(observations))):
         log_states, log_evidence = forward[t]
@@ -98,7 +98,7 @@ def filtered(
     """
     if log_states is None:
         return weighed(chain.start(), observation)
-    return weighed(log_moved(chain.transitions(observation.distance).forward, log_states), observation)
+    return weighed(log_moved(chain.transitions(observation.distance).predict, log_states), observation)
 
 
 def log_moved(
@@ -140,6 +140,6 @@ def _log_sum(logs: NDArray[np.float64]) -> float:
     return float(top + np.log(np.exp(logs - top).sum()))
 
 
-def _posterior(log_states: NDArray[np.float64], log_evidence: float) -> Posterior:
+def _posterior(log_states: NDArray[np.float64], log_evidence: float) -> StatePosterior:
     places, lost = np.exp(log_states)
-    return Posterior(places, lost, log_evidence)
+    return StatePosterior(places, lost, log_evidence)

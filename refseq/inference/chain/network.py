@@ -16,7 +16,7 @@ from refseq.inference.chain.chain import Chain, ChainSettings, Transitions
 from refseq.inference.chain.motion import MotionSettings
 
 APART = 10_000.0
-"""How far behind each other paths are laid [m]: no window and no nearness reaches so far."""
+"""How far behind each other paths are laid [m]: no window and no relocalisation reaches so far."""
 
 
 @dataclass(frozen=True)
@@ -73,14 +73,14 @@ class LinkedTransitions:
     def __init__(self, network: Network, moves: Transitions) -> None:
         self._network, self._moves = network, moves
 
-    def forward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def predict(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Σ_i p_i a_ij for every state j: probabilities after the move, with the same sum."""
-        moved = self._moves.forward(states)
+        moved = self._moves.predict(states)
         moved[0] = self._crossed(moved[0])
         return moved
 
     def backward(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Σ_j a_ij q_j for every state i: the transpose of ``forward``."""
+        """Σ_j a_ij q_j for every state i: the transpose of ``predict``."""
         return self._moves.backward(np.stack([self._crossed(states[0]), states[1]]))
 
     def _crossed(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Sums and maxima over many stretches of an array at once, by tables over stretches of 1, 2, 4, … elements."""
+"""Range queries: sums and maxima over many ranges of an array at once, by a sparse table (ranges of 1, 2, 4, …)."""
 
 from functools import cached_property
 
@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class Stretches:
-    """The stretches ``start:stop`` (any shape, integers) of arrays of length K.
+class RangeQuery:
+    """Queries over the ranges ``start:stop`` (any shape, integers) of arrays of length K.
 
-    A maximum is that of two overlapping stretches of a power of two, a sum is that of disjoint ones: no sum is a
+    A maximum is that of two overlapping ranges of a power of two, a sum is that of disjoint ones: no sum is a
     difference, so that small values beside large ones keep all their digits. Building a table costs O(K log W) for
-    stretches of at most W elements, and reading it O(1) for a maximum, O(log W) for a sum.
+    ranges of at most W elements, and reading it O(1) for a maximum, O(log W) for a sum.
     """
 
     def __init__(self, start: NDArray[np.intp], stop: NDArray[np.intp], K: int) -> None:
@@ -21,13 +21,13 @@ class Stretches:
         self._levels = int(self._lengths[-1]).bit_length()
 
     def maxima(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Maximum over each stretch, −∞ for an empty one."""
+        """Maximum over each range, −∞ for an empty one."""
         table = self._table(np.maximum, values, -np.inf)
         left, right = self._overlapping
         return np.maximum(table.take(left), table.take(right))
 
     def sums(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Sum over each stretch, 0 for an empty one."""
+        """Sum over each range, 0 for an empty one."""
         table = self._table(np.add, values, 0.0)
         total: NDArray[np.float64] = np.zeros(self.start.shape)
         for piece in self._disjoint:
@@ -48,7 +48,7 @@ class Stretches:
 
     @cached_property
     def _overlapping(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """For each stretch the two table entries that cover it."""
+        """For each range the two table entries that cover it."""
         level = np.frexp(self._lengths)[1] - 1  # ⌊log₂ length⌋
         level[0] = self._levels
         left = level.astype(np.intp) * self._K
@@ -57,7 +57,7 @@ class Stretches:
 
     @cached_property
     def _disjoint(self) -> list[NDArray[np.intp]]:
-        """The table entries that make up each stretch, by the binary digits of its length."""
+        """The table entries that make up each range, by the binary digits of its length."""
         nothing, pieces = self._levels * self._K, []
         for level in range(self._levels):
             width = 1 << level

@@ -32,8 +32,8 @@ def _moved(
     transitions: Transitions, log_c: NDArray[np.float64], H: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Log f and H(j) after the move."""
-    log_f = log_moved(transitions.forward, log_c)
-    inherited = log_moved(transitions.forward, log_c + _log(_with_own(H, log_c)))
+    log_f = log_moved(transitions.predict, log_c)
+    inherited = log_moved(transitions.predict, log_c + _log(_with_own(H, log_c)))
     added = log_moved(transitions.surprise, log_c)
     reached = np.isfinite(log_f)
     scale = np.where(reached, log_f, 0.0)

@@ -72,5 +72,5 @@ def _decode(observations: Iterable[Observation], transitions: Callable[[int], Tr
     path = [int(np.argmax(scores))]
     # Where each state came from is asked of the states on the path alone.
     for t in reversed(range(1, len(scored))):
-        path.append(int(np.argmax(scored[t - 1] + transitions(t).into(path[-1]))))
+        path.append(int(np.argmax(scored[t - 1] + transitions(t).predecessors(path[-1]))))
     return Decoding(weights[0], weights[1], tuple(reversed(path)))

@@ -48,7 +48,7 @@ class Convergence:
         return len(self.residual)
 
 
-class Posterior(NamedTuple):
+class MixturePosterior(NamedTuple):
     """A distribution over places (K,). Where the view is not ``possible``, it tells nothing: this is then the prior."""
 
     places: NDArray[np.float64]
@@ -106,7 +106,7 @@ class BernoulliMixture:
 
     def posterior(
         self, v: NDArray[np.bool_], prior: NDArray[np.float64] | None = None, *, as_printed: bool = False
-    ) -> Posterior:
+    ) -> MixturePosterior:
         """P(k | v) ∝ P(V_k) Σ_c z_kc P(v | Θ_c) over the places fitted to, under a ``prior`` (K,) or a uniform one.
 
         (2.12) has a factor α_c besides, which counts a component's size twice, for z_kc grows with α_c already
@@ -124,9 +124,9 @@ class BernoulliMixture:
         joint = logsumexp(log_p + _log(self.z), axis=1) + _log(prior / total)
         evidence = logsumexp(joint)
         if evidence == -np.inf:
-            return Posterior(prior / total, possible=False)
+            return MixturePosterior(prior / total, possible=False)
         places = np.exp(joint - evidence)
-        return Posterior(places / places.sum(), possible=True)
+        return MixturePosterior(places / places.sum(), possible=True)
 
 
 class Start(NamedTuple):

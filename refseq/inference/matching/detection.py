@@ -1,4 +1,4 @@
-"""How features show up: each at its own places with some chance, and anywhere with another (docs/best.md).
+"""Detection model of features: each seen at its own places with one rate, and anywhere with another (docs/best.md).
 
 A Bernoulli model of one extractor's features, whose rates are learnt from the reference drive itself. Feature i shows
 up in a view at place k with probability f_i + d s_ik (1 − f_i): by *false alarm* with f_i, how common it is in the
@@ -35,13 +35,13 @@ class Detection:
 
     def __init__(self, rows: Rows) -> None:
         self._rows, self._counts, self._K = rows, np.diff(rows.pointers), rows.K
-        self.fading = fading(rows)
-        self._L = int(np.count_nonzero(self.fading >= LEAST))
-        missable = np.zeros((self._L, rows.K))
+        self.covisibility = covisibility(rows)
+        self._L = int(np.count_nonzero(self.covisibility >= LEAST))
+        detectable = np.zeros((self._L, rows.K))
         for piece in rows.pieces(PIECE):
             for level, beside in spread(piece, self._L):
-                missable[level] += np.bincount(beside.places, minlength=rows.K)
-        self._all_missed = missable.T @ np.log1p(-np.outer(self.fading[: self._L], RATES))  # (K, rates)
+                detectable[level] += np.bincount(beside.places, minlength=rows.K)
+        self._all_missed = detectable.T @ np.log1p(-np.outer(self.covisibility[: self._L], RATES))  # (K, rates)
 
     def log_ratios(
         self, ids: NDArray[np.intp], held_out: bool = False, places: NDArray[np.intp] | slice = slice(None)
@@ -49,12 +49,12 @@ class Detection:
         """Log P(view | place) / P(view | anywhere), (K,) or of ``places``, of a view that shows the features ``ids``.
 
         With ``held_out`` the view is one of the reference's own and does not count as an example of what is common.
-        Ratios at places farther than ``REACH`` from it are then those of a drive without it, but for ``fading``, which
-        stays the whole drive's.
+        Ratios at places farther than ``REACH`` from it are then those of a drive without it, but for ``covisibility``,
+        which stays the whole drive's.
         """
-        alarm = ((self._counts[ids] - held_out + PRIOR) / (self._K - held_out + 2 * PRIOR))[:, None, None]
-        rate = self.fading[: self._L, None] * RATES
-        gain = np.log1p(rate * (1 - alarm) / alarm) - np.log1p(-rate)  # (n, L, rates)
+        false_alarm_rate = ((self._counts[ids] - held_out + PRIOR) / (self._K - held_out + 2 * PRIOR))[:, None, None]
+        rate = self.covisibility[: self._L, None] * RATES
+        gain = np.log1p(rate * (1 - false_alarm_rate) / false_alarm_rate) - np.log1p(-rate)  # (n, L, rates)
         by_rate = self._all_missed.copy()
         for level, beside in spread(self._rows.select(ids), self._L):
             at = csc_array((np.ones(len(beside.places)), beside.places, beside.pointers), shape=(self._K, len(ids)))
@@ -70,13 +70,13 @@ def _log_mean(logs: NDArray[np.float64]) -> NDArray[np.float64]:
     return mean
 
 
-def fading(rows: Rows) -> NDArray[np.float64]:
-    """How much of a place's features the places 0 to ``REACH`` away still show, (REACH + 1,), the first 1, falling.
+def covisibility(rows: Rows) -> NDArray[np.float64]:
+    """Share of a place's features that the places 0 to ``REACH`` away still show, (REACH + 1,), the first 1, falling.
 
     Shares that neighbours have in common by chance, as places farther apart have, are taken off. Where no more than
-    that is left, nothing fades: a ratio of two such rests would be any number. What two views at the very same place
-    have in common no drive tells; it is carried on from one and two places away, as for a share that falls by the same
-    factor.
+    that is left, neighbours share nothing: a ratio of two such rests would be any number. What two views at the very
+    same place have in common no drive tells; it is carried on from one and two places away, as for a share that falls
+    by the same factor.
     """
     K = rows.K
     pairs, chances = np.zeros(REACH), np.zeros(REACH)

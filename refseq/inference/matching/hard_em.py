@@ -1,4 +1,4 @@
-"""EM with components of zeros and ones and with whole views: the mixture's degenerate and penalty forms (2.14, 2.15).
+"""Hard-assignment EM, the thesis' degenerate mixture: components of zeros and ones, each view in one (2.14, 2.15).
 
 Both price a feature that differs: log P(v | Θ_c) = −Σ_j w_j |v_j − Θ_cj| up to a constant, with weights
 w_j ≥ 0. Z is rounded to zeros and ones like Θ, because soft shares wear sparse components down to nothing

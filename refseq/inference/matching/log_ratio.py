@@ -1,11 +1,12 @@
-"""What a view says for each place against being elsewhere, on a scale that can be trusted (docs/best.md).
+"""Calibrated log-likelihood ratios: each place against being elsewhere, on a scale that can be trusted (docs/best.md).
 
 Features are not independent: a door seen again brings a hundred words that agree with each other. The model of
 ``detection`` counts each of them, so its ratios are far too sure. They are therefore read as scores only. How
 surprising a score is, the reference drive tells: its own views, each against the places far from it, show what a place
-looks like that is not the one. The share p of such scores that are as high is a p-value, and a p-value becomes evidence
-by a calibrator, a function that averages 1 when p is uniform (V. Vovk and R. Wang, "E-values", Annals of Statistics 49,
-2021). So a view like those brings evidence above x for a place that is not the one in no more than 1 of x cases.
+looks like that is not the one. The share p of such scores that are as high is a p-value, and a p-value becomes a ratio
+by a calibrator, a function that averages 1 when p is uniform: an e-value (V. Vovk and R. Wang, "E-values", Annals of
+Statistics 49, 2021). So a view like those brings a ratio above x for a place that is not the one in no more than 1 of
+x cases.
 """
 
 from collections.abc import Mapping
@@ -19,11 +20,12 @@ from refseq.inference.matching.incidence import IncidenceMatrix
 
 
 @dataclass(frozen=True, slots=True)
-class EvidenceSettings:
-    """``blind`` is the chance that a view tells nothing of its place: something covers it, lamps are off, it changed.
+class LogRatioSettings:
+    """Calibration of the ratios.
 
-    Reference views are compared with places at least ``apart`` [m] away, ``views`` of them at most, spread evenly, for
-    a sample of ``scores`` at most.
+    ``blind``, from 0 to below 1, is the chance that a view tells nothing of its place: something covers it, lamps are
+    off, it changed. With a larger one a single view rules out less. Reference views are compared with places at least
+    ``apart`` [m] away, ``views`` of them at most, spread evenly, for a sample of ``scores`` at most.
     """
 
     blind: float = 0.2
@@ -32,13 +34,13 @@ class EvidenceSettings:
     scores: int = 200_000
 
     def __post_init__(self) -> None:
-        """Raise ``ValueError`` for what is no chance to be blind."""
+        """Raise ``ValueError`` for a ``blind`` that is no such chance."""
         if not 0 <= self.blind < 1:
-            raise ValueError(f"evidence.blind is {self.blind}; valid is at least 0 and less than 1")
+            raise ValueError(f"log_ratio.blind is {self.blind}; valid is at least 0 and less than 1")
 
 
 class Calibration:
-    """Scores to evidence, by the scores of places that are not it."""
+    """Scores to log-likelihood ratios, by the scores of places that are not the right one."""
 
     def __init__(self, elsewhere: NDArray[np.float64]) -> None:
         self._elsewhere = np.sort(elsewhere)
@@ -52,8 +54,8 @@ class Calibration:
         p: NDArray[np.float64] = (as_high + 1) / (n + 1)
         return p
 
-    def log_evidence(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Logarithm of the evidence that scores are for their places."""
+    def log_ratios(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Calibrated log-likelihood ratios of the places with these scores."""
         return log_calibrated(self.p_values(scores))
 
 
@@ -65,10 +67,10 @@ def log_calibrated(p: NDArray[np.float64]) -> NDArray[np.float64]:
     return calibrated
 
 
-class Evidence:
-    """The evidence of a reference sequence's features, block by block."""
+class LogRatioModel:
+    """Ratios by a reference sequence's features, block by block."""
 
-    def __init__(self, matrix: IncidenceMatrix, along: NDArray[np.float64], settings: EvidenceSettings) -> None:
+    def __init__(self, matrix: IncidenceMatrix, along: NDArray[np.float64], settings: LogRatioSettings) -> None:
         self._K, self._blind = matrix.K, settings.blind
         chosen = np.unique(np.linspace(0, matrix.K - 1, min(matrix.K, int(settings.views))).round().astype(int))
         columns = matrix.columns_of(chosen)
@@ -78,17 +80,17 @@ class Evidence:
             views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
             self._blocks[key] = model, Calibration(_elsewhere(model, views, along, settings))
 
-    def log_evidence(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
-        """Logarithm of the evidence for each place against elsewhere, (K,); ``observed`` has the ids seen by block.
+    def log_ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
+        """Log-likelihood ratio of each place to elsewhere, (K,); ``observed`` has the ids seen by block.
 
-        Blocks are taken as independent. One that is not observed, its sensor being away, says nothing. The mean of
-        their evidence and of 1, what a view brings that may be of any place, is evidence too: no place falls below
+        Blocks are taken as independent. One that is not observed, its sensor being away, says nothing. The weighted
+        mean of their ratio and of 1, what a view brings that may be of any place, is a ratio too: no place falls below
         ``blind``.
         """
         total = np.zeros(self._K)
         for key, ids in observed.items():
             model, calibration = self._blocks[key]
-            total += calibration.log_evidence(model.log_ratios(ids))
+            total += calibration.log_ratios(model.log_ratios(ids))
         if not self._blind:
             return total
         mixed: NDArray[np.float64] = np.logaddexp(np.log(self._blind), np.log1p(-self._blind) + total)
@@ -105,7 +107,7 @@ def _elsewhere(
     model: Detection,
     views: list[tuple[int, NDArray[np.intp]]],
     along: NDArray[np.float64],
-    settings: EvidenceSettings,
+    settings: LogRatioSettings,
 ) -> NDArray[np.float64]:
     """Scores of reference views at places far from them, those of views that show nothing among them."""
     kept = max(1, int(settings.scores) // max(len(views), 1))

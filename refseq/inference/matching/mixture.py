@@ -18,11 +18,12 @@ from refseq.inference.matching.columns import Columns, Rows, distinct_columns
 class MixtureForm(StrEnum):
     """How a view is compared with the components.
 
-    ``degenerate`` is (2.15): components of zeros and ones, visible features only, one price for all. ``penalty`` is
-    (2.14): components of zeros and ones, all features, a price each. ``bernoulli`` is (2.4): probabilities.
+    ``hard_em`` is (2.15), the thesis' degenerate mixture: components of zeros and ones, visible features only, one
+    price for all. ``penalty`` is (2.14): components of zeros and ones, all features, a price each. ``bernoulli`` is
+    (2.4): probabilities.
     """
 
-    DEGENERATE = "degenerate"
+    HARD_EM = "hard_em"
     PENALTY = "penalty"
     BERNOULLI = "bernoulli"
 
@@ -31,13 +32,13 @@ class MixtureForm(StrEnum):
 class MixtureSettings:
     """C is ``components`` · K, but at most ``most``; the share ``from_views`` of C starts as views.
 
-    ``cost`` between 0.8 and 0.95 is the degenerate form's price of a feature that differs (2.15).
+    ``cost`` between 0.8 and 0.95 is the hard form's price of a feature that differs (2.15).
 
     ``visible`` and ``invisible`` are the penalty form's cost_j of features that the view shows and does not (2.14).
     As printed, cost_j > ½ would reward features that differ, so cost_j is the probability that a feature is like the
     component's (card B4). It should be close to 0 for invisible features, says the thesis, which as a probability would
     favour the places that differ from the view: read as little weight, that is ½, with which a feature says nothing.
-    With ``visible`` = 1 / (1 + cost) and ``invisible`` = ½ the form is the degenerate one.
+    With ``visible`` = 1 / (1 + cost) and ``invisible`` = ½ the form is the hard one.
 
     ``limit`` keeps the Bernoulli form's components within [limit, 1 − limit]. At 0 a feature never seen with the others
     rules out a component, and nearly every view is impossible.
@@ -45,7 +46,7 @@ class MixtureSettings:
     EM stops when the mean residual changes by less than ``tolerance``, and has failed after ``iterations``.
     """
 
-    form: MixtureForm = MixtureForm.DEGENERATE
+    form: MixtureForm = MixtureForm.HARD_EM
     cost: float = 0.8
     visible: float = 0.7
     invisible: float = 0.5
@@ -84,20 +85,20 @@ def match_view(
     """Compare a view with the K places by a mixture of some features.
 
     ``matrix`` holds the features' rows of the incidence matrix, as (n, K) or packed; ``observed`` (n,) is which of them
-    the view shows. Without it all: the matrix is then the reduced one, of the visible features only, as the degenerate
-    form has it anyway. Without features, or when EM does not settle, the answer is uniform.
+    the view shows. Without it all: the matrix is then the reduced one, of the visible features only, as hard EM
+    has it anyway. Without features, or when EM does not settle, the answer is uniform.
 
     Identical columns are merged and counted: exact, and much cheaper, since most places share none of the features.
     """
     rows = matrix if isinstance(matrix, Rows) else Rows.from_dense(matrix)
     v = np.ones(rows.n, np.bool_) if observed is None else observed
-    if settings.form is MixtureForm.DEGENERATE and not v.all():
+    if settings.form is MixtureForm.HARD_EM and not v.all():
         rows, v = rows.select(np.flatnonzero(v)), v[v]
     if not len(rows.places):
         return _nothing(rows.K, 0)
     columns = distinct_columns(rows)
     match settings.form:
-        case MixtureForm.DEGENERATE:
+        case MixtureForm.HARD_EM:
             return _match_hard(columns, v, np.ones(rows.n), np.log(settings.cost), settings, rng)
         case MixtureForm.PENALTY:
             odds = np.log([settings.invisible / (1 - settings.invisible), settings.visible / (1 - settings.visible)])

@@ -291,11 +291,11 @@ def test_a_loaded_map_of_evidence_gives_the_same_beliefs(
 @pytest.mark.parametrize(
     ("part", "name", "value", "message"),
     [
-        ("method", "matching", "guess", "profile.method.matching is 'guess'; valid are mixture, evidence"),
+        ("method", "matching", "guess", "profile.method.matching is 'guess'; valid are mixture, log_ratio"),
         ("method", "decoding", [], "profile.method.decoding is []; valid are viterbi, forward"),
         ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
-        ("evidence", "blind", "0.2", "profile.evidence.blind is '0.2'; valid is a number"),
-        ("evidence", "blind", 1.5, "evidence.blind is 1.5; valid is at least 0 and less than 1"),
+        ("log_ratio", "blind", "0.2", "profile.log_ratio.blind is '0.2'; valid is a number"),
+        ("log_ratio", "blind", 1.5, "log_ratio.blind is 1.5; valid is at least 0 and less than 1"),
         ("dense", "codes", None, "profile.dense.codes is None; valid is a whole number"),
     ],
 )
@@ -309,12 +309,12 @@ def test_values_that_a_profile_cannot_have(saved_best: Path, part: str, name: st
 
 def test_a_profile_without_the_parts_of_evidence(saved_best: Path) -> None:
     def forget(header: Header) -> None:
-        del header["profile"]["evidence"]  # type: ignore[attr-defined]
+        del header["profile"]["log_ratio"]  # type: ignore[attr-defined]
 
     rewrite(saved_best, forget)
     assert error_of(saved_best) == (
         f"{saved_best}: map.json and arrays do not make a map: "
-        "profile.evidence is None; valid is a table of apart, blind, scores, views"
+        "profile.log_ratio is None; valid is a table of apart, blind, scores, views"
     )
 
 

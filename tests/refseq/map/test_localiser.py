@@ -267,7 +267,7 @@ def test_a_view_is_lost_as_bayes_says_of_its_evidence() -> None:
     sequence = bits_sequence(views, BEST)
     for view in query[:20]:
         ids = {"bits/camera": np.flatnonzero(view.images["camera"])}
-        joint = (1 - elsewhere) * np.exp(sequence.evidence.log_evidence(ids)) / len(views)
+        joint = (1 - elsewhere) * np.exp(sequence.log_ratio_model.log_ratios(ids)) / len(views)
         belief = SequenceLocaliser(sequence, stage=Stage.UNIFORM).update(view)
         np.testing.assert_allclose(belief.places, joint / joint.sum())
         assert belief.lost == pytest.approx(elsewhere / (elsewhere + joint.sum()))

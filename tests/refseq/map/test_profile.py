@@ -7,7 +7,7 @@ from refseq.errors import MapError
 from refseq.features import FEATURES
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.matching.mixture import MixtureSettings
-from refseq.map.profile import BEST, PROFILES, THESIS, Decoder, Matching, Profile, profile_named
+from refseq.map.profile import BEST, PROFILES, RENAMED, THESIS, Decoder, Matching, Profile, profile_named
 
 
 def test_round_trip_through_json() -> None:
@@ -24,25 +24,31 @@ def test_defaults_are_the_thesis_values_where_it_gives_them() -> None:
     assert (profile.walls.points, profile.walls.length) == (6, 2.0)
 
 
+MOTION_PARTS = "valid is a table of drift, interpolated, regularisation, slack, tail"
+
+
 @pytest.mark.parametrize(
     ("part", "value", "message"),
     [
-        ("motion", None, "profile.motion is None; valid is a table of drift, regularisation, slack, spread, thin"),
-        ("motion", [1], "profile.motion is [1]; valid is a table of drift, regularisation, slack, spread, thin"),
         (
             "motion",
-            {"slack": 1, "drift": 1, "thin": 1},
-            "profile.motion is {'slack': 1, 'drift': 1, 'thin': 1}; "
-            "valid is a table of drift, regularisation, slack, spread, thin",
+            None,
+            f"profile.motion is None; {MOTION_PARTS}",
+        ),
+        ("motion", [1], f"profile.motion is [1]; {MOTION_PARTS}"),
+        (
+            "motion",
+            {"slack": 1, "drift": 1, "tail": 1},
+            f"profile.motion is {{'slack': 1, 'drift': 1, 'tail': 1}}; {MOTION_PARTS}",
         ),
         (
             "motion",
-            {"slack": 1, "drift": True, "thin": 1, "spread": False, "regularisation": 1},
+            {"slack": 1, "drift": True, "tail": 1, "interpolated": False, "regularisation": 1},
             "profile.motion.drift is True; valid is a number",
         ),
         (
             "motion",
-            {"slack": "1", "drift": 1, "thin": 1, "spread": False, "regularisation": 1},
+            {"slack": "1", "drift": 1, "tail": 1, "interpolated": False, "regularisation": 1},
             "profile.motion.slack is '1'; valid is a number",
         ),
     ],
@@ -75,7 +81,7 @@ def test_the_names_are_those_of_the_thesis_and_ours() -> None:
     assert dict(PROFILES) == {"thesis": THESIS, "best": BEST}
     assert Profile() == THESIS
     assert (THESIS.method.matching, THESIS.method.decoding) == (Matching.MIXTURE, Decoder.VITERBI)
-    assert (BEST.method.matching, BEST.method.decoding) == (Matching.EVIDENCE, Decoder.FORWARD)
+    assert (BEST.method.matching, BEST.method.decoding) == (Matching.LOG_RATIO, Decoder.FORWARD)
     with pytest.raises(TypeError):
         PROFILES["mine"] = BEST  # type: ignore[index]
 
@@ -96,7 +102,7 @@ def test_features_are_a_list_of_names(features: object) -> None:
 
 @pytest.mark.parametrize("value", ["guess", "", None, 1, True, [], {"a": 1}])
 def test_an_unknown_method_is_refused(value: object) -> None:
-    for name, valid in (("matching", "mixture, evidence"), ("decoding", "viterbi, forward")):
+    for name, valid in (("matching", "mixture, log_ratio"), ("decoding", "viterbi, forward")):
         content = BEST.to_dict()
         content["method"][name] = value
         with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
@@ -118,8 +124,8 @@ def test_yes_or_no_is_no_number(value: object) -> None:
     [
         ("dense", "columns", 8.5, "profile.dense.columns is 8.5; valid is a whole number"),
         ("dense", "codes", True, "profile.dense.codes is True; valid is a whole number"),
-        ("evidence", "blind", float("nan"), "profile.evidence.blind is nan; valid is a number"),
-        ("chain", "near", float("inf"), "profile.chain.near is inf; valid is a number"),
+        ("log_ratio", "blind", float("nan"), "profile.log_ratio.blind is nan; valid is a number"),
+        ("chain", "relocalisation_range", float("inf"), "profile.chain.relocalisation_range is inf; valid is a number"),
         ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
     ],
 )
@@ -129,3 +135,14 @@ def test_values_of_the_wrong_kind_are_named(part: str, key: str, value: object, 
     with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
         Profile.from_dict(content)
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("old", RENAMED)
+def test_an_old_name_is_refused_with_the_new_one(old: str) -> None:
+    path, _, choice = old.partition("=")
+    name, _, key = path.partition(".")
+    content = BEST.to_dict()
+    content[name] = {**content.get(name, {}), key: choice} if key else {}
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+        Profile.from_dict(content)
+    assert str(caught.value) == f"profile.{old} is called profile.{RENAMED[old]} now"

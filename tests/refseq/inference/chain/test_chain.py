@@ -15,7 +15,7 @@ quick = settings(deadline=None, max_examples=150, derandomize=True)
 
 @st.composite
 def chains(draw: st.DrawFn, most: int = 6) -> Chain:
-    motion = draw(st.sampled_from([MOTION, MotionSettings(slack=0.25, drift=0.0, thin=0.5), SPREAD]))
+    motion = draw(st.sampled_from([MOTION, MotionSettings(slack=0.25, drift=0.0, tail=0.5), SPREAD]))
     along = draw(paths(most))
     cuts = sorted(draw(st.sets(st.integers(0, len(along) - 1), max_size=2)) - {len(along) - 1})
     for cut in cuts:
@@ -25,7 +25,7 @@ def chains(draw: st.DrawFn, most: int = 6) -> Chain:
 
 def close(chain: Chain) -> dict[str, float]:
     """How near is near enough: windows that are shared out cut gaps at 10 km and more, where a metre has 12 digits."""
-    return {"rtol": 1e-10, "atol": 1e-12} if chain.motion.spread else {"rtol": 1e-12, "atol": 1e-15}
+    return {"rtol": 1e-10, "atol": 1e-12} if chain.motion.interpolated else {"rtol": 1e-12, "atol": 1e-15}
 
 
 def numbers(K: int) -> st.SearchStrategy[np.ndarray]:
@@ -40,7 +40,7 @@ def test_forward_and_backward_are_the_dense_products(chain: Chain, distance: flo
     A, transitions = dense_transitions(chain, distance), chain.transitions(distance)
     states = data.draw(numbers(chain.K))
     before = states.copy()
-    moved = transitions.forward(states)
+    moved = transitions.predict(states)
     np.testing.assert_allclose(moved.ravel(), states.ravel() @ A, **close(chain))
     assert moved.sum() == pytest.approx(states.sum(), rel=1e-13)
     np.testing.assert_allclose(transitions.backward(states).ravel(), A @ states.ravel(), **close(chain))
@@ -67,7 +67,7 @@ def test_best_is_the_dense_maximum(chain: Chain, distance: float, data: st.DataO
         np.maximum(best, -600), (scores.reshape(2 * K, 1) + A).max(axis=0).clip(-600), atol=1e-10
     )
     for state in range(2 * K):
-        into = transitions.into(state).ravel()
+        into = transitions.predecessors(state).ravel()
         np.testing.assert_allclose(np.maximum(into, -600), A[:, state].clip(-600), atol=1e-10)
 
 
@@ -79,8 +79,10 @@ def test_long_paths_keep_the_mass(spacing: Callable[[np.random.Generator], np.nd
     along = np.cumsum(spacing(rng))
     states = 10 ** rng.uniform(-200, 0, (2, 3000))
     states /= states.sum()
-    transitions = Chain(along, MOTION, ChainSettings(near=2.0, restart=0.1)).transitions(distance)
-    assert transitions.forward(states).sum() == pytest.approx(1.0, rel=1e-12)
+    transitions = Chain(along, MOTION, ChainSettings(relocalisation_range=2.0, kidnap_probability=0.1)).transitions(
+        distance
+    )
+    assert transitions.predict(states).sum() == pytest.approx(1.0, rel=1e-12)
     np.testing.assert_allclose(transitions.backward(np.ones((2, 3000))), 1.0, rtol=1e-11)
 
 
@@ -88,7 +90,7 @@ def found_again(chain: Chain, distance: float, lost: int) -> np.ndarray:
     """Where the robot turns up after a step from one Lost_Place."""
     states = np.zeros((2, chain.K))
     states[1, lost] = 1.0
-    return chain.transitions(distance).forward(states)
+    return chain.transitions(distance).predict(states)
 
 
 def test_a_lost_robot_turns_up_ahead_and_when_it_reverses_behind_as_well() -> None:
@@ -101,7 +103,7 @@ def test_a_lost_robot_turns_up_ahead_and_when_it_reverses_behind_as_well() -> No
 
 
 def test_restarting_leads_anywhere_by_way_of_lost_0() -> None:
-    chain = Chain(np.arange(9.0), MOTION, ChainSettings(stay_lost=0.6, restart=0.25))
+    chain = Chain(np.arange(9.0), MOTION, ChainSettings(stay_lost=0.6, kidnap_probability=0.25))
     moved = found_again(chain, 1.0, 4)
     assert moved[1, 0] == pytest.approx(0.4 * 0.25)
     assert moved[1, 4] == pytest.approx(0.6)

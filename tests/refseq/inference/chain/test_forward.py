@@ -7,11 +7,11 @@ from scipy.special import logsumexp
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.emissions import Emissions
-from refseq.inference.chain.forward import ForwardFilter, Posterior, log_moved, smooth
+from refseq.inference.chain.forward import ForwardFilter, StatePosterior, log_moved, smooth
 from tests.refseq.chains import MOTION, THESIS, all_paths, chain_settings, dense_transitions, drives, marginal, paths
 
 
-def states(posterior: Posterior) -> np.ndarray:
+def states(posterior: StatePosterior) -> np.ndarray:
     return np.concatenate([posterior.places, posterior.lost])
 
 
@@ -36,7 +36,7 @@ def test_filter_and_smoother_are_the_sums_over_all_paths(
 
 def test_five_places_and_six_views() -> None:
     rng = np.random.default_rng(2)
-    chain = Chain(np.array([0.0, 0.8, 2.0, 2.9, 4.0]), MOTION, ChainSettings(restart=0.1))
+    chain = Chain(np.array([0.0, 0.8, 2.0, 2.9, 4.0]), MOTION, ChainSettings(kidnap_probability=0.1))
     observations = [Observation(d, rng.normal(size=5), float(rng.normal())) for d in (0, 0.9, 0.7, -1.1, 0, 2.3)]
     scores = all_paths(observations, chain)
     for t, posterior in enumerate(smooth(observations, chain)):
@@ -48,7 +48,7 @@ def test_five_places_and_six_views() -> None:
 def test_they_agree_with_hmmlearn(seed: int, distance: float) -> None:
     """The thesis' hard symbols: the K views and the Lost View; a posterior that is sure, or knows nothing."""
     rng, K, T = np.random.default_rng(seed), 25, 40
-    settings = ChainSettings(lost=0.2, restart=0.05)
+    settings = ChainSettings(lost=0.2, kidnap_probability=0.05)
     chain = Chain(np.cumsum(rng.uniform(0.3, 1.5, K)), MOTION, settings)
     emissions = Emissions.from_posteriors(rng.dirichlet(np.full(K, 0.2), K), settings)
     symbols = rng.integers(0, K + 1, T)
@@ -92,7 +92,7 @@ def clear_view(at: int, K: int) -> Observation:
 def test_a_robot_carried_off_is_found_again() -> None:
     """It is sure of place 40, then set down at place 5 by hand: restarting finds it there at the third view."""
     K = 60
-    chain = Chain(np.arange(float(K)), MOTION, ChainSettings(lost_per_metre=0.1, restart=0.1))
+    chain = Chain(np.arange(float(K)), MOTION, ChainSettings(lost_per_metre=0.1, kidnap_probability=0.1))
     tracker = ForwardFilter(chain)
     for at in (37, 38, 39, 40):
         posterior = tracker.update(clear_view(at, K))

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from refseq.inference.chain.motion import MotionSettings, motion_prior, motion_window
+from refseq.inference.chain.motion import MotionSettings, motion_model, motion_prior
 from tests.refseq.chains import SPREAD, dense_window, log, paths
 
 quick = settings(deadline=None, max_examples=150, derandomize=True)
@@ -15,8 +15,8 @@ motion_settings = st.sampled_from(
         MotionSettings(0.25, 0.0, 0.5),
         MotionSettings(1.0, 0.5, 0.01),
         SPREAD,
-        MotionSettings(0.0, 0.0, 0.3, spread=True),
-        MotionSettings(1.0, 0.5, 0.0, spread=True),
+        MotionSettings(0.0, 0.0, 0.3, interpolated=True),
+        MotionSettings(1.0, 0.5, 0.0, interpolated=True),
     ]
 )
 
@@ -29,13 +29,13 @@ def beliefs(data: st.DataObject, K: int) -> np.ndarray:
 @quick
 @given(paths(10), distances, motion_settings, st.data())
 def test_shift_is_the_dense_window(along: np.ndarray, distance: float, s: MotionSettings, data: st.DataObject) -> None:
-    dense, window = dense_window(along, distance, s), motion_window(along, distance, s)
+    dense, window = dense_window(along, distance, s), motion_model(along, distance, s)
     belief = beliefs(data, len(along))
-    np.testing.assert_allclose(window.shift(belief), belief @ dense, atol=1e-12)
-    np.testing.assert_allclose(window.pull(belief), dense @ belief, atol=1e-12)
+    np.testing.assert_allclose(window.predict(belief), belief @ dense, atol=1e-12)
+    np.testing.assert_allclose(window.backward(belief), dense @ belief, atol=1e-12)
     np.testing.assert_allclose(window.surprise(belief), belief @ -(dense * log(np.where(dense, dense, 1))), atol=1e-12)
     for j, row in enumerate(dense):
-        one = window.shift(np.eye(len(along))[j])
+        one = window.predict(np.eye(len(along))[j])
         np.testing.assert_allclose(one, row, atol=1e-12)
         assert one.sum() == pytest.approx(1.0)  # no row is empty
 
@@ -46,11 +46,11 @@ def test_best_is_the_dense_maximum(along: np.ndarray, distance: float, s: Motion
     K = len(along)
     value = st.one_of(st.floats(-9, 0), st.just(-np.inf))
     score = np.array(data.draw(st.lists(value, min_size=K, max_size=K)))
-    dense, window = log(dense_window(along, distance, s)), motion_window(along, distance, s)
+    dense, window = log(dense_window(along, distance, s)), motion_model(along, distance, s)
     np.testing.assert_allclose(window.best(score), (score[:, None] + dense).max(axis=0), atol=1e-12)
     for k in range(K):
         column = np.full(K, -np.inf)
-        reach, column[reach] = window.into(k)[0], window.into(k)[1]
+        reach, column[reach] = window.predecessors(k)[0], window.predecessors(k)[1]
         np.testing.assert_allclose(column, dense[:, k], atol=1e-12)
 
 
@@ -59,8 +59,8 @@ def test_improbable_places_keep_their_digits() -> None:
     along = np.arange(60) * 0.5
     belief = 10.0 ** (-5.0 * np.arange(60))
     for s in (DEFAULTS, SPREAD):
-        window = motion_window(along, 1.0, s)
-        np.testing.assert_allclose(window.shift(belief), belief @ dense_window(along, 1.0, s), rtol=1e-11)
+        window = motion_model(along, 1.0, s)
+        np.testing.assert_allclose(window.predict(belief), belief @ dense_window(along, 1.0, s), rtol=1e-11)
 
 
 @quick
@@ -78,7 +78,7 @@ def test_prior_is_the_regularised_shift(
 
 def test_a_metre_from_the_fourth_place() -> None:
     """By hand: places a metre apart, d = 1 m: wide ±0.7 m holds place 4 alone, thin ±1.7 m places 3 and 5 too."""
-    row = motion_window(np.arange(9.0), 1.0, DEFAULTS).shift(np.eye(9)[3])
+    row = motion_model(np.arange(9.0), 1.0, DEFAULTS).predict(np.eye(9)[3])
     expected = np.zeros(9)
     expected[3:6] = np.array([0.1, 1.0, 0.1]) / 1.2
     np.testing.assert_allclose(row, expected, atol=1e-12)
@@ -87,7 +87,7 @@ def test_a_metre_from_the_fourth_place() -> None:
 def test_a_finer_grid_has_the_same_window_in_metres() -> None:
     """Five states a metre instead of one: the same shares within the same edges."""
     fine = np.arange(0, 20, 0.2)
-    row = motion_window(fine, 2.0, DEFAULTS).shift(np.eye(100)[40])  # from 8 m to 10 m
+    row = motion_model(fine, 2.0, DEFAULTS).predict(np.eye(100)[40])  # from 8 m to 10 m
     off = np.abs(fine - 10)
     np.testing.assert_array_equal(row > 0, off <= 0.9 + 2.0 + 1e-9)
     np.testing.assert_allclose(row[off <= 0.9 + 1e-9], row.max())
@@ -96,15 +96,15 @@ def test_a_finer_grid_has_the_same_window_in_metres() -> None:
 
 def test_reversing_goes_back() -> None:
     along = np.arange(9.0)
-    forward = motion_window(along, 2.0, DEFAULTS).shift(np.eye(9)[4])
-    back = motion_window(along, -2.0, DEFAULTS).shift(np.eye(9)[4])
+    forward = motion_model(along, 2.0, DEFAULTS).predict(np.eye(9)[4])
+    back = motion_model(along, -2.0, DEFAULTS).predict(np.eye(9)[4])
     np.testing.assert_allclose(back, forward[::-1], atol=1e-12)
     assert np.argmax(forward) > 4 > np.argmax(back)
 
 
 def test_the_window_widens_with_the_distance() -> None:
     along = np.arange(0, 100, 0.5)
-    spread = [np.count_nonzero(motion_window(along, d, DEFAULTS).shift(np.eye(200)[20])) for d in (0.5, 2.0, 8.0)]
+    spread = [np.count_nonzero(motion_model(along, d, DEFAULTS).predict(np.eye(200)[20])) for d in (0.5, 2.0, 8.0)]
     assert spread == sorted(set(spread))
 
 
@@ -113,9 +113,9 @@ def test_the_window_widens_with_the_distance() -> None:
 def test_a_spread_window_moves_as_far_as_the_odometer(j: int, distance: float, gaps: list[float]) -> None:
     """The mean of what it gives is j's position + d, however the places lie, while none of it is past an end."""
     along = np.cumsum(gaps)
-    reach = SPREAD.wide(distance) + abs(distance)
+    reach = SPREAD.half_width(distance) + abs(distance)
     assume(along[0] < along[j] + distance - reach and along[j] + distance + reach < along[-1])
-    row = motion_window(along, distance, SPREAD).shift(np.eye(80)[j])
+    row = motion_model(along, distance, SPREAD).predict(np.eye(80)[j])
     assert row @ along == pytest.approx(along[j] + distance)
 
 
@@ -126,15 +126,15 @@ def test_many_short_steps_are_one_long_one() -> None:
     for s in (SPREAD, MotionSettings(0.1, 0.1, 0.02)):
         belief = start
         for _ in range(40):
-            belief = motion_window(along, 0.3, s).shift(belief)
-        moved[s.spread] = belief @ along - along[10]
+            belief = motion_model(along, 0.3, s).predict(belief)
+        moved[s.interpolated] = belief @ along - along[10]
     assert moved[True] == pytest.approx(12.0)
     assert moved[False] < 1.0
 
 
 def test_paths_laid_behind_each_other_share_nothing() -> None:
     along = np.array([0.0, 1.0, 2.0, 1000.0, 1001.0])
-    past_an_end = motion_window(along, 2.5, SPREAD, (2, 4)).shift(np.eye(5)[2])
+    past_an_end = motion_model(along, 2.5, SPREAD, (2, 4)).predict(np.eye(5)[2])
     np.testing.assert_allclose(past_an_end, np.eye(5)[2], atol=5e-3)
-    before_a_start = motion_window(along, -2.5, SPREAD, (2, 4)).shift(np.eye(5)[3])
+    before_a_start = motion_model(along, -2.5, SPREAD, (2, 4)).predict(np.eye(5)[3])
     np.testing.assert_allclose(before_a_start, np.eye(5)[3], atol=5e-3)

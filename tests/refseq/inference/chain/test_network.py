@@ -9,7 +9,7 @@ from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.chain.network import Network
 
-SETTINGS = ChainSettings(lost_per_metre=0.1, restart=0.3, near=3.0)
+SETTINGS = ChainSettings(lost_per_metre=0.1, kidnap_probability=0.3, relocalisation_range=3.0)
 
 
 @st.composite
@@ -25,7 +25,7 @@ def networks(draw: st.DrawFn) -> Network:
 def dense(network: Network, distance: float) -> np.ndarray:
     """The transition matrix, (2 K, 2 K): rows are where from."""
     moves, K = network.transitions(distance), network.K
-    return np.array([moves.forward(state.reshape(2, K)).ravel() for state in np.eye(2 * K)])
+    return np.array([moves.predict(state.reshape(2, K)).ravel() for state in np.eye(2 * K)])
 
 
 @given(networks(), st.floats(-3, 3))
@@ -58,10 +58,10 @@ def test_what_is_at_a_shared_place_may_go_on_along_either_path() -> None:
     paths = (np.arange(5.0), np.arange(5.0))
     # Position 2 of the first and position 2 of the second are one place.
     places = np.array([0, 1, 2, 3, 4, 5, 6, 2, 7, 8])
-    network = Network(paths, places, MotionSettings(slack=0.1, drift=0.0, thin=1e-9), ChainSettings(lost=0.0), 0.5)
+    network = Network(paths, places, MotionSettings(slack=0.1, drift=0.0, tail=1e-9), ChainSettings(lost=0.0), 0.5)
     states = np.zeros((2, 10))
     states[0, 1] = 1.0
     for _ in range(2):
-        states = network.transitions(1.0).forward(states)
+        states = network.transitions(1.0).predict(states)
     assert states[0, [3, 8]] == pytest.approx([0.75, 0.25])
     assert states.sum() == pytest.approx(1.0)

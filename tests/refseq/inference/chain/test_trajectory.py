@@ -34,7 +34,7 @@ def test_it_is_the_entropy_over_all_paths(
 
 def test_five_places_and_six_views() -> None:
     rng = np.random.default_rng(2)
-    chain = Chain(np.array([0.0, 0.8, 2.0, 2.9, 4.0]), MOTION, ChainSettings(restart=0.1))
+    chain = Chain(np.array([0.0, 0.8, 2.0, 2.9, 4.0]), MOTION, ChainSettings(kidnap_probability=0.1))
     observations = [Observation(d, rng.normal(size=5), float(rng.normal())) for d in (0, 0.9, 0.7, -1.1, 0, 2.3)]
     scores = all_paths(observations, chain)
     p = np.exp(scores - logsumexp(scores))
@@ -64,7 +64,7 @@ def entropy_by_pairs(observations: list[Observation], chain: Chain) -> float:
 @pytest.mark.parametrize("seed", range(4))
 def test_a_longer_drive_agrees_with_the_entropy_by_pairs(seed: int) -> None:
     rng, K = np.random.default_rng(seed), 40
-    chain = Chain(np.cumsum(rng.uniform(0.1, 1.5, K)), MOTION, ChainSettings(lost=0.2, restart=0.1))
+    chain = Chain(np.cumsum(rng.uniform(0.1, 1.5, K)), MOTION, ChainSettings(lost=0.2, kidnap_probability=0.1))
     observations = [
         Observation(float(rng.uniform(-1, 2)), rng.normal(scale=2, size=K), float(rng.normal())) for _ in range(15)
     ]

@@ -38,7 +38,7 @@ def test_it_is_the_best_of_all_paths(along: np.ndarray, s: ChainSettings, data: 
 
 def test_five_places_and_six_views() -> None:
     rng = np.random.default_rng(2)
-    chain = Chain(np.array([0.0, 0.8, 2.0, 2.9, 4.0]), MOTION, ChainSettings(restart=0.1))
+    chain = Chain(np.array([0.0, 0.8, 2.0, 2.9, 4.0]), MOTION, ChainSettings(kidnap_probability=0.1))
     observations = [Observation(d, rng.normal(size=5), float(rng.normal())) for d in (0, 0.9, 0.7, -1.1, 0, 2.3)]
     scores = all_paths(observations, chain)
     assert scores.size == 10**6
@@ -58,7 +58,7 @@ class DenseChain(BaseHMM):
 def test_it_agrees_with_hmmlearn(seed: int, distance: float) -> None:
     """While the robot keeps its pace the chain is homogeneous; hmmlearn starts after its first transition."""
     rng, K, T = np.random.default_rng(seed), 30, 25
-    chain = Chain(np.cumsum(rng.uniform(0.3, 1.5, K)), MOTION, ChainSettings(lost=0.3, restart=0.1))
+    chain = Chain(np.cumsum(rng.uniform(0.3, 1.5, K)), MOTION, ChainSettings(lost=0.3, kidnap_probability=0.1))
     observations = [Observation(distance, rng.normal(scale=2, size=K), float(rng.normal())) for _ in range(T)]
     A = dense_transitions(chain, distance)
     oracle = DenseChain(n_components=2 * K, algorithm="viterbi")

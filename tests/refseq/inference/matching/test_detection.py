@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from refseq.inference.matching.columns import Rows
-from refseq.inference.matching.detection import LEAST, PRIOR, RATES, REACH, Detection, fading
+from refseq.inference.matching.detection import LEAST, PRIOR, RATES, REACH, Detection, covisibility
 
 quick = settings(deadline=None, max_examples=150, derandomize=True)
 small_matrices = st.tuples(st.integers(0, 7), st.integers(1, 12)).flatmap(lambda shape: arrays(np.bool_, shape))
@@ -41,7 +41,7 @@ def brute_force(seen: np.ndarray, shown: np.ndarray, fades: np.ndarray, counts: 
 def test_ratios_are_those_of_the_model_written_out(seen: np.ndarray, data: st.DataObject) -> None:
     shown = data.draw(arrays(np.bool_, len(seen)))
     detection = model(seen)
-    expected = brute_force(seen, shown, detection.fading, seen.sum(axis=1), seen.shape[1])
+    expected = brute_force(seen, shown, detection.covisibility, seen.sum(axis=1), seen.shape[1])
     np.testing.assert_allclose(detection.log_ratios(np.flatnonzero(shown)), expected, atol=1e-12)
 
 
@@ -55,9 +55,9 @@ STRETCHES = np.array(
 @pytest.mark.parametrize("seed", range(5))
 def test_ratios_of_stretches_that_spread_over_all_levels(seed: int) -> None:
     detection = model(STRETCHES)
-    assert (detection.fading[1:] > 0.1).all()  # or no place beside would count
+    assert (detection.covisibility[1:] > 0.1).all()  # or no place beside would count
     shown = np.random.default_rng(seed).random(len(STRETCHES)) < 0.3
-    expected = brute_force(STRETCHES, shown, detection.fading, STRETCHES.sum(axis=1), 40)
+    expected = brute_force(STRETCHES, shown, detection.covisibility, STRETCHES.sum(axis=1), 40)
     np.testing.assert_allclose(detection.log_ratios(np.flatnonzero(shown)), expected, atol=1e-11)
 
 
@@ -68,7 +68,7 @@ def test_a_view_held_out_is_judged_by_the_others(k: int) -> None:
     emptied = STRETCHES.copy()
     emptied[:, k] = False
     detection = model(STRETCHES)
-    expected = brute_force(emptied, shown, detection.fading, emptied.sum(axis=1), 39)
+    expected = brute_force(emptied, shown, detection.covisibility, emptied.sum(axis=1), 39)
     far = np.abs(np.arange(40) - k) > REACH
     held_out = detection.log_ratios(np.flatnonzero(shown), held_out=True)
     np.testing.assert_allclose(held_out[far], np.array(expected)[far], atol=1e-11)
@@ -96,7 +96,7 @@ def test_no_features_at_all_tell_nothing() -> None:
     np.testing.assert_allclose(model(np.zeros((3, 5), bool)).log_ratios(np.array([1])), np.zeros(5), atol=1e-15)
 
 
-# --- fading ---
+# --- covisibility ---
 
 
 def stretches(rng: np.random.Generator, places: int, K: int = 300, features: int = 2000) -> np.ndarray:
@@ -108,7 +108,7 @@ def stretches(rng: np.random.Generator, places: int, K: int = 300, features: int
 @quick
 @given(small_matrices)
 def test_fading_begins_with_one_and_falls(seen: np.ndarray) -> None:
-    fades = fading(Rows.from_dense(seen))
+    fades = covisibility(Rows.from_dense(seen))
     assert fades.shape == (REACH + 1,)
     assert fades[0] == 1
     assert (np.diff(fades) <= 0).all()
@@ -119,7 +119,7 @@ def test_fading_begins_with_one_and_falls(seen: np.ndarray) -> None:
 def test_fading_of_features_that_last_so_many_places(places: int) -> None:
     """Two views m apart share (n − m) / n of what lasts n places."""
     expected = np.clip(1 - np.arange(REACH + 1) / places, 0, 1)
-    found = fading(Rows.from_dense(stretches(np.random.default_rng(places), places)))
+    found = covisibility(Rows.from_dense(stretches(np.random.default_rng(places), places)))
     np.testing.assert_allclose(found, expected, atol=0.02)
 
 
@@ -131,14 +131,14 @@ def test_fading_of_features_that_are_lost_by_a_factor(kept: float, detected: flo
     lasts = rng.geometric(1 - kept, 30_000)
     since = np.arange(250) - rng.integers(-20, 250, (len(lasts), 1))
     seen = (since >= 0) & (since < lasts[:, None]) & (rng.random(since.shape) < detected)
-    np.testing.assert_allclose(fading(Rows.from_dense(seen)), kept ** np.arange(REACH + 1), atol=0.03)
+    np.testing.assert_allclose(covisibility(Rows.from_dense(seen)), kept ** np.arange(REACH + 1), atol=0.03)
 
 
 @pytest.mark.parametrize("common", [0.02, 0.2, 0.6])
 def test_chance_alone_does_not_fade(common: float) -> None:
     """However common the features, neighbours share no more of them than others do."""
     drives = np.random.default_rng(8).random((40, 400, 60)) < common
-    found = np.array([fading(Rows.from_dense(seen))[1:] for seen in drives])
+    found = np.array([covisibility(Rows.from_dense(seen))[1:] for seen in drives])
     # Two standard errors are passed by chance in one case of forty.
     assert (found.max(axis=1) > 0).sum() <= 3
 
@@ -147,7 +147,7 @@ def test_common_features_do_not_hide_what_fades() -> None:
     """Chance is taken off: beside features that last 4 places others are seen anywhere, three times as often."""
     rng = np.random.default_rng(9)
     seen = stretches(rng, 4)
-    found = fading(Rows.from_dense(np.concatenate([seen, rng.random(seen.shape) < 0.04])))
+    found = covisibility(Rows.from_dense(np.concatenate([seen, rng.random(seen.shape) < 0.04])))
     # 3, 2 and 1 of 4 are shared, less by one factor; carried on as 3/2 from 2 and 3, the same place shares 4.5.
     np.testing.assert_allclose(found, [1, 3 / 4.5, 2 / 4.5, 1 / 4.5], atol=0.05)
 
@@ -157,6 +157,6 @@ def test_in_a_short_drive_too_only_places_far_apart_show_what_chance_shares(K: i
     """Half of the features last 3 places, others are seen at both ends: chance is counted by the pairs there are."""
     runs = [[b <= k < b + 3 for k in range(K)] for b in range(-2, K)]
     ends = [[k in (0, K - 1) for k in range(K)]] * 2
-    found = fading(Rows.from_dense(np.array(runs + ends)))
+    found = covisibility(Rows.from_dense(np.array(runs + ends)))
     assert 0.3 < found[1] < 0.9
     assert found[2] < found[1]

@@ -8,7 +8,7 @@ from scipy.integrate import quad
 from refseq.inference.matching.columns import Rows
 from refseq.inference.matching.detection import REACH, Detection
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.inference.matching.log_ratio import Calibration, Evidence, EvidenceSettings, log_calibrated
+from refseq.inference.matching.log_ratio import Calibration, LogRatioModel, LogRatioSettings, log_calibrated
 
 quick = settings(deadline=None, max_examples=80, derandomize=True)
 
@@ -74,7 +74,7 @@ def test_evidence_of_fresh_scores_averages_no_more_than_one(decimals: int) -> No
     """Heavy tails in the scores, ties or none: what is not the place brings evidence 1 in the mean, or less."""
     rng = np.random.default_rng(decimals)
     draws = np.round(rng.standard_t(2, (3000, 101)), decimals)
-    evidence = np.array([np.exp(Calibration(draw[1:]).log_evidence(draw[:1])[0]) for draw in draws])
+    evidence = np.array([np.exp(Calibration(draw[1:]).log_ratios(draw[:1])[0]) for draw in draws])
     assert evidence.mean() <= 1 + 3 * evidence.std() / np.sqrt(len(evidence))
     # And not much less, or it would be wasted.
     assert evidence.mean() > 0.6
@@ -98,8 +98,8 @@ def matrix_of(*blocks: np.ndarray) -> IncidenceMatrix:
     return IncidenceMatrix.from_columns(columns, {f"b{i}": seen.shape[1] for i, seen in enumerate(blocks)})
 
 
-def evidence_of(*blocks: np.ndarray, spacing: float = 1.0, **changed: float) -> Evidence:
-    return Evidence(matrix_of(*blocks), spacing * np.arange(len(blocks[0])), EvidenceSettings(**changed))
+def model_of(*blocks: np.ndarray, spacing: float = 1.0, **changed: float) -> LogRatioModel:
+    return LogRatioModel(matrix_of(*blocks), spacing * np.arange(len(blocks[0])), LogRatioSettings(**changed))
 
 
 def shown(*rows: np.ndarray) -> dict[str, np.ndarray]:
@@ -108,14 +108,14 @@ def shown(*rows: np.ndarray) -> dict[str, np.ndarray]:
 
 def test_evidence_is_the_sum_over_blocks_and_nothing_from_those_not_observed() -> None:
     first, second = drive(1), drive(2)
-    both, *alone = (evidence_of(*seen, blind=0.0) for seen in ((first, second), (first,), (second,)))
+    both, *alone = (model_of(*seen, blind=0.0) for seen in ((first, second), (first,), (second,)))
     a, b = shown(first[20], second[20]).values()
-    np.testing.assert_array_equal(both.log_evidence({"b0": a}), alone[0].log_evidence({"b0": a}))
-    np.testing.assert_array_equal(both.log_evidence({"b1": b}), alone[1].log_evidence({"b0": b}))
+    np.testing.assert_array_equal(both.log_ratios({"b0": a}), alone[0].log_ratios({"b0": a}))
+    np.testing.assert_array_equal(both.log_ratios({"b1": b}), alone[1].log_ratios({"b0": b}))
     np.testing.assert_allclose(
-        both.log_evidence({"b0": a, "b1": b}), both.log_evidence({"b0": a}) + both.log_evidence({"b1": b})
+        both.log_ratios({"b0": a, "b1": b}), both.log_ratios({"b0": a}) + both.log_ratios({"b1": b})
     )
-    np.testing.assert_array_equal(both.log_evidence({}), np.zeros(K))
+    np.testing.assert_array_equal(both.log_ratios({}), np.zeros(K))
 
 
 @pytest.mark.parametrize(("apart", "spacing"), [(4.0, 1.0), (9.5, 1.0), (4.0, 0.25), (0.0, 5.0)])
@@ -131,8 +131,8 @@ def test_scores_are_read_against_those_of_views_far_from_their_places(apart: flo
         if abs(k - m) * spacing > apart and abs(k - m) > REACH and seen[k].any()
     ]
     query = np.flatnonzero(drive(3)[12])
-    expected = Calibration(np.array(elsewhere)).log_evidence(model.log_ratios(query))
-    found = evidence_of(seen, spacing=spacing, apart=apart, blind=0.0).log_evidence({"b0": query})
+    expected = Calibration(np.array(elsewhere)).log_ratios(model.log_ratios(query))
+    found = model_of(seen, spacing=spacing, apart=apart, blind=0.0).log_ratios({"b0": query})
     np.testing.assert_allclose(found, expected, atol=0.02)  # rounding may change ranks by one
 
 
@@ -140,18 +140,18 @@ def test_scores_are_read_against_those_of_views_far_from_their_places(apart: flo
 def test_a_view_may_be_blind(blind: float) -> None:
     """With that chance it is as likely anywhere: the ratio of place to elsewhere is the mean of 1 and the evidence."""
     first, second = drive(1), drive(2)
-    seeing, mixed = evidence_of(first, second, blind=0.0), evidence_of(first, second, blind=blind)
+    seeing, mixed = model_of(first, second, blind=0.0), model_of(first, second, blind=blind)
     for observed in (shown(first[20], second[20]), shown(first[5], second[50]), {}):
-        evidence = np.exp(mixed.log_evidence(observed))
-        np.testing.assert_allclose(evidence, blind + (1 - blind) * np.exp(seeing.log_evidence(observed)))
+        evidence = np.exp(mixed.log_ratios(observed))
+        np.testing.assert_allclose(evidence, blind + (1 - blind) * np.exp(seeing.log_ratios(observed)))
 
 
 def test_fewer_views_and_scores_give_much_the_same() -> None:
     seen = drive(4)
     query = shown(seen[33])
-    whole = evidence_of(seen).log_evidence(query)
-    for sample in (evidence_of(seen, views=25), evidence_of(seen, scores=900)):
-        found = sample.log_evidence(query)
+    whole = model_of(seen).log_ratios(query)
+    for sample in (model_of(seen, views=25), model_of(seen, scores=900)):
+        found = sample.log_ratios(query)
         assert np.corrcoef(found, whole)[0, 1] > 0.95
         assert np.argmax(found) in range(31, 36)
 
@@ -159,9 +159,9 @@ def test_fewer_views_and_scores_give_much_the_same() -> None:
 def test_a_block_that_repeats_brings_less_evidence_than_one_that_does_not() -> None:
     """Seen again every 12 places, a feature's place is one of five: the reference itself has shown it."""
     once, again = drive(5), drive(5, period=12)
-    evidence = evidence_of(once, again)
+    model = model_of(once, again)
     own, aliased = (
-        np.mean([evidence.log_evidence({key: np.flatnonzero(seen[k])})[k] for k in range(5, 55)])
+        np.mean([model.log_ratios({key: np.flatnonzero(seen[k])})[k] for k in range(5, 55)])
         for key, seen in (("b0", once), ("b1", again))
     )
     assert own > aliased + 1
@@ -172,23 +172,23 @@ def test_a_block_that_repeats_brings_less_evidence_than_one_that_does_not() -> N
 @pytest.mark.parametrize("places", [1, 2, 3, 4, 5, 8])
 def test_maps_too_short_to_know_places_elsewhere_give_finite_evidence(places: int) -> None:
     seen = np.eye(places, dtype=bool).repeat(3, axis=1)
-    evidence = evidence_of(seen)
+    model = model_of(seen)
     for row in (*seen, np.zeros(3 * places, bool), np.ones(3 * places, bool)):
-        found = evidence.log_evidence(shown(row))
+        found = model.log_ratios(shown(row))
         assert found.shape == (places,)
         assert np.isfinite(found).all()
 
 
 @pytest.mark.parametrize("seen", [np.zeros((K, 5), bool), np.ones((K, 5), bool), np.zeros((K, 0), bool)])
 def test_blocks_that_are_the_same_everywhere_say_the_same_of_all_places(seen: np.ndarray) -> None:
-    found = evidence_of(seen).log_evidence(shown(seen[0]))
+    found = model_of(seen).log_ratios(shown(seen[0]))
     assert np.isfinite(found).all()
     assert np.ptp(found) == pytest.approx(0, abs=1e-9)
     assert found[0] <= 0  # nor do they speak against being elsewhere
 
 
 def test_a_view_that_shows_nothing_is_answered() -> None:
-    found = evidence_of(drive(6)).log_evidence({"b0": np.zeros(0, np.intp)})
+    found = model_of(drive(6)).log_ratios({"b0": np.zeros(0, np.intp)})
     assert np.isfinite(found).all()
     assert found.max() < 2
 
@@ -196,7 +196,7 @@ def test_a_view_that_shows_nothing_is_answered() -> None:
 def test_the_same_map_and_view_give_the_same_bytes() -> None:
     seen = drive(7)
     query = shown(seen[9])
-    first, second = (evidence_of(seen).log_evidence(query) for _ in range(2))
+    first, second = (model_of(seen).log_ratios(query) for _ in range(2))
     assert first.tobytes() == second.tobytes()
 
 
@@ -217,9 +217,9 @@ def test_views_like_the_drive_s_but_of_elsewhere_bring_no_evidence_in_the_mean()
     of_elsewhere, of_its_own = [], []
     for seed in range(30):
         seen = long_drive(seed, 2 * K)
-        evidence = evidence_of(seen[:K])
-        of_elsewhere += [np.exp([evidence.log_evidence(shown(row)) for row in seen[K + 10 :: 8]])]
-        of_its_own += [np.median([np.exp(evidence.log_evidence(shown(seen[k]))[k]) for k in range(K)])]
+        model = model_of(seen[:K])
+        of_elsewhere += [np.exp([model.log_ratios(shown(row)) for row in seen[K + 10 :: 8]])]
+        of_its_own += [np.median([np.exp(model.log_ratios(shown(seen[k]))[k]) for k in range(K)])]
     assert 0.6 < np.mean(of_elsewhere) < 1.3
     for x in (2, 5, 10, 20):
         assert (np.array(of_elsewhere) > x).mean() < 1 / x

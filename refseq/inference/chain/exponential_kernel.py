@@ -1,4 +1,4 @@
-"""How near places are along the path: exp(−distance / range), summed or maximised over places without a matrix."""
+"""Exponential kernel over the places of a path: weighted sums and maxima in O(K), without its matrix."""
 
 from functools import cached_property
 from itertools import pairwise
@@ -10,15 +10,15 @@ REACH = 500.0
 """Largest exponent within a segment: exp(500) leaves room below the largest float, exp(−500) above the smallest."""
 
 
-class Nearness:
-    """The kernel n_ik = exp(−|s_k − s_i| / ``near``) over places at s = ``along`` (K,) [m], rising.
+class ExponentialKernel:
+    """The kernel n_ik = exp(−|s_k − s_i| / ``scale``) over places at s = ``along`` (K,) [m], rising.
 
-    A sum over the places up to k is a running sum of x_i exp(s_i / near), taken in segments short enough for the
+    A sum over the places up to k is a running sum of x_i exp(s_i / scale), taken in segments short enough for the
     exponential: all of it costs O(K).
     """
 
-    def __init__(self, along: NDArray[np.float64], near: float) -> None:
-        self.decay = (along - along[0]) / near
+    def __init__(self, along: NDArray[np.float64], scale: float) -> None:
+        self.decay = (along - along[0]) / scale
         self._onward = _Segments(self.decay)
         self._step = np.exp(-np.diff(self.decay))
 
@@ -72,7 +72,7 @@ class _Segments:
         starts = np.flatnonzero(np.diff(segment)) + 1
         self._bounds = [0, *starts.tolist(), len(decay)]
         self._carried = np.exp(local[starts] - np.diff(decay)[starts - 1])
-        """What a segment's first sum takes over from the one before, on the segment's own scale."""
+        """Factor from the last sum of a segment to the first of the next, on the next one's scale."""
 
     def running_sum(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         total = x * self._up

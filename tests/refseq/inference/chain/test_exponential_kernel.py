@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from refseq.inference.chain.covisibility import REACH, Nearness
+from refseq.inference.chain.exponential_kernel import REACH, ExponentialKernel
 from tests.refseq.chains import log, paths
 
 quick = settings(deadline=None, max_examples=100, derandomize=True)
@@ -12,7 +12,7 @@ quick = settings(deadline=None, max_examples=100, derandomize=True)
 def check(along: np.ndarray, near: float, x: np.ndarray) -> None:
     distance = np.abs(along[:, None] - along) / near
     ahead = np.triu(np.exp(-distance))  # i ≤ k, as (i, k)
-    nearness = Nearness(along, near)
+    nearness = ExponentialKernel(along, near)
     np.testing.assert_allclose(nearness.before(x), x @ ahead, rtol=1e-12)
     np.testing.assert_allclose(nearness.after(x), ahead @ x, rtol=1e-12)
     np.testing.assert_allclose(nearness.around(x), x @ np.exp(-distance), rtol=1e-12)
