@@ -1,19 +1,16 @@
 """FAB-MAP: places as bags of words, and how likely it is that a view is of none of them."""
 
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import softmax
 
-from refseq.belief import Belief
 from refseq.view import View
-from scenarios.methods.baselines.answer import answer
 from scenarios.methods.baselines.chow_liu import ChowLiuTree
 from scenarios.methods.baselines.fabmap_places import Detector, PlaceModel
 from scenarios.methods.baselines.fabmap_words import ShownWords, WordMap
-from scenarios.methods.baselines.vlad import Likeness
+from scenarios.methods.baselines.place_filter import PlaceFilter
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +25,7 @@ class FabMapSettings:
     smoothing: float = 0.99
 
 
-class FabMap:
+class FabMap(PlaceFilter[ShownWords]):
     """A Bayes filter over the places of a map and one state for all places that are not in it.
 
     M. Cummins, P. Newman, "FAB-MAP: probabilistic localization and mapping in the space of appearance", International
@@ -50,6 +47,7 @@ class FabMap:
     """
 
     def __init__(self, words: WordMap, *, tree: bool = True, settings: FabMapSettings | None = None) -> None:
+        super().__init__()
         self._words = words
         self._settings = settings or FabMapSettings()
         learn = ChowLiuTree.learn if tree else ChowLiuTree.independent
@@ -57,35 +55,23 @@ class FabMap:
             camera: PlaceModel(bags, learn(bags.recognised), self._settings.detector)
             for camera, bags in words.bags.items()
         }
-        self._belief: NDArray[np.float64] | None = None
 
-    def reset(self) -> None:
-        """Forget all views seen."""
-        self._belief = None
+    def _observe(self, view: View) -> ShownWords:
+        return self._words.observe(view)
 
-    def update(self, view: View) -> Belief:
-        """Move on by a place at most, then weigh by the words that the view shows and lacks."""
-        glance = self._words.observe(view)
-        start = time.perf_counter()
-        belief = self._prior() * self._likelihood(glance)
-        self._belief = belief / belief.sum()
-        spent = Likeness(None, glance.features, glance.matching)
-        return answer(self._belief[:-1], float(self._belief[-1]), spent, start)
-
-    def _prior(self) -> NDArray[np.float64]:
-        """P(L) before the view, (K + 1,), the new place last."""
+    def _predict(self, belief: NDArray[np.float64] | None, view: View) -> NDArray[np.float64]:
+        """P(L) before the view, (K + 1,), the new place last: the robot has moved on by a place at most."""
         K, new = len(self._words), self._settings.new
-        places = np.full(K, 1 / K) if self._belief is None else _moved(self._belief)
+        places = np.full(K, 1 / K) if belief is None else _moved(belief)
         return np.append((1 - new) * places, new + (1 - new) * max(1 - places.sum(), 0.0))
 
-    def _likelihood(self, glance: ShownWords) -> NDArray[np.float64]:
+    def _likelihood(self, seen: ShownWords) -> NDArray[np.float64]:
         """P(Z | L) of what the view's cameras show, smoothed, (K + 1,), sum 1."""
         logs = np.zeros(len(self._words) + 1)
-        for camera, shown in glance.shown.items():
+        for camera, shown in seen.shown.items():
             logs += self._models[camera].log_likelihood(shown)
         s = self._settings.smoothing
-        smoothed: NDArray[np.float64] = s * softmax(logs) + (1 - s) / len(logs)
-        return smoothed
+        return np.asarray(s * softmax(logs) + (1 - s) / len(logs))
 
 
 def _moved(belief: NDArray[np.float64]) -> NDArray[np.float64]:

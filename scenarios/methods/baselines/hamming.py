@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief
+from refseq.belief import Belief, Timings
 from refseq.features import Observed
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from scenarios.methods.baselines.answer import answer
-from scenarios.methods.baselines.vlad import Likeness
 
 
 class NearestColumn:
@@ -42,8 +41,7 @@ class NearestColumn:
         observed = {e.key: e.observe(view) for e in self._sequence.extractors if e.sensor in view.sensors}
         start = time.perf_counter()
         differing, shown = self.differing(observed), self._all_shown(observed)
-        spent = Likeness(
-            None,
+        spent = Timings(
             sum(seen.extraction for seen in observed.values()),
             sum(seen.matching for seen in observed.values()) + time.perf_counter() - start,
         )

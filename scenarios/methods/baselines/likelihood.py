@@ -1,4 +1,4 @@
-"""From how alike a view and the places look to likelihoods, as the Bayes filters of Xu et al. take them."""
+"""Likelihoods of places from the cosines of their vectors, as the Bayes filters of Xu et al. take them."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ SPREAD = (0.025, 0.975)
 
 
 @dataclass
-class Calibration:
+class SimilarityLikelihood:
     """P(view | place k) ∝ exp(−λ d_k), d_k being the Euclidean distance between the two vectors of length 1.
 
     λ is such that going from the 2.5 % to the 97.5 % quantile of the distances makes a view ``contrast`` times less
@@ -29,13 +29,12 @@ class Calibration:
         """Forget the views seen."""
         self._spreads, self._views = 0.0, 0
 
-    def likelihood(self, likeness: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Likelihood of each place (K,), 1 for the one that looks most alike; ``likeness`` are cosines (K,)."""
-        distances = np.sqrt(np.maximum(2 - 2 * likeness, 0))
+    def __call__(self, cosines: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Likelihood of each place (K,), 1 for the one that looks most alike, from ``cosines`` (K,)."""
+        distances = np.sqrt(np.maximum(2 - 2 * cosines, 0))
         low, high = np.quantile(distances, SPREAD)
         self._spreads, self._views = self._spreads + float(high - low), self._views + 1
         spread = self._spreads / self._views
         if spread == 0:
             return np.ones(len(distances))
-        weights: NDArray[np.float64] = np.exp(-np.log(self.contrast) / spread * (distances - distances.min()))
-        return weights
+        return np.exp(-np.log(self.contrast) / spread * (distances - distances.min()))

@@ -8,12 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief
+from refseq.belief import Belief, Timings
 from refseq.errors import MapError
 from refseq.view import View
 from scenarios.methods.baselines.answer import answer
 from scenarios.methods.baselines.matches import NO_KEYS, ImageKeys, KeyTable, Matches, SparseSift
-from scenarios.methods.baselines.vlad import Likeness
 
 SAMPLE = 4
 """Pairs of points that any homography can be laid through: only more than these can agree."""
@@ -83,7 +82,7 @@ class RansacInliers:
         inliers = self.inliers(keys)
         weights = np.exp((inliers - inliers.max()) / self._settings.worth)
         lost = self._lost(float(inliers.max()), sum(len(found) for found in keys.values()))
-        return answer(weights, lost, Likeness(None, middle - start, time.perf_counter() - middle))
+        return answer(weights, lost, Timings(middle - start, time.perf_counter() - middle))
 
     def inliers(self, keys: dict[str, ImageKeys]) -> NDArray[np.float64]:
         """Inliers at each place, all cameras together, (K,)."""

@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief
+from refseq.belief import Belief, Timings
 from refseq.errors import MapError
 from refseq.view import View
 from scenarios.methods.baselines.answer import answer
-from scenarios.methods.baselines.vlad import Likeness
+from scenarios.methods.baselines.place_filter import neighbours
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ class SeqSlam:
         found = max(0.0, -float(scores.min()))
         lost = self._settings.needed / (self._settings.needed + found)
         weights = np.exp((scores.min() - scores) / self._settings.worth)
-        return answer(weights, lost, Likeness(None, middle - start, matched - middle), matched)
+        return answer(weights, lost, Timings(middle - start, matched - middle), matched)
 
     def _enhanced(self, thumbnails: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
         """Difference to each place, enhanced, (K,)."""
@@ -119,10 +119,8 @@ def enhance(differences: NDArray[np.float64], reach: int) -> NDArray[np.float64]
 
     Equation (2) of the paper. At both ends of the path there are fewer; where all are equal it is 0.
     """
-    K = len(differences)
-    around = np.arange(K)[:, None] + np.arange(-reach, reach + 1)
-    there = (around >= 0) & (around < K)
-    near = np.where(there, differences[np.clip(around, 0, K - 1)], np.nan)
+    around, there = neighbours(len(differences), -reach, reach)
+    near = np.where(there, differences[around], np.nan)
     deviation = np.nanstd(near, axis=1)
     excess = differences - np.nanmean(near, axis=1)
     enhanced: NDArray[np.float64] = np.where(deviation > 0, excess / np.maximum(deviation, 1e-12), 0.0)

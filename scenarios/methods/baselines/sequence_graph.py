@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from refseq.belief import LOST, Belief
 from refseq.view import View
 from scenarios.methods.baselines.answer import answer
+from scenarios.methods.baselines.place_filter import neighbours
 from scenarios.methods.baselines.vlad import VladMap
 
 UNLIKE = 1e-3
@@ -139,9 +140,8 @@ def cheapest_before(ways: NDArray[np.float64], fan_out: int) -> tuple[NDArray[np
     A step that goes not one place ahead costs ``TIE`` for each place of difference: of equal ways the steady one.
     """
     K = len(ways)
-    steps = np.arange(-fan_out, fan_out + 1)[:, None]
-    sources = np.arange(K) - steps
-    there = (sources >= 0) & (sources < K)
-    costs = np.where(there, ways[np.clip(sources, 0, K - 1)] + TIE * np.abs(steps - 1), np.inf)
-    choice = np.argmin(costs, axis=0)
-    return costs[choice, np.arange(K)], sources[choice, np.arange(K)]
+    sources, there = (table[:, ::-1] for table in neighbours(K, -fan_out, fan_out))  # the farthest ahead first
+    steps = np.arange(-fan_out, fan_out + 1)
+    costs = np.where(there, ways[sources] + TIE * np.abs(steps - 1), np.inf)
+    choice = np.argmin(costs, axis=1)
+    return costs[np.arange(K), choice], sources[np.arange(K), choice]

@@ -5,7 +5,7 @@ import numpy as np
 from refseq.belief import Belief
 from refseq.view import View
 from scenarios.methods.baselines.answer import answer
-from scenarios.methods.baselines.likelihood import Calibration
+from scenarios.methods.baselines.likelihood import SimilarityLikelihood
 from scenarios.methods.baselines.vlad import VladMap
 
 CONTRAST = 20.0
@@ -21,11 +21,11 @@ class SingleBest:
 
     def __init__(self, places: VladMap) -> None:
         self._places = places
-        self._calibration = Calibration(CONTRAST)
+        self._likelihood = SimilarityLikelihood(CONTRAST)
 
     def reset(self) -> None:
         """Forget how far the distances spread so far."""
-        self._calibration.reset()
+        self._likelihood.reset()
 
     def update(self, view: View) -> Belief:
         """Compare with all places."""
@@ -33,4 +33,4 @@ class SingleBest:
         if likeness.values is None:
             return answer(np.ones(len(self._places)), 0.5, likeness)
         doubt = (1 - max(float(likeness.values.max()), 0.0)) / 2
-        return answer(self._calibration.likelihood(likeness.values), doubt, likeness)
+        return answer(self._likelihood(likeness.values), doubt, likeness)

@@ -1,19 +1,17 @@
 """The Bayes filter over places that takes odometry, and knows that the robot may be off the map."""
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtr
 
-from refseq.belief import Belief
 from refseq.planar import Pose, after_motion
 from refseq.view import View
-from scenarios.methods.baselines.answer import answer
-from scenarios.methods.baselines.likelihood import Calibration
-from scenarios.methods.baselines.vlad import VladMap
+from scenarios.methods.baselines.likelihood import SimilarityLikelihood
+from scenarios.methods.baselines.place_filter import PlaceFilter, neighbours
+from scenarios.methods.baselines.vlad import Likeness, VladMap
 
 FREEDOMS = 3
 """Degrees of freedom of a motion in the plane."""
@@ -26,9 +24,9 @@ class TopometricSettings:
     From view to view the robot goes on by ``least`` to ``most`` places. A motion's standard deviation is ``slack`` [m]
     along and across plus ``drift`` of its length, and ``turn_slack`` [rad]; a place that lies more than ``reach``
     standard deviations from where odometry leads is as unlikely as one at ``reach``. ``contrast`` is that of
-    ``Calibration``. Off the map a view is as likely as at the place that stands at the quantile ``off_quantile`` of all
-    places. The robot is off the map at first with probability ``off_first``, leaves it with at least ``off_least``, and
-    stays off with ``off_stays``.
+    ``SimilarityLikelihood``. Off the map a view is as likely as at the place that stands at the quantile
+    ``off_quantile`` of all places. The robot is off the map at first with probability ``off_first``, leaves it with at
+    least ``off_least``, and stays off with ``off_stays``.
     """
 
     least: int = -1
@@ -44,7 +42,7 @@ class TopometricSettings:
     off_stays: float = 0.99
 
 
-class TopometricFilter:
+class TopometricFilter(PlaceFilter[Likeness]):
     """Where the robot is, from how its views look and from odometry, or that it is off the map.
 
     M. Xu, T. Fischer, N. Sünderhauf, M. Milford, "Probabilistic appearance-invariant topometric localization with new
@@ -53,50 +51,42 @@ class TopometricFilter:
     The states are the places and one that means off the map. How likely a step from place j to k is, follows from how
     far the query's motion is from the reference drive's own between the two, in Mahalanobis' sense. Where it fits no
     place within reach, the robot has left the path. Chosen here: steps backwards are as possible as steps ahead, and
-    what is said in ``Calibration``.
+    what is said in ``SimilarityLikelihood``.
     """
 
     def __init__(self, places: VladMap, views: Sequence[View], settings: TopometricSettings | None = None) -> None:
+        super().__init__()
         self._places = places
         self._settings = settings or TopometricSettings()
-        self._calibration = Calibration(self._settings.contrast)
+        self._similarity = SimilarityLikelihood(self._settings.contrast)
         self._steps = Steps(views, self._settings)
-        self._belief: NDArray[np.float64] | None = None
 
     def reset(self) -> None:
         """Forget all views seen."""
-        self._belief = None
-        self._calibration.reset()
+        super().reset()
+        self._similarity.reset()
 
-    def update(self, view: View) -> Belief:
-        """Move the belief by odometry, then weigh it by what the view looks like."""
-        likeness = self._places.compare(view)
-        start = time.perf_counter()
-        belief = self._first() if self._belief is None else self._moved(self._belief, view)
-        if likeness.values is not None:
-            belief = belief * self._likelihood(likeness.values)
-        self._belief = belief / belief.sum()
-        return answer(self._belief[:-1], float(self._belief[-1]), likeness, start)
+    def _observe(self, view: View) -> Likeness:
+        return self._places.compare(view)
 
-    def _first(self) -> NDArray[np.float64]:
-        """Any place alike, or off the map: (K + 1,), off the map last."""
-        K, off = len(self._places), self._settings.off_first
-        return np.append(np.full(K, (1 - off) / K), off)
-
-    def _likelihood(self, likeness: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Likelihood of a view in each state, (K + 1,)."""
-        at_places = self._calibration.likelihood(likeness)
-        return np.append(at_places, np.quantile(at_places, self._settings.off_quantile))
-
-    def _moved(self, belief: NDArray[np.float64], view: View) -> NDArray[np.float64]:
-        """The belief after the motion that led to a view, (K + 1,)."""
-        K, stays = len(self._places), self._settings.off_stays
+    def _predict(self, belief: NDArray[np.float64] | None, view: View) -> NDArray[np.float64]:
+        """The belief after the motion that led to a view, (K + 1,), off the map last; at first any place alike."""
+        K, settings = len(self._places), self._settings
+        if belief is None:
+            return np.append(np.full(K, (1 - settings.off_first) / K), settings.off_first)
         targets, onward, off = self._steps.probabilities(view.distance, view.turn)
         shares = belief[:-1, None] * onward
         moved = np.asarray(np.bincount(targets.ravel(), shares.ravel(), minlength=K + 1), np.float64)
-        moved[:K] += belief[-1] * (1 - stays) / K
-        moved[K] += belief[-1] * stays + belief[:-1] @ off
+        moved[:K] += belief[-1] * (1 - settings.off_stays) / K
+        moved[K] += belief[-1] * settings.off_stays + belief[:-1] @ off
         return moved
+
+    def _likelihood(self, seen: Likeness) -> NDArray[np.float64]:
+        """Likelihood of a view in each state, (K + 1,)."""
+        if seen.values is None:
+            return np.ones(len(self._places) + 1)
+        at_places = self._similarity(seen.values)
+        return np.append(at_places, np.quantile(at_places, self._settings.off_quantile))
 
 
 class Steps:
@@ -111,9 +101,7 @@ class Steps:
         self._settings = settings
         poses = _dead_reckoning(views)
         K = len(poses)
-        targets = np.arange(K)[:, None] + np.arange(settings.least, settings.most + 1)
-        self._there = (targets >= 0) & (targets < K)
-        self._targets = np.clip(targets, 0, K - 1)
+        self._targets, self._there = neighbours(K, settings.least, settings.most)
         before = poses[1] - poses[0] if K > 1 else np.zeros(3)
         behind = poses[-1] - poses[-2] if K > 1 else np.zeros(3)
         half_way = np.concatenate([poses[:1] - before / 2, (poses[1:] + poses[:-1]) / 2, poses[-1:] + behind / 2])
@@ -138,7 +126,7 @@ class Steps:
         squared = np.minimum(*(_squared_misses(point, self._middle, leg, precision) for leg in self._legs))
         squared = np.where(self._there, np.minimum(squared, s.reach**2), np.inf)
         weights = np.exp(-squared / 2)
-        off = np.maximum(chi2.cdf(squared.min(axis=1), FREEDOMS), s.off_least)
+        off = np.maximum(chdtr(FREEDOMS, squared.min(axis=1)), s.off_least)
         return self._targets, weights / weights.sum(axis=1, keepdims=True) * (1 - off)[:, None], off
 
 
