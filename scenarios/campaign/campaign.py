@@ -17,7 +17,7 @@ from refseq.errors import RefseqError
 from scenarios.campaign.case_types import judged, tasks_of
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
-from scenarios.campaign.declare.sources import AbsentError
+from scenarios.campaign.declare.real_recordings import AbsentError
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.tasks import Question, Task, distinct
 from scenarios.campaign.run.workers import Executor

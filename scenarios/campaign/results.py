@@ -9,7 +9,9 @@ import tempfile
 import time
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
+from importlib.metadata import version
 from pathlib import Path
+from platform import python_version
 
 from refseq.files import replace_text
 from scenarios.campaign.case_types import case_page, case_record
@@ -20,15 +22,13 @@ from scenarios.campaign.pages.index import index_page
 from scenarios.campaign.pages.junit import write_junit
 from scenarios.campaign.pages.sweep_plot import DialShown, dial_of
 from scenarios.campaign.run.machine import this_machine
-from scenarios.campaign.run.tasks import ANSWER_PACKAGES
 from scenarios.campaign.store.cache import Store
-from scenarios.campaign.store.keys import packages
 from scenarios.campaign.store.result_file import CampaignRecord, write_result
 from scenarios.drives.inputs import writing
 from scenarios.errors import ScenarioError
 
 INDEX, PAGE = "index.html", "report.html"
-VERSIONS = ("refseq-bench", "mujoco", *ANSWER_PACKAGES)
+VERSIONS = ("refseq-bench", "mujoco", "numpy", "scipy", "opencv-python-headless", "faiss-cpu")
 LONGEST = 80
 """Letters that a case's folder may have."""
 
@@ -44,7 +44,7 @@ class Results:
             started=datetime.now(UTC).isoformat(timespec="seconds"),
             seconds=0.0,
             complete=False,
-            versions=packages(VERSIONS),
+            versions={"python": python_version(), **{name: version(name) for name in VERSIONS}},
             machine=this_machine(),
             cases=tuple(open_record(case) for case in cases),
         )

@@ -3,7 +3,6 @@
 import logging
 import math
 import os
-import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from zipfile import is_zipfile
 
+from scenarios.drives.selection import stretch
 from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -94,15 +94,6 @@ def read_drive(path: Path, views: str | None, thin: float | None, noise_seed: in
     if thin:
         kept = every(kept, thin)
     return replace(recording, views=kept)
-
-
-def stretch(text: str | None, count: int, path: Path) -> slice:
-    """``FROM:TO`` as a slice of the ``count`` views of ``path`` that holds at least one."""
-    match = re.fullmatch(r"(\d*):(\d*)", text or ":")
-    wanted = slice(int(match[1] or 0), int(match[2] or count)) if match else slice(0, 0)
-    if not 0 <= wanted.start < wanted.stop <= count:
-        raise ScenarioError(f"{path}: views {text!r} is no stretch of it; valid is FROM:TO within 0:{count}")
-    return wanted
 
 
 def read_atlas(path: Path, *, several: bool = True) -> "Atlas":

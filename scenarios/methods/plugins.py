@@ -5,7 +5,6 @@ It is given views without their true poses, whose arrays cannot be written to, a
 Until it is asked none of its code is run: what hangs or breaks in it does so in the process that asks it.
 """
 
-import hashlib
 import importlib
 import sys
 import sysconfig
@@ -22,14 +21,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-import scenarios
 from refseq.belief import Belief, Localiser
 from refseq.view import View
 from scenarios.errors import ScenarioError
-from scenarios.methods import plugin_answers
+from scenarios.imports.closure import ROOMS, ROOT, closure_of, spec_of
 from scenarios.methods.baselines import BASELINES
 from scenarios.methods.plugin_answers import NoAnswerError, checked
-from scenarios.methods.plugin_sources import BENCH, digest_of, spec_of, top_names
+from scenarios.methods.plugin_sources import top_names
 
 GROUP = "refseq.localisers"
 """Group of entry points."""
@@ -98,12 +96,9 @@ def _look_here() -> None:
 
 
 def plugin_digest(name: str) -> str:
-    """Digest of what a user's localiser is made of (``own_sources.digest_of``), and of how it is asked."""
+    """Digest of all that a user's localiser is made of, and of the bench's code that it builds on."""
     check_plugin(name)
-    digest = hashlib.sha256(digest_of(_entry_point(name).module).encode())
-    for file in (__file__, plugin_answers.__file__):
-        digest.update(Path(file).read_bytes())
-    return digest.hexdigest()
+    return closure_of(_entry_point(name).module).digest
 
 
 class PluginLocaliser:
@@ -180,6 +175,5 @@ def _place(error: BaseException) -> str:
 
 
 def _written_by_user(file: str) -> bool:
-    rooms = Path(scenarios.__file__).resolve().parent.parent
-    others = (sysconfig.get_path("stdlib"), sysconfig.get_path("purelib"), *(str(rooms / room) for room in BENCH))
+    others = (sysconfig.get_path("stdlib"), sysconfig.get_path("purelib"), *(str(ROOT / room) for room in ROOMS))
     return not file.startswith(("<", *others))

@@ -15,8 +15,8 @@ from refseq.planar import Pose
 from refseq.view import View
 from robots.behaviours.written import parse
 from robots.motion import Limits
-from scenarios.campaign.declare.sources import only
 from scenarios.drives.record import Drive
+from scenarios.drives.selection import only
 from scenarios.missions.leader import GroundTruth, Leader
 from scenarios.scoring.missions import LogLine, MissionRun, Ordered
 from sim.bench.bench import CONTROL_PERIOD, Bench

@@ -15,9 +15,10 @@ from robots.errors import RobotsError
 from scenarios.campaign.declare.drivable import check_drive, named
 from scenarios.campaign.declare.expand import Values, put, variations
 from scenarios.campaign.declare.expectations import Expectation
+from scenarios.campaign.declare.real_recordings import Images, Log
 from scenarios.campaign.declare.schema import Declared, DriveTable, LogTable, SourceTable, kind_of
 from scenarios.campaign.declare.schema_types import Form, form_of
-from scenarios.campaign.declare.sources import Images, Log, Source
+from scenarios.campaign.declare.sources import Source
 from scenarios.campaign.declare.validation_errors import first_mistake
 from scenarios.drives.record import QUERY_SEEDS, Drive
 from scenarios.errors import ScenarioError

@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import robots
 from refseq.missions import Behaviour, Call, Label, MissionError
 from refseq.missions.lamp import Stage
-from scenarios.campaign.declare.schema import LAMP, LEADERS, DriveTable, MissionScenario, MissionTable
+from scenarios.campaign.declare.assignment import LAMP, LEADERS, Target
+from scenarios.campaign.declare.schema import DriveTable, MissionScenario, MissionTable
 from scenarios.campaign.declare.sources import Source, names_of
 from scenarios.errors import ScenarioError
 from scenarios.methods.by_name import HINDSIGHT, check_methods
@@ -18,14 +18,6 @@ from scenarios.missions.lamp import read_program
 END = "end"
 ENDED = (Label.IMAGE, Label.DOOR)
 """Landmarks that are on the way by themselves: nobody has to say where."""
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A place by the path that it is on: so far ``along`` it [m], None: at its end."""
-
-    path: str
-    along: float | None
 
 
 def asked_mission(table: MissionTable, file: Path) -> Asked | None:

@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 
+from scenarios.campaign.declare.assignment import ODOMETRY
 from scenarios.methods.by_name import written_out
 from sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
 from sim.rendering.render import RendererKind
@@ -154,11 +155,6 @@ class LocaliseTable(AskedTable):
 
     profile: str = "thesis"
     places: Stretch | None = None
-
-
-ODOMETRY, LAMP = "odometry", "lamp"
-LEADERS = (ODOMETRY, LAMP)
-"""Who leads a robot beside the methods that know places: its odometer alone, and a program of sonars and odometry."""
 
 
 class GuideTable(AskedTable):

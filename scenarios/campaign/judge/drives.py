@@ -1,12 +1,9 @@
 """Judging a case: the answers of all its seeds, the figures, the expectations, the verdict."""
 
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-
-import numpy as np
 
 from refseq.belief import Belief
 from refseq.view import View
@@ -14,7 +11,8 @@ from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.expectations import judge
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
 from scenarios.campaign.declare.sources import names_of
-from scenarios.campaign.run.tasks import AnswerTask, Question, answers_of, asked_views, learnt_drives, mergings_of
+from scenarios.campaign.run.tasks import AnswerTask, Question, answers_of, asked_views, learnt_drives
+from scenarios.campaign.store.answers import beliefs_digest
 from scenarios.campaign.store.cache import Store
 from scenarios.campaign.store.result_file import JudgementRecord
 from scenarios.methods.by_name import family
@@ -154,13 +152,13 @@ class _Run:
 def _run(case: Case, tasks: Sequence[AnswerTask], store: Store) -> _Run:
     drives, query = learnt_drives(tasks[0], store), asked_views(tasks[0], store)
     mergings: dict[str, Merging] = {}
-    beliefs: dict[str, list[Belief]] = {}
+    beliefs: dict[str, Sequence[Belief]] = {}
     costs: dict[str, Cost] = {}
     for task in tasks:
-        answers, cost = answers_of(task, store)
-        beliefs |= answers
-        costs |= dict.fromkeys(answers, cost)
-        mergings |= mergings_of(task, store)
+        kept = answers_of(task, store)
+        beliefs |= kept.beliefs
+        costs |= dict.fromkeys(kept.beliefs, kept.cost)
+        mergings |= kept.mergings
     order = [method for method in case.scenario.methods if method in beliefs]
     comparison = Comparison(
         case.name,
@@ -172,19 +170,9 @@ def _run(case: Case, tasks: Sequence[AnswerTask], store: Store) -> _Run:
         Drives(names_of(tasks[0].references), tuple(len(drive.views) for drive in drives)),
         mergings,
     )
-    return _Run(comparison, costs, {method: digest(beliefs[method]) for method in order})
+    return _Run(comparison, costs, {method: beliefs_digest(beliefs[method]) for method in order})
 
 
 def _without_images(view: View) -> View:
     """Ten drives with their images would fill the memory; whoever shows one reads it again."""
     return replace(view, images={})
-
-
-def digest(beliefs: Sequence[Belief]) -> str:
-    """Digest of some beliefs, bit for bit, but for the time that they took."""
-    found = hashlib.sha256()
-    for belief in beliefs:
-        found.update(np.asarray(belief.places, np.float64).tobytes())
-        found.update(np.array([belief.lost, belief.entropy], np.float64).tobytes())
-        found.update(np.array([belief.best, *belief.path], np.int64).tobytes())
-    return found.hexdigest()[:24]

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+from scenarios.campaign.declare.assignment import Assignment
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.expectations import judge
 from scenarios.campaign.declare.mission_checks import asked_mission, program_of, target_of
@@ -13,7 +14,7 @@ from scenarios.campaign.declare.outcomes import Outcome
 from scenarios.campaign.declare.schema import MissionScenario
 from scenarios.campaign.judge.drives import Judged, mishaps_of, reasons_of, verdict_of
 from scenarios.campaign.judge.records import mishap_records, open_record, share_record
-from scenarios.campaign.run.mission_task import Assignment, MissionTask, mission_of
+from scenarios.campaign.run.mission_task import MissionTask, mission_of
 from scenarios.campaign.store.cache import Store
 from scenarios.campaign.store.missions import Kept
 from scenarios.campaign.store.result_file import CaseRecord, MethodRecord, SeedRecord

@@ -10,60 +10,25 @@ import pyarrow as pa
 
 from refseq.atlas.routes import NoRouteError
 from refseq.missions import MissionError, Plan, Way, as_learnt
-from refseq.missions.lamp import Stage
-from scenarios.campaign.declare.mission_checks import Target
+from scenarios.campaign.declare.assignment import LAMP, ODOMETRY, Assignment
 from scenarios.campaign.declare.outcomes import one_line
-from scenarios.campaign.declare.schema import LAMP, ODOMETRY
-from scenarios.campaign.declare.sources import Source, names_of, source_key
-from scenarios.campaign.judge.drives import digest
-from scenarios.campaign.run.tasks import ANSWER_PACKAGES, Question, drive_with_files, learnt_drives
+from scenarios.campaign.declare.sources import Source, names_of
+from scenarios.campaign.run.tasks import Question, drive_with_files
+from scenarios.campaign.store.answers import beliefs_digest
 from scenarios.campaign.store.cache import DamagedError, Store
-from scenarios.campaign.store.keys import key_of, packages, sources_digest
+from scenarios.campaign.store.keys import code_digest, key_of
 from scenarios.campaign.store.missions import Kept, read_mission, write_mission
+from scenarios.campaign.store.views import source_key
 from scenarios.drives.record import Drive, open_bench
 from scenarios.methods.baselines import Reference
-from scenarios.missions.file import Asked
 from scenarios.missions.leader import Journey, Leader, along_reference, over_atlas
 from scenarios.missions.runs import MissionResult, refused_run, run_plan, run_program
 from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from sim.bench.bench import Bench
 from sim.rendering.render import RendererKind
 
-SOURCES = (
-    *(
-        "refseq",
-        "sim",
-        "robots",
-        "worlds",
-        "scenarios.methods.baselines",
-        "scenarios.methods.by_name",
-        "scenarios.scoring.merging",
-    ),
-    *(
-        "scenarios.drives.record",
-        "scenarios.missions.file",
-        "scenarios.missions.leader",
-        "scenarios.missions.runs",
-        "scenarios.scoring.missions",
-    ),
-    *("scenarios.campaign.run.mission_task", "scenarios.campaign.store.missions", "scenarios.campaign.declare.sources"),
-)
-PACKAGES = (*ANSWER_PACKAGES, "mujoco", "astral")
 BLIND = (ODOMETRY, LAMP)
 """Who looks at nothing: no image has to be drawn for them."""
-
-
-@dataclass(frozen=True)
-class Assignment:
-    """What is to be done: ``asked``, or to go to the ``target``, or, without these, what was learnt; and a program.
-
-    ``goal`` [m] is where that ends, None: where the plan does on what was learnt.
-    """
-
-    asked: Asked | None
-    target: Target | None
-    stages: tuple[Stage, ...]
-    goal: tuple[float, float] | None
 
 
 @dataclass(frozen=True)
@@ -90,8 +55,7 @@ class MissionTask(Question):
             self.seed,
             self.merge if self.further else None,
             repr(self.assignment),
-            sources_digest(SOURCES),
-            packages(PACKAGES),
+            code_digest(__name__),
         )
 
     @property
@@ -132,8 +96,7 @@ class MissionTask(Question):
     def carry_out(self, store: Store) -> None:
         """Learn and lead."""
         forget_peak()
-        recordings = learnt_drives(self, store)
-        drives = [Reference(one.views, self.shelf(store, number)) for number, one in enumerate(recordings)]
+        drives = list(self.learnt(store).values())
         begin = time.perf_counter()
         with open_bench(self.drive) as bench:
             try:
@@ -153,7 +116,7 @@ class MissionTask(Question):
             features=None,
             peak_bytes=peak_bytes(),
         )
-        kept = Kept(done.run, cost, digest(done.beliefs))
+        kept = Kept(done.run, cost, beliefs_digest(done.beliefs))
         store.make(self.key, self.ending, lambda path: write_mission(path, kept))
 
     def _leader(self, drives: Sequence[Reference], bench: Bench) -> Leader:

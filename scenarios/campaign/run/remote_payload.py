@@ -12,44 +12,18 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
-from scenarios.campaign.declare.sources import DATA, Images, Log, real_path
+from scenarios.campaign.declare.real_recordings import DATA, Images, Log, real_path
+from scenarios.campaign.run import mission_task
 from scenarios.campaign.run.tasks import Question, RecordTask, Task, perform
 from scenarios.campaign.run.workers import Processes, broken
 from scenarios.campaign.store.cache import ENDS, MAP, RECORDING, Store
-from scenarios.campaign.store.keys import packages, sources_digest
 from scenarios.drives.record import Drive
 from scenarios.errors import ScenarioError
+from scenarios.imports.closure import closure_of
 from scenarios.methods.plugins import plugin_digest
 from sim.rendering.drivers import vulkan_device
 from sim.rendering.render import RendererKind
 
-SOURCES = (
-    "refseq",
-    "worlds",
-    "robots",
-    "sim",
-    "scenarios.methods.baselines",
-    "scenarios.methods.by_name",
-    "scenarios.drives.record",
-    "scenarios.scoring.cost",
-    "scenarios.missions.leader",
-    "scenarios.missions.file",
-    "scenarios.missions.runs",
-    "scenarios.scoring.missions",
-)
-CARRIERS = (
-    "run.remote_payload",
-    "run.tasks",
-    "run.mission_task",
-    "store.missions",
-    "declare.sources",
-    "store.cache",
-    "store.keys",
-    "declare.outcomes",
-    "run.workers",
-    "run.worker_init",
-)
-PACKAGES = ("mujoco", "numpy", "scipy", "opencv-python-headless", "faiss-cpu", "astral", "foxglove-sdk", "pyarrow")
 KEPT, REAL, FILE = "kept", "real", "file"
 """Where a piece of freight belongs: into the store, the folder of real recordings, or anywhere as a file by itself."""
 
@@ -105,8 +79,8 @@ class Delivery:
 @cache
 def here() -> Place:
     """What this machine has."""
-    carriers = tuple(f"scenarios.campaign.{name}" for name in CARRIERS)
-    return Place(sources_digest((*SOURCES, *carriers)), packages(PACKAGES), vulkan_device())
+    found = closure_of(__name__, mission_task.__name__)
+    return Place(found.digest, found.versions, vulkan_device())
 
 
 def order_for(task: Task, store: Store) -> Order:

@@ -1,59 +1,45 @@
-"""The tasks of a campaign: recording a drive, and asking methods about it. Each leaves a file in the store.
+"""Tasks of a campaign: record a drive, or ask methods about it. Each leaves a file in the store.
 
-Missions, which ask methods while the robot goes by their answers, are in ``scenarios.campaign.run.mission_task``.
-
-A task is a value, so that it can be sent to another process or machine; what it needs and what it makes are named by
-keys. Who carries it out is no concern of its own.
+Missions, which ask methods while the robot goes by their answers, are in ``scenarios.campaign.run.mission_task``. A
+task is a value, so that it can be sent to another process or machine; keys name what it needs and what it makes.
 """
 
-import json
-import math
 import time
 import traceback
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
-from refseq.belief import Belief
 from refseq.errors import LogError, RefseqError
 from refseq.logs import Recording
-from refseq.logs.beliefs import read_beliefs, write_beliefs
-from refseq.map.file import load_map, save_map
 from refseq.map.profile import PROFILES
-from refseq.map.sequence import ReferenceSequence
 from robots.errors import RobotsError
+from scenarios.campaign.declare import sources as declared_sources
 from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
-from scenarios.campaign.declare.sources import AbsentError, Source, names_of, only, read_views, source_key
-from scenarios.campaign.store.cache import ANSWERS, MAP, RECORDING, DamagedError, Store
-from scenarios.campaign.store.keys import key_of, packages, recording_key, sources_digest
-from scenarios.drives.inputs import stretch
+from scenarios.campaign.declare.real_recordings import AbsentError
+from scenarios.campaign.declare.sources import Source, names_of
+from scenarios.campaign.run import answering, learning
+from scenarios.campaign.run.answering import Asked, answered
+from scenarios.campaign.run.learning import kept_maps, selected
+from scenarios.campaign.store import keys
+from scenarios.campaign.store import views as stored_views
+from scenarios.campaign.store.answers import KeptAnswers, read_answers, write_answers
+from scenarios.campaign.store.cache import ANSWERS, RECORDING, DamagedError, Store
+from scenarios.campaign.store.keys import code_digest, key_of
+from scenarios.campaign.store.views import read_views, recording_key, source_key
 from scenarios.drives.record import Drive, record
 from scenarios.errors import ScenarioError
-from scenarios.methods.baselines import BASELINES, Reference, Shelf
-from scenarios.methods.by_name import Learnt
+from scenarios.methods.baselines import Reference
 from scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
-from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
-from scenarios.scoring.merging import Merging
 from sim.errors import SimError, StuckError
 from worlds.errors import WorldsError
 
-LEARNING = "learning_s"
-"""In a kept map's metadata: how long learning it took [s]."""
-MAP_SOURCES = ("refseq",)
-ANSWER_SOURCES = (
-    "refseq",
-    "scenarios.methods.by_name",
-    "scenarios.scoring.merging",
-    "scenarios.campaign.declare.sources",
-)
-BASELINE_SOURCES = ("scenarios.methods.baselines",)
-ANSWER_PACKAGES = ("numpy", "scipy", "opencv-python-headless", "faiss-cpu")
+HANDS = (__name__, declared_sources.__name__, stored_views.__name__, keys.__name__)
+"""Modules that hand views to those that learn and answer: their own text counts in a key, not all that they import."""
 
 
 @dataclass(frozen=True)
@@ -172,33 +158,23 @@ class Question(ABC):
         """Digests of users' localisers among the methods."""
         return {name: plugin_digest(name) for name in self.methods if is_plugin(name)}
 
-    def shelf(self, store: Store, number: int) -> Shelf:
-        """Maps from the store: a reference drive that many queries are compared with is learnt once a profile."""
-
-        def shelf(profile: str, learnt: Callable[[], ReferenceSequence]) -> ReferenceSequence:
-            def make(path: Path) -> None:
-                begin = time.perf_counter()
-                sequence = learnt()
-                took = {LEARNING: f"{time.perf_counter() - begin:.3f}"}
-                save_map(replace(sequence, metadata={**sequence.metadata, **took}), path)
-
-            key = self._map_key(profile, number)
-            try:
-                return load_map(store.make(key, MAP, make))
-            except RefseqError:
-                store.discard(key)  # what is kept there is damaged
-                return load_map(store.make(key, MAP, make))
-
-        return shelf
+    def learnt(self, store: Store) -> dict[str, Reference]:
+        """The references by name, with the maps of them that are kept: many queries are compared with the same one."""
+        drives = zip(names_of(self.references), learnt_drives(self, store), self.sources, strict=False)
+        return {
+            name: Reference(drive.views, kept_maps(store, partial(self._map_key, source)))
+            for name, drive, source in drives
+        }
 
     @property
     def maps(self) -> tuple[str, ...]:
         """Keys of the maps that it may learn, or find in the store."""
-        return tuple(self._map_key(profile, n) for profile in PROFILES for n in range(len(self.references)))
+        sources = self.sources[: len(self.references)]
+        return tuple(self._map_key(source, profile) for profile in PROFILES for source in sources)
 
-    def _map_key(self, profile: str, number: int) -> str:
-        made_of = (self.sources[number], self.places, self.sensors, sources_digest(MAP_SOURCES))
-        return key_of("map", profile, *made_of, packages(ANSWER_PACKAGES))
+    def _map_key(self, source: str, profile: str) -> str:
+        code = code_digest(learning.__name__, alone=HANDS)
+        return key_of("map", profile, source, self.places, self.sensors, code)
 
 
 @dataclass(frozen=True)
@@ -213,13 +189,12 @@ class AnswerTask(Question):
             self.methods,
             self.own,
             *self.sources,
+            names_of(self.references),
             self.places,
             self.sensors,
             self.seed,
             self.merge if self.further else None,
-            sources_digest(ANSWER_SOURCES),
-            sources_digest(BASELINE_SOURCES) if set(self.methods) & set(BASELINES) else None,
-            packages(ANSWER_PACKAGES),
+            code_digest(answering.__name__, alone=HANDS),
         )
 
     @property
@@ -239,30 +214,9 @@ class AnswerTask(Question):
 
     def carry_out(self, store: Store) -> None:
         """Learn and ask."""
-        drives, query = learnt_drives(self, store), asked_views(self, store)
-        forget_peak()
-        begin = time.perf_counter()
-        learnt = self._learnt(drives, store)
-        middle = time.perf_counter()
-        blind = [replace(view, truth=None) for view in query.views]
-        beliefs = learnt.answers(blind)
-        sequences = [sequence for one in learnt.ours.values() for sequence in one.sequences]
-        cost = Cost(
-            learn_s=_learning(learnt, middle - begin),
-            answer_s=time.perf_counter() - middle,
-            places=sum(len(drive.views) for drive in drives),
-            bytes_kept=bytes_kept(*sequences, *learnt.localisers.values()),
-            features=sum(sequence.matrix.N for sequence in sequences) or None,
-            peak_bytes=peak_bytes(),
-        )
-        merged = {method: merging.to_dict() for method, merging in learnt.mergings.items()}
-        metadata = {**query.metadata, "cost": json.dumps(asdict(cost)), "merged": json.dumps(merged)}
-        store.make(self.key, self.ending, lambda path: write_beliefs(path, query.views, beliefs, metadata))
-
-    def _learnt(self, drives: Sequence[Recording], store: Store) -> Learnt:
-        references = [Reference(drive.views, self.shelf(store, number)) for number, drive in enumerate(drives)]
-        named = dict(zip(names_of(self.references), references, strict=True))
-        return Learnt(self.methods, named, seed=self.seed, merging=self.merge)
+        references, query = self.learnt(store), asked_views(self, store)
+        kept = answered(Asked(self.methods, self.seed, self.merge), references, query.views)
+        store.make(self.key, self.ending, lambda path: write_answers(path, query, kept))
 
 
 def drive_with_files(drive: Drive, moved: Mapping[str, str]) -> Drive:
@@ -271,57 +225,29 @@ def drive_with_files(drive: Drive, moved: Mapping[str, str]) -> Drive:
     return replace(drive, world=moved.get(drive.world, drive.world), cameras=cameras)
 
 
-def _learning(learnt: Learnt, took: float) -> float:
-    """How long learning took [s]: now, or when the maps were made that were at hand."""
-    if not learnt.ours:
-        return took
-    maps = [float(sequence.metadata[LEARNING]) for one in learnt.ours.values() for sequence in one.maps]
-    return math.fsum(maps) + math.fsum(one.merging.seconds for one in learnt.ours.values() if one.merging)
-
-
 Task = RecordTask | Question
 
 
 def learnt_drives(task: Question, store: Store) -> list[Recording]:
     """The views of each reference that are learnt."""
-    found = []
-    for source, key in zip(task.references, task.sources, strict=False):
-        recording = read_views(source, key, store)
-        views = recording.views[_stretch(task, len(recording.views))]
-        found.append(Recording(tuple(only(view, task.sensors) for view in views), recording.metadata))
-    return found
-
-
-def _stretch(task: Question, count: int) -> slice:
-    return stretch(task.places, count, Path("localise.places"))
+    return [
+        selected(read_views(source, key, store), task.places, task.sensors)
+        for source, key in zip(task.references, task.sources, strict=False)
+    ]
 
 
 def asked_views(task: AnswerTask, store: Store) -> Recording:
     """The views of the query that are asked about."""
-    recording = read_views(task.query, task.sources[-1], store)
-    return Recording(tuple(only(view, task.sensors) for view in recording.views), recording.metadata)
+    return selected(read_views(task.query, task.sources[-1], store), None, task.sensors)
 
 
-def answers_of(task: AnswerTask, store: Store) -> tuple[dict[str, list[Belief]], Cost]:
-    """What a task that is done left in the store: beliefs by method, and what they cost. Raises ``DamagedError``."""
+def answers_of(task: AnswerTask, store: Store) -> KeptAnswers:
+    """What a task that is done left in the store. Raises ``DamagedError``."""
     path = store.path(task.key, task.ending)
     try:
-        return read_beliefs(path), Cost(**_told(path, "cost"))
+        return read_answers(path)
     except (LogError, OSError, pa.ArrowException, ValueError, KeyError, TypeError) as error:
         raise DamagedError(task.key, f"{path}: are no answers: {one_line(error)}") from error
-
-
-def mergings_of(task: AnswerTask, store: Store) -> dict[str, Merging]:
-    """How the references were merged, by method; of those only that have an atlas. ``answers_of`` tells of damage."""
-    merged = _told(store.path(task.key, task.ending), "merged")
-    return {method: Merging.from_dict(content) for method, content in merged.items()}
-
-
-def _told(path: Path, name: str) -> dict[str, Any]:
-    """What stands beside the beliefs."""
-    metadata = json.loads(pq.read_schema(path).metadata[b"refseq"])
-    found = json.loads(metadata[name])
-    return dict(found)
 
 
 def perform(task: Task, folder: Store) -> Outcome:

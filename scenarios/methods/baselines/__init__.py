@@ -11,8 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from refseq.belief import Localiser
-from refseq.map.profile import profile_named
-from refseq.map.sequence import ReferenceSequence, learn
+from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from scenarios.methods.baselines.fabmap import FabMap
 from scenarios.methods.baselines.fabmap_words import WordMap
@@ -24,18 +23,10 @@ from scenarios.methods.baselines.single import SingleBest
 from scenarios.methods.baselines.topological import TopologicalFilter
 from scenarios.methods.baselines.topometric import TopometricFilter
 from scenarios.methods.baselines.vlad import VladMap
+from scenarios.methods.shelf import Shelf, learn_map
 
 CODEBOOK_SEED = 1
 """Any number will do: it keeps the codebook the same for the same views."""
-
-
-Shelf = Callable[[str, Callable[[], ReferenceSequence]], ReferenceSequence]
-"""Gives the map of a reference drive with a profile, by its name: one that is kept, or the one that is learnt now."""
-
-
-def learnt_anew(_profile: str, learnt: Callable[[], ReferenceSequence]) -> ReferenceSequence:
-    """A shelf on which nothing is kept."""
-    return learnt()
 
 
 @dataclass(frozen=True)
@@ -43,7 +34,7 @@ class Reference:
     """The drive to learn from. What several baselines build on is made once, when it is first asked for."""
 
     views: Sequence[View]
-    shelf: Shelf = learnt_anew
+    shelf: Shelf = learn_map
 
     @cached_property
     def vlad(self) -> VladMap:
@@ -52,7 +43,7 @@ class Reference:
 
     def sequence(self, profile: str) -> ReferenceSequence:
         """The views as our own localiser's map with a profile."""
-        return self.shelf(profile, lambda: learn(self.views, profile=profile_named(profile)))
+        return self.shelf(profile, self.views)
 
     @cached_property
     def words(self) -> WordMap:

@@ -15,7 +15,7 @@ from scenarios.campaign import campaign
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
-from scenarios.campaign.declare.sources import AbsentError
+from scenarios.campaign.declare.real_recordings import AbsentError
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.tasks import perform
 from scenarios.campaign.store.cache import ANSWERS, DamagedError, Store

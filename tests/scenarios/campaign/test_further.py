@@ -14,7 +14,8 @@ from scenarios.campaign.declare.cases import Case, load
 from scenarios.campaign.declare.expand import put
 from scenarios.campaign.declare.outcomes import Verdict
 from scenarios.campaign.declare.overrides import asking
-from scenarios.campaign.declare.sources import DATA, Images, Log, names_of
+from scenarios.campaign.declare.real_recordings import DATA, Images, Log
+from scenarios.campaign.declare.sources import names_of
 from scenarios.campaign.judge.drives import Judged, tasks_of
 from scenarios.campaign.results import Results
 from scenarios.campaign.run.remote_payload import order_for
@@ -24,7 +25,6 @@ from scenarios.campaign.run.tasks import (
     answers_of,
     asked_views,
     learnt_drives,
-    mergings_of,
     perform,
 )
 from scenarios.campaign.store.cache import MAP, RECORDING, Store
@@ -330,7 +330,7 @@ def test_drives_are_read_from_where_they_were_recorded(folder: Path, tmp_path: P
     assert asked_views(task, store).metadata["light"] == "query"
     outcome = perform(task, store)
     assert outcome.verdict is Verdict.PASSED, outcome.reason
-    (beliefs,) = answers_of(task, store)[0].values()
+    (beliefs,) = answers_of(task, store).beliefs.values()
     assert (len(beliefs), len(beliefs[0].places)) == (16, 41)
 
 
@@ -365,10 +365,10 @@ def test_each_map_is_learnt_once_whoever_learns_it_first(
     assert outcome.verdict is Verdict.PASSED, outcome.reason
     assert {path: path.read_bytes() for path in kept} == kept
     assert len(list(tmp_path.glob(f"*{MAP}"))) == 2
-    monkeypatch.setattr("scenarios.methods.baselines.learn", None)
+    monkeypatch.setattr("scenarios.methods.shelf.learn", None)
     apart = replace(both, merge=False)
     assert perform(apart, store).verdict is Verdict.PASSED
-    whole, unmerged = (mergings_of(task, store)["thesis/uniform"] for task in (both, apart))
+    whole, unmerged = (answers_of(task, store).mergings["thesis/uniform"] for task in (both, apart))
     assert [one.joined for one in whole.decisions] == [True]
     assert len(set(whole.held_by.tolist())) == 41 - 12
     assert unmerged.decisions == ()
@@ -394,10 +394,11 @@ def test_what_was_learnt_asked_and_merged_is_left_in_the_store(
     # Pictures of the query, which is darker than what was learnt.
     truly = asked_views(both, store).views
     assert all((mine.images["forward"] == its.images["forward"]).all() for mine, its in zip(views, truly, strict=True))
-    beliefs, cost = answers_of(both, store)
+    kept = answers_of(both, store)
+    beliefs, cost = kept.beliefs, kept.cost
     assert {name: (len(each), len(each[0].places)) for name, each in beliefs.items()} == {"thesis/uniform": (16, 41)}
     assert cost.places == 41
-    merging = mergings_of(both, store)["thesis/uniform"]
+    merging = kept.mergings["thesis/uniform"]
     assert (merging.names, merging.lengths) == (("first", "second"), (18, 23))
     assert all(
         not len(np.flatnonzero(b.places)) > len(set(merging.held_by.tolist())) for b in beliefs["thesis/uniform"]
@@ -410,8 +411,9 @@ def test_who_learns_one_drive_or_has_no_atlas_merges_nothing(
     store = Store(tmp_path)
     for task in (alone, replace(both, methods=("seqslam",))):
         assert perform(task, store).verdict is Verdict.PASSED
-        assert mergings_of(task, store) == {}
-    beliefs, cost = answers_of(replace(both, methods=("seqslam",)), store)
+        assert answers_of(task, store).mergings == {}
+    kept = answers_of(replace(both, methods=("seqslam",)), store)
+    beliefs, cost = kept.beliefs, kept.cost
     assert (len(beliefs["seqslam"][0].places), cost.places) == (41, 41)
 
 

@@ -16,13 +16,13 @@ from scenarios.campaign.case_types import tasks_of
 from scenarios.campaign.declare.cases import LIBRARY, Case, find, load, names
 from scenarios.campaign.declare.drivable import check_route
 from scenarios.campaign.declare.outcomes import Verdict
+from scenarios.campaign.declare.real_recordings import DATA, Log, real_path
 from scenarios.campaign.declare.schema import DriveTable, MissionScenario, Scenario
-from scenarios.campaign.declare.sources import DATA, Log, real_path
 from scenarios.campaign.run.tasks import RecordTask, distinct
 from scenarios.campaign.run.workers import LocalWorkers
 from scenarios.campaign.store.cache import Store
-from scenarios.drives.inputs import stretch
 from scenarios.drives.record import QUERY_SEEDS, Drive, driven, plan_of
+from scenarios.drives.selection import stretch
 from scenarios.scoring.path_geometry import WIDE
 from scenarios.world_survey.facts import robot_boxes
 from sim.rendering.drivers import vulkan_device
@@ -102,7 +102,8 @@ def test_the_library_holds_what_it_is_said_to_hold() -> None:
 
 
 def test_what_lies_beside_the_scenarios_is_a_world_or_a_program_of_one_of_them() -> None:
-    beside = {path.name for path in LIBRARY.iterdir()} - {f"{name}.toml" for name in names()}
+    files = {path.name for path in LIBRARY.iterdir() if path.is_file() and path.suffix != ".py"}
+    beside = files - {f"{name}.toml" for name in names()}
     assert beside == {"identical-doors.toml", "offices-closed.toml", "fig-1.6.lamp"}
     queries = [source for one in missions() for source in one.sources(1) if isinstance(source, Drive)]
     worlds = {Path(drive.world).name for drive in (*drives().values(), *queries) if drive.world.endswith(".toml")}

@@ -15,7 +15,7 @@ from junitparser import JUnitXml
 from refseq.logs import read_recording
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
-from scenarios.campaign.declare.sources import DATA
+from scenarios.campaign.declare.real_recordings import DATA
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.results import Results, slugs
 from scenarios.campaign.store.cache import Store

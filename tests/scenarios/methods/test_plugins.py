@@ -9,10 +9,11 @@ import pytest
 from refseq.belief import Belief, Timings
 from refseq.view import LASER, View
 from scenarios.errors import ScenarioError
-from scenarios.methods import plugin_sources, plugins
+from scenarios.imports import closure
+from scenarios.imports.closure import closure_of, spec_of
+from scenarios.methods import plugins
 from scenarios.methods.baselines import Reference
 from scenarios.methods.by_name import Learnt, check_methods, methods_named
-from scenarios.methods.plugin_sources import spec_of
 from scenarios.methods.plugins import MisbehavedError, PluginLocaliser, check_plugin, plugin_digest
 from tests.support import corridor_drive
 
@@ -283,28 +284,28 @@ def test_a_digest_follows_a_file_that_is_moved_within_its_package(here: Path) ->
 def test_a_digest_follows_the_versions_of_what_is_imported(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written(here, "import numpy, scipy.stats, os\nclass Mine: pass")
     before = plugin_digest("mine:Mine")
-    true = plugin_sources.version
-    monkeypatch.setattr(plugin_sources, "version", lambda name: "9.9" if name == "scipy" else true(name))
+    true = closure.version
+    monkeypatch.setattr(closure, "version", lambda name: "9.9" if name == "scipy" else true(name))
     assert plugin_digest("mine:Mine") != before
-    monkeypatch.setattr(plugin_sources, "version", lambda name: "9.9" if name == "pyarrow" else true(name))
+    monkeypatch.setattr(closure, "version", lambda name: "9.9" if name == "pyarrow" else true(name))
     assert plugin_digest("mine:Mine") == before
 
 
-def test_a_digest_follows_what_of_the_bench_one_would_build_on(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plugin_sources, "FROM_BENCH", "parts")
-    written(here, "", "parts/vlad.py")
+def test_a_digest_follows_what_of_the_bench_one_would_build_on(here: Path) -> None:
+    vlad = "scenarios/methods/baselines/vlad.py"
+    plugins._look_here()
     written(here, "from scenarios.methods.baselines.vlad import VladMap\nclass Mine: pass")
-    assert changed_digest(here, "mine:Mine", "parts/vlad.py", "# changed")
+    assert vlad in closure_of("mine").files
     written(here, "class Mine: pass")
-    assert not changed_digest(here, "mine:Mine", "parts/vlad.py", "# changed again")
+    assert vlad not in closure_of("mine").files
 
 
 def test_a_digest_follows_the_files_of_a_localiser_that_is_installed(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One that is being written is often installed once, to be edited in its place: its version stays."""
-    monkeypatch.setattr(plugin_sources, "_distributions", lambda: {"mine": ["mine"]})
-    monkeypatch.setattr(plugin_sources, "version", lambda name: "1.0")
+    monkeypatch.setattr(closure, "_distributions", lambda: {"mine": ["mine"]})
+    monkeypatch.setattr(closure, "version", lambda name: "1.0")
     written(here, "class Mine: pass")
     assert changed_digest(here, "mine:Mine", "mine.py", "class Mine: pass  # changed")
 

@@ -16,7 +16,7 @@ from playwright.sync_api import Page as Tab
 
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.declare.cases import load
-from scenarios.campaign.declare.sources import DATA
+from scenarios.campaign.declare.real_recordings import DATA
 from scenarios.campaign.results import Results
 from scenarios.campaign.store.cache import Store
 from scenarios.report.document import write_report

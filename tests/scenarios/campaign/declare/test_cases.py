@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from scenarios.campaign.declare.cases import Case, find, load
 from scenarios.campaign.declare.drivable import check_route
 from scenarios.campaign.declare.figures import FIGURES
+from scenarios.campaign.declare.real_recordings import AbsentError, Images, Log
 from scenarios.campaign.declare.schema import Scenario
-from scenarios.campaign.declare.sources import AbsentError, Images, Log
 from scenarios.campaign.judge.drives import tasks_of
 from scenarios.drives.record import QUERY_SEEDS, Drive
 from scenarios.errors import ScenarioError

@@ -1,35 +1,18 @@
 """Judging a case by what its tasks left: verdicts, tolerances, costs, digests. Tasks are real, drives made by rule."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from refseq.belief import Belief, Timings
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
-from scenarios.campaign.declare.sources import DATA
-from scenarios.campaign.judge.drives import Judged, digest, judged, tasks_of, tolerances
+from scenarios.campaign.declare.real_recordings import DATA
+from scenarios.campaign.judge.drives import Judged, judged, tasks_of, tolerances
 from scenarios.campaign.run.tasks import AnswerTask, answers_of, perform
+from scenarios.campaign.store.answers import beliefs_digest
 from scenarios.campaign.store.cache import Store
 from scenarios.campaign.store.result_file import JudgementRecord
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
-
-BELIEF = Belief(np.array([0.25, 0.75]), 0.5, 1, (0, 1), 0.56)
-
-
-def test_a_digest_is_of_all_but_the_times() -> None:
-    assert digest([BELIEF]) == digest([replace(BELIEF, timings=Timings(chain=1.0))])
-    others = (
-        replace(BELIEF, places=np.nextafter(BELIEF.places, 1)),
-        replace(BELIEF, lost=math.nextafter(0.5, 1)),
-        replace(BELIEF, best=0),
-        replace(BELIEF, path=(1, 1)),
-        replace(BELIEF, entropy=math.nextafter(0.56, 1)),
-    )
-    assert len({digest([one]) for one in (BELIEF, *others)}) == 6
-    assert digest([BELIEF, others[0]]) != digest([others[0], BELIEF])
 
 
 @pytest.fixture(scope="module")
@@ -55,9 +38,10 @@ def test_what_a_method_cost_is_what_its_own_task_took(folder: Path) -> None:
     result = carried_out(case, store)
     for number, of_seed in enumerate(tasks_of(case).values()):
         for task in of_seed:
-            answers, cost = answers_of(task, store)
-            assert [result.costs[name][number] for name in answers] == [cost]
-            assert [result.digests[name][number] for name in answers] == [digest(*answers.values())]
+            kept = answers_of(task, store)
+            assert [result.costs[name][number] for name in kept.beliefs] == [kept.cost]
+            digests = [beliefs_digest(beliefs) for beliefs in kept.beliefs.values()]
+            assert [result.digests[name][number] for name in kept.beliefs] == digests
     assert result.costs["vlad"] != result.costs["thesis/chain"]
 
 

@@ -10,8 +10,8 @@ from refseq.errors import LogError
 from refseq.view import LASER, View
 from robots.errors import RobotsError
 from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.declare.sources import DATA, AbsentError, Log
-from scenarios.campaign.run import tasks
+from scenarios.campaign.declare.real_recordings import DATA, AbsentError, Log
+from scenarios.campaign.run import answering
 from scenarios.campaign.run.tasks import AnswerTask, RecordTask, answers_of, distinct, perform
 from scenarios.campaign.store.cache import DamagedError, Store
 from scenarios.drives.record import Drive
@@ -117,13 +117,13 @@ def test_methods_learn_the_places_asked_for_and_never_see_where_they_are(
             assert all(view.truth is None and view.scan is None and view.images for view in views)
             return {name: [certain(self._places, 0) for _ in views] for name in asks.methods}
 
-    monkeypatch.setattr(tasks, "Learnt", Learnt)
+    monkeypatch.setattr(answering, "Learnt", Learnt)
     store, task = Store(tmp_path / "store"), replace(asks, sensors=("forward",))
     outcome = perform(task, store)
     assert outcome.verdict is Verdict.PASSED, outcome.reason
-    beliefs, cost = answers_of(task, store)
-    assert cost.places == 6
-    assert {name: (len(each), len(each[0].places)) for name, each in beliefs.items()} == dict.fromkeys(
+    kept = answers_of(task, store)
+    assert kept.cost.places == 6
+    assert {name: (len(each), len(each[0].places)) for name, each in kept.beliefs.items()} == dict.fromkeys(
         asks.methods, (12, 6)
     )
 

@@ -14,7 +14,7 @@ import pytest
 from pebble import ProcessExpired
 
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
-from scenarios.campaign.declare.sources import DATA, Log
+from scenarios.campaign.declare.real_recordings import DATA, Log
 from scenarios.campaign.run.tasks import AnswerTask
 from scenarios.campaign.run.workers import LocalWorkers, Processes, broken
 from scenarios.campaign.store.cache import ANSWERS, Store

@@ -1,0 +1,31 @@
+"""Assignment of a mission: what a robot is to do, and who can lead it."""
+
+from dataclasses import dataclass
+
+from refseq.missions.lamp import Stage
+from scenarios.missions.file import Asked
+
+ODOMETRY, LAMP = "odometry", "lamp"
+LEADERS = (ODOMETRY, LAMP)
+"""Who leads a robot beside the methods that know places: its odometer alone, and a program of sonars and odometry."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A place by the path that it is on: so far ``along`` it [m], None: at its end."""
+
+    path: str
+    along: float | None
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """What is to be done: ``asked``, or to go to the ``target``, or, without these, what was learnt; and a program.
+
+    ``goal`` [m] is where that ends, None: where the plan does on what was learnt.
+    """
+
+    asked: Asked | None
+    target: Target | None
+    stages: tuple[Stage, ...]
+    goal: tuple[float, float] | None

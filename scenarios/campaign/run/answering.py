@@ -1,0 +1,50 @@
+"""Have methods learn reference drives and answer where a query drive was."""
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from refseq.view import View
+from scenarios.campaign.run.learning import LEARNING
+from scenarios.campaign.store.answers import KeptAnswers
+from scenarios.methods.baselines import Reference
+from scenarios.methods.by_name import Learnt
+from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
+
+
+@dataclass(frozen=True)
+class Asked:
+    """``methods`` that share what is dear; ``seed`` is that of their own draws, ``merge`` as in ``Learnt``."""
+
+    methods: tuple[str, ...]
+    seed: int
+    merge: bool
+
+
+def answered(asked: Asked, references: Mapping[str, Reference], query: Sequence[View]) -> KeptAnswers:
+    """What the methods, having learnt the references, answer to views of which they are not told the true poses."""
+    forget_peak()
+    begin = time.perf_counter()
+    learnt = Learnt(asked.methods, references, seed=asked.seed, merging=asked.merge)
+    middle = time.perf_counter()
+    beliefs = learnt.answers([replace(view, truth=None) for view in query])
+    end = time.perf_counter()
+    sequences = [sequence for one in learnt.ours.values() for sequence in one.sequences]
+    cost = Cost(
+        learn_s=_learning(learnt, middle - begin),
+        answer_s=end - middle,
+        places=sum(len(drive.views) for drive in references.values()),
+        bytes_kept=bytes_kept(*sequences, *learnt.localisers.values()),
+        features=sum(sequence.matrix.N for sequence in sequences) or None,
+        peak_bytes=peak_bytes(),
+    )
+    return KeptAnswers(beliefs, cost, learnt.mergings)
+
+
+def _learning(learnt: Learnt, took: float) -> float:
+    """How long learning took [s]: now, or when the maps were made that were at hand."""
+    if not learnt.ours:
+        return took
+    maps = [float(sequence.metadata[LEARNING]) for one in learnt.ours.values() for sequence in one.maps]
+    return math.fsum(maps) + math.fsum(one.merging.seconds for one in learnt.ours.values() if one.merging)

@@ -1,0 +1,44 @@
+"""Learn maps of reference drives, each once: they are kept in the store for all that learn the same views."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from refseq.errors import RefseqError
+from refseq.logs import Recording
+from refseq.map.file import load_map, save_map
+from refseq.map.sequence import ReferenceSequence
+from refseq.view import View
+from scenarios.campaign.store.cache import MAP, Store
+from scenarios.drives.selection import only, stretch
+from scenarios.methods.shelf import Shelf, learn_map
+
+LEARNING = "learning_s"
+"""In a kept map's metadata: how long learning it took [s]."""
+
+
+def selected(recording: Recording, places: str | None, sensors: tuple[str, ...] | None) -> Recording:
+    """The views ``places`` FROM:TO of a recording, with some ``sensors``; None: all."""
+    views = recording.views[stretch(places, len(recording.views), Path("localise.places"))]
+    return Recording(tuple(only(view, sensors) for view in views), recording.metadata)
+
+
+def kept_maps(store: Store, key_for: Callable[[str], str]) -> Shelf:
+    """Maps of some views in the store, by the keys for their profiles; learnt where they are not there or damaged."""
+
+    def shelf(profile: str, views: Sequence[View]) -> ReferenceSequence:
+        def make(path: Path) -> None:
+            begin = time.perf_counter()
+            sequence = learn_map(profile, views)
+            took = {LEARNING: f"{time.perf_counter() - begin:.3f}"}
+            save_map(replace(sequence, metadata={**sequence.metadata, **took}), path)
+
+        key = key_for(profile)
+        try:
+            return load_map(store.make(key, MAP, make))
+        except RefseqError:
+            store.discard(key)
+            return load_map(store.make(key, MAP, make))
+
+    return shelf

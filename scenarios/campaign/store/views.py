@@ -1,0 +1,71 @@
+"""Views of sources: their keys, and reading those of drives from the store."""
+
+import hashlib
+from dataclasses import asdict
+from functools import cache
+from pathlib import Path
+
+from refseq.errors import LogError
+from refseq.logs import Recording, read_recording
+from scenarios.campaign.declare import real_recordings
+from scenarios.campaign.declare.real_recordings import read_real, real_path
+from scenarios.campaign.declare.sources import Source
+from scenarios.campaign.store.cache import RECORDING, DamagedError, Store
+from scenarios.campaign.store.keys import LENGTH, code_digest, key_of
+from scenarios.drives.record import Drive, record
+from sim.rendering.drivers import vulkan_device
+from sim.rendering.render import RendererKind
+
+
+def source_key(source: Source) -> str:
+    """Key of a source's views. Raises ``AbsentError`` for a recording that is not on this machine."""
+    if isinstance(source, Drive):
+        return recording_key(source)
+    path = real_path(source)
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    found = [(file.name, file.stat().st_size, file.stat().st_mtime_ns) for file in files]
+    return key_of(type(source).__name__, asdict(source), found, code_digest(real_recordings.__name__))
+
+
+def recording_key(drive: Drive) -> str:
+    """Key of a drive's recording: the drive, files that it names, the code that makes it, the device that renders.
+
+    Another device rounds otherwise.
+    """
+    fields = asdict(drive)
+    fields["world"] = _content(drive.world)
+    fields["cameras"] = {camera: _content(model) for camera, model in drive.cameras.items()}
+    device = _device() if drive.renderer is RendererKind.FILAMENT else None
+    return key_of("recording", fields, code_digest(record.__module__), device)
+
+
+@cache
+def _device() -> str | None:
+    return vulkan_device()
+
+
+def _content(name: str) -> str:
+    """A name of the library as it is; of a file a digest of its content, wherever it lies."""
+    if not name.endswith(".toml"):
+        return name
+    try:
+        return hashlib.sha256(Path(name).read_bytes()).hexdigest()[:LENGTH]
+    except OSError:
+        return name  # whoever is to read it will tell
+
+
+def read_views(source: Source, key: str, store: Store) -> Recording:
+    """The views of a source; those of a drive must be in the store, under its ``key``.
+
+    Raises ``DamagedError`` for what the store holds, ``LogError`` and ``AbsentError`` for what was never put there.
+    """
+    if not isinstance(source, Drive):
+        return read_real(source)
+    path = store.path(key, RECORDING)
+    try:
+        recording = read_recording(path)
+    except (LogError, OSError) as error:
+        raise DamagedError(key, str(error)) from error
+    if not recording.complete:
+        raise DamagedError(key, f"{path}: is damaged behind its first {len(recording.views)} views")
+    return recording

@@ -1,0 +1,1 @@
+"""Import closure: the files and packages that some Python code can reach, found without importing it."""

@@ -1,0 +1,161 @@
+"""Keys follow all code that makes what they name, and none else: by changing files, and by tracing what really runs."""
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from scenarios.campaign.declare.cases import Case, load
+from scenarios.campaign.declare.real_recordings import Log
+from scenarios.campaign.judge.drives import tasks_of
+from scenarios.campaign.judge.missions import mission_tasks
+from scenarios.campaign.run import remote_payload
+from scenarios.campaign.store import keys
+from scenarios.campaign.store.views import source_key
+from scenarios.imports.closure import ROOMS, ROOT, Closure, closure_of
+from tests.scenarios.campaign import traced
+from tests.scenarios.campaign.made import write_logs
+from tests.worlds.conftest import SMALL
+
+KINDS = ("recording", "real log", "map", "answers", "mission", "remote")
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the bench."""
+    root = tmp_path_factory.mktemp("bench")
+    for room in ROOMS:
+        shutil.copytree(ROOT / room, root / room, ignore=shutil.ignore_patterns("__pycache__"))
+    return root
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("logs")
+    write_logs(folder, 8)
+    return folder
+
+
+@pytest.fixture
+def made(copy: Path, logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, Closure]]:
+    """Closures that were made for keys, of the code in the copy."""
+    found: dict[str, Closure] = {}
+
+    def noted(*modules: str, alone: tuple[str, ...] = ()) -> Closure:
+        found["+".join(modules)] = closure = closure_of(*modules, alone=alone, root=copy)
+        return closure
+
+    for module in (keys, remote_payload):
+        monkeypatch.setattr(module, "closure_of", noted)
+    monkeypatch.setenv("REFSEQ_RECORDINGS", str(logs))
+    forget()
+    yield found
+    forget()
+
+
+def forget() -> None:
+    keys.code_digest.cache_clear()
+    remote_payload.here.cache_clear()
+
+
+@pytest.fixture
+def key_makers(made: Mapping[str, Closure], tmp_path: Path) -> Mapping[str, Callable[[], object]]:
+    """What makes a key of each kind, of tasks that were never asked for theirs."""
+
+    def case(text: str, name: str) -> Case:
+        (tmp_path / f"{name}.toml").write_text(text)
+        return load(tmp_path / f"{name}.toml")[0]
+
+    (tmp_path / "small.toml").write_text(SMALL.format(top="", end=""))
+    driven, mission = case(traced.DRIVEN, "driven"), case(traced.MISSION, "mission")
+    return {
+        "recording": lambda: tasks_of(driven)[1][0].needs[0].key,
+        "real log": lambda: source_key(Log("query.mcap")),
+        "map": lambda: tasks_of(driven)[1][0].maps,
+        "answers": lambda: tasks_of(driven)[1][0].key,
+        "mission": lambda: mission_tasks(mission)[1][0].key,
+        "remote": lambda: remote_payload.here().sources,
+    }
+
+
+def all_keys(makers: Mapping[str, Callable[[], object]]) -> dict[str, object]:
+    forget()
+    return {kind: make() for kind, make in makers.items()}
+
+
+DRIVEN = {"recording", "mission", "remote"}
+ALL = set(KINDS)
+
+
+@pytest.mark.parametrize(
+    ("file", "changed"),
+    [
+        ("refseq/features/doors.py", ALL - {"real log"}),  # found for behaviours, and to tell views apart
+        ("refseq/viewer/drawing/colours.py", set()),
+        ("refseq/logs/thin.py", {"real log", "mission", "remote"}),
+        ("worlds/library/hallway.toml", DRIVEN),
+        ("worlds/library/new.toml", DRIVEN),
+        ("robots/robuter/robuter.xml", DRIVEN),
+        ("robots/robuter/README.md", set()),
+        ("scenarios/methods/baselines/vlad.py", {"answers", "mission", "remote"}),
+        ("scenarios/scoring/merging.py", {"answers", "mission", "remote"}),
+        ("scenarios/errors.py", ALL),
+        ("scenarios/campaign/run/tasks.py", {"map", "answers", "mission", "remote"}),
+        ("scenarios/campaign/run/worker_init.py", {"remote"}),
+        ("scenarios/campaign/pages/index.py", set()),
+        ("scenarios/cli/app.py", set()),
+    ],
+)
+def test_a_changed_file_changes_the_keys_of_what_it_has_a_part_in(
+    copy: Path, key_makers: Mapping[str, Callable[[], object]], file: str, changed: set[str]
+) -> None:
+    before = all_keys(key_makers)
+    path = copy / file
+    content = path.read_bytes() if path.exists() else None
+    path.write_bytes((content or b"") + b"\n# changed\n")
+    try:
+        after = all_keys(key_makers)
+    finally:
+        path.unlink() if content is None else path.write_bytes(content)
+    # Answers are those to recordings: where one changes, what is asked about it does too.
+    followed = changed | ({"map", "answers"} if "recording" in changed else set())
+    assert {kind for kind in KINDS if after[kind] != before[kind]} == followed
+
+
+def test_every_file_that_is_reached_counts(
+    made: Mapping[str, Closure], key_makers: Mapping[str, Callable[[], object]]
+) -> None:
+    all_keys(key_makers)
+    assert len(made) >= len(KINDS)
+    for closure in made.values():
+        before = closure.digest
+        for name, path in closure.files.items():
+            content = path.read_bytes()
+            path.write_bytes(content + b"\n")
+            assert closure.digest != before, name
+            path.write_bytes(content)
+
+
+# --- what really runs ---
+
+
+@pytest.fixture(scope="module")
+def ran(logs: Path, tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, list[str]]:
+    """Files in which code ran, by what was made meanwhile."""
+    ended = subprocess.run(
+        [sys.executable, traced.__file__, str(logs), str(tmp_path_factory.mktemp("traced"))],
+        cwd=ROOT, env={"PYTHONPATH": str(ROOT), "PATH": ""}, check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    return dict(json.loads(ended.stdout.splitlines()[-1]))
+
+
+@pytest.mark.parametrize("kind", traced.CLOSURES)
+def test_all_code_that_runs_is_in_the_closure(kind: str, ran: Mapping[str, list[str]]) -> None:
+    modules, alone = traced.CLOSURES[kind]
+    reached = closure_of(*modules, alone=alone).files
+    assert len(ran[kind]) > 10
+    assert [file for file in ran[kind] if file not in reached] == []

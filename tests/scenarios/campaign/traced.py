@@ -1,0 +1,119 @@
+"""Make a tiny recording, map, set of answers and mission; print as JSON the bench's files in which code ran for it.
+
+For a process of its own: ``python traced.py FOLDER_OF_LOGS FOLDER``.
+"""
+
+import json
+import os
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+from refseq.map.profile import PROFILES
+from scenarios.campaign.declare import real_recordings
+from scenarios.campaign.declare.cases import load
+from scenarios.campaign.declare.real_recordings import Log
+from scenarios.campaign.judge.missions import mission_tasks
+from scenarios.campaign.run import answering, learning, mission_task
+from scenarios.campaign.run.learning import kept_maps
+from scenarios.campaign.run.tasks import HANDS, AnswerTask, learnt_drives, perform
+from scenarios.campaign.store.cache import Store
+from scenarios.drives.record import Drive, record
+from scenarios.imports.closure import ROOMS, ROOT
+from sim.drives.recorder import Trigger
+from sim.errors import StuckError
+from sim.rendering.render import RendererKind
+from tests.worlds.conftest import SMALL
+
+DRIVEN = """
+title = "A drive"
+seeds = [1]
+[reference]
+world = "hallway"
+renderer = "none"
+[localise]
+methods = ["thesis"]
+sensors = ["laser"]
+"""
+MISSION = """
+title = "A mission"
+seeds = [1]
+[reference]
+world = "small.toml"
+renderer = "none"
+behaviours = ["MN:3"]
+[mission]
+learnt = true
+[localise]
+methods = ["best/chain"]
+"""
+REAL = real_recordings.__name__
+CLOSURES = {
+    "recording": ((record.__module__,), ()),
+    "map": ((learning.__name__, REAL), HANDS),
+    "answers": ((answering.__name__, REAL), HANDS),
+    "mission": ((mission_task.__name__,), ()),
+}
+"""Modules of which the closure makes the key of each kind, and those that count alone."""
+
+
+def files_run(call: Callable[[], object]) -> list[str]:
+    """The bench's files in which a function ran, in any thread."""
+    found: set[str] = set()
+
+    def note(frame: FrameType, event: str, _argument: object) -> None:
+        if event == "call" and frame.f_code.co_name != "<module>":
+            found.add(frame.f_code.co_filename)
+
+    threading.setprofile(note)
+    sys.setprofile(note)
+    try:
+        call()
+    finally:
+        sys.setprofile(None)
+    names = (Path(file).relative_to(ROOT).as_posix() for file in found if file.startswith(f"{ROOT}{os.sep}"))
+    return sorted(name for name in names if name.split("/")[0] in ROOMS)
+
+
+def call_for(kind: str, folder: Path) -> Callable[[], object]:
+    """What makes something of a ``kind``; keys are reckoned before."""
+    (folder / "small.toml").write_text(SMALL.format(top="", end=""))
+    store = Store(folder / "store")
+    if kind == "recording":
+        return lambda: _record_until_no_door_comes(folder)
+    if kind == "mission":
+        (folder / "mission.toml").write_text(MISSION)
+        ((task,),) = mission_tasks(load(folder / "mission.toml")[0]).values()
+        for need in task.needs:
+            assert perform(need, store).good
+        assert task.key
+        return lambda: task.carry_out(store)
+    methods = ("thesis/chain", "vlad")
+    asks = AnswerTask(methods, Log("reference.mcap", thin=0.1, noise=1), Log("query.mcap"), "2:8", None, 1, 60.0)
+    assert asks.key
+    assert asks.maps
+    if kind == "answers":
+        return lambda: asks.carry_out(store)
+    shelf = kept_maps(store, lambda profile: profile)
+    return lambda: [shelf(profile, drive.views) for drive in learnt_drives(asks, store) for profile in PROFILES]
+
+
+def _record_until_no_door_comes(folder: Path) -> None:
+    drive = Drive(
+        world=str(folder / "small.toml"),
+        renderer=RendererKind.NONE,
+        trigger=Trigger(distance=0.4),
+        behaviours=("MC",),
+    )
+    try:
+        record(drive, folder / "drive.mcap")
+    except StuckError:
+        return
+    raise AssertionError("a door was found where there is none")
+
+
+if __name__ == "__main__":
+    os.environ["REFSEQ_RECORDINGS"] = sys.argv[1]
+    print(json.dumps({kind: files_run(call_for(kind, Path(sys.argv[2]))) for kind in CLOSURES}))

@@ -1,0 +1,121 @@
+from pathlib import Path
+
+import pytest
+
+from scenarios.imports.closure import ROOMS, ROOT, closure_of
+
+
+@pytest.fixture
+def rooms(tmp_path: Path) -> Path:
+    """A bench of a few modules."""
+    files = {
+        "refseq/__init__.py": """
+            MODULES = {"Map": "refseq.map.map", "learn": "refseq.map.learn", "View": "refseq.view"}
+            def __getattr__(name):
+                return getattr(importlib.import_module(MODULES[name]), name)
+        """,
+        "refseq/map/__init__.py": "",
+        "refseq/map/map.py": "class Map: pass",
+        "refseq/map/learn.py": "def learn():\n    from refseq import view\n    import cv2.gapi",
+        "refseq/view.py": "class View: pass",
+        "refseq/typed.py": "if TYPE_CHECKING:\n    import sim\nelse:\n    import refseq.view",
+        "refseq/told.py": "import_module('refseq.view')",
+        "refseq/untold.py": "import importlib\n\nimportlib.import_module(name)",
+        "worlds/__init__.py": """
+            _LATE = {"worlds.plans": ("load", "Plan"), "worlds.light": ("Light",)}
+            def __getattr__(name):
+                ...
+        """,
+        "worlds/light.py": "",
+        "worlds/plans/__init__.py": "from .files import load",
+        "worlds/plans/files.py": "from importlib import resources\nTEXT = resources.files('worlds') / 'library'",
+        "worlds/library/hall.toml": "name = 'hall'",
+        "worlds/library/README.md": "Worlds.",
+        "robots/__init__.py": """
+            def __getattr__(name):
+                if name == "Robot":
+                    from robots.robot import Robot
+                    return Robot
+                from robots.load import load
+                return load
+        """,
+        "robots/robot.py": "",
+        "robots/load.py": "from robots import wheels",
+        "robots/wheels/__init__.py": "MODEL = Path(__file__).with_name('wheels.xml')",
+        "robots/wheels/wheels.xml": "<mujoco/>",
+        "robots/wheels/deep/part.stl": "solid",
+    }  # fmt: skip
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        lines = text.splitlines()
+        indent = min((len(line) - len(line.lstrip()) for line in lines if line.strip()), default=0)
+        (tmp_path / name).write_text("\n".join(line[indent:] for line in lines))
+    return tmp_path
+
+
+def reached(rooms: Path, text: str) -> set[str]:
+    """Files of the rooms that a module reaches, but for itself and packages' own."""
+    (rooms / "sim").mkdir(exist_ok=True)
+    (rooms / "sim" / "it.py").write_text(text)
+    (rooms / "sim" / "__init__.py").touch()
+    found = set(closure_of("sim.it", root=rooms).files)
+    assert {"sim/__init__.py", "sim/it.py"} <= found
+    return {name for name in found if not name.endswith("__init__.py")} - {"sim/it.py"}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("import refseq", set()),
+        ("import refseq.view", {"refseq/view.py"}),
+        ("from refseq import view", {"refseq/view.py"}),
+        ("from refseq import MODULES", set()),
+        ("from refseq import Map", {"refseq/map/map.py"}),
+        ("from refseq import learn as l", {"refseq/map/learn.py", "refseq/view.py"}),
+        ("def f():\n    from refseq import Map", {"refseq/map/map.py"}),
+        ("import refseq\nrefseq.Map.load()", {"refseq/map/map.py"}),
+        ("import refseq as r\ndef f():\n    return r.View", {"refseq/view.py"}),
+        ("import refseq\ngetattr(refseq, name)", {"refseq/map/map.py", "refseq/map/learn.py", "refseq/view.py"}),
+        ("from refseq import *", {"refseq/map/map.py", "refseq/map/learn.py", "refseq/view.py"}),
+        ("import refseq.typed", {"refseq/typed.py", "refseq/view.py"}),
+        ("from refseq import told", {"refseq/told.py", "refseq/view.py"}),
+        ("from worlds import Light", {"worlds/light.py"}),
+        ("from worlds import Plan", {"worlds/plans/files.py", "worlds/library/hall.toml"}),
+        ("from robots import Robot", {"robots/robot.py"}),
+        ("import robots\nrobots.load()", {"robots/load.py", "robots/wheels/wheels.xml", "robots/wheels/deep/part.stl"}),
+    ],
+)
+def test_imports_are_followed_to_what_can_run(rooms: Path, text: str, expected: set[str]) -> None:
+    assert reached(rooms, text) == expected
+
+
+def test_installed_packages_count_by_their_version_and_missing_ones_as_absent(rooms: Path) -> None:
+    (rooms / "refseq" / "view.py").write_text("import no_such_package, json\nfrom scipy.stats import norm")
+    versions = closure_of("refseq.map.learn", root=rooms).versions
+    assert set(versions) == {"python", "scipy", "opencv-python-headless", "no_such_package"}
+    assert versions["no_such_package"] == "absent"
+
+
+def test_a_module_alone_counts_without_its_imports(rooms: Path) -> None:
+    closure = closure_of("refseq.view", alone=("refseq.map.learn",), root=rooms)
+    assert set(closure.files) == {"refseq/__init__.py", "refseq/view.py", "refseq/map/learn.py"}
+
+
+def test_an_import_by_a_name_that_is_made_up_is_told(rooms: Path) -> None:
+    assert closure_of("refseq.untold", root=rooms).untold == ("refseq/untold.py:3",)
+
+
+@pytest.mark.parametrize("given", [{"modules": ["refseq.gone"]}, {"modules": ["gone"]}, {"alone": ["refseq.gone"]}])
+def test_a_module_that_is_not_there_is_an_error(rooms: Path, given: dict[str, list[str]]) -> None:
+    with pytest.raises(ModuleNotFoundError, match=r"No module named '.*gone'"):
+        closure_of(*given.get("modules", ()), alone=given.get("alone", ()), root=rooms)
+
+
+def test_the_bench_imports_by_made_up_names_only_where_it_asks_for_parts_of_mujoco() -> None:
+    modules = [
+        path.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__")
+        for room in ROOMS
+        for path in sorted((ROOT / room).rglob("*.py"))
+    ]
+    untold = closure_of(*modules).untold
+    assert {place.partition(":")[0] for place in untold} == {"sim/rendering/drivers.py"}
