@@ -15,7 +15,6 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import cont2discrete
 
 GRAVITY = 9.81
 
@@ -30,6 +29,8 @@ class Linear(NamedTuple):
 
     def sampled(self, period: float) -> "Linear":
         """Return the discrete system of an effort that is held for ``period`` [s]."""
+        from scipy.signal import cont2discrete  # half a second to import, which only a machine that balances waits for
+
         states, efforts = self.b.shape
         a, b, *_ = cont2discrete((self.a, self.b, np.eye(states), np.zeros((states, efforts))), period)
         return Linear(a, b)

@@ -6,7 +6,6 @@ lights nothing.
 """
 
 import numpy as np
-from scipy.optimize import nnls
 
 from worlds.arrays import Floats
 from worlds.lighting.ambient import Ambient
@@ -71,6 +70,8 @@ def face_luminances(above: float, below: float) -> Floats:
     Filament takes each face for one luminance, and what they give a card falls off smoothly. The faces are fitted,
     with equal shares of error, to cards that look up, sideways and down.
     """
+    from scipy.optimize import nnls  # half a second to import, which only worlds in the open air wait for
+
     wanted = np.array([above, (above + below) / 2, below])
     return np.asarray(nnls(FACE_SHARES / wanted[:, None], np.ones(3))[0])
 

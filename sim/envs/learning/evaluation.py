@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
-from scipy.stats import bootstrap
 
 from sim.envs.learning.ppo import stable_baselines
 from sim.envs.learning.training_config import FIRST_TRIED, Lesson, environment
@@ -93,6 +92,8 @@ def returns(trials: tuple[Trial, ...]) -> Mapping[str, NDArray[np.float64]]:
 
 def margin(better: NDArray[np.float64], worse: NDArray[np.float64]) -> Margin:
     """By how much the returns ``better`` (n,) are larger than ``worse`` (n,), of the same episodes."""
+    from scipy.stats import bootstrap  # a second to import, which only an evaluation waits for
+
     gains = better - worse
     found = bootstrap((gains,), np.mean, confidence_level=CONFIDENCE, method="percentile", rng=np.random.default_rng(0))
     return Margin(float(gains.mean()), *map(float, found.confidence_interval))
