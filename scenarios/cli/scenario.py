@@ -91,7 +91,7 @@ def run(
     from scenarios.campaign.results import INDEX, Results
     from scenarios.campaign.run.progress import watcher_on
     from scenarios.campaign.store.cache import Store, default_store
-    from scenarios.report.page import size_text
+    from scenarios.report.words import size_text
 
     cases = with_seeds(asking(find(scenarios), localiser or (), words(methods, "methods")), seeds)
     store = Store(cache or default_store())

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from refseq.missions import Executor, Status
-from scenarios.report.picture_rows import Captioned, in_rows
+from scenarios.report.contact_sheet import CaptionedImage, contact_sheet
 from sim.bench.bench import Bench
 from sim.drives.chase_camera import Onlooker
 
@@ -44,5 +44,7 @@ class Bystander:
 
 
 def filmstrip_of(frames: Sequence[MissionFrame], title: str) -> Figure:
-    """The frames in rows."""
-    return in_rows(title, [Captioned(one.image, f"{one.time:.0f} s, {one.along:.1f} m: {one.doing}") for one in frames])
+    """Put the frames on a contact sheet."""
+    return contact_sheet(
+        title, [CaptionedImage(one.image, f"{one.time:.0f} s, {one.along:.1f} m: {one.doing}") for one in frames]
+    )

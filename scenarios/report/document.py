@@ -7,7 +7,7 @@ from refseq.files import replace_text
 from scenarios.errors import ScenarioError
 from scenarios.report.page import rendered
 from scenarios.report.plots.plan import FloorOutline
-from scenarios.report.sections.experiment import Terms, section
+from scenarios.report.sections.experiment import SectionSettings, section
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.tables import NONE
 
@@ -29,13 +29,13 @@ def write_report(
     if not comparisons:
         raise ScenarioError("a report of 0 comparisons; valid is at least one")
     names = dict.fromkeys(comparison.name for comparison in comparisons)
-    terms = Terms(outline=outline)
+    settings = SectionSettings(outline=outline)
     page = rendered(
         "report.html.j2",
         title=title,
         facts=facts(comparisons),
         details=details(comparisons),
-        sections=[section(name, [one for one in comparisons if one.name == name], terms) for name in names],
+        sections=[section(name, [one for one in comparisons if one.name == name], settings) for name in names],
     )
     replace_text(path, page)
 

@@ -1,4 +1,4 @@
-"""Which of many methods are drawn: plots stay readable, tables tell of all."""
+"""Selection of the methods that plots show; tables show all."""
 
 from collections.abc import Mapping, Sequence
 
@@ -6,11 +6,11 @@ from refseq.belief import Stage
 from scenarios.scoring.score import Score
 
 MOST = 6
-"""Methods in one plot: what can be told apart at a glance, and fills two rows of heat maps."""
+"""Methods in one plot; more cannot be told apart at a glance, six fill two rows of heat maps."""
 
 
-def drawn(methods: Sequence[str], judged: str, scores: Mapping[str, Score], most: int = MOST) -> list[str]:
-    """At most so many of the methods, in their order.
+def select_methods(methods: Sequence[str], judged: str, scores: Mapping[str, Score], most: int = MOST) -> list[str]:
+    """Select at most so many of the methods, in their order.
 
     First the one that is judged, then the other stages of its profile, the chains of other profiles, and after them
     whichever has most views right; without scores whichever comes first.

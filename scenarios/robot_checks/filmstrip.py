@@ -12,7 +12,7 @@ import robots
 from refseq.planar import Pose
 from robots import RobotState
 from scenarios.errors import ScenarioError
-from scenarios.report.picture_rows import Captioned, in_rows
+from scenarios.report.contact_sheet import CaptionedImage, contact_sheet
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.chase_camera import Onlooker, with_onlooker
 from sim.drives.operator import OperatorStyle
@@ -84,7 +84,7 @@ def film(strip: FilmedDrive) -> Iterator[DriveFrame]:
 def filmstrip(strip: FilmedDrive, frames: list[DriveFrame]) -> Figure:
     """Draw the frames in rows, each with time, speed, pitch and stops."""
     title = f"{strip.robot} in {strip.world}, {strip.route}, {frames[-1].time:.0f} s"
-    return in_rows(title, [Captioned(frame.image, caption(frame)) for frame in frames])
+    return contact_sheet(title, [CaptionedImage(frame.image, caption(frame)) for frame in frames])
 
 
 def caption(frame: DriveFrame) -> str:

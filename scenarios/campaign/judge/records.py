@@ -9,7 +9,7 @@ from scenarios.campaign.declare.schema_types import form_for
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.tasks import AnswerTask
 from scenarios.campaign.store.result_file import CaseRecord, MethodRecord, MishapRecord, SeedRecord, ShareRecord
-from scenarios.report.plot_selection import drawn
+from scenarios.report.plot_selection import select_methods
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.figures import Figures, figures_record
 from scenarios.scoring.proportion import Proportion
@@ -38,7 +38,7 @@ def _below_here(file: Path) -> str | None:
 
 def case_record(result: Judged, page: str) -> CaseRecord:
     """The record of a case; its ``page`` lies beside the file."""
-    shown = drawn(
+    shown = select_methods(
         [one.method for one in result.figures],
         result.case.scenario.judged,
         {one.method: one.wide for one in result.figures},

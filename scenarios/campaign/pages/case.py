@@ -11,10 +11,11 @@ from scenarios.campaign.store.cache import Store
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
 from scenarios.drives.record import Drive, plan_of
 from scenarios.report.document import details, facts
-from scenarios.report.page import duration_text, rendered
+from scenarios.report.page import rendered
 from scenarios.report.plots.plan import FloorOutline
-from scenarios.report.sections.experiment import Section, Terms, section
-from scenarios.report.sections.frames import Encoded, Side, Wanted, encoded
+from scenarios.report.sections.experiment import Section, SectionSettings, section
+from scenarios.report.sections.frames import DriveRole, EncodedFrames, FrameRequest, encoded
+from scenarios.report.words import duration_text
 from worlds.drawing.outline import outline_of
 from worlds.errors import WorldsError
 
@@ -56,15 +57,15 @@ def _section(result: Judged, store: Store) -> Section | None:
     """What was driven and answered; None where no drive was answered."""
     if not result.comparisons:
         return None
-    terms = Terms(
+    settings = SectionSettings(
         *tolerances(result.case),
         judged=result.case.scenario.judged,
         costs=result.costs,
-        pictures=FromStore([tasks[0] for tasks in result.answered.values()], store),
+        frames=FromStore([tasks[0] for tasks in result.answered.values()], store),
         outline=_outline(result),
         figures=result.figures,
     )
-    return section(result.case.name, result.comparisons, terms)
+    return section(result.case.name, result.comparisons, settings)
 
 
 def _outline(result: Judged) -> FloorOutline | None:
@@ -84,12 +85,14 @@ class FromStore:
     def __init__(self, tasks: Sequence[AnswerTask], store: Store) -> None:
         self._tasks, self._store = tasks, store
 
-    def __call__(self, wanted: Sequence[Wanted]) -> Encoded:
+    def __call__(self, requests: Sequence[FrameRequest]) -> EncodedFrames:
         """The frames of some views, by camera."""
-        found: dict[Wanted, dict[str, str]] = {}
-        for run, side in dict.fromkeys((one.run, one.side) for one in wanted):
+        found: dict[FrameRequest, dict[str, str]] = {}
+        for run, role in dict.fromkeys((one.run, one.role) for one in requests):
             task = self._tasks[run]
-            drives = learnt_drives(task, self._store) if side is Side.REFERENCE else [asked_views(task, self._store)]
+            drives = (
+                learnt_drives(task, self._store) if role is DriveRole.REFERENCE else [asked_views(task, self._store)]
+            )
             views = [view for drive in drives for view in drive.views]
-            found |= encoded(views, [one for one in wanted if (one.run, one.side) == (run, side)])
+            found |= encoded(views, [one for one in requests if (one.run, one.role) == (run, role)])
         return found

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from scenarios.campaign.declare.outcomes import Verdict
 from scenarios.campaign.pages.sweep_plot import DialShown
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
-from scenarios.report.page import duration_text, rendered
+from scenarios.report.page import rendered
+from scenarios.report.words import duration_text
 from scenarios.scoring.comparison import method_label
 from scenarios.scoring.tables import NONE
 

@@ -9,32 +9,26 @@ from scenarios.campaign.judge.missions import JudgedMissions
 from scenarios.campaign.pages.case import expectation_row
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
 from scenarios.drives.record import Drive, plan_of
-from scenarios.report.page import duration_text, metres, rendered
+from scenarios.report.page import PageRow, PageTable, rendered
 from scenarios.report.plots.mission import mission_plan
 from scenarios.report.plots.plan import FloorOutline
 from scenarios.report.plots.style import Plot
+from scenarios.report.words import duration_text, metres
 from scenarios.scoring.missions import MissionFigures, MissionRun, MissionScore, outcome_words
 from scenarios.scoring.tables import NONE
 from worlds.drawing.outline import outline_of
 from worlds.errors import WorldsError
 
-
-@dataclass(frozen=True)
-class MethodRow:
-    """One method's figures, in words."""
-
-    label: str
-    judged: bool
-    completed: str
-    narrow: str
-    goal: str
-    wrong: str
-    touched: str
-    time: str
-    over_ideal: str
-    barn: str
-    lost: str
-    views: str
+HEADINGS = (
+    "to the goal, median",
+    "wrong switches",
+    "things touched",
+    "time, median",
+    "time over ideal",
+    "BARN",
+    "said lost",
+    "views",
+)
 
 
 @dataclass(frozen=True)
@@ -80,7 +74,7 @@ def mission_page(result: JudgedMissions, record: CaseRecord, campaign: CampaignR
         expectations=[expectation_row(one) for one in record.judgements],
         traces=[(one.reason, one.details) for one in record.mishaps if one.details],
         it=None,
-        table=[_row(one, result) for one in result.missions],
+        figures=_table(result),
         outcomes=[_outcome(result, method, seed) for method, seed in _all(result)],
         shown=_shown(result),
         terms=result.case.scenario.score,
@@ -96,22 +90,28 @@ def _all(result: JudgedMissions) -> Iterator[tuple[str, int]]:
     return ((method, seed) for method, of_method in result.kept.items() for seed in of_method)
 
 
-def _row(one: MissionFigures, result: JudgedMissions) -> MethodRow:
-    runs = len(one.scores)
-    return MethodRow(
-        label=one.method,
-        judged=one.method == result.case.scenario.judged,
-        completed=f"{one.completed.successes} of {runs}",
-        narrow=f"{one.completed_narrow.successes} of {runs}",
-        goal=metres(one.goal_distance),
-        wrong=NONE if math.isnan(one.wrong_switches) else f"{one.wrong_switches:.0f} of {one.switches}",
-        touched=str(one.collisions),
-        time=NONE if math.isnan(one.time) else f"{one.time:.0f} s",
-        over_ideal=NONE if math.isnan(one.time_over_ideal) else f"{one.time_over_ideal:.2f}",
-        barn=f"{one.barn:.3f}",
-        lost=str(one.lost),
-        views=str(one.views),
+def _table(result: JudgedMissions) -> PageTable | None:
+    """The figures of all methods; None where no mission was run."""
+    score = result.case.scenario.score
+    completed = (f"completed, within {score.within} m", f"within {score.narrow} m")
+    rows = tuple(_row(one, result) for one in result.missions)
+    return PageTable(("led by", *completed, *HEADINGS), rows) if rows else None
+
+
+def _row(one: MissionFigures, result: JudgedMissions) -> PageRow:
+    cells = (
+        f"{one.completed.successes} of {len(one.scores)}",
+        f"{one.completed_narrow.successes} of {len(one.scores)}",
+        metres(one.goal_distance),
+        NONE if math.isnan(one.wrong_switches) else f"{one.wrong_switches:.0f} of {one.switches}",
+        str(one.collisions),
+        NONE if math.isnan(one.time) else f"{one.time:.0f} s",
+        NONE if math.isnan(one.time_over_ideal) else f"{one.time_over_ideal:.2f}",
+        f"{one.barn:.3f}",
+        str(one.lost),
+        str(one.views),
     )
+    return PageRow(one.method, cells, one.method == result.case.scenario.judged)
 
 
 def _outcome(result: JudgedMissions, method: str, seed: int) -> OutcomeRow:

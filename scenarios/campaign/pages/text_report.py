@@ -10,7 +10,7 @@ from scenarios.campaign.pages.index import index_row, verdict_line
 from scenarios.campaign.pages.summary import Across, plain
 from scenarios.campaign.results import INDEX
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
-from scenarios.report.page import duration_text
+from scenarios.report.words import duration_text
 from scenarios.scoring.tables import NONE
 from scenarios.tables import TextTable, print_whole, say
 

@@ -1,4 +1,4 @@
-"""The frames of a report: the same places in both drives, and what was seen at the worst failures."""
+"""PlaceFrames of a section: the same places in both drives, and the worst failures."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from refseq.view import View
-from scenarios.report.page import picture, scan_outline
+from scenarios.report.images import picture, scan_outline
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.outcome import Outcome
 from scenarios.scoring.path_geometry import ReferencePath, Tolerance
@@ -16,78 +16,78 @@ PLACES_SHOWN = 4
 """Matching places whose frames are shown for each section."""
 
 
-class Side(StrEnum):
-    """Of which drive a view is."""
+class DriveRole(StrEnum):
+    """The drive that a view is of."""
 
     REFERENCE = "reference"
     QUERY = "query"
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
-    """A view whose frames are to be shown: of which run, of which drive, its number."""
+class FrameRequest:
+    """A view whose frames are to be shown, by its run, its drive and its number."""
 
     run: int
-    side: Side
+    role: DriveRole
     view: int
 
 
-Encoded = Mapping[Wanted, Mapping[str, str]]
-"""For each view that was wanted its frames by camera, as data URIs."""
+EncodedFrames = Mapping[FrameRequest, Mapping[str, str]]
+"""Frames of each requested view by camera, as data URIs."""
 
 
-class Pictures(Protocol):
-    """Where frames come from: comparisons may hold them, or they lie on a disk."""
+class FrameSource(Protocol):
+    """Source of frames: comparisons that hold them, or files."""
 
-    def __call__(self, wanted: Sequence[Wanted]) -> Encoded:
+    def __call__(self, requests: Sequence[FrameRequest]) -> EncodedFrames:
         """The frames of some views, by camera."""
 
 
-def encoded(views: Sequence[View], wanted: Iterable[Wanted]) -> dict[Wanted, dict[str, str]]:
-    """The frames of those views of one drive that are wanted."""
-    return {one: {name: picture(image) for name, image in sorted(views[one.view].images.items())} for one in wanted}
+def encoded(views: Sequence[View], requests: Iterable[FrameRequest]) -> dict[FrameRequest, dict[str, str]]:
+    """Encode the requested frames of one drive."""
+    return {one: {name: picture(image) for name, image in sorted(views[one.view].images.items())} for one in requests}
 
 
 class InMemory:
-    """Frames that comparisons hold themselves."""
+    """PlaceFrames that comparisons hold themselves."""
 
     def __init__(self, runs: Sequence[Comparison]) -> None:
         self._runs = runs
 
-    def __call__(self, wanted: Sequence[Wanted]) -> Encoded:
+    def __call__(self, requests: Sequence[FrameRequest]) -> EncodedFrames:
         """The frames of some views, by camera."""
-        found: dict[Wanted, dict[str, str]] = {}
-        for one in wanted:
+        found: dict[FrameRequest, dict[str, str]] = {}
+        for one in requests:
             run = self._runs[one.run]
-            found |= encoded(run.reference_views if one.side is Side.REFERENCE else run.query_views, [one])
+            found |= encoded(run.reference_views if one.role is DriveRole.REFERENCE else run.query_views, [one])
         return found
 
 
 @dataclass(frozen=True)
-class Match:
-    """The same place in both drives of the first run: query view, reference place, and words about them."""
+class SamePlace:
+    """The same place in both drives of the first run: query view, reference place, and a caption."""
 
     view: int
     place: int
     caption: str
 
     @property
-    def wanted(self) -> tuple[Wanted, Wanted]:
+    def requests(self) -> tuple[FrameRequest, FrameRequest]:
         """The views to show."""
-        return Wanted(0, Side.REFERENCE, self.place), Wanted(0, Side.QUERY, self.view)
+        return FrameRequest(0, DriveRole.REFERENCE, self.place), FrameRequest(0, DriveRole.QUERY, self.view)
 
 
 @dataclass(frozen=True)
-class Frames:
-    """Pictures of one place, reference above query for each camera, as data URIs."""
+class PlaceFrames:
+    """FrameSource of one place, reference above query for each camera, as data URIs."""
 
     caption: str
     pairs: tuple[tuple[str, str | None, str | None], ...]
 
 
 @dataclass(frozen=True)
-class Sight:
-    """What one sensor saw at a failure: frames as data URIs, or scans as points; None where there is none.
+class SensorFrames:
+    """Frames as data URIs, or scans as points, of one sensor at a failure; None where there is none.
 
     In the order: the query view, the place that was answered, the right place.
     """
@@ -98,66 +98,88 @@ class Sight:
 
 
 @dataclass(frozen=True)
-class FailureShown:
+class FailureFrames:
     """A failure in words and pictures."""
 
     caption: str
     columns: tuple[str, str, str]
-    sights: tuple[Sight, ...]
+    sensors: tuple[SensorFrames, ...]
 
 
-def matches(comparison: Comparison, path: ReferencePath | None, wide: Tolerance, marked: str) -> list[Match]:
+def frames_of(
+    runs: Sequence[Comparison],
+    failures: Sequence[Failure],
+    path: ReferencePath | None,
+    wide: Tolerance,
+    marked: str,
+    source: FrameSource | None,
+) -> tuple[tuple[FailureFrames, ...], tuple[PlaceFrames, ...]]:
+    """The frames of failures, and of places that both drives of the first run passed, fetched at once."""
+    same = same_places(runs[0], path, wide, marked)
+    shown = (source or InMemory(runs))(
+        [request for place in same for request in place.requests]
+        + [request for failure in failures for request in failure_requests(failure)]
+    )
+    failed = tuple(failure_frames(failure, runs, shown) for failure in failures)
+    return failed, tuple(one for one in (place_frames(place, shown) for place in same) if one.pairs)
+
+
+def same_places(comparison: Comparison, path: ReferencePath | None, wide: Tolerance, marked: str) -> list[SamePlace]:
     """A few places spread over the query drive that both drives passed.
 
     Where no truth is known those that the ``marked`` method answered.
     """
-    found = list(_matches(comparison, path, wide, marked))
+    found = list(_same_places(comparison, path, wide, marked))
     if not found:
         return []
     spread = ((2 * i + 1) * len(found) // (2 * PLACES_SHOWN) for i in range(PLACES_SHOWN))
     return [found[i] for i in dict.fromkeys(spread)]
 
 
-def _matches(comparison: Comparison, path: ReferencePath | None, wide: Tolerance, marked: str) -> Iterable[Match]:
+def _same_places(
+    comparison: Comparison, path: ReferencePath | None, wide: Tolerance, marked: str
+) -> Iterable[SamePlace]:
     for t, view in enumerate(comparison.query_views):
         if path is not None and view.truth is not None:
             k = path.nearest(view.truth)
             if k is not None and path.within(view.truth, wide)[k]:
                 there = comparison.named(k)
-                yield Match(t, k, f"query view {t}, reference place {there}, {path.apart(k, view.truth):.2f} m apart")
+                yield SamePlace(
+                    t, k, f"query view {t}, reference place {there}, {path.apart(k, view.truth):.2f} m apart"
+                )
         elif path is None and marked in comparison.beliefs:
             k = comparison.beliefs[marked][t].best
             there = comparison.named(k)
-            yield Match(t, k, f"query view {t}, reference place {there} (the answer: no truth is known)")
+            yield SamePlace(t, k, f"query view {t}, reference place {there} (the answer: no truth is known)")
 
 
-def frames(match: Match, shown: Encoded) -> Frames:
+def place_frames(match: SamePlace, shown: EncodedFrames) -> PlaceFrames:
     """The pictures of a place."""
-    reference, query = (shown.get(one, {}) for one in match.wanted)
+    reference, query = (shown.get(one, {}) for one in match.requests)
     cameras = sorted({*reference, *query})
-    return Frames(match.caption, tuple((camera, reference.get(camera), query.get(camera)) for camera in cameras))
+    return PlaceFrames(match.caption, tuple((camera, reference.get(camera), query.get(camera)) for camera in cameras))
 
 
-def failure_wanted(failure: Failure) -> tuple[Wanted, Wanted, Wanted]:
+def failure_requests(failure: Failure) -> tuple[FrameRequest, FrameRequest, FrameRequest]:
     """The views to show at a failure: the query view, the place answered, the right place."""
     return (
-        Wanted(failure.run, Side.QUERY, failure.view),
-        Wanted(failure.run, Side.REFERENCE, failure.answer),
-        Wanted(failure.run, Side.REFERENCE, failure.right),
+        FrameRequest(failure.run, DriveRole.QUERY, failure.view),
+        FrameRequest(failure.run, DriveRole.REFERENCE, failure.answer),
+        FrameRequest(failure.run, DriveRole.REFERENCE, failure.right),
     )
 
 
-def failure_shown(failure: Failure, runs: Sequence[Comparison], shown: Encoded) -> FailureShown:
-    """What was seen at a failure."""
+def failure_frames(failure: Failure, runs: Sequence[Comparison], shown: EncodedFrames) -> FailureFrames:
+    """The sensors' frames at a failure."""
     run = runs[failure.run]
-    pictures = [shown.get(one, {}) for one in failure_wanted(failure)]
+    pictures = [shown.get(one, {}) for one in failure_requests(failure)]
     cameras = sorted({camera for of_view in pictures for camera in of_view})
-    sights = [Sight(camera, pictures=tuple(of_view.get(camera) for of_view in pictures)) for camera in cameras]
+    sensors = [SensorFrames(camera, pictures=tuple(of_view.get(camera) for of_view in pictures)) for camera in cameras]
     views = (run.query_views[failure.view], run.reference_views[failure.answer], run.reference_views[failure.right])
     if any(view.scan is not None for view in views):
         scans = tuple(None if view.scan is None else scan_outline(view.scan) for view in views)
-        sights.append(Sight("laser", scans=scans))
-    return FailureShown(_caption(failure, run), _columns(failure, run), tuple(sights))
+        sensors.append(SensorFrames("laser", scans=scans))
+    return FailureFrames(_caption(failure, run), _columns(failure, run), tuple(sensors))
 
 
 def _caption(failure: Failure, run: Comparison) -> str:

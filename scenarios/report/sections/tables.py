@@ -1,10 +1,11 @@
-"""The tables of a report: what the figures of each method are in words."""
+"""Tables of the methods' figures, in words."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from scenarios.report.page import duration_text, metres, number, size_text, ways
+from scenarios.report.page import PageRow, PageTable
+from scenarios.report.words import distances, duration_text, metres, number, size_text
 from scenarios.scoring.comparison import Comparison, method_label
 from scenarios.scoring.cost import Cost
 from scenarios.scoring.figures import STEPS, Figures, figures_record, step_times, success_over_seeds
@@ -12,160 +13,142 @@ from scenarios.scoring.outcome import Outcome
 from scenarios.scoring.score import PLACES_OFF, RANKS, Score
 from scenarios.scoring.tables import NONE
 
-
-@dataclass(frozen=True)
-class MethodRow:
-    """One method's figures, in words; ``judged`` says whether verdicts are about it."""
-
-    label: str
-    views: str
-    success: str
-    success_narrow: str
-    over_seeds: str
-    failures: str
-    median: str
-    p95: str
-    judged: bool
-
-
-@dataclass(frozen=True)
-class FurtherRow:
-    """More figures of one method, in words."""
-
-    label: str
-    outcomes: str
-    first_fix: str
-    harm: str
-    auc: str
-    recall: str
-    first_places: str
-    near_places: str
-    calibration: str
-    entropy: str
+OUTCOMES = (Outcome.WRONG, Outcome.MISSED, Outcome.FALSE_FIX, Outcome.REJECTED)
+FURTHER = (
+    "method",
+    f"{' / '.join(outcome.value for outcome in OUTCOMES)} [views]",
+    "way to first right answer",
+    "harm [views]",
+    "retrieval AUC",
+    "recall at 100 / 99 % precision",
+    "recall@1 / 5 / 10",
+    "within ±1 / 2 / 5 places",
+    "calibration error (ECE)",
+    "entropy: AUROC of failing",
+)
+LOST = (
+    "method",
+    "AUROC of P(lost)",
+    "false alarms to catch 95 %",
+    "calibration error of P(lost)",
+    "way to saying lost",
+    "way to recovering",
+    "worst false fix",
+)
+COSTS = ("bytes a place", "features a place", "kept in all", "learning", "answering", "most memory")
+"""Figures of a ``Cost``."""
 
 
 @dataclass(frozen=True)
-class LostRow:
-    """How one method did off the map, in words."""
+class FigureTables:
+    """The tables of some methods; ``lost`` is None where no view was off the map."""
 
-    label: str
-    auroc: str
-    false_alarms: str
-    calibration: str
-    to_lost: str
-    to_recover: str
-    worst: str
+    success: PageTable
+    further: PageTable
+    lost: PageTable | None
+    figures: PageTable
+    unscored: int
 
 
-@dataclass(frozen=True)
-class CostRow:
-    """What one method cost, in words."""
-
-    label: str
-    cells: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class CostTable:
-    """Milliseconds a view for each of ``STEPS``, and where costs are known (``kept``) what they tell beside."""
-
-    headings: tuple[str, ...]
-    rows: tuple[CostRow, ...]
-    kept: bool
-
-
-@dataclass(frozen=True)
-class FigureRow:
-    """One figure of all methods, as the files of figures have it."""
-
-    name: str
-    values: tuple[str, ...]
-
-
-def method_row(one: Figures, *, judged: bool) -> MethodRow:
-    """The row of the first table."""
-    wide, narrow = one.wide, one.narrow
-    return MethodRow(
-        label=method_label(one.method),
-        views=f"{wide.success.trials} / {narrow.success.trials}",
-        success=str(wide.success),
-        success_narrow=str(narrow.success),
-        over_seeds=" / ".join(_over_seeds(runs) for runs in (one.wide_runs, one.narrow_runs)),
-        failures=str(wide.failures),
-        median=metres(wide.error_quantile(0.5)),
-        p95=metres(wide.error_quantile(0.95)),
-        judged=judged,
+def figure_tables(figures: Sequence[Figures], judged: str) -> FigureTables | None:
+    """Put the figures of all methods into tables; None without any method."""
+    if not figures:
+        return None
+    lost = tuple(_lost_row(one.method, one.wide) for one in figures if one.wide.off_map.any())
+    return FigureTables(
+        success=_success_table(figures, judged),
+        further=PageTable(FURTHER, tuple(map(further_row, figures))),
+        lost=PageTable(LOST, lost) if lost else None,
+        figures=_record_table(figures),
+        unscored=figures[0].wide.count(Outcome.UNSCORED),
     )
+
+
+def _success_table(figures: Sequence[Figures], judged: str) -> PageTable:
+    wide, narrow = (f"{score.tolerance.distance}" for score in (figures[0].wide, figures[0].narrow))
+    several = len(figures[0].wide_runs) > 1
+    headings = (
+        "method",
+        f"n [views], {wide} / {narrow} m",
+        f"success within {wide} m",
+        f"success within {narrow} m",
+        *((f"over seeds, {wide} / {narrow} m",) if several else ()),
+        "failures [views]",
+        "median error",
+        "95th percentile",
+    )
+    return PageTable(headings, tuple(_success_row(one, one.method == judged, several) for one in figures))
+
+
+def _success_row(one: Figures, judged: bool, several: bool) -> PageRow:
+    wide, narrow = one.wide, one.narrow
+    cells = (
+        f"{wide.success.trials} / {narrow.success.trials}",
+        str(wide.success),
+        str(narrow.success),
+        *((" / ".join(_over_seeds(runs) for runs in (one.wide_runs, one.narrow_runs)),) if several else ()),
+        str(wide.failures),
+        metres(wide.error_quantile(0.5)),
+        metres(wide.error_quantile(0.95)),
+    )
+    return PageRow(method_label(one.method), cells, judged)
 
 
 def _over_seeds(runs: Sequence[Score]) -> str:
     """The 95 % interval of success over seeds."""
-    found = success_over_seeds(runs)
-    return NONE if found is None else f"[{100 * found[0]:.1f}, {100 * found[1]:.1f}]"
+    interval = success_over_seeds(runs)
+    return NONE if interval is None else f"[{100 * interval[0]:.1f}, {100 * interval[1]:.1f}]"
 
 
-def further_row(one: Figures) -> FurtherRow:
-    """The row of the second table."""
-    pooled, curve, spoilt = one.wide, one.wide.retrieval, one.harm
-    kinds = (Outcome.WRONG, Outcome.MISSED, Outcome.FALSE_FIX, Outcome.REJECTED)
-    return FurtherRow(
-        label=method_label(one.method),
-        outcomes=" / ".join(str(pooled.count(kind)) for kind in kinds),
-        first_fix=ways(pooled.first_fixes),
-        harm=NONE if spoilt is None else f"{spoilt.successes} of {spoilt.trials}",
-        auc=NONE if curve is None else f"{curve.auc:.3f}",
-        recall=NONE if curve is None else f"{100 * curve.recall_at(1.0):.0f} / {100 * curve.recall_at(0.99):.0f} %",
-        first_places=_first_places(pooled),
-        near_places=_near_places(pooled),
-        calibration=number(pooled.top_reliability.error),
-        entropy=number(pooled.entropy_auroc),
-    )
-
-
-def lost_row(method: str, pooled: Score) -> LostRow:
-    """The row of the table of what happened off the map."""
-    return LostRow(
-        label=method_label(method),
-        auroc=number(pooled.auroc),
-        false_alarms=NONE if pooled.false_alarms is None else f"{100 * pooled.false_alarms:.0f} %",
-        calibration=number(pooled.lost_reliability.error),
-        to_lost=ways(pooled.recovery.to_lost),
-        to_recover=ways(pooled.recovery.to_recover),
-        worst=metres(pooled.worst_false_fix),
-    )
-
-
-def _first_places(pooled: Score) -> str:
-    """Recall at 1, 5 and 10 places [%]."""
+def further_row(one: Figures) -> PageRow:
+    """A method's row under ``FURTHER``."""
+    pooled, curve, harm = one.wide, one.wide.retrieval, one.harm
     recalls = [pooled.recall(first) for first in RANKS]
-    return NONE if not recalls[0].trials else " / ".join(f"{100 * share.value:.0f}" for share in recalls) + " %"
-
-
-def _near_places(pooled: Score) -> str:
-    """Answers within 1, 2 and 5 places of the right one [%]."""
     near = [pooled.within_places(places) for places in PLACES_OFF]
-    return NONE if not near[0].trials else " / ".join(f"{100 * share.value:.0f}" for share in near) + " %"
+    cells = (
+        " / ".join(str(pooled.count(outcome)) for outcome in OUTCOMES),
+        distances(pooled.first_fixes),
+        NONE if harm is None else f"{harm.successes} of {harm.trials}",
+        NONE if curve is None else f"{curve.auc:.3f}",
+        NONE if curve is None else f"{100 * curve.recall_at(1.0):.0f} / {100 * curve.recall_at(0.99):.0f} %",
+        *(
+            " / ".join(f"{100 * share.value:.0f}" for share in shares) + " %" if shares[0].trials else NONE
+            for shares in (recalls, near)
+        ),
+        number(pooled.top_reliability.error),
+        number(pooled.entropy_auroc),
+    )
+    return PageRow(method_label(one.method), cells)
 
 
-def cost_table(runs: Sequence[Comparison], methods: Sequence[str], costs: Mapping[str, Sequence[Cost]]) -> CostTable:
-    """What each method cost; no row where no time was taken."""
+def _lost_row(method: str, pooled: Score) -> PageRow:
+    cells = (
+        number(pooled.auroc),
+        NONE if pooled.false_alarms is None else f"{100 * pooled.false_alarms:.0f} %",
+        number(pooled.lost_reliability.error),
+        distances(pooled.recovery.to_lost),
+        distances(pooled.recovery.to_recover),
+        metres(pooled.worst_false_fix),
+    )
+    return PageRow(method_label(method), cells)
+
+
+def cost_table(
+    runs: Sequence[Comparison], methods: Sequence[str], costs: Mapping[str, Sequence[Cost]]
+) -> PageTable | None:
+    """Milliseconds a view for each of ``STEPS``, and the ``costs`` where they are known; None without any time."""
     taken = {method: [belief.timings for run in runs for belief in run.beliefs[method]] for method in methods}
-    headings = (*(f"{step} [ms]" for step in STEPS), *(KEPT if costs else ()))
     if not costs and not any(timing.total for timings in taken.values() for timing in timings):
-        return CostTable(headings, (), False)
+        return None
     times = {method: step_times(timings).values() for method, timings in taken.items()}
     rows = (
-        CostRow(method_label(m), (*(f"{t.median:.2f} / {t.p95:.2f}" for t in times[m]), *_kept(costs.get(m, ()))))
+        PageRow(method_label(m), (*(f"{t.median:.2f} / {t.p95:.2f}" for t in times[m]), *_costs(costs.get(m, ()))))
         for m in methods
     )
-    return CostTable(headings, tuple(rows), bool(costs))
+    return PageTable(("method", *(f"{step} [ms]" for step in STEPS), *(COSTS if costs else ())), tuple(rows))
 
 
-KEPT = ("bytes a place", "features a place", "kept in all", "learning", "answering", "most memory")
-"""What a ``Cost`` tells."""
-
-
-def _kept(costs: Sequence[Cost]) -> tuple[str, ...]:
+def _costs(costs: Sequence[Cost]) -> tuple[str, ...]:
     """The mean over the drives, of memory the most."""
     if not costs:
         return ()
@@ -182,11 +165,12 @@ def _kept(costs: Sequence[Cost]) -> tuple[str, ...]:
     )
 
 
-def figure_rows(found: Sequence[Figures]) -> list[FigureRow]:
+def _record_table(figures: Sequence[Figures]) -> PageTable:
     """All figures that a file of figures has, a row each, a column a method."""
-    records = [figures_record(one) for one in found]
+    records = [figures_record(one) for one in figures]
     names = dict.fromkeys(name for record in records for name in record)
-    return [FigureRow(name, tuple(_plain(record.get(name)) for record in records)) for name in names]
+    rows = (PageRow(name, tuple(_plain(record.get(name)) for record in records)) for name in names)
+    return PageTable(("figure", *(method_label(one.method) for one in figures)), tuple(rows))
 
 
 def _plain(value: object) -> str:

@@ -21,7 +21,7 @@ from scenarios.campaign.results import Results, slugs
 from scenarios.campaign.store.cache import Store
 from scenarios.campaign.store.result_file import CampaignRecord, JudgementRecord, read_result
 from scenarios.errors import ScenarioError
-from scenarios.report.page import picture
+from scenarios.report.images import picture
 from scenarios.scoring.figures import figures_record
 from scenarios.scoring.path_geometry import WIDE
 from scenarios.scoring.score import score

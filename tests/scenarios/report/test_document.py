@@ -237,7 +237,7 @@ def test_harm_is_told_of_profiles_by_their_own_single_view() -> None:
     whole = corridor_comparison(count=COUNT, size=24)
     named = {f"best/{stage}": beliefs for stage, beliefs in whole.beliefs.items()}
     columns = [
-        [further_row(one).harm for one in figures([replace(whole, beliefs=beliefs)])]
+        [further_row(one).cells[2] for one in figures([replace(whole, beliefs=beliefs)])]
         for beliefs in (whole.beliefs, {**named, "topometric": whole.beliefs[Stage.CHAIN]})
     ]
     assert columns[0][0] == "n/a"

@@ -3,8 +3,9 @@ import pytest
 
 from refseq.belief import Stage
 from refseq.view import Scan
-from scenarios.report.page import SCAN_REACH, duration_text, scan_outline, size_text
+from scenarios.report.images import SCAN_REACH, scan_outline
 from scenarios.report.sections.tables import cost_table
+from scenarios.report.words import duration_text, size_text
 from scenarios.scoring.cost import Cost
 from tests.support import corridor_comparison
 
@@ -50,12 +51,18 @@ def test_costs_are_means_over_the_drives_and_of_memory_the_most() -> None:
         Cost(learn_s=3.0, answer_s=20.0, places=30, bytes_kept=50_000, features=70, peak_bytes=2_000_000),
     ]
     table = cost_table([run], [Stage.CHAIN], {Stage.CHAIN: costs})
+    assert table is not None
     (row,) = table.rows
-    assert dict(zip(table.headings, row.cells, strict=True)) | {
-        "bytes a place": "1.5 kB",
-        "features a place": "3",
-        "kept in all": "30 kB",
-        "learning": "2.0 s",
-        "answering": "15.0 s",
-        "most memory": "3 MB",
-    } == dict(zip(table.headings, row.cells, strict=True))
+    costs_told = dict(zip(table.headings[1:], row.cells, strict=True))
+    assert (
+        costs_told
+        | {
+            "bytes a place": "1.5 kB",
+            "features a place": "3",
+            "kept in all": "30 kB",
+            "learning": "2.0 s",
+            "answering": "15.0 s",
+            "most memory": "3 MB",
+        }
+        == costs_told
+    )

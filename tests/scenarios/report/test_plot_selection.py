@@ -1,5 +1,5 @@
 from scenarios.methods.by_name import METHODS
-from scenarios.report.plot_selection import MOST, drawn
+from scenarios.report.plot_selection import MOST, select_methods
 from scenarios.scoring.score import Score, score
 from tests.support import certain, corridor_comparison
 
@@ -21,14 +21,14 @@ def test_judged_its_stages_the_chains_and_the_best_peers_are_drawn_in_their_orde
         thesis_uniform=1, thesis_prior=2, thesis_chain=3, best_uniform=9, best_prior=9, best_chain=8, a=7, b=4, c=10
     )
     expected = ["thesis/uniform", "thesis/prior", "thesis/chain", "best/chain", "a", "c"]
-    assert drawn(list(found), "thesis/chain", found) == expected
+    assert select_methods(list(found), "thesis/chain", found) == expected
     judged_peer = ["thesis/chain", "best/uniform", "best/chain", "a", "b", "c"]
-    assert drawn(list(found), "b", found) == judged_peer
+    assert select_methods(list(found), "b", found) == judged_peer
 
 
 def test_few_are_all_drawn_and_many_never_more_than_can_be_told_apart() -> None:
-    assert drawn(["vlad", "mine:Mine"], "mine:Mine", {}) == ["vlad", "mine:Mine"]
+    assert select_methods(["vlad", "mine:Mine"], "mine:Mine", {}) == ["vlad", "mine:Mine"]
     for judged in METHODS:
-        shown = drawn(METHODS, judged, {})
+        shown = select_methods(METHODS, judged, {})
         assert judged in shown
         assert len(shown) == min(MOST, len(METHODS))

@@ -4,7 +4,7 @@ import numpy as np
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.report.sections.frames import failure_shown, matches
+from scenarios.report.sections.frames import failure_frames, same_places
 from scenarios.scoring.comparison import Comparison, Drives
 from scenarios.scoring.outcome import Outcome
 from scenarios.scoring.path_geometry import WIDE, path_of
@@ -76,9 +76,9 @@ def test_a_faultless_drive_shows_nothing() -> None:
 def test_of_several_drives_a_place_is_named_by_its_number_in_its_own() -> None:
     one = run([0, 30, 2, 39], [0.0] * 4)
     (worst, _) = worst_failures([one], [score(one, "mine", WIDE)], "mine")
-    assert failure_shown(worst, [one], {}).columns == ("query view 3", "answered: place 39", "right place: 3")
+    assert failure_frames(worst, [one], {}).columns == ("query view 3", "answered: place 39", "right place: 3")
     several = replace(one, drives=Drives(("path-a", "path-b"), (3, PLACES - 3)))
-    assert failure_shown(worst, [several], {}).columns == (
+    assert failure_frames(worst, [several], {}).columns == (
         "query view 3",
         "answered: place 36 of path-b",
         "right place: 0 of path-b",
@@ -90,4 +90,6 @@ def test_of_several_drives_a_place_is_named_by_its_number_in_its_own() -> None:
         "36 of path-b",
     ]
     path = path_of(several)
-    assert matches(several, path, WIDE, "mine")[0].caption == "query view 0, reference place 0 of path-a, 0.00 m apart"
+    assert (
+        same_places(several, path, WIDE, "mine")[0].caption == "query view 0, reference place 0 of path-a, 0.00 m apart"
+    )

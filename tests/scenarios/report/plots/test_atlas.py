@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from scenarios.report.plots.atlas import ASIDE as APART
 from scenarios.report.plots.atlas import draw_passing, joined_plan, shares, which_drive
 from scenarios.report.plots.belief import FINEST, belief_heatmaps, coarser
-from scenarios.report.sections.atlas import atlas_shown
+from scenarios.report.sections.atlas import atlas_part
 from scenarios.scoring.atlas import passing
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.figures import figures
@@ -179,7 +179,7 @@ def test_a_picture_that_is_coarser_says_so(run: Comparison) -> None:
 
 
 def test_a_page_tells_of_the_joins_of_who_is_judged(run: Comparison) -> None:
-    shown = atlas_shown(run, figures([run]), ["best/chain", "vlad"], "best/chain", WIDE, None)
+    shown = atlas_part(run, figures([run]), ["best/chain", "vlad"], "best/chain", WIDE, None)
     assert shown is not None
     assert [(row.joined, row.one, row.other, row.why) for row in shown.joins] == [
         (True, "ahead 0-10", "aside 0-10", "they are alike"),
@@ -188,18 +188,18 @@ def test_a_page_tells_of_the_joins_of_who_is_judged(run: Comparison) -> None:
     ]
     assert shown.plan is not None
     assert "joined with another place (5)" in texts(shown.plan.svg)
-    ours, other = shown.rows
-    assert (ours.label, ours.fork, ours.jumps) == ("best/chain", "0.00 m", "0")
-    assert ours.joined[0] == "2 (1)"
-    assert ours.joined[3:] == ("31 of 47", "0", "4 of 5")
-    assert (other.label, other.fork, other.jumps) == ("vlad", f"{NONE} (1 never)", "0")
-    assert other.joined == (NONE,) * 6
+    ours, other = shown.table.rows
+    assert (ours.label, ours.cells[:2]) == ("best/chain", ("0.00 m", "0"))
+    assert ours.cells[2] == "2 (1)"
+    assert ours.cells[5:] == ("31 of 47", "0", "4 of 5")
+    assert (other.label, other.cells[:2]) == ("vlad", (f"{NONE} (1 never)", "0"))
+    assert other.cells[2:] == (NONE,) * 6
 
 
 def test_who_has_no_atlas_shows_no_joins_and_one_drive_shows_nothing(run: Comparison) -> None:
-    shown = atlas_shown(run, figures([run]), ["vlad"], "vlad", WIDE, None)
+    shown = atlas_part(run, figures([run]), ["vlad"], "vlad", WIDE, None)
     assert shown is not None
     assert (shown.plan, shown.joins) == (None, ())
     alone = compared(AHEAD, {"m": known(*range(21), count=21)}, drives={"ahead": AHEAD})
-    assert atlas_shown(alone, figures([alone]), ["m"], "m", WIDE, None) is None
+    assert atlas_part(alone, figures([alone]), ["m"], "m", WIDE, None) is None
     assert math.isnan(figures([alone])[0].wide.worst_false_fix)

@@ -1,4 +1,4 @@
-"""Pictures in rows, each with its text under it."""
+"""Contact sheets: images in rows, each with its caption."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 
 COLUMNS = 4
 CELL = 3.2
-"""Width of a picture on the sheet [inch]."""
+"""Width of an image on the sheet [inch]."""
 FOOT = 0.5
-"""Room under it for its text [inch]."""
+"""Height left under it for its caption [inch]."""
 
 
-class Captioned(NamedTuple):
-    """A picture (height, width) uint8, all of a sheet of one size, and what stands under it."""
+class CaptionedImage(NamedTuple):
+    """An image (height, width) uint8 and its caption; all of a sheet have one size."""
 
     image: NDArray[np.uint8]
     text: str
 
 
-def in_rows(title: str, frames: Sequence[Captioned]) -> Figure:
-    """Draw pictures in rows of ``COLUMNS``."""
+def contact_sheet(title: str, frames: Sequence[CaptionedImage]) -> Figure:
+    """Draw images in rows of ``COLUMNS``."""
     high, wide = frames[0].image.shape
     rows, height = -(-len(frames) // COLUMNS), CELL * high / wide
     width, tall = COLUMNS * CELL, rows * (height + FOOT) + FOOT

@@ -1,0 +1,32 @@
+"""Images and scans of a view, as a page holds them."""
+
+import base64
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.view import Scan
+
+FRAME_WIDTH = 320
+"""Width of a frame [pixels]."""
+SCAN_REACH = 12.0
+"""How far a drawn scan reaches [m]."""
+
+
+def picture(image: NDArray[np.uint8]) -> str:
+    """A frame as a small JPEG data URI."""
+    height, width = image.shape
+    small = cv2.resize(image, (FRAME_WIDTH, round(FRAME_WIDTH * height / width)), interpolation=cv2.INTER_AREA)
+    _, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 80])
+    return "data:image/jpeg;base64," + base64.b64encode(data.tobytes()).decode()
+
+
+def scan_outline(scan: Scan) -> str:
+    """A scan as the points of an SVG polyline, the robot in the middle at (0, 0) looking up, in decimetres."""
+    ranges = np.minimum(scan.ranges, SCAN_REACH).astype(float)
+    left, ahead = ranges * np.sin(scan.bearings), ranges * np.cos(scan.bearings)
+    points = np.round(np.stack([-left, -ahead], axis=1) * 10).astype(int)
+    # Beams next to each other often end in the same decimetre.
+    kept = np.concatenate([[True], (np.diff(points, axis=0) != 0).any(axis=1)])
+    return " ".join(f"{x},{y}" for x, y in points[kept])

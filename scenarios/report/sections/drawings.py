@@ -1,0 +1,58 @@
+"""Plots of one comparison, for a section of a page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from scenarios.report.plots.belief import belief_heatmaps
+from scenarios.report.plots.calibration import reliability
+from scenarios.report.plots.confidence import confidence
+from scenarios.report.plots.errors import errors_along_path, errors_over_entropy
+from scenarios.report.plots.plan import FloorOutline, drive_plan
+from scenarios.report.plots.retrieval import precision_recall
+from scenarios.report.plots.style import Plot
+from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.fault_spans import fault_spans
+from scenarios.scoring.figures import Figures
+from scenarios.scoring.path_geometry import Tolerance, path_of
+
+
+@dataclass(frozen=True)
+class Drawings:
+    """Plots of the drawn methods; None where there is nothing to draw, or no truth to score by."""
+
+    plan: Plot | None = None
+    belief: Plot | None = None
+    confidence: Plot | None = None
+    errors: Plot | None = None
+    retrieval: Plot | None = None
+    reliability: Plot | None = None
+    certainty: Plot | None = None
+
+
+def drawings(
+    comparison: Comparison,
+    figures: Sequence[Figures],
+    judged: str,
+    tolerances: tuple[Tolerance, Tolerance],
+    outline: FloorOutline | None,
+) -> Drawings:
+    """Draw the first run of some methods; without ``figures`` only their beliefs."""
+    if not comparison.beliefs:
+        return Drawings()
+    faults, wide = fault_spans(comparison.query_views, comparison.query_metadata), tolerances[0]
+    path = path_of(comparison) if figures else None
+    unscored = Drawings(
+        belief=belief_heatmaps(comparison, path, wide, faults), confidence=confidence(comparison, path, wide, faults)
+    )
+    if path is None:
+        return unscored
+    drawn = [one for one in figures if one.method in comparison.beliefs]
+    first, pooled = {one.method: one.wide_runs[0] for one in drawn}, {one.method: one.wide for one in drawn}
+    return replace(
+        unscored,
+        plan=drive_plan(comparison, first[judged], outline, faults),
+        errors=errors_along_path(comparison, first, path, tolerances, faults),
+        retrieval=precision_recall(pooled),
+        reliability=reliability(pooled),
+        certainty=errors_over_entropy(comparison, first, tolerances),
+    )

@@ -1,0 +1,43 @@
+"""Figures in words, as they stand on a page."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from scenarios.scoring.recovery import DistanceOrNever
+from scenarios.scoring.tables import NONE
+
+
+def metres(value: float) -> str:
+    """A length [m]."""
+    return NONE if math.isnan(value) else f"{value:.2f} m"
+
+
+def number(value: float | None) -> str:
+    """A figure without a unit."""
+    return NONE if value is None or math.isnan(value) else f"{value:.3f}"
+
+
+def size_text(count: float) -> str:
+    """A number of bytes in the unit that leaves one to three digits before the point."""
+    for unit in ("B", "kB", "MB"):
+        if count < 1000:
+            return f"{count:.0f} {unit}" if unit == "B" else f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} GB"
+
+
+def duration_text(seconds: float) -> str:
+    """A time on the wall clock."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, left = divmod(round(seconds), 60)
+    return f"{minutes} min {left:02d} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+def distances(found: Sequence[DistanceOrNever]) -> str:
+    """Median of some distances, and how many were never reached."""
+    reached = [distance for distance in found if distance is not None]
+    never = len(found) - len(reached)
+    return (metres(float(np.median(reached))) if reached else NONE) + (f" ({never} never)" if never else "")
