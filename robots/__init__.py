@@ -5,7 +5,8 @@ from collections.abc import Callable
 from robots import robuter, segway_rmp
 from robots.control import ControlLayer
 from robots.errors import RobotsError
-from robots.motion import DifferentialDrive, Limits, Pose, Twist, WheelSpeeds
+from robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
+from robots.planar import PlanarPose
 from robots.robot import Robot, Shape
 from robots.signals import Actuation, Inertial, LaserScan, Signals
 from robots.state import Blocked, Cause, Motors, RobotState, Stop
@@ -20,7 +21,7 @@ __all__ = [
     "LaserScan",
     "Limits",
     "Motors",
-    "Pose",
+    "PlanarPose",
     "Robot",
     "RobotState",
     "RobotsError",

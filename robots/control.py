@@ -2,7 +2,8 @@
 
 from typing import Protocol
 
-from robots.motion import Pose, Twist
+from robots.motion import Twist
+from robots.planar import PlanarPose
 from robots.signals import Actuation, Signals
 from robots.state import RobotState
 
@@ -22,7 +23,7 @@ class ControlLayer(Protocol):
         """What was last heard from the robot."""
 
     @property
-    def odometry(self) -> Pose:
+    def odometry(self) -> PlanarPose:
         """The odometer at this moment; a state may be a tenth of a second old."""
 
     def command(self, twist: Twist) -> None:

@@ -24,15 +24,6 @@ class Twist:
 
 
 @dataclass(frozen=True, slots=True)
-class Pose:
-    """A pose in the plane: ``x``, ``y`` [m] and ``heading`` [rad], counter-clockwise from the x axis, not wrapped."""
-
-    x: float = 0.0
-    y: float = 0.0
-    heading: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
 class Limits:
     """How fast a robot is let: ``speed`` [m/s], ``turn_rate`` [rad/s], and how fast they change [m/s², rad/s²].
 

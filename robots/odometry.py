@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from robots.errors import RobotsError
-from robots.motion import DifferentialDrive, Pose
+from robots.motion import DifferentialDrive
+from robots.planar import PlanarPose
 
 
 class Pulses(NamedTuple):
@@ -96,14 +97,14 @@ class Odometry:
     """Integrates the pose from pulses; starts at the origin, with the counters at ``start``."""
 
     def __init__(self, geometry: Geometry, encoders: Encoders, start: Pulses = _ZERO) -> None:
-        self.pose = Pose(0.0, 0.0, 0.0)
+        self.pose = PlanarPose(0.0, 0.0, 0.0)
         self.distance = 0.0
         """Signed path length since the start [m]: backwards counts negative."""
         self._geometry = geometry
         self._encoders = encoders
         self._last = start
 
-    def update(self, pulses: Pulses) -> Pose:
+    def update(self, pulses: Pulses) -> PlanarPose:
         """Move on to counters at ``pulses`` and return the pose there; its heading is not wrapped."""
         geometry = self._geometry
         left = self._encoders.angle(pulses.left - self._last.left) * geometry.left_radius
@@ -115,11 +116,11 @@ class Odometry:
         return self.pose
 
 
-def along_arc(pose: Pose, length: float, turn: float) -> Pose:
+def along_arc(pose: PlanarPose, length: float, turn: float) -> PlanarPose:
     """Drive an arc of ``length`` [m] that turns by ``turn`` [rad]: exact, its chord is length · sinc(turn/2)."""
     half = turn / 2
     chord = length * np.sin(half) / half if half else length
     middle = pose.heading + half
-    return Pose(
+    return PlanarPose(
         float(pose.x + chord * np.cos(middle)), float(pose.y + chord * np.sin(middle)), float(pose.heading + turn)
     )

@@ -6,7 +6,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.motion import Pose, Twist
+from robots.motion import Twist
+from robots.planar import PlanarPose
 
 
 class Cause(Enum):
@@ -63,7 +64,7 @@ class RobotState:
     """
 
     time: float = 0.0
-    pose: Pose = field(default_factory=Pose)
+    pose: PlanarPose = field(default_factory=PlanarPose)
     distance: float = 0.0
     twist: Twist = field(default_factory=Twist)
     stops: tuple[Stop, ...] = ()

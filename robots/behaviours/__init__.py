@@ -2,11 +2,11 @@
 
 from robots.behaviours.behaviour import (
     Behaviour,
+    BehaviourOutcome,
+    BehaviourStep,
     Frame,
-    Outcome,
     Ranger,
     Senses,
-    Step,
     failed,
     finished,
     waiting,
@@ -15,12 +15,12 @@ from robots.behaviours.guarded import Guarded
 
 __all__ = [
     "Behaviour",
+    "BehaviourOutcome",
+    "BehaviourStep",
     "Frame",
     "Guarded",
-    "Outcome",
     "Ranger",
     "Senses",
-    "Step",
     "failed",
     "finished",
     "waiting",

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple, Protocol
 
-from robots.motion import Limits, Pose, Twist
+from robots.motion import Limits, Twist
 from robots.mounting import Mounting
 from robots.odometry import along_arc
+from robots.planar import PlanarPose
 from robots.robot import Shape
 from robots.signals import LaserScan
 from robots.state import RobotState
@@ -43,7 +44,7 @@ class Senses:
         return self.now - self.state.time
 
     @property
-    def pose(self) -> Pose:
+    def pose(self) -> PlanarPose:
         """Where the odometer would be now: the state's pose carried on by the state's velocity, as that may be old."""
         twist, elapsed = self.state.twist, self._forecast
         return along_arc(self.state.pose, twist.linear * elapsed, twist.angular * elapsed)
@@ -80,7 +81,7 @@ class Frame:
     sonars: tuple[Ranger, ...] = ()
 
 
-class Outcome(Enum):
+class BehaviourOutcome(Enum):
     """How far a behaviour has come."""
 
     RUNNING = "running"
@@ -89,34 +90,34 @@ class Outcome(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class BehaviourStep:
     """What a behaviour wants: a motion, and whether it goes on.
 
     ``why`` is one line with values: the reason of the end, or while it runs, what it waits for; else empty.
     """
 
     twist: Twist = field(default_factory=Twist)
-    outcome: Outcome = Outcome.RUNNING
+    outcome: BehaviourOutcome = BehaviourOutcome.RUNNING
     why: str = ""
 
 
-def finished(why: str) -> Step:
+def finished(why: str) -> BehaviourStep:
     """The end of a behaviour that has done what it was to do."""
-    return Step(outcome=Outcome.FINISHED, why=why)
+    return BehaviourStep(outcome=BehaviourOutcome.FINISHED, why=why)
 
 
-def failed(why: str) -> Step:
+def failed(why: str) -> BehaviourStep:
     """The end of a behaviour that cannot do it."""
-    return Step(outcome=Outcome.FAILED, why=why)
+    return BehaviourStep(outcome=BehaviourOutcome.FAILED, why=why)
 
 
-def waiting(why: str, angular: float = 0.0) -> Step:
+def waiting(why: str, angular: float = 0.0) -> BehaviourStep:
     """Stay where it is, for a reason that may go away."""
-    return Step(Twist(0.0, angular), why=why)
+    return BehaviourStep(Twist(0.0, angular), why=why)
 
 
 class Behaviour(Protocol):
     """One way to move, until it has finished or failed."""
 
-    def step(self, senses: Senses) -> Step:
+    def step(self, senses: Senses) -> BehaviourStep:
         """Say how to move now; after the end it says stop, with the same outcome."""

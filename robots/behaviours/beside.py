@@ -6,16 +6,16 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import Frame, Senses, Step, finished
-from robots.behaviours.follow_wall import Side
+from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished
+from robots.behaviours.follow_wall import WallSide
 from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.sensing.frames import out_of
-from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.line import DirectedLine
 from robots.behaviours.sensing.room import SIDE_MARGIN, swing
 from robots.behaviours.sensing.sonar_filter import abeam
 from robots.behaviours.steering import turn_rate_onto
 from robots.behaviours.until import Until
-from robots.motion import Pose, Twist
+from robots.motion import Twist
+from robots.planar import PlanarPose, out_of
 
 REACH = 1.5
 """What a sonar of the side hears farther away than this is not beside the robot [m]: a choice."""
@@ -44,38 +44,38 @@ class Beside(Guarded):
     """
 
     def __init__(
-        self, frame: Frame, speed: float, side: Side | None, until: Until, *, patience: float = PATIENCE
+        self, frame: Frame, speed: float, side: WallSide | None, until: Until, *, patience: float = PATIENCE
     ) -> None:
         super().__init__(frame, patience)
         self._speed, self._side, self._until = speed, side, until
         self._echoes = _SideEchoes(frame, side) if side else None
-        self._way: Line | None = None
+        self._way: DirectedLine | None = None
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         if why := self._until.reached(senses):
             return finished(why)
         if self._way is None:
-            self._way = Line.through(senses.pose)
+            self._way = DirectedLine.through(senses.pose)
         if self._side is not None and self._echoes is not None:
             found = self._echoes.line(senses, self._way)
             if found is not None:
                 self._way = found.at(0.0, -self._side.value * keeps(self.frame))
         error = self._way.pose(senses.pose)
-        slight = Pose(error.x, min(max(error.y, -STEEPEST), STEEPEST), error.heading)
+        slight = PlanarPose(error.x, min(max(error.y, -STEEPEST), STEEPEST), error.heading)
         most = CURVATURE * self._speed
-        return Step(Twist(self._speed, min(max(turn_rate_onto(slight), -most), most)))
+        return BehaviourStep(Twist(self._speed, min(max(turn_rate_onto(slight), -most), most)))
 
 
 class _SideEchoes:
     """Where in the odometer's frame the sonars of a side have heard something on the last stretch of the way."""
 
-    def __init__(self, frame: Frame, side: Side) -> None:
+    def __init__(self, frame: Frame, side: WallSide) -> None:
         self._count, self._numbers = len(frame.sonars), abeam(frame, side.value)
         self._rangers = np.array([frame.sonars[number] for number in self._numbers], np.float64).reshape(-1, 3)
         self._heard: deque[tuple[float, NDArray[np.float64]]] = deque()
         self._newest = -math.inf
 
-    def line(self, senses: Senses, along: Line) -> Line | None:
+    def line(self, senses: Senses, along: DirectedLine) -> DirectedLine | None:
         """The line through what was heard, of which ``along`` tells the direction; None where that is too little."""
         state = senses.state
         if state.time > self._newest and state.sonar is not None and len(state.sonar) == self._count:
@@ -86,7 +86,7 @@ class _SideEchoes:
         points = np.concatenate([np.empty((0, 2)), *(points for _, points in self._heard)])
         return _resistant(along, points) if len(points) >= FEW else None
 
-    def _points(self, sonar: NDArray[np.float64], pose: Pose) -> NDArray[np.float64]:
+    def _points(self, sonar: NDArray[np.float64], pose: PlanarPose) -> NDArray[np.float64]:
         """Echoes (m, 2) in the middle of their cones."""
         ranges = sonar[self._numbers]
         near = (ranges >= 0) & (ranges < REACH)
@@ -95,7 +95,7 @@ class _SideEchoes:
         return out_of(pose, ends)
 
 
-def _resistant(along: Line, points: NDArray[np.float64]) -> Line | None:
+def _resistant(along: DirectedLine, points: NDArray[np.float64]) -> DirectedLine | None:
     """Tukey's resistant line, with two groups: through the medians of the rear and of the front half of the points.
 
     Stray echoes move it little. It is level where one half is above the other as often as below.

@@ -2,16 +2,16 @@
 
 import math
 
-from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
+from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.moves import driven
 from robots.behaviours.phases import ARRIVED, Travelled
 from robots.behaviours.sensing.lanes import choose_lane, lanes
-from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.line import DirectedLine
 from robots.behaviours.sensing.surroundings import Surroundings
-from robots.behaviours.sensing.wall import Wall, Window, find_wall
+from robots.behaviours.sensing.wall import DetectedWall, SearchWindow, find_wall
 from robots.behaviours.steering import turn_rate_onto
-from robots.motion import Pose
+from robots.planar import PlanarPose, wrapped
 
 BACK, FORTH = -1.0, 5.0
 """Walls are looked for from so far behind the axle to so far ahead of it [m]: a choice."""
@@ -35,22 +35,22 @@ class CarryOn(Guarded):
         super().__init__(frame, patience)
         self._length = length
         self._around, self._travelled = Surroundings(frame), Travelled()
-        self._way: Line | None = None
+        self._way: DirectedLine | None = None
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         self._around.look(senses)
         if self._around.lost:
             return waiting(self._around.lost)
         pose, travelled = senses.pose, self._travelled.so_far(senses)
         if self._length - travelled < ARRIVED:
             return finished(f"went on for {travelled:.2f} m")
-        way = self._way or Line.through(pose)
+        way = self._way or DirectedLine.through(pose)
         self._way = way = self._found(way, pose) if self._around.fresh else way
         error, seen = way.pose(pose), way.seen(self._around.all)
         offset = choose_lane(seen, error.x, self.frame.shape, lanes(0.0, -MOST_ASIDE, MOST_ASIDE))
         return driven(self.frame, self._around.points(pose), turn_rate_onto(error, offset), self._length - travelled)
 
-    def _found(self, way: Line, pose: Pose) -> Line:
+    def _found(self, way: DirectedLine, pose: PlanarPose) -> DirectedLine:
         """The way on: the line so far, or as the walls beside it lead."""
         here = way.at(way.pose(pose).x, 0.0)
         near, far = ASIDE
@@ -59,12 +59,12 @@ class CarryOn(Guarded):
         if left is not None and right is not None:
             return _middle(left.line, right.line)
         wall = left or right
-        return here if wall is None else Line(here.x, here.y, wall.line.heading)
+        return here if wall is None else DirectedLine(here.x, here.y, wall.line.heading)
 
-    def _wall(self, line: Line, across: tuple[float, float]) -> Wall | None:
-        return find_wall(self._around.all, line, Window((BACK, FORTH), across, TILT), SHORTEST)
+    def _wall(self, line: DirectedLine, across: tuple[float, float]) -> DetectedWall | None:
+        return find_wall(self._around.all, line, SearchWindow((BACK, FORTH), across, TILT), SHORTEST)
 
 
-def _middle(left: Line, right: Line) -> Line:
-    turn = math.remainder(right.heading - left.heading, 2 * math.pi)
-    return Line((left.x + right.x) / 2, (left.y + right.y) / 2, left.heading + turn / 2)
+def _middle(left: DirectedLine, right: DirectedLine) -> DirectedLine:
+    turn = wrapped(right.heading - left.heading)
+    return DirectedLine((left.x + right.x) / 2, (left.y + right.y) / 2, left.heading + turn / 2)

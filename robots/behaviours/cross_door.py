@@ -11,13 +11,14 @@ from enum import Enum
 
 import numpy as np
 
-from robots.behaviours.behaviour import Frame, Senses, Step, failed, finished, waiting
+from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, failed, finished, waiting
 from robots.behaviours.guarded import Guarded
-from robots.behaviours.sensing.doorway import LOOKS, DoorFinder, DoorWatch, Passage, Way, way_through
+from robots.behaviours.sensing.doorway import LOOKS, ClearWay, DoorFinder, DoorWatch, Passage, way_through
 from robots.behaviours.sensing.room import SIDE_MARGIN, blocks_turn
 from robots.behaviours.sensing.surroundings import Surroundings
 from robots.behaviours.steering import TURN_GAIN, speed_for
-from robots.motion import Pose, Twist
+from robots.motion import Twist
+from robots.planar import PlanarPose, wrapped
 
 STILL = 0.05
 """A scan tells where the doorway is only while the robot turns slower [rad/s]: a choice.
@@ -34,7 +35,7 @@ FARTHEST = 2.5
 """The point before the door is no farther off it [m]: a choice, well beyond the tip of a leaf."""
 
 
-class Side(Enum):
+class DoorSide(Enum):
     """Which way one goes through the door that is meant, against the robot's heading when it begins [rad]."""
 
     AHEAD = 0.0
@@ -78,7 +79,7 @@ class CrossDoor(Guarded):
         self,
         frame: Frame,
         finder: DoorFinder,
-        side: Side = Side.AHEAD,
+        side: DoorSide = DoorSide.AHEAD,
         settings: CrossingSettings | None = None,
         **patience: float,
     ) -> None:
@@ -87,7 +88,7 @@ class CrossDoor(Guarded):
         shape = frame.shape
         self._watch, self._around = DoorWatch(finder, shape.laser), Surroundings(frame)
         self._looked = 0  # scans since the robot stands still to look
-        self._phase: Callable[[Senses], Step] = self._find
+        self._phase: Callable[[Senses], BehaviourStep] = self._find
         self._middle = 0.0
         self._front = math.hypot(shape.ahead, shape.half_width)  # radius of what the front takes in a turn
         self._before = self._front + self._settings.room  # what a turn before a flat wall takes
@@ -95,7 +96,7 @@ class CrossDoor(Guarded):
         self._end_at = shape.behind + self._settings.wall + self._settings.past
         self._needed = 2 * (shape.half_width + self._settings.margin)
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         self._around.look(senses)
         if self._around.lost:
             return waiting(self._around.lost)
@@ -106,9 +107,9 @@ class CrossDoor(Guarded):
 
     # --- phases, in their order ---
 
-    def _find(self, senses: Senses) -> Step:
+    def _find(self, senses: Senses) -> BehaviourStep:
         if self._looked < LOOKS:
-            return Step()
+            return BehaviourStep()
         pose = senses.pose
         if not self._watch.choose(pose, pose.heading + self._side.value, SIDE_SPREAD):
             return waiting(f"no door {self._side.name.lower()}{self._seen_instead(senses)}")
@@ -120,7 +121,7 @@ class CrossDoor(Guarded):
         self._start = self._room_before(pose)
         return self._go_on(self._face_start)
 
-    def _face_start(self, senses: Senses) -> Step:
+    def _face_start(self, senses: Senses) -> BehaviourStep:
         away, bearing = self._to_start(senses.pose)
         if away < self._settings.past:
             return self._go_on(self._face_door)
@@ -128,7 +129,7 @@ class CrossDoor(Guarded):
             return self._go_on(self._go_to_start)
         return self._turn(bearing, senses)
 
-    def _go_to_start(self, senses: Senses) -> Step:
+    def _go_to_start(self, senses: Senses) -> BehaviourStep:
         away, bearing = self._to_start(senses.pose)
         if away < 0.02 or math.cos(bearing) < 0:
             return self._go_on(self._face_door)
@@ -136,17 +137,17 @@ class CrossDoor(Guarded):
         # Close to the point its bearing swings about, and says nothing any more.
         return self._ahead(Twist(speed, TURN_GAIN * bearing * min(1.0, away / 0.2)), away, senses)
 
-    def _face_door(self, senses: Senses) -> Step:
+    def _face_door(self, senses: Senses) -> BehaviourStep:
         off = self._door.axis.pose(senses.pose).heading
         if abs(off) < FACING and abs(senses.state.twist.angular) < STILL:
             self._looked = 0
             return self._go_on(self._judge)
         return self._turn(-off, senses)
 
-    def _judge(self, senses: Senses) -> Step:
+    def _judge(self, senses: Senses) -> BehaviourStep:
         """Look again from before the door."""
         if self._looked < LOOKS:
-            return Step()
+            return BehaviourStep()
         way = self._way()
         refused = self._refusal(way)
         if refused is not None:
@@ -156,7 +157,7 @@ class CrossDoor(Guarded):
         self._middle = way.middle
         return self._go_on(self._cross)
 
-    def _cross(self, senses: Senses) -> Step:
+    def _cross(self, senses: Senses) -> BehaviourStep:
         off = self._watch.off
         if off > self._settings.margin:
             return failed(f"the door is {off:.2f} m from where it was: the robot was pushed or has slipped")
@@ -167,9 +168,9 @@ class CrossDoor(Guarded):
         twist = Twist(self._settings.crossing, TURN_GAIN * (heading - at.heading))
         return self._ahead(twist, self._end_at - at.x, senses)
 
-    def _halt(self, senses: Senses) -> Step:
+    def _halt(self, senses: Senses) -> BehaviourStep:
         if abs(senses.state.twist.linear) > 0.02:
-            return Step()
+            return BehaviourStep()
         return finished(f"crossed a door {self._door.width:.2f} m wide")
 
     # --- what phases share ---
@@ -178,11 +179,11 @@ class CrossDoor(Guarded):
     def _door(self) -> Passage:
         return self._watch.passage
 
-    def _way(self) -> Way:
+    def _way(self) -> ClearWay:
         reach = self._end_at + self.frame.shape.ahead
         return way_through(self._door, self._around.all, self._before, reach)
 
-    def _refusal(self, way: Way) -> Step | None:
+    def _refusal(self, way: ClearWay) -> BehaviourStep | None:
         """The end, where a door will not let the robot through however long it waits."""
         width = self._door.width
         if width < self._needed:
@@ -192,7 +193,7 @@ class CrossDoor(Guarded):
             return failed(f"door {way.width:.2f} m open of {width:.2f} m: {kind}")
         return None
 
-    def _room_before(self, pose: Pose) -> float:
+    def _room_before(self, pose: PlanarPose) -> float:
         """The place on the axis nearest to the door where the front can turn, no farther off than the robot is.
 
         A leaf that opens to this side takes the room up to its tip.
@@ -204,24 +205,24 @@ class CrossDoor(Guarded):
         free = gaps > self._front + self._settings.around
         return float(places[np.argmax(free)]) if free.any() else nearest
 
-    def _to_start(self, pose: Pose) -> tuple[float, float]:
+    def _to_start(self, pose: PlanarPose) -> tuple[float, float]:
         """Distance [m] and bearing [rad] of the point before the door."""
         at = self._door.axis.pose(pose)
         x, y = self._start - at.x, -at.y
-        return math.hypot(x, y), math.remainder(math.atan2(y, x) - at.heading, 2 * math.pi)
+        return math.hypot(x, y), wrapped(math.atan2(y, x) - at.heading)
 
-    def _turn(self, angle: float, senses: Senses) -> Step:
+    def _turn(self, angle: float, senses: Senses) -> BehaviourStep:
         met = blocks_turn(self._around.points(senses.pose), self.frame.shape, angle)
         if len(met):
             return waiting(f"no room to turn: something is {float(np.hypot(*met[0])):.2f} m off the axle")
-        return Step(Twist(0.0, TURN_GAIN * angle))
+        return BehaviourStep(Twist(0.0, TURN_GAIN * angle))
 
-    def _ahead(self, twist: Twist, left: float, senses: Senses) -> Step:
+    def _ahead(self, twist: Twist, left: float, senses: Senses) -> BehaviourStep:
         """Go on, unless something is ahead within what is ``left`` of the way [m]."""
         free = self._free(senses)
         if free < min(left, self._settings.ahead):
             return waiting(f"something is {free:.2f} m ahead")
-        return Step(twist)
+        return BehaviourStep(twist)
 
     def _free(self, senses: Senses) -> float:
         """How far the way before the front is free [m], as wide as the robot; a single point is a stray."""
@@ -233,9 +234,9 @@ class CrossDoor(Guarded):
     def _seen_instead(self, senses: Senses) -> str:
         """What hides a door, or is where one should be."""
         free = self._free(senses)
-        return f"; something {free:.1f} m in front" if self._side is Side.AHEAD and math.isfinite(free) else ""
+        return f"; something {free:.1f} m in front" if self._side is DoorSide.AHEAD and math.isfinite(free) else ""
 
-    def _go_on(self, phase: Callable[[Senses], Step]) -> Step:
+    def _go_on(self, phase: Callable[[Senses], BehaviourStep]) -> BehaviourStep:
         """Stop, and begin another phase with the next step."""
         self._phase = phase
-        return Step()
+        return BehaviourStep()

@@ -1,6 +1,6 @@
 """A motion in open loop, as LAMP's ``MOVE``: one speed, one turn rate, until something ends it."""
 
-from robots.behaviours.behaviour import Frame, Senses, Step, finished
+from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.until import Until
 from robots.motion import Twist
@@ -13,7 +13,7 @@ class DeadReckoned(Guarded):
         super().__init__(frame, patience)
         self._twist, self._until = twist, until
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         if why := self._until.reached(senses):
             return finished(why)
-        return Step(self._until.eased(self._twist, self.frame.limits))
+        return BehaviourStep(self._until.eased(self._twist, self.frame.limits))

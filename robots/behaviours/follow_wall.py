@@ -3,17 +3,17 @@
 import math
 from enum import Enum
 
-from robots.behaviours.behaviour import Frame, Senses, Step, finished, waiting
+from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.moves import driven, turned
 from robots.behaviours.phases import ARRIVED, Travelled
 from robots.behaviours.sensing.lanes import choose_lane, lanes
-from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.line import DirectedLine
 from robots.behaviours.sensing.room import MARGIN, SIDE_MARGIN, swing
 from robots.behaviours.sensing.surroundings import Surroundings
-from robots.behaviours.sensing.wall import Wall, Window, find_wall
+from robots.behaviours.sensing.wall import DetectedWall, SearchWindow, find_wall
 from robots.behaviours.steering import turn_rate_onto
-from robots.motion import Pose
+from robots.planar import PlanarPose
 
 BACK, FORTH = -1.0, 5.0
 """A wall is looked for from so far behind the axle to so far ahead of it [m]: a choice.
@@ -39,7 +39,7 @@ CORNER_DONE = math.radians(15)
 """With no more than this left of a corner it follows the next wall: a choice."""
 
 
-class Side(Enum):
+class WallSide(Enum):
     """On which side of the robot a wall is; +1 is to the left."""
 
     LEFT = 1
@@ -61,16 +61,16 @@ class FollowWall(Guarded):
     """
 
     def __init__(
-        self, frame: Frame, side: Side, distance: float, length: float | None = None, *, patience: float = PATIENCE
+        self, frame: Frame, side: WallSide, distance: float, length: float | None = None, *, patience: float = PATIENCE
     ) -> None:
         super().__init__(frame, patience)
         self._side, self._distance, self._length = side, distance, length
         self._around, self._travelled = Surroundings(frame), Travelled()
-        self._wall: Wall | None = None
-        self._front: Wall | None = None
-        self._into: Wall | None = None  # the wall that it turns to, while it is in a corner
+        self._wall: DetectedWall | None = None
+        self._front: DetectedWall | None = None
+        self._into: DetectedWall | None = None  # the wall that it turns to, while it is in a corner
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         self._around.look(senses)
         if self._around.lost:
             return waiting(self._around.lost)
@@ -85,28 +85,28 @@ class FollowWall(Guarded):
             return waiting(f"no wall on the {self._side.name.lower()} within {FIRST_REACH} m")
         return self._along(self._wall, pose, travelled)
 
-    def _find(self, pose: Pose) -> None:
+    def _find(self, pose: PlanarPose) -> None:
         """Find the wall anew, and what is across the way."""
         points, side = self._around.all, self._side.value
         if self._wall is None:
-            line, across, tilt = Line.through(pose), _sorted(0.1 * side, FIRST_REACH * side), 2 * BEND
+            line, across, tilt = DirectedLine.through(pose), _sorted(0.1 * side, FIRST_REACH * side), 2 * BEND
         else:
             line = self._wall.line.at(self._wall.line.pose(pose).x, 0.0)
             across, tilt = (-RECESS, RECESS), BEND
-        found = find_wall(points, line, Window((BACK, FORTH), across, tilt), SHORTEST)
+        found = find_wall(points, line, SearchWindow((BACK, FORTH), across, tilt), SHORTEST)
         self._wall = found or self._wall
         if self._wall is not None:
-            ahead = Line(pose.x, pose.y, self._wall.line.heading - side * math.pi / 2)
-            window = Window((-FIRST_REACH, FIRST_REACH), _sorted(0.0, FRONT_REACH * side), FRONT_TILT)
+            ahead = DirectedLine(pose.x, pose.y, self._wall.line.heading - side * math.pi / 2)
+            window = SearchWindow((-FIRST_REACH, FIRST_REACH), _sorted(0.0, FRONT_REACH * side), FRONT_TILT)
             front = find_wall(points, ahead, window, FRONT_SHORTEST)
             self._front = front if front is not None and self._bars(front, pose) else None
 
-    def _bars(self, front: Wall, pose: Pose) -> bool:
+    def _bars(self, front: DetectedWall, pose: PlanarPose) -> bool:
         """Whether a wall ahead goes across all of the robot's way, and on to the side that it would turn to."""
         along, half = front.line.pose(pose).x, self.frame.shape.half_width
         return front.start < along - half / 2 and front.end > along + half and front.gap < FRONT_GAP
 
-    def _along(self, wall: Wall, pose: Pose, travelled: float) -> Step:
+    def _along(self, wall: DetectedWall, pose: PlanarPose, travelled: float) -> BehaviourStep:
         """Follow the wall that is beside it."""
         left = wall.end - wall.line.pose(pose).x
         if left < ARRIVED:
@@ -123,7 +123,7 @@ class FollowWall(Guarded):
         makes_room = self._length is not None and clear < CORNER_SIGHT
         return self._in_lane(wall, pose, min(left, clear - room), room - self._distance if makes_room else 0.0)
 
-    def _in_lane(self, wall: Wall, pose: Pose, left: float, away: float) -> Step:
+    def _in_lane(self, wall: DetectedWall, pose: PlanarPose, left: float, away: float) -> BehaviourStep:
         """Drive on in the lane at the distance, or ``away`` [m] from it, or where there is room."""
         side = self._side.value
         way = wall.line.at(0.0, -side * self._distance)
@@ -132,7 +132,7 @@ class FollowWall(Guarded):
         offset = choose_lane(seen, error.x, self.frame.shape, wide)
         return driven(self.frame, self._around.points(pose), turn_rate_onto(error, offset), left)
 
-    def _round_corner(self, into: Wall, pose: Pose) -> Step:
+    def _round_corner(self, into: DetectedWall, pose: PlanarPose) -> BehaviourStep:
         """Turn on the spot, until the wall ahead is the one beside it."""
         left = -into.line.pose(pose).heading
         if abs(left) < CORNER_DONE:

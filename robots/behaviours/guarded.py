@@ -4,7 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
-from robots.behaviours.behaviour import Frame, Outcome, Senses, Step, failed, waiting
+from robots.behaviours.behaviour import BehaviourOutcome, BehaviourStep, Frame, Senses, failed, waiting
 from robots.motion import Twist
 from robots.state import LATCHED, Blocked, RobotState, Stop
 
@@ -26,23 +26,23 @@ class Guarded(ABC):
 
     def __init__(self, frame: Frame, patience: float = PATIENCE) -> None:
         self.frame, self.patience = frame, patience
-        self._end: Step | None = None
+        self._end: BehaviourStep | None = None
         self._waits: _Wait | None = None
 
-    def step(self, senses: Senses) -> Step:
+    def step(self, senses: Senses) -> BehaviourStep:
         """Say how to move now; after the end it says stop, with the same outcome."""
         if self._end is not None:
             return self._end
         step = self._patient(self._heeding(senses), senses)
-        if step.outcome is not Outcome.RUNNING:
-            step = self._end = Step(outcome=step.outcome, why=step.why)
+        if step.outcome is not BehaviourOutcome.RUNNING:
+            step = self._end = BehaviourStep(outcome=step.outcome, why=step.why)
         return step
 
     @abstractmethod
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         """Say how to move now; the state is a good one and holds no latched stop."""
 
-    def _heeding(self, senses: Senses) -> Step:
+    def _heeding(self, senses: Senses) -> BehaviourStep:
         state = senses.state
         if not _finite(state):
             return waiting("the odometer reads no number")
@@ -51,17 +51,17 @@ class Guarded(ABC):
         if not senses.age < STALE:
             return waiting(f"no news of the robot for {senses.age:.1f} s")
         wanted = self._move(senses)
-        if wanted.outcome is not Outcome.RUNNING:
+        if wanted.outcome is not BehaviourOutcome.RUNNING:
             return wanted
         twist = self.frame.limits.limited(wanted.twist)
         if stop := next((stop for stop in state.stops if _forbids(stop, twist)), None):
             return waiting(_told(stop))
-        return Step(twist, why=wanted.why)
+        return BehaviourStep(twist, why=wanted.why)
 
-    def _patient(self, step: Step, senses: Senses) -> Step:
+    def _patient(self, step: BehaviourStep, senses: Senses) -> BehaviourStep:
         if self._waits is not None and self._waits.over(senses):
             self._waits = None
-        if step.outcome is not Outcome.RUNNING or not step.why:
+        if step.outcome is not BehaviourOutcome.RUNNING or not step.why:
             return step
         if self._waits is None:
             self._waits = _Wait(senses.now, senses.state.distance, senses.state.pose.heading)

@@ -1,6 +1,6 @@
 """Stop: stand still."""
 
-from robots.behaviours.behaviour import Senses, Step, finished, waiting
+from robots.behaviours.behaviour import BehaviourStep, Senses, finished, waiting
 from robots.behaviours.guarded import Guarded
 
 STANDS = 0.02
@@ -10,7 +10,7 @@ STANDS = 0.02
 class Halt(Guarded):
     """Brake, until the robot stands."""
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         twist = senses.state.twist
         if abs(twist.linear) < STANDS and abs(twist.angular) < STANDS:
             return finished("stands")

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from robots.behaviours.behaviour import Frame, Senses, Step, failed, finished, waiting
+from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, failed, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.phases import Travelled
-from robots.behaviours.sensing.line import Line
-from robots.behaviours.sensing.sonar_filter import Hearing, abeam
+from robots.behaviours.sensing.line import DirectedLine
+from robots.behaviours.sensing.sonar_filter import SonarFilter, abeam
 from robots.behaviours.steering import turn_rate_onto
 from robots.motion import Twist
 
@@ -30,14 +30,14 @@ class Narrow(Guarded):
         self._sides = [abeam(frame, side) for side in (1, -1)]
         sideways = np.concatenate(self._sides)
         self._tail = frame.shape.behind + min(frame.sonars[number].x for number in sideways)
-        self._hearing, self._travelled = Hearing(frame), Travelled()
-        self._way: Line | None = None
+        self._hearing, self._travelled = SonarFilter(frame), Travelled()
+        self._way: DirectedLine | None = None
         self._entered = self._left = math.inf  # path lengths at which it was in the opening, and its sonars were out
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         self._hearing.look(senses)
         if self._way is None:
-            self._way = Line.through(senses.pose)
+            self._way = DirectedLine.through(senses.pose)
         if not self._hearing.steady:
             return waiting("the sonars have to read some times first")
         gone = self._travelled.so_far(senses)
@@ -49,7 +49,7 @@ class Narrow(Guarded):
         if gone - FARTHEST > self._entered:
             return failed(f"no end of the opening that it went into after {self._entered:.2f} m, on {FARTHEST:g} m")
         most = CURVATURE * SPEED
-        return Step(Twist(SPEED, min(max(turn_rate_onto(self._way.pose(senses.pose)), -most), most)))
+        return BehaviourStep(Twist(SPEED, min(max(turn_rate_onto(self._way.pose(senses.pose)), -most), most)))
 
     def _look_aside(self, senses: Senses, gone: float) -> None:
         """See whether it is in the opening, and where the middle is."""
@@ -58,7 +58,7 @@ class Narrow(Guarded):
         inside = max(left, right) < SIDE_NEAR
         if inside:
             self._entered, self._left = min(self._entered, gone), math.inf
-            middle = Line.through(senses.pose).at(0.0, (left - right) / 2)
-            self._way = Line(middle.x, middle.y, self._way.heading if self._way else middle.heading)
+            middle = DirectedLine.through(senses.pose).at(0.0, (left - right) / 2)
+            self._way = DirectedLine(middle.x, middle.y, self._way.heading if self._way else middle.heading)
         elif self._entered < math.inf:
             self._left = min(self._left, gone)

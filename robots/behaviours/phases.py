@@ -5,10 +5,10 @@ from typing import Protocol
 
 import numpy as np
 
-from robots.behaviours.behaviour import Frame, Senses, Step, waiting
+from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, waiting
 from robots.behaviours.moves import driven, turned
-from robots.behaviours.sensing.line import Line
-from robots.behaviours.sensing.sonar_ring import Echoes
+from robots.behaviours.sensing.line import DirectedLine
+from robots.behaviours.sensing.sonar_ring import SonarEchoes
 from robots.behaviours.sensing.surroundings import Surroundings
 from robots.behaviours.steering import turn_rate_onto
 
@@ -23,7 +23,7 @@ SETTLED = 0.5
 class Phase(Protocol):
     """A part of a behaviour."""
 
-    def step(self, senses: Senses, around: Surroundings) -> Step | None:
+    def step(self, senses: Senses, around: Surroundings) -> BehaviourStep | None:
         """Say how to move now, None when there is nothing left to do."""
 
 
@@ -37,10 +37,10 @@ class Turning:
 
     def __init__(self, frame: Frame, target: float) -> None:
         self._frame, self._target = frame, target
-        self._echoes = Echoes(frame.sonars)
+        self._echoes = SonarEchoes(frame.sonars)
         self._there_since: float | None = None
 
-    def step(self, senses: Senses, around: Surroundings) -> Step | None:
+    def step(self, senses: Senses, around: Surroundings) -> BehaviourStep | None:
         """Say how to turn now."""
         pose = senses.pose
         left = self._target - pose.heading
@@ -52,20 +52,20 @@ class Turning:
         points = np.concatenate([around.points(pose), self._echoes.points(senses)])
         return turned(self._frame, points, left)
 
-    def _settling(self, now: float) -> Step | None:
+    def _settling(self, now: float) -> BehaviourStep | None:
         """Stand still, until it is sure that the turn stays where it is."""
         if self._there_since is None:
             self._there_since = now
-        return None if now - self._there_since >= SETTLED else Step()
+        return None if now - self._there_since >= SETTLED else BehaviourStep()
 
 
 class Straight:
     """Follow a line from its point on for ``length`` [m]; what stands on it is waited for."""
 
-    def __init__(self, frame: Frame, line: Line, length: float) -> None:
+    def __init__(self, frame: Frame, line: DirectedLine, length: float) -> None:
         self._frame, self._line, self._length = frame, line, length
 
-    def step(self, senses: Senses, around: Surroundings) -> Step | None:
+    def step(self, senses: Senses, around: Surroundings) -> BehaviourStep | None:
         """Say how to drive now."""
         error = self._line.pose(senses.pose)
         left = self._length - error.x

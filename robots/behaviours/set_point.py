@@ -2,12 +2,12 @@
 
 import math
 
-from robots.behaviours.behaviour import Frame, Senses, Step, finished
+from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.phases import ARRIVED, Phase, Straight, Turning
-from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.line import DirectedLine
 from robots.behaviours.sensing.surroundings import Surroundings
-from robots.motion import Pose
+from robots.planar import PlanarPose, wrapped
 
 ASIDE = math.radians(20)
 """A point that is farther than this from where the robot looks is turned to first: a choice."""
@@ -26,13 +26,13 @@ class SetPoint(Guarded):
         super().__init__(frame, patience)
         self._x, self._y, self._heading = x, y, heading
         self._around = Surroundings(frame)
-        self._start: Line | None = None
+        self._start: DirectedLine | None = None
         self._phases: list[Phase] = []
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         self._around.look(senses)
         if self._start is None:
-            self._start = Line.through(senses.pose)
+            self._start = DirectedLine.through(senses.pose)
             self._phases = self._planned(self._start, senses.pose)
         while self._phases:
             step = self._phases[0].step(senses, self._around)
@@ -41,7 +41,7 @@ class SetPoint(Guarded):
             del self._phases[0]
         return finished(self._where(self._start.pose(senses.pose)))
 
-    def _planned(self, start: Line, pose: Pose) -> list[Phase]:
+    def _planned(self, start: DirectedLine, pose: PlanarPose) -> list[Phase]:
         phases: list[Phase] = []
         length, bearing = math.hypot(self._x, self._y), math.atan2(self._y, self._x)
         looks = 0.0
@@ -52,10 +52,10 @@ class SetPoint(Guarded):
             looks = bearing
         if self._heading is not None:
             # The short way round.
-            turn = math.remainder(self._heading - looks, 2 * math.pi)
+            turn = wrapped(self._heading - looks)
             phases.append(Turning(self.frame, pose.heading + looks + turn))
         return phases
 
-    def _where(self, reached: Pose) -> str:
+    def _where(self, reached: PlanarPose) -> str:
         off = math.hypot(self._x - reached.x, self._y - reached.y)
         return f"at ({reached.x:.2f}, {reached.y:.2f}) m, {off:.3f} m from the set point by the odometer"

@@ -2,7 +2,8 @@
 
 import math
 
-from robots.motion import Limits, Pose
+from robots.motion import Limits
+from robots.planar import PlanarPose, wrapped
 
 APPROACH = math.radians(30)
 """The steepest that a robot heads for its line: a choice."""
@@ -16,13 +17,13 @@ CRAWL = 0.03
 """The slowest that it still turns [rad/s], so that it arrives: a choice."""
 
 
-def turn_rate_onto(error: Pose, offset: float = 0.0) -> float:
+def turn_rate_onto(error: PlanarPose, offset: float = 0.0) -> float:
     """Turn rate [rad/s] of a robot that is off its line by ``error`` and wants to be ``offset`` [m] to the left of it.
 
     It heads for the line at an angle that grows with the distance, up to ``APPROACH``.
     """
     wanted = min(max(CONVERGENCE * (offset - error.y), -APPROACH), APPROACH)
-    return TURN_GAIN * math.remainder(wanted - error.heading, 2 * math.pi)
+    return TURN_GAIN * wrapped(wanted - error.heading)
 
 
 def speed_to_stop(distance: float, acceleration: float, reaction: float = 0.0) -> float:

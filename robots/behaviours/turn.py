@@ -2,7 +2,7 @@
 
 import math
 
-from robots.behaviours.behaviour import Frame, Senses, Step, finished
+from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.phases import Turning
 from robots.behaviours.sensing.surroundings import Surroundings
@@ -21,7 +21,7 @@ class Turn(Guarded):
         self._start = 0.0
         self._turning: Turning | None = None
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         self._around.look(senses)
         if self._turning is None:
             self._start = senses.pose.heading

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from robots.behaviours.behaviour import Frame, Senses
 from robots.behaviours.phases import SETTLED, TURNED
-from robots.behaviours.sensing.sonar_filter import Hearing
+from robots.behaviours.sensing.sonar_filter import SonarFilter
 from robots.behaviours.steering import speed_for, turn_speed
 from robots.motion import Limits, Twist
 
@@ -83,7 +83,7 @@ class Near:
 
     def __init__(self, frame: Frame, sonar: int, near: float) -> None:
         self._sonar, self._near = sonar, near
-        self._hearing = Hearing(frame)
+        self._hearing = SonarFilter(frame)
 
     def reached(self, senses: Senses) -> str:
         """Say what it reads."""

@@ -9,8 +9,8 @@ from typing import Any
 from robots.behaviours.behaviour import Behaviour, Frame
 from robots.behaviours.carry_on import CarryOn
 from robots.behaviours.cross_door import CrossDoor
-from robots.behaviours.cross_door import Side as DoorSide
-from robots.behaviours.follow_wall import FIRST_REACH, FollowWall, Side, closest
+from robots.behaviours.cross_door import DoorSide as DoorSide
+from robots.behaviours.follow_wall import FIRST_REACH, FollowWall, WallSide, closest
 from robots.behaviours.halt import Halt
 from robots.behaviours.sensing.doorway import DoorFinder
 from robots.behaviours.set_point import SetPoint
@@ -57,7 +57,7 @@ class Kind:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class ParsedBehaviour:
     """A behaviour with its values, as somebody asked for it in ``text``."""
 
     kind: Kind
@@ -101,7 +101,7 @@ def member(of: type[Enum]) -> Callable[[str], Enum]:
 
 
 def _follow(
-    frame: Frame, finder: DoorFinder | None, side: Side, distance: float, length: float | None = None
+    frame: Frame, finder: DoorFinder | None, side: WallSide, distance: float, length: float | None = None
 ) -> FollowWall:
     if distance < closest(frame):
         raise RobotsError(f"distance {distance:g} m to a wall: valid is {closest(frame):g} m or more for this robot")
@@ -140,7 +140,7 @@ KINDS: tuple[Kind, ...] = (
         "MW",
         "follow a wall",
         (
-            Argument("side", "where the wall is: left, right", member(Side)),
+            Argument("side", "where the wall is: left, right", member(WallSide)),
             Argument("distance", "from the middle of the axle to the wall [m]", number(0.1, FIRST_REACH, "m")),
             Argument("length", "of the way [m]; without it, until the wall ends", _LENGTH, optional=True),
         ),
@@ -174,7 +174,7 @@ def kind(code: str) -> Kind:
     raise RobotsError(f"unknown behaviour '{code}': valid are {', '.join(item.form for item in KINDS)}")
 
 
-def parse(text: str) -> Choice:
+def parse(text: str) -> ParsedBehaviour:
     """Read a behaviour as it is written; raises ``RobotsError`` with the value, its place and what is valid."""
     code, colon, rest = text.partition(":")
     chosen = kind(code.strip())
@@ -182,7 +182,7 @@ def parse(text: str) -> Choice:
     needed = sum(not argument.optional for argument in chosen.arguments)
     if not needed <= len(given) <= len(chosen.arguments):
         raise RobotsError(f"behaviour '{text}': {len(given)} values: valid is {chosen.form}, such as {chosen.example}")
-    return Choice(chosen, tuple(map(_value, [text] * len(given), chosen.arguments, given)), text)
+    return ParsedBehaviour(chosen, tuple(map(_value, [text] * len(given), chosen.arguments, given)), text)
 
 
 def _value(text: str, argument: Argument, given: str) -> Any:
@@ -192,7 +192,7 @@ def _value(text: str, argument: Argument, given: str) -> Any:
         raise RobotsError(f"behaviour '{text}': {argument.name} '{given}': {error}") from None
 
 
-def make(choice: Choice, frame: Frame, finder: DoorFinder | None = None) -> Behaviour:
+def make(choice: ParsedBehaviour, frame: Frame, finder: DoorFinder | None = None) -> Behaviour:
     """Make a behaviour for a robot; ``finder`` finds the doors in a scan.
 
     Raises ``RobotsError`` for what this robot cannot do.

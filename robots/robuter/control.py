@@ -13,20 +13,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from robots.motion import DifferentialDrive, Limits, Pose, Twist, WheelSpeeds
+from robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
 from robots.odometry import Encoders, Geometry, Odometry, Pulses
-from robots.robuter.firmware import PERIOD, TOLERANCE, Firmware
-from robots.robuter.line import Line
+from robots.planar import PlanarPose
+from robots.robuter.firmware import PERIOD, TOLERANCE, RobuterFirmware
+from robots.robuter.line import SerialLine
 from robots.robuter.protocol import (
     NO_ECHO,
     LineReader,
     Message,
     Motion,
     ProtocolError,
+    ProtocolWord,
     Provision,
     Report,
     Servo,
-    Word,
     format_line,
     parse_line,
 )
@@ -61,9 +62,9 @@ class RobuterControl:
         front_sonars: Sequence[int],
         believed: Geometry,
     ) -> None:
-        self.line, self.spare = Line(), Line()
+        self.line, self.spare = SerialLine(), SerialLine()
         self._drive, self._limits = drive, limits
-        self._firmware = Firmware(drive, limits, pulses_per_turn, front_sonars, (self.line, self.spare))
+        self._firmware = RobuterFirmware(drive, limits, pulses_per_turn, front_sonars, (self.line, self.spare))
         encoders = Encoders(pulses_per_turn)
         # Two odometers: by the counters of this moment, and by those of the last report, which the state tells of.
         self._odometry, self._told = Odometry(believed, encoders), Odometry(believed, encoders)
@@ -71,7 +72,7 @@ class RobuterControl:
         self._urgent: list[Message] = []
         self._wanted: Twist | None = None  # not sent yet
         self._commanded = self._asked = -math.inf  # when the last message of either kind went [s]
-        self._unanswered = {Word.ACK: 0, Word.STATE: 0}  # messages of either kind since the last answer
+        self._unanswered = {ProtocolWord.ACK: 0, ProtocolWord.STATE: 0}  # messages of either kind since the last answer
         self._provisions: list[Provision] = []
         self._state = RobotState()
 
@@ -81,7 +82,7 @@ class RobuterControl:
         return self._state
 
     @property
-    def odometry(self) -> Pose:
+    def odometry(self) -> PlanarPose:
         """The odometer at this moment."""
         return self._odometry.pose
 
@@ -92,11 +93,11 @@ class RobuterControl:
     def emergency_stop(self) -> None:
         """Kill all motion and lock the motors, until ``release``; this waits for no rate."""
         self._wanted = None
-        self._urgent = [Motion(0, 0), Word.SERVO_OFF]
+        self._urgent = [Motion(0, 0), ProtocolWord.SERVO_OFF]
 
     def release(self) -> None:
         """Clear all stops whose reason has gone."""
-        self._urgent.append(Word.SERVO_ON)
+        self._urgent.append(ProtocolWord.SERVO_ON)
 
     def rest(self) -> None:
         """Begin anew from rest: somebody has set the robot down."""
@@ -122,11 +123,11 @@ class RobuterControl:
         if self._wanted is not None and time - self._commanded >= COMMAND_PERIOD - TOLERANCE:
             # A robot that does not answer is not told to move: who knows what it hears.
             self._send(Motion(0, 0) if self._silent else _in_millimetres(self._drive, self._wanted))
-            self._unanswered[Word.ACK] += 1
+            self._unanswered[ProtocolWord.ACK] += 1
             self._wanted, self._commanded = None, time
         if time - self._asked >= STATE_PERIOD - TOLERANCE:
-            self._send(Word.STATE)
-            self._unanswered[Word.STATE] += 1
+            self._send(ProtocolWord.STATE)
+            self._unanswered[ProtocolWord.STATE] += 1
             self._asked = time
 
     def _send(self, message: Message) -> None:
@@ -139,8 +140,8 @@ class RobuterControl:
         except ProtocolError:
             return
         match message:
-            case Word.ACK:
-                self._unanswered[Word.ACK] = 0
+            case ProtocolWord.ACK:
+                self._unanswered[ProtocolWord.ACK] = 0
             case Provision():
                 self._provisions.append(message)
             case Report():
@@ -151,7 +152,7 @@ class RobuterControl:
         provisions, self._provisions = self._provisions, []
         if len(provisions) != report.provisions:
             return
-        self._unanswered[Word.STATE] = 0
+        self._unanswered[ProtocolWord.STATE] = 0
         self._told.update(Pulses(*report.counters))
         left, right = (speed / 1000 / self._drive.wheel_radius for speed in report.speeds)
         self._state = RobotState(
@@ -166,7 +167,7 @@ class RobuterControl:
 
     @property
     def _silent(self) -> bool:
-        return self._unanswered[Word.ACK] >= PATIENCE or self._unanswered[Word.STATE] >= STATE_PATIENCE
+        return self._unanswered[ProtocolWord.ACK] >= PATIENCE or self._unanswered[ProtocolWord.STATE] >= STATE_PATIENCE
 
     def _mind_silence(self, time: float) -> None:
         """Tell of a robot that does not answer, as long as it does not."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
 from robots.odometry import Encoders
-from robots.robuter.line import Line
+from robots.robuter.line import SerialLine
 from robots.robuter.protocol import (
     NO_ECHO,
     Bumper,
@@ -17,11 +17,11 @@ from robots.robuter.protocol import (
     Message,
     Motion,
     ProtocolError,
+    ProtocolWord,
     Provision,
     Refusal,
     Report,
     Servo,
-    Word,
     bounded,
     format_line,
     legible,
@@ -49,7 +49,7 @@ AT_ONCE = LATCHED | {Cause.BUMPER}
 """Causes at which it does not slow down gently."""
 
 
-class Firmware:
+class RobuterFirmware:
     """The processor on several serial ``lines``, of which each is answered on its own; the newest command counts."""
 
     def __init__(
@@ -58,7 +58,7 @@ class Firmware:
         limits: Limits,
         pulses_per_turn: int,
         front_sonars: Sequence[int],
-        lines: Sequence[Line],
+        lines: Sequence[SerialLine],
     ) -> None:
         self._drive, self._limits = drive, limits
         self._ports = [_Port(line) for line in lines]
@@ -115,18 +115,18 @@ class Firmware:
         match message:
             case Motion():
                 self._command(message, signals.time)
-            case Word.SERVO_OFF:
+            case ProtocolWord.SERVO_OFF:
                 self._wanted = Twist()
                 self._stops.set(Cause.EMERGENCY, "servo off", signals.time)
-            case Word.SERVO_ON:
+            case ProtocolWord.SERVO_ON:
                 self._wanted = Twist()
                 self._stops.release()
-            case Word.STATE:
+            case ProtocolWord.STATE:
                 port.say(*self._provisions(), self._report(signals))
                 return
             case _:
                 raise ProtocolError("a reply, not a command: valid are AM, SERV ON, SERV OFF, ST")
-        port.say(Word.ACK)
+        port.say(ProtocolWord.ACK)
 
     def _command(self, motion: Motion, time: float) -> None:
         """Take speeds of the wheels for what is wanted, slower along the same arc where they are too fast."""
@@ -167,7 +167,7 @@ class Firmware:
 class _Port:
     """One serial line at the robot's end."""
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, line: SerialLine) -> None:
         self._line, self._reader, self._heard = line, LineReader(), 0.0
 
     def hear(self, time: float) -> list[bytes]:

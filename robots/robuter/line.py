@@ -28,7 +28,7 @@ class Wire:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class SerialLine:
     """Both directions."""
 
     to_robot: Wire = field(default_factory=Wire)

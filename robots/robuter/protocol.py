@@ -51,7 +51,7 @@ class ProtocolError(RobotsError):
     """A line that is none of the protocol's: the message says what is wrong with it, in one line."""
 
 
-class Word(Enum):
+class ProtocolWord(Enum):
     """Lines without any value."""
 
     SERVO_ON = "SERV ON"
@@ -136,7 +136,7 @@ class Report:
             _check(0 <= value <= NO_ECHO, f"sonar {value} mm: valid is 0 to {NO_ECHO}")
 
 
-Message = Word | Motion | Refusal | Provision | Report
+Message = ProtocolWord | Motion | Refusal | Provision | Report
 
 
 def format_line(message: Message) -> bytes:
@@ -190,7 +190,7 @@ class LineReader:
 
 def _text(message: Message) -> str:
     match message:
-        case Word():
+        case ProtocolWord():
             return message.value
         case Motion(left, right):
             return f"AM {left} {right}"
@@ -272,7 +272,7 @@ def _check_text(text: str) -> None:
     _check(text != "" and legible(text) == text, f"a text is 1 to {MAX_TEXT} printable ASCII characters")
 
 
-_WORDS = {word.value: word for word in Word}
+_WORDS = {word.value: word for word in ProtocolWord}
 _SERVOS = {servo.value: servo for servo in Servo}
 _BUMPERS = {bumper.value: bumper for bumper in Bumper}
 _BLOCKED = {blocked.value: blocked for blocked in Blocked}

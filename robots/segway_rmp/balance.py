@@ -93,7 +93,7 @@ def with_zero(system: Linear) -> Linear:
     return Linear(a, b)
 
 
-class Observer:
+class StateObserver:
     """A Kalman filter that does with those sensors that can be believed.
 
     ``sensing`` (m, n) tells what m sensors read of n states, ``jolts`` (n,) how far the states stray from the model in

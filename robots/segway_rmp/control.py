@@ -2,11 +2,12 @@
 
 import math
 
-from robots.motion import Limits, Pose, Twist
+from robots.motion import Limits, Twist
 from robots.mounting import Mounting
 from robots.odometry import Encoders, Geometry, Odometry, Pulses
+from robots.planar import PlanarPose
 from robots.robot import Shape
-from robots.segway_rmp.firmware import ACCELERATION, Build, Firmware
+from robots.segway_rmp.firmware import ACCELERATION, Build, SegwayFirmware
 from robots.segway_rmp.jam import JamWatch
 from robots.segway_rmp.obstacle_monitor import Lookout
 from robots.segway_rmp.protocol import (
@@ -17,8 +18,8 @@ from robots.segway_rmp.protocol import (
     TOP_TURN,
     Command,
     Config,
-    Status,
-    Word,
+    StatusBits,
+    StatusFrame,
 )
 from robots.signals import Actuation, Signals
 from robots.state import Blocked, Cause, Motors, RobotState
@@ -50,7 +51,7 @@ class SegwayControl:
     needs_scan = True
 
     def __init__(self, build: Build, limits: Limits, shape: Shape, mounting: Mounting, believed: Geometry) -> None:
-        self._firmware = Firmware(build)
+        self._firmware = SegwayFirmware(build)
         self._wake, self._limits = build.mode, limits
         self._odometry = Odometry(believed, Encoders(build.pulses_per_turn))
         self._jam = JamWatch(slack=build.pulses_per_turn / 360)
@@ -67,12 +68,12 @@ class SegwayControl:
         return self._state
 
     @property
-    def odometry(self) -> Pose:
+    def odometry(self) -> PlanarPose:
         """The odometer at this moment."""
         return self._odometry.pose
 
     @property
-    def status(self) -> Status:
+    def status(self) -> StatusFrame:
         """The machine's newest frame."""
         return self._firmware.status
 
@@ -134,12 +135,12 @@ class SegwayControl:
             distance=self._odometry.distance,
             twist=_motion(status),
             stops=self._stops.held,
-            motors=Motors.ON if Word.MOTORS_ENABLED in status.words else Motors.OFF,
+            motors=Motors.ON if StatusBits.MOTORS_ENABLED in status.words else Motors.OFF,
             mode=status.mode.name.lower(),
             pitch=status.pitch / COUNTS_PER_RADIAN,
         )
 
-    def _look_for_stops(self, signals: Signals, status: Status) -> None:
+    def _look_for_stops(self, signals: Signals, status: StatusFrame) -> None:
         stops, time = self._stops, signals.time
         stops.set(Cause.TIPPED, _fallen(status), time)
         stops.set(Cause.SENSOR, self._broken(signals, status), time)
@@ -148,24 +149,24 @@ class SegwayControl:
         stops.set(Cause.NO_COMMAND, f"none for {SILENCE:g} s" if silent else None, time)
         stops.set(Cause.LASER, self._in_the_way(status), time, Blocked.FORWARD)
 
-    def _broken(self, signals: Signals, status: Status) -> str | None:
+    def _broken(self, signals: Signals, status: StatusFrame) -> str | None:
         """Name the sensor that has failed: the machine tells of its own, the laser is ours."""
-        if Word.SYSTEM_INTEGRITY_FAULT in status.words:
+        if StatusBits.SYSTEM_INTEGRITY_FAULT in status.words:
             return "inertial sensors read no number"
-        if Word.MOTOR_FEEDBACK_FAULT in status.words:
+        if StatusBits.MOTOR_FEEDBACK_FAULT in status.words:
             return "encoders read no number"
         return self._lookout.lost(signals.time)
 
-    def _jammed(self, signals: Signals, status: Status) -> str | None:
+    def _jammed(self, signals: Signals, status: StatusFrame) -> str | None:
         """Tell of a wheel that is stuck; the machine then stands where it is, however far it should have come."""
         jammed = self._jam.look(signals) or self._held_back(status)
-        if Word.MOTORS_ENABLED not in status.words:
+        if StatusBits.MOTORS_ENABLED not in status.words:
             return None
         if jammed and Cause.STUCK not in self._stops:
             self._settings.append(STAY)
         return jammed
 
-    def _held_back(self, status: Status) -> str | None:
+    def _held_back(self, status: StatusFrame) -> str | None:
         told, goes = status.velocity_command / COUNTS_PER_SPEED, _motion(status).linear
         if abs(told) < GOING or abs(goes) > STANDING:
             self._went = self._time
@@ -173,7 +174,7 @@ class SegwayControl:
             return f"told to go {told:.2f} m/s, goes {goes:.2f} m/s"
         return None
 
-    def _in_the_way(self, status: Status) -> str | None:
+    def _in_the_way(self, status: StatusFrame) -> str | None:
         # A robot that stands before something and is told to go along an arc is asked for a tighter one at first.
         found = self._lookout.nearest({self._asked, self._wanted})
         if found is None:
@@ -191,13 +192,13 @@ def _word(value: float, most: int) -> int:
     return round(min(max(value, -most), most))
 
 
-def _motion(status: Status) -> Twist:
+def _motion(status: StatusFrame) -> Twist:
     speed = (status.left_speed + status.right_speed) / 2 / COUNTS_PER_SPEED
     return Twist(speed, status.yaw_rate / COUNTS_PER_RADIAN)
 
 
-def _fallen(status: Status) -> str | None:
-    if not (Word.PITCH_LIMIT | Word.ROLL_LIMIT) & status.words:
+def _fallen(status: StatusFrame) -> str | None:
+    if not (StatusBits.PITCH_LIMIT | StatusBits.ROLL_LIMIT) & status.words:
         return None
     pitch, roll = (math.degrees(count / COUNTS_PER_RADIAN) for count in (status.pitch, status.roll))
     return f"pitch {pitch:.0f}°, roll {roll:.0f}°: motors off"

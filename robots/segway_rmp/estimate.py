@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from robots.odometry import Encoders
-from robots.segway_rmp.balance import Observer, Vector, with_zero
+from robots.segway_rmp.balance import StateObserver, Vector, with_zero
 from robots.segway_rmp.plant import Plant
 from robots.segway_rmp.sensors import Sensors
 from robots.signals import Signals
@@ -31,7 +31,7 @@ class Estimate:
         self._plant, self._period = plant, period
         self._angles = 0.0, 0.0  # turns of the wheels against the body [rad]
         self._pitching = self._filter(np.zeros(4), balancing=False)
-        self._yawing = Observer(
+        self._yawing = StateObserver(
             plant.yawing().sampled(period),
             np.eye(2),
             jolts=np.array([1e-5, 1e-2]),
@@ -97,14 +97,14 @@ class Estimate:
             return left, right
         return (left, left + apart) if left_good else (right - apart, right)
 
-    def _filter(self, state: Vector, *, balancing: bool) -> Observer:
+    def _filter(self, state: Vector, *, balancing: bool) -> StateObserver:
         """A filter for the motion, from a state on: x, ẋ, θ, θ̇, and the zero of the pitch sensor.
 
         Where the machine balances, its motion tells where upright is: a sensor that is off, or a load that is not in
         the middle, is the same to it. How far model and sensors stray are choices.
         """
         model, radius = self._plant.pitching() if balancing else self._plant.standing(), self._plant.wheel_radius
-        observer = Observer(
+        observer = StateObserver(
             with_zero(model.sampled(self._period)),
             np.array(
                 [[1.0, 0.0, -radius, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0, float(balancing)], [0.0, 0.0, 0.0, 1.0, 0.0]]

@@ -21,8 +21,8 @@ from robots.segway_rmp.protocol import (
     Command,
     Config,
     Mode,
-    Status,
-    Word,
+    StatusBits,
+    StatusFrame,
     counts,
 )
 from robots.signals import Actuation, Signals
@@ -75,12 +75,12 @@ class _Drive:
     integral: float = 0.0
 
 
-class Firmware:
+class SegwayFirmware:
     """The machine's electronics; ``status`` is the frame of the last tick."""
 
     def __init__(self, build: Build) -> None:
         plant = build.plant
-        self.status = Status()
+        self.status = StatusFrame()
         self._plant, self._gain_set = plant, build.gain_set
         self._known = Estimate(plant, Encoders(build.pulses_per_turn), PERIOD)
         self._flatness = plant.flatness()
@@ -149,22 +149,22 @@ class Firmware:
         """Look for what ends balancing, or all motion."""
         sensors = self._known.sensors
         if sensors.inertial_believed and abs(sensors.inertial.pitch) > TIPPED_PITCH:
-            self._power_off(Word.PITCH_LIMIT)
+            self._power_off(StatusBits.PITCH_LIMIT)
         if sensors.inertial_believed and abs(sensors.inertial.roll) > TIPPED_ROLL:
-            self._power_off(Word.ROLL_LIMIT)
+            self._power_off(StatusBits.ROLL_LIMIT)
         if sensors.inertial_lost:
-            self._words |= Word.SYSTEM_INTEGRITY_FAULT | Word.SPEED_LIMIT_0
+            self._words |= StatusBits.SYSTEM_INTEGRITY_FAULT | StatusBits.SPEED_LIMIT_0
         if any(sensors.wheels_lost):
-            self._words |= Word.MOTOR_FEEDBACK_FAULT | Word.SPEED_LIMIT_0
+            self._words |= StatusBits.MOTOR_FEEDBACK_FAULT | StatusBits.SPEED_LIMIT_0
         if not all(sensors.wheels_lost):
             self._seen_wheels = signals.time
         if (sensors.inertial_lost and any(sensors.wheels_lost)) or signals.time - self._seen_wheels > WITHOUT_WHEELS:
             self._power_off(QUIET)
         if self._mode is Mode.BALANCE and abs(self._off) > POSITION_ERROR:
             self._enter(Mode.TRACTOR)
-            self._words |= Word.POSITION_ERROR
+            self._words |= StatusBits.POSITION_ERROR
 
-    def _power_off(self, why: Word) -> None:
+    def _power_off(self, why: StatusBits) -> None:
         self._words |= why
         self._enter(Mode.DISABLED)
 
@@ -183,7 +183,11 @@ class Firmware:
 
     def _follow(self, time: float) -> None:
         speed, turn = self._command.velocity / COUNTS_PER_SPEED, self._command.turn / COUNTS_PER_RADIAN
-        if time - self._heard > COMMAND_HOLD + 1e-9 or Word.SPEED_LIMIT_0 in self._words or self._mode is Mode.DISABLED:
+        if (
+            time - self._heard > COMMAND_HOLD + 1e-9
+            or StatusBits.SPEED_LIMIT_0 in self._words
+            or self._mode is Mode.DISABLED
+        ):
             speed = turn = 0.0
         drive = self._drive
         drive.way.follow(speed)
@@ -218,14 +222,14 @@ class Firmware:
         rates = self._known.sensors.rates
         return _restrained(left, rates[0]), _restrained(right, rates[1])
 
-    def _tell(self, signals: Signals) -> Status:
+    def _tell(self, signals: Signals) -> StatusFrame:
         x, speed, pitch, rate = self._known.state.tolist()
         yaw, yaw_rate = self._known.yaw
         aside = yaw_rate * self._plant.track / 2
-        on = Word.MOTORS_ENABLED if self._mode is not Mode.DISABLED else QUIET
-        balancing = Word.BALANCE_MODE if self._mode is Mode.BALANCE else QUIET
+        on = StatusBits.MOTORS_ENABLED if self._mode is not Mode.DISABLED else QUIET
+        balancing = StatusBits.BALANCE_MODE if self._mode is Mode.BALANCE else QUIET
         left, right = self._known.ways
-        return Status(
+        return StatusFrame(
             frames=self._frames % 2**16,
             pitch=counts(math.degrees(pitch), COUNTS_PER_DEGREE),
             pitch_rate=counts(math.degrees(rate), COUNTS_PER_DEGREE),

@@ -56,7 +56,7 @@ _PARAMETERS: dict[Config, frozenset[int]] = {
 }
 
 
-class Word(IntFlag):
+class StatusBits(IntFlag):
     """Bits of the status words; those of the second word are shifted up by 16."""
 
     SPEED_LIMIT_0 = 0x0020
@@ -69,7 +69,7 @@ class Word(IntFlag):
     ROLL_LIMIT = 0x0040 << 16
 
 
-QUIET = Word(0)
+QUIET = StatusBits(0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ def _check_within(name: str, value: int, most: int) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Status:
+class StatusFrame:
     """What the machine tells of itself, in counts.
 
     ``frames`` counts ticks and wraps at 65536. ``left``, ``right``, ``forward`` and ``yaw`` are ways since the start,
@@ -139,14 +139,14 @@ class Status:
     gain_set: GainSet = GainSet.LIGHT
     velocity_command: int = 0
     turn_command: int = 0
-    words: Word = QUIET
+    words: StatusBits = QUIET
 
     def encode(self) -> bytes:
         """Return the bytes of the frame."""
         return _STATUS.pack(*astuple(self))
 
     @classmethod
-    def decode(cls, frame: bytes) -> "Status":
+    def decode(cls, frame: bytes) -> "StatusFrame":
         """Read a frame; raises ``RobotsError`` for one that is none."""
         if len(frame) != _STATUS.size:
             raise RobotsError(f"status frame of {len(frame)} bytes: {_STATUS.size} are needed")
@@ -158,11 +158,11 @@ class Status:
             told[name] = kind(told[name])
         if told["words"] & ~_KNOWN:
             raise RobotsError(f"status: words {told['words']:#x} have bits that nobody knows: valid are {_KNOWN:#x}")
-        return cls(**{**told, "words": Word(told["words"])})
+        return cls(**{**told, "words": StatusBits(told["words"])})
 
 
 _STATUS = struct.Struct(">HhhhhhhiiiihhHHhhI")
-_KNOWN = sum(Word)
+_KNOWN = sum(StatusBits)
 
 
 def counts(value: float, scale: float, bits: int = 16) -> int:

@@ -35,7 +35,7 @@ def lamp(
     ] = None,
 ) -> None:
     """Run a LAMP program, by sonar and odometry alone, until a stage fails, and tell what became of each."""
-    from robots.behaviours import Outcome
+    from robots.behaviours import BehaviourOutcome
     from scenarios.missions.lamp import LampRun, lamp_plan, read_program, run_in_world
     from scenarios.robot_checks.behaviour_drive import behaviour_table
     from worlds.drawing.draw import check_picture
@@ -51,5 +51,5 @@ def lamp(
         with writing(output), replacing_at(output) as temporary:
             figure.savefig(temporary)
         say(out, f"{output}")
-    if len(found) < len(asked.stages) or found[-1].outcome is not Outcome.FINISHED:
+    if len(found) < len(asked.stages) or found[-1].outcome is not BehaviourOutcome.FINISHED:
         raise typer.Exit(BELOW)

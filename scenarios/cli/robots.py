@@ -154,7 +154,7 @@ def drive(
     timeout: Annotated[float, typer.Option(metavar="SECONDS", help="Longest time for each behaviour.")] = 300.0,
 ) -> None:
     """Let a robot run behaviours one after another, until one fails, and tell what became of each."""
-    from robots.behaviours import Outcome
+    from robots.behaviours import BehaviourOutcome
     from scenarios.robot_checks.behaviour_drive import (
         BehaviourDrive,
         behaviour_plan,
@@ -172,7 +172,7 @@ def drive(
     out.print(behaviour_table(found))
     if output is not None:
         _save(behaviour_plan(asked, found), output)
-    if found[-1].outcome is not Outcome.FINISHED:
+    if found[-1].outcome is not BehaviourOutcome.FINISHED:
         raise typer.Exit(BELOW)
 
 

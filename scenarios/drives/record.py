@@ -18,8 +18,8 @@ from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench, BenchSettings
 from sim.bench.faults import Fault
 from sim.cameras.library import load_camera
-from sim.drives.behaviour_drive import tour_and_sense
-from sim.drives.chase_camera import with_onlooker
+from sim.drives.behaviour_drive import run_and_sense
+from sim.drives.chase_camera import with_chase_camera
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import PATIENCE, Taken, Trigger, describe, drive_and_sense, operator_for
 from sim.rendering.render import RendererKind
@@ -121,7 +121,7 @@ def open_bench(drive: Drive, *, watched: bool = False) -> Bench:
         raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
     world = build_world(plan_of(drive), light_named(drive.light), drive.world_seed)
     if watched:
-        world = with_onlooker(world)
+        world = with_chase_camera(world)
     settings = BenchSettings(
         renderer=drive.renderer if cameras else RendererKind.NONE,
         cameras=cameras,
@@ -182,7 +182,7 @@ def record(
             metadata |= {"faults": json.dumps([asdict(fault) for fault in drive.faults], sort_keys=True)}
         if drive.behaviours:
             metadata |= {"behaviours": json.dumps(drive.behaviours)}
-            drive_on = tour_and_sense(bench, drive.behaviours, drive.trigger, timeout=drive.patience)
+            drive_on = run_and_sense(bench, drive.behaviours, drive.trigger, timeout=drive.patience)
         else:
             drive_on = drive_and_sense(bench, operator, drive.trigger, faults=drive.faults, timeout=drive.patience)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from refseq.missions import Executor, Status
 from scenarios.report.contact_sheet import CaptionedImage, contact_sheet
 from sim.bench.bench import Bench
-from sim.drives.chase_camera import Onlooker
+from sim.drives.chase_camera import ChaseCamera
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Bystander:
 
     def __init__(self, every: float) -> None:
         self._every = every
-        self._onlooker: Onlooker | None = None
+        self._onlooker: ChaseCamera | None = None
         self._doing = ""
         self._due = 0.0
         self.frames: list[MissionFrame] = []
@@ -38,7 +38,7 @@ class Bystander:
         doing = executor.do.behaviour if executor.status is Status.RUNNING else executor.status.value
         if bench.time < self._due and doing == self._doing:
             return
-        self._onlooker = self._onlooker or Onlooker(bench)
+        self._onlooker = self._onlooker or ChaseCamera(bench)
         self.frames.append(MissionFrame(bench.time, executor.along, doing, self._onlooker.look()))
         self._doing, self._due = doing, bench.time + self._every
 

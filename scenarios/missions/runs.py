@@ -20,9 +20,9 @@ from scenarios.drives.selection import only
 from scenarios.missions.leader import GroundTruth, Leader
 from scenarios.scoring.missions import LogLine, MissionRun, Ordered
 from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.contacts import Touches
+from sim.bench.contacts import ContactLog
 from sim.bench.faults import Agenda, Fault, Traveller
-from sim.drives.behaviour_runner import Moment
+from sim.drives.behaviour_runner import BehaviourMoment
 from sim.missions.lamp import LampEnded, run_lamp
 from sim.missions.mission import run_mission
 
@@ -168,11 +168,11 @@ def run_program(
     drive: Drive,
 ) -> MissionResult:
     """Run a LAMP program; the plan says how far it is. Where its stages ought to begin nobody knows."""
-    touches, watcher = Touches(bench), _Watcher(bench, ground, drive.faults)
+    touches, watcher = ContactLog(bench), _Watcher(bench, ground, drive.faults)
     end = goal or _pair(ground, plan.goal)
     measure = mission_bounds(plan, ground, bench, end)
 
-    def look(_moment: Moment) -> None:
+    def look(_moment: BehaviourMoment) -> None:
         touches.look()
         watcher.look()
 

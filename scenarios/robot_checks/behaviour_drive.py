@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 import robots
 from refseq.planar import Pose, in_world
 from robots import RobotState, Stop
-from robots.behaviours import Frame, Outcome
-from robots.behaviours.written import Choice, make, parse
+from robots.behaviours import BehaviourOutcome, Frame
+from robots.behaviours.written import ParsedBehaviour, make, parse
 from robots.robot import Shape
 from scenarios.errors import ScenarioError
 from scenarios.tables import TextTable
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.behaviour_runner import Moment, frame_of, run
+from sim.drives.behaviour_runner import BehaviourMoment, frame_of, run
 from sim.drives.doors import doors_seen
 from sim.rendering.render import RendererKind
 from worlds.build import build_world
@@ -59,7 +59,7 @@ class BehaviourResult:
     """What became of one behaviour: ``path`` (n, 3) is the true one, x, y [m], heading [rad]."""
 
     text: str
-    outcome: Outcome
+    outcome: BehaviourOutcome
     why: str
     time: float
     path: NDArray[np.float64]
@@ -112,7 +112,7 @@ def drive_behaviours(asked: BehaviourDrive) -> Iterator[BehaviourResult]:
         for choice in choices:
             done = _run(bench, choice, frame, asked.timeout)
             yield done
-            if done.outcome is not Outcome.FINISHED:
+            if done.outcome is not BehaviourOutcome.FINISHED:
                 return
 
 
@@ -129,10 +129,10 @@ def _put(bench: Bench, plan: FloorPlan, pose: Pose) -> None:
             raise ScenarioError(f"{at} is no place for {bench.robot.name}: it stands in '{thing}'; valid is free floor")
 
 
-def _run(bench: Bench, choice: Choice, frame: Frame, timeout: float) -> BehaviourResult:
+def _run(bench: Bench, choice: ParsedBehaviour, frame: Frame, timeout: float) -> BehaviourResult:
     stops = StopLog()
 
-    def hear(_: Moment) -> None:
+    def hear(_: BehaviourMoment) -> None:
         stops.hear(bench.state)
 
     ended = run(bench, make(choice, frame, doors_seen), timeout=timeout, each=hear)

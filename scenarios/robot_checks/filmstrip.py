@@ -14,7 +14,7 @@ from robots import RobotState
 from scenarios.errors import ScenarioError
 from scenarios.report.contact_sheet import CaptionedImage, contact_sheet
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.chase_camera import Onlooker, with_onlooker
+from sim.drives.chase_camera import ChaseCamera, with_chase_camera
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import operator_for
 from sim.rendering.render import RendererKind
@@ -65,12 +65,12 @@ class DriveFrame:
 
 def film(strip: FilmedDrive) -> Iterator[DriveFrame]:
     """Lead the robot along the route, and look at it at equal times, the last when it has come to the route's end."""
-    world = with_onlooker(build_world(load_plan(strip.world), light_named(strip.light), 0))
+    world = with_chase_camera(build_world(load_plan(strip.world), light_named(strip.light), 0))
     robot = robots.load(strip.robot)
     settings = BenchSettings(renderer=strip.renderer, cameras=())
     with Bench(world, robot, route=strip.route, seed=strip.seed, settings=settings) as bench:
         style = OperatorStyle(speed=strip.speed, max_speed=max(1.25 * strip.speed, 0.5))
-        operator, onlooker = operator_for(bench, strip.seed, style), Onlooker(bench)
+        operator, onlooker = operator_for(bench, strip.seed, style), ChaseCamera(bench)
         for time in np.linspace(0.0, strip.seconds, strip.frames):
             pitches = [bench.state.pitch]
             while bench.time < time - 1e-9:

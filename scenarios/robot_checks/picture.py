@@ -13,7 +13,7 @@ from scenarios.robot_checks.body import Body
 from scenarios.robot_checks.drawings import MEASURE, SOURCE, draw_views
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.chase_camera import Onlooker, with_onlooker
+from sim.drives.chase_camera import ChaseCamera, with_chase_camera
 from sim.rendering.render import RendererKind
 
 LIGHT = "10:30"
@@ -54,8 +54,8 @@ def _square(seen: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 def _seen(name: str, renderer: RendererKind) -> NDArray[np.uint8]:
     """The robot on an empty floor."""
-    world, settings = with_onlooker(empty_floor(LIGHT)), BenchSettings(renderer=renderer, cameras=())
+    world, settings = with_chase_camera(empty_floor(LIGHT)), BenchSettings(renderer=renderer, cameras=())
     with Bench(world, robots.load(name), settings=settings) as bench:
         while bench.time < SETTLED:
             bench.wait()
-        return Onlooker(bench, BEARING, DISTANCE, EYES).look()
+        return ChaseCamera(bench, BEARING, DISTANCE, EYES).look()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import robots
 from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench, BenchSettings
-from sim.bench.serial_port import LOOPBACK, TERMINAL, Pace, open_port, serve
+from sim.bench.serial_port import LOOPBACK, TERMINAL, SerialPace, open_port, serve
 from sim.rendering.render import RendererKind
 from worlds.build import build_world
 from worlds.light import light_named
@@ -45,7 +45,7 @@ def serving(asked: Service) -> Iterator[tuple[str, Callable[[], None]]]:
         Bench(world, robots.load(asked.robot), route=asked.route, seed=asked.seed, settings=settings) as bench,
         open_port(bench, address) as port,
     ):
-        pace = Pace(asked.rate)
+        pace = SerialPace(asked.rate)
 
         def run() -> None:
             serve(bench, port, asked.seconds or math.inf, pace)

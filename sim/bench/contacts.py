@@ -5,7 +5,7 @@ import numpy as np
 from sim.bench.bench import Bench
 
 
-class Touches:
+class ContactLog:
     """Things of the world that the robot has touched since it is watched, by name, in the order of the first time.
 
     The floor is one of them where something else than its wheels is on it. ``begun`` counts the times that a touch

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from robots.robuter.control import RobuterControl
-from robots.robuter.line import CAPACITY, Line
+from robots.robuter.line import CAPACITY, SerialLine
 from robots.robuter.protocol import Refusal, format_line
 from sim.bench.bench import Bench
 from sim.errors import SimError
@@ -162,7 +162,7 @@ def _named_terminal() -> tuple[int, int, str]:
 class SerialPort:
     """Joins a robot's ``line`` to a client; use it in a ``with`` block."""
 
-    def __init__(self, line: Line, client: Outlet) -> None:
+    def __init__(self, line: SerialLine, client: Outlet) -> None:
         self._line, self._client = line, client
 
     @property
@@ -182,7 +182,7 @@ class SerialPort:
         self._client.write(self._line.to_host.take())
 
 
-class Pace:
+class SerialPace:
     """Holds simulated time back to ``factor`` times wall time; None lets it run as fast as it can."""
 
     def __init__(
@@ -212,9 +212,9 @@ def open_port(bench: Bench, address: str) -> SerialPort:
     return SerialPort(bench.control.spare, TerminalOutlet() if address == TERMINAL else _tcp(address))
 
 
-def serve(bench: Bench, port: SerialPort, duration: float, pace: Pace | None = None) -> None:
+def serve(bench: Bench, port: SerialPort, duration: float, pace: SerialPace | None = None) -> None:
     """Let the bench run for ``duration`` [s] of simulated time while whoever is at the port drives the robot."""
-    pace, began = pace or Pace(), bench.time
+    pace, began = pace or SerialPace(), bench.time
     while bench.time - began < duration - 1e-9:
         port.carry()
         bench.wait()

@@ -6,14 +6,14 @@ A view is taken where each behaviour begins, so that a mission can begin it ther
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from robots.behaviours import Outcome
+from robots.behaviours import BehaviourOutcome
 from sim.bench.bench import CONTROL_PERIOD, Bench
 from sim.drives.behaviour_runner import behaviour_in, frame_of, running
 from sim.drives.recorder import PATIENCE, Moved, Taken, Trigger
 from sim.errors import StuckError
 
 
-def tour_and_sense(
+def run_and_sense(
     bench: Bench, behaviours: Sequence[str], trigger: Trigger, *, timeout: float = PATIENCE
 ) -> Iterator[Taken]:
     """Let the robot run behaviours; yields the views as they are taken, their progress by the odometer [m].
@@ -28,13 +28,13 @@ def tour_and_sense(
         yield Taken(replace(bench.sense(), behaviour=words), bench.odometry, gone)
         moved, before = Moved(), bench.odometry
         for moment in running(bench, behaviour_in(words, frame), timeout=timeout - bench.time):
-            if moment.step.outcome is Outcome.FAILED:
+            if moment.step.outcome is BehaviourOutcome.FAILED:
                 raise StuckError(f"behaviour {number}, {words}, failed after {gone:.1f} m: {moment.step.why}")
             now = bench.odometry
             moved.add(before, now, CONTROL_PERIOD)
             before = now
             # Where a behaviour ends the next view is taken at once, as that of what follows.
-            if moment.step.outcome is Outcome.RUNNING and trigger.fires(moved):
+            if moment.step.outcome is BehaviourOutcome.RUNNING and trigger.fires(moved):
                 gone += moved.distance
                 yield Taken(bench.sense(), bench.odometry, gone)
                 moved = Moved()

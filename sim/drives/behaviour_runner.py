@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import robots
 from refseq.planar import Pose
 from robots import Robot
-from robots.behaviours import Behaviour, Frame, Outcome, Ranger, Senses, Step, failed
+from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, Frame, Ranger, Senses, failed
 from robots.behaviours.written import make, parse
 from robots.mounting import Mounting
 from sim.bench.bench import Bench
@@ -19,11 +19,11 @@ from sim.drives.doors import doors_seen
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class BehaviourMoment:
     """One period of a behaviour: the ``step`` that it asked for, then the true ``pose`` at ``time`` [s] after it."""
 
     time: float
-    step: Step
+    step: BehaviourStep
     pose: Pose
 
 
@@ -31,7 +31,7 @@ class Moment:
 class Ended:
     """How a behaviour ended: outcome and reason, how long it took [s], and the true ``path`` (n, 3): x, y, heading."""
 
-    outcome: Outcome
+    outcome: BehaviourOutcome
     why: str
     time: float
     path: NDArray[np.float64]
@@ -59,7 +59,7 @@ def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:
     return Ranger(float(place[0]), float(place[1]), math.atan2(axis[1], axis[0]))
 
 
-def running(bench: Bench, behaviour: Behaviour, *, timeout: float = 120.0) -> Iterator[Moment]:
+def running(bench: Bench, behaviour: Behaviour, *, timeout: float = 120.0) -> Iterator[BehaviourMoment]:
     """Let ``behaviour`` steer, and tell of each control period.
 
     The last moment's step has the outcome; after ``timeout`` [s] of simulated time that is a failure.
@@ -67,11 +67,11 @@ def running(bench: Bench, behaviour: Behaviour, *, timeout: float = 120.0) -> It
     began = bench.time
     while True:
         step = behaviour.step(Senses(bench.state, bench.scan(), bench.time))
-        if step.outcome is Outcome.RUNNING and bench.time - began >= timeout:
+        if step.outcome is BehaviourOutcome.RUNNING and bench.time - began >= timeout:
             step = failed(f"not done after {timeout:g} s" + (f": {step.why}" if step.why else ""))
         bench.drive(step.twist)
-        yield Moment(bench.time, step, bench.pose)
-        if step.outcome is not Outcome.RUNNING:
+        yield BehaviourMoment(bench.time, step, bench.pose)
+        if step.outcome is not BehaviourOutcome.RUNNING:
             return
 
 
@@ -80,7 +80,7 @@ def run(
     behaviour: Behaviour,
     *,
     timeout: float = 120.0,
-    each: Callable[[Moment], None] | None = None,
+    each: Callable[[BehaviourMoment], None] | None = None,
 ) -> Ended:
     """Let ``behaviour`` steer until it ends, and call ``each`` after every control period; see ``running``."""
     began, path = bench.time, [bench.pose]

@@ -32,7 +32,7 @@ WHITE = 1.5
 """What is so much brighter than a screen's white at that exposure is white; a choice."""
 
 
-def with_onlooker(world: World) -> World:
+def with_chase_camera(world: World) -> World:
     """Add the onlooker's camera to a fresh ``world``, and return it."""
     world.spec.worldbody.add_camera(name=CAMERA, pos=(0, 0, EYES), fovy=FOVY, resolution=SIZE)
     picture = world.spec.visual.global_
@@ -47,7 +47,7 @@ class _Hit(NamedTuple):
     robot: bool
 
 
-class Onlooker:
+class ChaseCamera:
     """Looks at the robot of a ``bench`` from ``bearing`` [rad, 0 is ahead of it] and ``distance`` [m].
 
     Where something is in the way, it goes round to the nearest place from which it sees the robot.

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 import robots
 from sim.bench.bench import BenchSettings
 from sim.drives.behaviour_runner import frame_of
-from sim.drives.chase_camera import Onlooker
+from sim.drives.chase_camera import ChaseCamera
 from sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
-from sim.envs.episodes.episode import Setting, Stage
+from sim.envs.episodes.episode import BenchEpisode, Setting
 from sim.envs.episodes.localising import familiar
 from sim.envs.episodes.observations import Arrays, Known, Sensing
-from sim.envs.tasks.cross_door import CrossDoor
-from sim.envs.tasks.follow_corridor import FollowCorridor
-from sim.envs.tasks.reach_place import ReachPlace
-from sim.envs.tasks.recover import Recover
+from sim.envs.tasks.cross_door import CrossDoorTask
+from sim.envs.tasks.follow_corridor import FollowCorridorTask
+from sim.envs.tasks.reach_place import ReachPlaceTask
+from sim.envs.tasks.recover import RecoverTask
 from sim.envs.tasks.task import Judgement, Task
 from sim.envs.worlds.named import check_light, plan_named, world_named
 from sim.errors import SimError
@@ -27,10 +27,10 @@ from sim.physics import Due, alone
 from sim.rendering.render import RendererKind, open_renderer
 
 TASKS: Mapping[str, type[Task]] = {
-    "follow-corridor": FollowCorridor,
-    "cross-door": CrossDoor,
-    "reach-place": ReachPlace,
-    "recover": Recover,
+    "follow-corridor": FollowCorridorTask,
+    "cross-door": CrossDoorTask,
+    "reach-place": ReachPlaceTask,
+    "recover": RecoverTask,
 }
 ACTIONS = ("behaviours", "twist")
 Stepped = tuple[Arrays, float, bool, bool, dict[str, Any]]
@@ -102,7 +102,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
             goal=self._task.goes_to_place,
         )
         self.action_space, self.observation_space = self._acting.space, self._sensing.space
-        self._stage: Stage | None = None
+        self._stage: BenchEpisode | None = None
 
     def _actions(self, form: str) -> Acting:
         if form == "twist":
@@ -130,7 +130,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         name = self._worlds[int(self.np_random.integers(len(self._worlds)))]
         world = world_named(name, self._light, pictured=bool(self._cameras) or self.render_mode is not None)
         setting = Setting(world, self._robot.name, self._settings, self._route, self._sequence)
-        self._stage = Stage(self._task, setting, self.np_random)
+        self._stage = BenchEpisode(self._task, setting, self.np_random)
         self._acting.reset()
         return self._observed(), self._told(Judgement(0.0, self._stage.remaining))
 
@@ -147,12 +147,12 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self._acting.choose(action)
         return self._moving(stage)
 
-    def _moving(self, stage: Stage) -> Generator[Due, None, Stepped]:
+    def _moving(self, stage: BenchEpisode) -> Generator[Due, None, Stepped]:
         judged = yield from stage.acting(self._acting)
         return self._observed(), judged.reward, judged.over, False, self._told(judged)
 
     @property
-    def _running(self) -> Stage:
+    def _running(self) -> BenchEpisode:
         if self._stage is None:
             raise SimError("no episode has begun, or it was closed: call reset first")
         return self._stage
@@ -195,7 +195,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         bench = self._running.bench
         if bench.renderer.kind is RendererKind.NONE:
             bench.renderer = open_renderer(self._renderer, bench.model)
-        grey = Onlooker(bench, bearing=math.pi, distance=BEHIND, eyes=UP).look()
+        grey = ChaseCamera(bench, bearing=math.pi, distance=BEHIND, eyes=UP).look()
         return np.repeat(grey[:, :, None], 3, axis=2)
 
     def close(self) -> None:

@@ -10,10 +10,10 @@ from typing import Annotated
 
 import typer
 
-from sim.envs.learning.evaluation import PLAYERS, examine, margin, returns
+from sim.envs.learning.evaluation import PLAYERS, evaluate, margin, returns
 from sim.envs.learning.files import write
 from sim.envs.learning.ppo import learn, stable_baselines
-from sim.envs.learning.training_config import Lesson
+from sim.envs.learning.training_config import TrainingConfig
 from sim.errors import SimError
 
 BELOW, BAD_INPUT = 1, 2
@@ -34,13 +34,13 @@ def train(
     at_least: Annotated[float | None, typer.Option(help="Exit with 1 below this margin over chance.")] = None,
 ) -> None:
     """Learn a task with PPO; then what was learnt, chance, and going ahead play the same episodes in other worlds."""
-    lesson = Lesson(task, seconds, steps, robots, seed, tuple(world or ()), tuple(held_out or ()), episodes)
+    lesson = TrainingConfig(task, seconds, steps, robots, seed, tuple(world or ()), tuple(held_out or ()), episodes)
     stable_baselines()
     _make(output)
     policy = output / "policy.zip"
     learnt = learn(lesson, policy)
     print(f"learnt: {learnt.steps} steps, {len(learnt.practice)} episodes, {learnt.seconds:.0f} s", flush=True)
-    trials = examine(lesson, policy)
+    trials = evaluate(lesson, policy)
     write(output, lesson, learnt, trials)
     played = returns(trials)
     for name in PLAYERS:

@@ -8,22 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.missions.lamp import Stage, Verb, Word
-from robots.behaviours import Behaviour, Frame, Outcome, Senses, Step
+from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, Frame, Senses
 from robots.behaviours.beside import Beside
 from robots.behaviours.dead_reckoned import DeadReckoned
-from robots.behaviours.follow_wall import Side
+from robots.behaviours.follow_wall import WallSide
 from robots.behaviours.narrow import Narrow
 from robots.behaviours.until import Gone, Near, Turned, Until
 from robots.motion import Twist
 from sim.bench.bench import Bench
-from sim.drives.behaviour_runner import Moment, frame_of, run
+from sim.drives.behaviour_runner import BehaviourMoment, frame_of, run
 from sim.errors import SimError
 
 PATIENCE = 20.0
 """How long a stage waits for what stops it [s]: a choice; at the program's 20 mm/s less would be no way at all."""
 TIMEOUT = 900.0
 """How long a stage may take [s]: a choice, 18 m at 20 mm/s."""
-SIDES = {1: Side.LEFT, 2: Side.RIGHT}
+SIDES = {1: WallSide.LEFT, 2: WallSide.RIGHT}
 """What ``PS`` means: the thesis does not tell, this is a choice."""
 
 
@@ -32,7 +32,7 @@ class StageEnded:
     """How one ``stage`` ended: outcome and reason, how long it took [s], the true ``path`` (n, 3): x, y, heading."""
 
     stage: Stage
-    outcome: Outcome
+    outcome: BehaviourOutcome
     why: str
     time: float
     path: NDArray[np.float64]
@@ -48,7 +48,7 @@ class LampEnded:
     @property
     def finished(self) -> bool:
         """Whether all stages have finished."""
-        return len(self.stages) == self.asked and self.stages[-1].outcome is Outcome.FINISHED
+        return len(self.stages) == self.asked and self.stages[-1].outcome is BehaviourOutcome.FINISHED
 
     @property
     def time(self) -> float:
@@ -61,7 +61,7 @@ def run_lamp(
     stages: Sequence[Stage],
     *,
     timeout: float = TIMEOUT,
-    each: Callable[[Moment], None] | None = None,
+    each: Callable[[BehaviourMoment], None] | None = None,
 ) -> LampEnded:
     """Run a program until a stage fails, and call ``each`` after every control period.
 
@@ -78,7 +78,7 @@ def run_lamp(
     for stage, behaviour in zip(stages, behaviours, strict=True):
         done = run(bench, _WithoutLaser(behaviour), timeout=timeout, each=each)
         ended.append(StageEnded(stage, done.outcome, done.why, done.time, done.path))
-        if done.outcome is not Outcome.FINISHED:
+        if done.outcome is not BehaviourOutcome.FINISHED:
             break
     return LampEnded(len(stages), tuple(ended))
 
@@ -117,6 +117,6 @@ class _WithoutLaser:
     def __init__(self, inner: Behaviour) -> None:
         self._inner = inner
 
-    def step(self, senses: Senses) -> Step:
+    def step(self, senses: Senses) -> BehaviourStep:
         """Say how to move now, by what is left of the senses."""
         return self._inner.step(replace(senses, scan=None))

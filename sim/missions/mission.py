@@ -13,9 +13,9 @@ from refseq.missions.executor import Do, Executor
 from refseq.missions.tasks import Call, Photograph, Task
 from refseq.view import View
 from robots import Twist
-from robots.behaviours import Behaviour, Outcome, Senses
+from robots.behaviours import Behaviour, BehaviourOutcome, Senses
 from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.contacts import Touches
+from sim.bench.contacts import ContactLog
 from sim.drives.behaviour_runner import behaviour_in, frame_of
 from sim.drives.recorder import Moved, Trigger
 from sim.errors import SimError
@@ -34,7 +34,7 @@ TIMEOUT = 1800.0
 """A mission lasts no longer [s], where nothing else is asked for: a choice."""
 
 
-class Localiser(Protocol):
+class ViewLocaliser(Protocol):
     """What answers to views on the way."""
 
     def update(self, view: View) -> Belief:
@@ -50,7 +50,7 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Mission:
+class DrivenMission:
     """What became of a mission.
 
     ``track`` (n, 5) holds, each control period: time [s], true x, y [m], heading [rad], and where the robot believed
@@ -83,13 +83,13 @@ class Hands:
 def run_mission(
     bench: Bench,
     executor: Executor,
-    localiser: Localiser | None,
+    localiser: ViewLocaliser | None,
     *,
     trigger: Trigger | None = None,
     timeout: float = TIMEOUT,
     calls: Mapping[str, Callable[[View], None]] | None = None,
     each: Callable[[Executor, Bench], None] | None = None,
-) -> Mission:
+) -> DrivenMission:
     """Run a mission until it is over, or for ``timeout`` [s] of simulated time, when it is aborted.
 
     Without a ``localiser`` no view is taken; with one, when the ``trigger`` says so, by default every ``EVERY`` metres.
@@ -101,25 +101,27 @@ def run_mission(
     for task in tasks:
         if isinstance(task, Call) and task.name not in (calls or {}):
             raise SimError(f"{task}: no such function; valid are {', '.join(calls or {}) or 'none'}")
-    return _Run(bench, executor, localiser, trigger or Trigger(EVERY), Hands(calls or {})).until_over(timeout, each)
+    return _MissionRun(bench, executor, localiser, trigger or Trigger(EVERY), Hands(calls or {})).until_over(
+        timeout, each
+    )
 
 
-class _Run:
+class _MissionRun:
     """A mission on its way."""
 
     def __init__(
-        self, bench: Bench, executor: Executor, localiser: Localiser | None, trigger: Trigger, hands: Hands
+        self, bench: Bench, executor: Executor, localiser: ViewLocaliser | None, trigger: Trigger, hands: Hands
     ) -> None:
         self._bench, self._executor, self._localiser = bench, executor, localiser
         self._trigger, self._hands, self._frame = trigger, hands, frame_of(bench.robot)
-        self._touches = Touches(bench)
+        self._touches = ContactLog(bench)
         self._running: tuple[int, Behaviour] | None = None
         self._moved, self._began = Moved(), bench.time
         self._start = bench.state.distance
         self._seen: list[Seen] = []
         self._track: list[tuple[float, ...]] = []
 
-    def until_over(self, timeout: float, each: Callable[[Executor, Bench], None] | None) -> Mission:
+    def until_over(self, timeout: float, each: Callable[[Executor, Bench], None] | None) -> DrivenMission:
         """Go on until the mission is over."""
         executor, bench = self._executor, self._bench
         for order in executor.plan.orders:  # all can be read before the robot moves
@@ -133,7 +135,7 @@ class _Run:
                 executor.abort(f"not over after {timeout:g} s")
         self._stand()
         track = np.array(self._track).reshape(-1, 5)
-        return Mission(executor, track, tuple(self._seen), self._touches.found, self._hands.photographs)
+        return DrivenMission(executor, track, tuple(self._seen), self._touches.found, self._hands.photographs)
 
     def _period(self, do: Do) -> None:
         """One control period: steer, tell the executor how far it is, take a view where one is due."""
@@ -156,8 +158,8 @@ class _Run:
             return
         step = self._behaviour(do).step(Senses(self._bench.state, self._bench.scan(), self._bench.time))
         self._bench.drive(step.twist)
-        if step.outcome is not Outcome.RUNNING:
-            self._executor.ended(step.outcome is Outcome.FINISHED, step.why)
+        if step.outcome is not BehaviourOutcome.RUNNING:
+            self._executor.ended(step.outcome is BehaviourOutcome.FINISHED, step.why)
 
     def _behaviour(self, do: Do) -> Behaviour:
         """The behaviour that is running, or another one where that was asked for."""

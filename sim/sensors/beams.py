@@ -54,7 +54,7 @@ class Hits:
 
 
 @dataclass(frozen=True, slots=True)
-class Sweep:
+class LaserSweep:
     """Where the scanner was when each beam left: ``positions`` (beams, 3) [m], ``attitudes`` (beams, 3, 3)."""
 
     positions: NDArray[np.float64]
@@ -74,14 +74,14 @@ def directions() -> NDArray[np.float64]:
     return np.stack([np.cos(bearings), np.sin(bearings), np.zeros(BEAMS)], axis=1)
 
 
-def sweep(model: mujoco.MjModel, data: mujoco.MjData, site: str) -> Sweep:
+def sweep(model: mujoco.MjModel, data: mujoco.MjData, site: str) -> LaserSweep:
     """Trace the scanner at ``site`` back through the scan that ends now, as if its velocity had not changed."""
     frame, velocity = data.site(site), np.empty(6)
     in_world_axes = 0
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, frame.id, velocity, in_world_axes)
     before = -ages()[:, None]
     turns = Rotation.from_rotvec(before * velocity[:3]).as_matrix()
-    return Sweep(frame.xpos + before * velocity[3:], turns @ frame.xmat.reshape(3, 3))
+    return LaserSweep(frame.xpos + before * velocity[3:], turns @ frame.xmat.reshape(3, 3))
 
 
 def cones(distances: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -103,7 +103,7 @@ def cones(distances: NDArray[np.float64]) -> NDArray[np.float64]:
 def cast(
     model: mujoco.MjModel,
     data: mujoco.MjData,
-    looks: Sweep,
+    looks: LaserSweep,
     rays: NDArray[np.float64],
     groups: NDArray[np.uint8],
     blind_body: int,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from refseq.view import Scan
 from sim.errors import SimError
 from sim.sensors.beams import BEAMS, GLASS_GROUPS, SEEN_GROUPS, START, STEP, Hits, cast, cones, directions, sweep
-from sim.sensors.laser_echoes import THRESHOLD, Echoes, first_echo, light_from, remissions
+from sim.sensors.laser_echoes import THRESHOLD, LaserEchoes, first_echo, light_from, remissions
 
 ABOVE_MAX, LOW_SNR, DAZZLE = 8183, 8187, 8190
 """Words that are no ranges: farther than can be said, or nothing there; too little light came back; too much did."""
@@ -87,7 +87,7 @@ class Laser:
         """Measure as ``scan`` does; the result as the device sends it."""
         return self.reading(self.echoes(mj_model, mj_data, site, exclude_body))
 
-    def echoes(self, mj_model: mujoco.MjModel, mj_data: mujoco.MjData, site: str, exclude_body: str) -> Echoes:
+    def echoes(self, mj_model: mujoco.MjModel, mj_data: mujoco.MjData, site: str, exclude_body: str) -> LaserEchoes:
         """Return what comes back, before the device's errors; the scan ends at this moment."""
         looks = sweep(mj_model, mj_data, site)
         blind_body = mj_model.body(exclude_body).id
@@ -101,7 +101,7 @@ class Laser:
         ring = meet(cones(middle.distance[:, 0])[:, 1:], SEEN_GROUPS)
         return first_echo(light_from(middle.beside(ring), glass, remissions(mj_model)))
 
-    def reading(self, echoes: Echoes) -> Telegram:
+    def reading(self, echoes: LaserEchoes) -> Telegram:
         """Turn echoes into words, with the device's bias, noise, steps, limits and codes."""
         model = self.model
         # Noise is drawn for every beam, hit or not, so that the stream of numbers does not depend on the scene.

@@ -17,7 +17,7 @@ UNKNOWN_REMISSION = 0.4
 THRESHOLD = 0.1 / 30.0**2
 """Least power that is told from noise: a surface of 10 % is seen as far as 30 m."""
 PULSE = 0.5
-"""Echoes that follow within this distance [m] run into one: half the way of light in a pulse of 3.3 ns."""
+"""LaserEchoes that follow within this distance [m] run into one: half the way of light in a pulse of 3.3 ns."""
 DARK, DARK_SHIFT = 0.2, 0.01
 """Below the remission ``DARK`` a surface looks nearer, by ``DARK_SHIFT`` [m] for each factor of ten."""
 PANE_TRANSMISSION = 0.8
@@ -34,7 +34,7 @@ class Light:
 
 
 @dataclass(frozen=True, slots=True)
-class Echoes:
+class LaserEchoes:
     """What the receiver answers to, beam by beam.
 
     ``distance`` (beams,) [m] is infinite where too little light came back; ``power`` (beams,) is that of the echo, or
@@ -71,7 +71,7 @@ def _returned(remission: NDArray[np.float64], hits: Hits) -> NDArray[np.float64]
     return np.asarray(remission * hits.cosine / hits.distance**2)
 
 
-def first_echo(light: Light) -> Echoes:
+def first_echo(light: Light) -> LaserEchoes:
     """Find the first stretch of a pulse's length from which enough comes back; its range is the mean weighted by power.
 
     So a beam that an edge splits gives a range between the two, a mixed pixel, if these are less than a pulse apart,
@@ -84,4 +84,4 @@ def first_echo(light: Light) -> Echoes:
     weights = np.where(seen[:, None], together[np.arange(len(first)), first], light.power)
     power = weights.sum(axis=1)
     mean = (weights * light.distance).sum(axis=1) / np.where(seen, power, 1.0)
-    return Echoes(np.where(seen, mean, np.inf), power)
+    return LaserEchoes(np.where(seen, mean, np.inf), power)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots import DifferentialDrive, Pose, RobotsError, Twist
+from robots import DifferentialDrive, PlanarPose, RobotsError, Twist
 from robots.odometry import (
     CalibrationErrors,
     Encoders,
@@ -60,8 +60,8 @@ def test_wheels_that_do_not_slip_are_integrated_exactly(linear: float, angular: 
 
 
 def test_arcs_compose() -> None:
-    whole = along_arc(Pose(1, 2, 0.3), 4.0, 2.0)
-    half = along_arc(along_arc(Pose(1, 2, 0.3), 2.0, 1.0), 2.0, 1.0)
+    whole = along_arc(PlanarPose(1, 2, 0.3), 4.0, 2.0)
+    half = along_arc(along_arc(PlanarPose(1, 2, 0.3), 2.0, 1.0), 2.0, 1.0)
     assert (half.x, half.y, half.heading) == pytest.approx((whole.x, whole.y, whole.heading))
 
 
@@ -74,7 +74,7 @@ def test_pulses_lost_between_updates_are_not_lost_for_good() -> None:
 def test_it_starts_where_the_counters_stand() -> None:
     start = Pulses(123_456, -777)
     odometry = Odometry(PERFECT, ROBUTER, start)
-    assert odometry.update(start) == Pose(0, 0, 0)
+    assert odometry.update(start) == PlanarPose(0, 0, 0)
 
 
 def test_reversing_counts_negative() -> None:

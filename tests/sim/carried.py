@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sim.sensors.beams import GLASS_GROUPS, SEEN_GROUPS, Hits, cast, sweep
 from sim.sensors.laser import Laser, LaserModel
-from sim.sensors.laser_echoes import Echoes
+from sim.sensors.laser_echoes import LaserEchoes
 
 ROOM = (8.0, 5.0)
 REACH = 100.0
@@ -42,7 +42,7 @@ class Carried:
         looks = sweep(self.model, self.data, SITE)
         return cast(self.model, self.data, looks, rays, groups, self.model.body(BODY).id, REACH)
 
-    def echoes(self) -> Echoes:
+    def echoes(self) -> LaserEchoes:
         laser = Laser(LaserModel(), np.random.default_rng(0))
         return laser.echoes(self.model, self.data, SITE, BODY)
 

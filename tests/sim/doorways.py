@@ -11,11 +11,11 @@ import numpy as np
 
 import robots
 from refseq.planar import Pose
-from robots.behaviours import Frame, Outcome
-from robots.behaviours.cross_door import CrossDoor, Side
+from robots.behaviours import BehaviourOutcome, Frame
+from robots.behaviours.cross_door import CrossDoor, DoorSide
 from robots.behaviours.guarded import PATIENCE
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.behaviour_runner import Moment, frame_of, run
+from sim.drives.behaviour_runner import BehaviourMoment, frame_of, run
 from sim.drives.doors import doors_to_cross
 from sim.rendering.render import RendererKind
 from worlds.build import World, build_world
@@ -90,7 +90,7 @@ class Crossing:
     ``waited`` is what it waited for on its way.
     """
 
-    outcome: Outcome
+    outcome: BehaviourOutcome
     why: str
     time: float
     end: Pose
@@ -101,7 +101,7 @@ class Crossing:
     @property
     def good(self) -> bool:
         """Whether the robot says that it is through and has touched nothing."""
-        return self.outcome is Outcome.FINISHED and not self.touched
+        return self.outcome is BehaviourOutcome.FINISHED and not self.touched
 
 
 class Doorkeeper:
@@ -153,7 +153,7 @@ def _frame(name: str) -> Frame:
 def cross(
     bench: Bench,
     start: Pose,
-    side: Side = Side.AHEAD,
+    side: DoorSide = DoorSide.AHEAD,
     patience: float = PATIENCE,
     meanwhile: Callable[[], None] = lambda: None,
 ) -> Crossing:
@@ -162,9 +162,9 @@ def cross(
     keeper = Doorkeeper(bench)
     waited: set[str] = set()
 
-    def each(moment: Moment) -> None:
+    def each(moment: BehaviourMoment) -> None:
         keeper.look()
-        if moment.step.outcome is Outcome.RUNNING and moment.step.why:
+        if moment.step.outcome is BehaviourOutcome.RUNNING and moment.step.why:
             waited.add(moment.step.why)
         meanwhile()
 

@@ -12,9 +12,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.sensing.frames import out_of
-from robots.behaviours.sensing.line import Line
-from robots.motion import Pose
+from robots.behaviours.sensing.line import DirectedLine
+from robots.planar import PlanarPose, out_of, wrapped
 from robots.signals import LaserScan
 
 LOOKS = 5
@@ -59,7 +58,7 @@ DoorFinder = Callable[[LaserScan], Sequence[Doorway]]
 class Passage:
     """A doorway in the odometer's frame, ``width`` [m] wide; its ``axis`` begins at the middle of the wall's face."""
 
-    axis: Line
+    axis: DirectedLine
     width: float
 
     def same(self, other: "Passage") -> bool:
@@ -72,11 +71,11 @@ class Passage:
 
     def alike(self, other: "Passage") -> bool:
         """Whether two findings have about the same heading."""
-        return abs(math.remainder(self.axis.heading - other.axis.heading, 2 * math.pi)) < ALIKE
+        return abs(wrapped(self.axis.heading - other.axis.heading)) < ALIKE
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class ClearWay:
     """The widest way through a doorway: ``middle`` [m] to the left of its axis, and ``width`` [m].
 
     ``leaf`` tells that all that narrows it hangs on a jamb, as a door's leaf does.
@@ -96,7 +95,7 @@ class DoorWatch:
         self._mine: deque[Passage] = deque(maxlen=KEPT)
         self._off: deque[float] = deque(maxlen=SURE)
 
-    def look(self, pose: Pose, scan: LaserScan) -> None:
+    def look(self, pose: PlanarPose, scan: LaserScan) -> None:
         """Look at a scan that was taken at ``pose``."""
         found = [self._placed(pose, door) for door in self._finder(scan)]
         self._looks.append(found)
@@ -107,10 +106,10 @@ class DoorWatch:
             away = [held.away(door) for door in found if held.alike(door) and held.away(door) < held.width]
             self._off.extend(sorted(away)[:1])
 
-    def choose(self, pose: Pose, heading: float, within: float) -> bool:
+    def choose(self, pose: PlanarPose, heading: float, within: float) -> bool:
         """Hold on to the nearest doorway whose heading is ``within`` [rad] of ``heading``, if there is one."""
         doors = [door for found in self._looks for door in found if self._often(door)]
-        doors = [door for door in doors if abs(math.remainder(door.axis.heading - heading, 2 * math.pi)) <= within]
+        doors = [door for door in doors if abs(wrapped(door.axis.heading - heading)) <= within]
         if doors:
             nearest = min(doors, key=lambda door: math.hypot(door.axis.x - pose.x, door.axis.y - pose.y))
             self._mine.extend(door for door in doors if nearest.same(door))
@@ -120,10 +119,10 @@ class DoorWatch:
     def passage(self) -> Passage:
         """The doorway that is held on to: the median of its newest findings."""
         first = self._mine[0].axis.heading
-        turns = [math.remainder(door.axis.heading - first, 2 * math.pi) for door in self._mine]
+        turns = [wrapped(door.axis.heading - first) for door in self._mine]
         places = [(door.axis.x, door.axis.y, door.width) for door in self._mine]
         x, y, width = np.median(places, axis=0).tolist()
-        return Passage(Line(x, y, first + float(np.median(turns))), width)
+        return Passage(DirectedLine(x, y, first + float(np.median(turns))), width)
 
     @property
     def off(self) -> float:
@@ -133,20 +132,20 @@ class DoorWatch:
     def _often(self, door: Passage) -> bool:
         return 2 * sum(any(map(door.same, found)) for found in self._looks) > LOOKS
 
-    def _placed(self, pose: Pose, door: Doorway) -> Passage:
+    def _placed(self, pose: PlanarPose, door: Doorway) -> Passage:
         x, y = door.centre
         ((x, y),) = out_of(pose, np.array([[x + self._laser, y]])).tolist()
-        return Passage(Line(x, y, pose.heading + door.heading), door.width)
+        return Passage(DirectedLine(x, y, pose.heading + door.heading), door.width)
 
 
-def way_through(door: Passage, points: NDArray[np.float64], before: float, beyond: float) -> Way:
+def way_through(door: Passage, points: NDArray[np.float64], before: float, beyond: float) -> ClearWay:
     """Find the widest straight way between ``points`` (n, 2), from ``before`` a door's face to ``beyond`` it [m]."""
     place, half = door.axis.seen(points), door.width / 2
     place = place[(np.abs(place[:, 1]) < half) & (place[:, 0] > -before) & (place[:, 0] < beyond)]
     edges = np.concatenate([[-half], np.sort(place[:, 1]), [half]])
     widest = int(np.argmax(np.diff(edges)))
     right, left = edges[widest : widest + 2].tolist()
-    return Way((left + right) / 2, left - right, _all_hang_on_a_jamb(place, half))
+    return ClearWay((left + right) / 2, left - right, _all_hang_on_a_jamb(place, half))
 
 
 def _all_hang_on_a_jamb(place: NDArray[np.float64], half: float) -> bool:

@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from robots.behaviours.behaviour import Frame, Senses
 from robots.behaviours.sensing.sonar_ring import HISTORY
 from robots.errors import RobotsError
+from robots.planar import wrapped
 
 ABEAM = math.radians(30)
 """A sonar looks to a side that looks no farther than this off it: a choice."""
 
 
-class Hearing:
+class SonarFilter:
     """The readings of the last moments (``HISTORY``), of each sonar the middle one."""
 
     def __init__(self, frame: Frame) -> None:
@@ -43,7 +44,7 @@ class Hearing:
 
 def abeam(frame: Frame, side: int) -> NDArray[np.intp]:
     """Numbers of the sonars that look to a side: +1 left, -1 right; raises ``RobotsError`` where none does."""
-    off = [abs(math.remainder(ranger.bearing - side * math.pi / 2, 2 * math.pi)) for ranger in frame.sonars]
+    off = [abs(wrapped(ranger.bearing - side * math.pi / 2)) for ranger in frame.sonars]
     found = np.flatnonzero(np.array(off) < ABEAM)
     if not len(found):
         raise RobotsError(f"no sonar looks to the {'left' if side > 0 else 'right'}: valid is a robot with some there")

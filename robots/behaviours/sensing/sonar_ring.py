@@ -14,7 +14,7 @@ SONAR_REACH = 2.0
 """A sonar's echo from farther away is not looked at [m]: a choice."""
 
 
-class Echoes:
+class SonarEchoes:
     """What the sonars have heard near the robot, as points in the middle of their cones."""
 
     def __init__(self, sonars: tuple[Ranger, ...]) -> None:

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.behaviours.behaviour import Frame, Senses
-from robots.behaviours.sensing.frames import into, out_of
-from robots.motion import Pose
 from robots.mounting import FLOOR
+from robots.planar import PlanarPose, into, out_of
 from robots.signals import LaserScan
 
 REACH = 6.0
@@ -60,7 +59,7 @@ class Surroundings:
         self._remember(senses.pose)
         self._ahead = self._met(ranges, np.asarray(scan.bearings, np.float64), senses.state.pitch, senses.pose)
 
-    def points(self, pose: Pose) -> NDArray[np.float64]:
+    def points(self, pose: PlanarPose) -> NDArray[np.float64]:
         """All points, (n, 2) [m], in the frame of a robot at ``pose``: x forward, y to the left."""
         return into(pose, self.all)
 
@@ -70,14 +69,14 @@ class Surroundings:
         return np.concatenate([self._ahead, self._behind])
 
     def _met(
-        self, ranges: NDArray[np.float64], bearings: NDArray[np.float64], pitch: float, pose: Pose
+        self, ranges: NDArray[np.float64], bearings: NDArray[np.float64], pitch: float, pose: PlanarPose
     ) -> NDArray[np.float64]:
         """End points of the beams that met something above the floor, in the odometer's frame."""
         near = (ranges >= 0) & (ranges < REACH)
         ends = self._frame.laser.ends(ranges[near], bearings[near], pitch if math.isfinite(pitch) else 0.0)
         return out_of(pose, ends[ends[:, 2] > FLOOR, :2])
 
-    def _remember(self, pose: Pose) -> None:
+    def _remember(self, pose: PlanarPose) -> None:
         """Keep of all earlier points those that the laser cannot see now and that are still near."""
         seen = into(pose, self.all)
         hidden = (seen[:, 0] < self._frame.laser.ahead) & (np.hypot(*seen.T) < KEPT_BEHIND)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.line import DirectedLine
 from robots.behaviours.sensing.surroundings import CELL, thinned
 
 TILT = math.radians(40)
@@ -19,17 +19,17 @@ THICKNESS = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class Wall:
+class DetectedWall:
     """A wall as a ``line``, on which points were met from ``start`` to ``end`` [m], with no gap wider than ``gap``."""
 
-    line: Line
+    line: DirectedLine
     start: float
     end: float
     gap: float
 
 
 @dataclass(frozen=True, slots=True)
-class Window:
+class SearchWindow:
     """Where to look for a wall, seen from a line: along it and across of it [m], each from least to most."""
 
     along: tuple[float, float]
@@ -37,7 +37,9 @@ class Window:
     tilt: float = TILT
 
 
-def find_wall(points: NDArray[np.float64], line: Line, window: Window, shortest: float) -> Wall | None:
+def find_wall(
+    points: NDArray[np.float64], line: DirectedLine, window: SearchWindow, shortest: float
+) -> DetectedWall | None:
     """The wall with the most points (n, 2) in a window; None where none is ``shortest`` [m] long.
 
     Points are thinned to one in a square of ``CELL`` first, so that votes are lengths and not densities of beams.
@@ -56,11 +58,11 @@ def find_wall(points: NDArray[np.float64], line: Line, window: Window, shortest:
         return None
     found = line.at(0.0, across / math.cos(tilt), tilt)
     along = np.sort(found.seen(line.points(seen[on_it]))[:, 0])
-    wall = Wall(found, float(along[0]), float(along[-1]), float(np.diff(along).max()))
+    wall = DetectedWall(found, float(along[0]), float(along[-1]), float(np.diff(along).max()))
     return wall if wall.end - wall.start > shortest else None
 
 
-def _within(seen: NDArray[np.float64], window: Window) -> NDArray[np.float64]:
+def _within(seen: NDArray[np.float64], window: SearchWindow) -> NDArray[np.float64]:
     (first, last), (low, high) = window.along, window.across
     x, y = seen.T
     return seen[(x > first) & (x < last) & (y > low) & (y < high)]

@@ -10,7 +10,7 @@ from gymnasium import spaces
 from refseq.features.doors import Door
 from refseq.view import Scan
 from robots import RobotsError, Twist
-from robots.behaviours import Behaviour, Frame, Outcome, Senses, Step
+from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, Frame, Senses
 from robots.behaviours.written import make, parse
 from robots.motion import Limits
 from robots.signals import LaserScan
@@ -34,7 +34,7 @@ class Acting(Protocol):
     def choose(self, action: Any) -> None:
         """Take an action; raises ``SimError`` for one that is not in the space."""
 
-    def step(self, senses: Senses) -> Step:
+    def step(self, senses: Senses) -> BehaviourStep:
         """How to move in the next control period."""
 
 
@@ -76,11 +76,11 @@ class ByBehaviour:
             self._chosen = int(action)
             self._behaviour = make(self._choices[self._chosen], self._frame, _doors)
 
-    def step(self, senses: Senses) -> Step:
+    def step(self, senses: Senses) -> BehaviourStep:
         """What the behaviour wants."""
         assert self._behaviour is not None, "an action was chosen"
         step = self._behaviour.step(senses)
-        if step.outcome is not Outcome.RUNNING:
+        if step.outcome is not BehaviourOutcome.RUNNING:
             self._behaviour = None
         return step
 
@@ -115,10 +115,10 @@ class ByTwist:
         ahead, turn = np.clip(given, -1.0, 1.0).tolist()
         self._twist = self._limits.limited(Twist(ahead * self._limits.speed, turn * self._limits.turn_rate))
 
-    def step(self, senses: Senses) -> Step:
+    def step(self, senses: Senses) -> BehaviourStep:
         """Go on with the twist."""
         assert self._twist is not None, "an action was chosen"
-        return Step(self._twist)
+        return BehaviourStep(self._twist)
 
 
 def periods(acting: Acting, control_period: float) -> int:

@@ -4,17 +4,17 @@ import mujoco
 import numpy as np
 
 from sim.bench.bench import Bench
-from sim.bench.contacts import Touches
+from sim.bench.contacts import ContactLog
 
 ROOM = 0.05
 """A robot that is set down keeps so much from all things [m]; a choice."""
 
 
-class Touching:
+class ContactCheck:
     """Whether the robot of a bench touches anything, and whether it has room where it stands."""
 
     def __init__(self, bench: Bench) -> None:
-        self._model, self._data, self._touches = bench.model, bench.data, Touches(bench)
+        self._model, self._data, self._touches = bench.model, bench.data, ContactLog(bench)
         self._solid = (bench.model.geom_contype != 0) | (bench.model.geom_conaffinity != 0)
         self._reach = float(np.hypot(max(bench.robot.shape.ahead, bench.robot.shape.behind), 1.0))
 

@@ -9,13 +9,13 @@ import robots
 from refseq.map.sequence import ReferenceSequence
 from refseq.planar import Pose, relative_pose, wrap
 from robots import Twist
-from robots.behaviours import Outcome, Senses
+from robots.behaviours import BehaviourOutcome, Senses
 from robots.state import LATCHED
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import operator_for
 from sim.envs.episodes.actions import Acting, periods
-from sim.envs.episodes.contacts import Touching
+from sim.envs.episodes.contacts import ContactCheck
 from sim.envs.episodes.localising import Following, places_of
 from sim.envs.tasks.task import Episode, Ground, Judgement, Situation, Task
 from sim.errors import SimError
@@ -43,7 +43,7 @@ class Setting:
     sequence: ReferenceSequence | None = None
 
 
-class Stage:
+class BenchEpisode:
     """A robot at the start of an episode of ``task``, all drawn from ``rng``; ``close`` it in the end.
 
     Raises ``SimError`` where the world has no room for the task.
@@ -54,14 +54,14 @@ class Stage:
         self.bench = Bench(
             setting.world, robot, route=setting.route, seed=int(rng.integers(2**32)), settings=setting.settings
         )
-        self._touching = Touching(self.bench)
+        self._touching = ContactCheck(self.bench)
         places = None if setting.sequence is None else places_of(setting.sequence)
         ground = Ground(setting.world.plan, setting.world.routes[setting.route], robot.shape, places)
         self.episode = self._with_room(task, ground, rng)
         self.following = self._led(setting.sequence)
         self.motion = (0.0, 0.0, 0.0)
         """What the odometer counted in the last action, in the robot's frame at its begin [m, m, rad]."""
-        self.outcome, self.why = Outcome.RUNNING, ""
+        self.outcome, self.why = BehaviourOutcome.RUNNING, ""
         """How far the last action has come, and why."""
         self.touches = False
         """Whether the robot touched anything in the last action."""
@@ -136,7 +136,7 @@ class Stage:
             if self.following is not None:
                 self.following.after_period()
             self.touches = self._touching.now
-            if self.touches or self._down or step.outcome is not Outcome.RUNNING:
+            if self.touches or self._down or step.outcome is not BehaviourOutcome.RUNNING:
                 break
         self.outcome, self.why = step.outcome, step.why
         self.motion = _motion(before, self.bench.odometry)

@@ -13,7 +13,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from sim.envs.learning.ppo import stable_baselines
-from sim.envs.learning.training_config import FIRST_TRIED, Lesson, environment
+from sim.envs.learning.training_config import FIRST_TRIED, TrainingConfig, environment
 
 Player = Callable[[Any], Any]
 """From an observation to an action."""
@@ -46,7 +46,7 @@ class Margin:
     high: float
 
 
-def examine(lesson: Lesson, policy: Path) -> tuple[Trial, ...]:
+def evaluate(lesson: TrainingConfig, policy: Path) -> tuple[Trial, ...]:
     """Let all players play the same episodes, in as many processes as the lesson has robots."""
     worlds = lesson.tried_in
     numbered = [(worlds[i % len(worlds)], FIRST_TRIED + i) for i in range(lesson.episodes)]

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 from refseq.files import replace_text, replacing_at
 from sim.envs.learning.evaluation import PLAYERS, Trial, margin, returns
-from sim.envs.learning.ppo import Learnt
-from sim.envs.learning.training_config import TASKS, Lesson
+from sim.envs.learning.ppo import TrainedPolicy
+from sim.envs.learning.training_config import TASKS, TrainingConfig
 
 RUNNING = 10
 """The curve is the mean of so many episodes, one after the other."""
 LEARNT, CHANCE, PLAIN = "#d55e00", "#8a8a8a", "#2a8fd4"
 
 
-def result(lesson: Lesson, learnt: Learnt, trials: tuple[Trial, ...]) -> dict[str, Any]:
+def result(lesson: TrainingConfig, learnt: TrainedPolicy, trials: tuple[Trial, ...]) -> dict[str, Any]:
     """The figures: what was learnt, how long it took, what each player made of the same episodes, the margins."""
     played = returns(trials)
     return {
@@ -42,7 +42,7 @@ def result(lesson: Lesson, learnt: Learnt, trials: tuple[Trial, ...]) -> dict[st
     }
 
 
-def write(folder: Path, lesson: Lesson, learnt: Learnt, trials: tuple[Trial, ...]) -> None:
+def write(folder: Path, lesson: TrainingConfig, learnt: TrainedPolicy, trials: tuple[Trial, ...]) -> None:
     """Write the three files into ``folder``."""
     replace_text(folder / "curve.csv", table(learnt))
     with replacing_at(folder / "curve.png") as path:
@@ -50,7 +50,7 @@ def write(folder: Path, lesson: Lesson, learnt: Learnt, trials: tuple[Trial, ...
     replace_text(folder / "result.json", json.dumps(result(lesson, learnt, trials), indent=2) + "\n")
 
 
-def table(learnt: Learnt) -> str:
+def table(learnt: TrainedPolicy) -> str:
     """A line an episode that was learnt from: steps of all robots, seconds, return, its own steps."""
     text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
@@ -59,7 +59,7 @@ def table(learnt: Learnt) -> str:
     return text.getvalue()
 
 
-def curve(lesson: Lesson, learnt: Learnt, trials: tuple[Trial, ...]) -> Figure:
+def curve(lesson: TrainingConfig, learnt: TrainedPolicy, trials: tuple[Trial, ...]) -> Figure:
     """Return against steps and against time: what was learnt from, and what the players made of other episodes."""
     figure = Figure(figsize=(10, 4), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)

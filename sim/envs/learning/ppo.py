@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import Any
 
 from refseq.files import replacing_at
-from sim.envs.learning.training_config import Lesson, check_worlds, environment
+from sim.envs.learning.training_config import TrainingConfig, check_worlds, environment
 from sim.errors import SimError
 
 ROLLOUT, BATCH = 2048, 128
@@ -31,7 +31,7 @@ class Practice:
 
 
 @dataclass(frozen=True, slots=True)
-class Learnt:
+class TrainedPolicy:
     """What came of a lesson: its ``practice`` episode by episode, and after how many steps and seconds it ended."""
 
     practice: tuple[Practice, ...]
@@ -51,7 +51,7 @@ def stable_baselines() -> ModuleType:
     return module
 
 
-def learn(lesson: Lesson, policy: Path) -> Learnt:
+def learn(lesson: TrainingConfig, policy: Path) -> TrainedPolicy:
     """Learn, and write what was learnt to ``policy`` (a .zip).
 
     A lesson that ends by its steps gives the same policy each time. Raises ``SimError`` without the extra ``rl``, and
@@ -82,10 +82,10 @@ def learn(lesson: Lesson, policy: Path) -> Learnt:
             learner.save(path)
     finally:
         robots.close()
-    return Learnt(tuple(practice), learner.num_timesteps, time.monotonic() - began)
+    return TrainedPolicy(tuple(practice), learner.num_timesteps, time.monotonic() - began)
 
 
-def _practising(lesson: Lesson) -> Any:
+def _practising(lesson: TrainingConfig) -> Any:
     from stable_baselines3.common.monitor import Monitor
 
     return Monitor(environment(lesson.task, lesson.learnt_in))

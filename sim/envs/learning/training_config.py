@@ -19,7 +19,7 @@ FIRST_TRIED = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Lesson:
+class TrainingConfig:
     """What is learnt: a ``task`` of ``TASKS``, with so many ``robots`` at a time, each in a process of its own.
 
     It ends after ``seconds`` by the clock, start-up counted in, or after ``steps`` of all robots together, rounded up
@@ -60,7 +60,7 @@ class Lesson:
         return HELD_OUT if set(self.learnt_in) <= set(CORRIDORS) else self.learnt_in
 
 
-def check_worlds(lesson: Lesson) -> None:
+def check_worlds(lesson: TrainingConfig) -> None:
     """Raise ``SimError`` for worlds that the task cannot be made with."""
     environment(lesson.task, lesson.learnt_in).close()
     for world in lesson.held_out:

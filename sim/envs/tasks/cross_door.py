@@ -21,7 +21,7 @@ From there the behaviour that crosses doors was measured."""
 
 
 @dataclass(frozen=True, slots=True)
-class Doorway:
+class DoorwayPlace:
     """An open door: ``middle`` (2,) [m] of its opening, ``through`` (2,) the way one goes, ``deep`` its wall [m]."""
 
     middle: NDArray[np.float64]
@@ -29,7 +29,7 @@ class Doorway:
     deep: float
 
     @classmethod
-    def of(cls, plan: FloorPlan, door: Door) -> "Doorway":
+    def of(cls, plan: FloorPlan, door: Door) -> "DoorwayPlace":
         """The doorway of a plan's door, as one goes from the side that its wall's face is on."""
         wall = plan.wall_named(door.wall)
         frame = LocalFrame.of(wall)
@@ -54,7 +54,7 @@ class ThroughDoor(Episode):
     That way leads straight to the door's middle and on until the robot's tail is out of the wall: there is the goal.
     """
 
-    def __init__(self, doorway: Doorway, start: Pose, tail: float) -> None:
+    def __init__(self, doorway: DoorwayPlace, start: Pose, tail: float) -> None:
         self.start = start
         self._doorway, self._far = doorway, doorway.deep + tail
 
@@ -69,7 +69,7 @@ class ThroughDoor(Episode):
         return behind >= self._far
 
 
-class CrossDoor(Task):
+class CrossDoorTask(Task):
     """Stand before an open door and go through it without touching it."""
 
     behaviours = ("MC:ahead", "MC:left", "MC:right", "MN:1000", "MT:45", "MT:-45", "stop")
@@ -79,6 +79,6 @@ class CrossDoor(Task):
         doors = [door for door in ground.plan.door if door.open >= OPEN]
         if not doors:
             raise SimError(f"world {ground.plan.name!r} has no door that is open by {OPEN:g} degrees or more")
-        doorway = Doorway.of(ground.plan, doors[rng.integers(len(doors))])
+        doorway = DoorwayPlace.of(ground.plan, doors[rng.integers(len(doors))])
         before, aside, turned = rng.uniform((NEAR, -ASIDE, -TURNED), (FAR, ASIDE, TURNED))
         return ThroughDoor(doorway, doorway.start(before, aside, turned), ground.shape.behind)

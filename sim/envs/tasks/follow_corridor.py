@@ -34,7 +34,7 @@ class AlongCorridor(Episode):
         return self._remaining <= ARRIVED
 
 
-class FollowCorridor(Task):
+class FollowCorridorTask(Task):
     """Drive along a corridor, round its bends, to its end."""
 
     behaviours = ("MN:1000", "MT:90", "MT:-90", "MW:left,0.8", "MW:right,0.8", "stop")

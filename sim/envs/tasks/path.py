@@ -11,7 +11,7 @@ REACH = 2.0
 """Who was at one place of a way is now no farther along or back than this [m]: a choice, twice the way of a second."""
 
 
-class Way:
+class Polyline:
     """The polyline through ``points`` (n, 2) [m]; points that repeat the one before them are left out."""
 
     def __init__(self, points: NDArray[np.float64]) -> None:

@@ -38,7 +38,7 @@ class ToPlace(Episode):
         return self._remaining <= ARRIVED
 
 
-class ReachPlace(Task):
+class ReachPlaceTask(Task):
     """Go to a place of a reference sequence; what the localiser believes is part of the observation."""
 
     behaviours = ("MN:1000", "MT:90", "MT:-90", "MT:30", "MT:-30", "MW:left,0.8", "MW:right,0.8", "stop")

@@ -49,7 +49,7 @@ class FoundAgain(Episode):
         return self._remaining <= 1.0 - SURE
 
 
-class Recover(Task):
+class RecoverTask(Task):
     """Find out where one is: after a short drive along the path the robot is carried to some other place.
 
     Its localiser still believes in the old one.

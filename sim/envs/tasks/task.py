@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from refseq.belief import Belief
 from refseq.planar import Pose
 from robots.robot import Shape
-from sim.envs.tasks.path import Way
+from sim.envs.tasks.path import Polyline
 from worlds.plans.schema import FloorPlan
 
 SUCCESS, FAILURE = 5.0, -5.0
@@ -34,15 +34,15 @@ class Ground:
     places: NDArray[np.float64] | None = None
 
     @cached_property
-    def way(self) -> Way:
+    def way(self) -> Polyline:
         """The way along the route."""
-        return Way(self.route)
+        return Polyline(self.route)
 
     @cached_property
-    def path(self) -> Way:
+    def path(self) -> Polyline:
         """The way from place to place of the reference sequence."""
         assert self.places is not None, "tasks with a map are given its places"
-        return Way(self.places)
+        return Polyline(self.places)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import mujoco
 
-from sim.drives.chase_camera import with_onlooker
+from sim.drives.chase_camera import with_chase_camera
 from sim.envs.worlds.rooms import FORMS, two_rooms
 from sim.errors import SimError
 from worlds.build import World, build_world
@@ -45,7 +45,7 @@ def world_named(name: str, light: str, pictured: bool) -> World:
     bench is ready in a hundredth of a second instead of a third; nothing but a camera notices. Raises ``SimError``.
     """
     try:
-        world = with_onlooker(build_world(plan_named(name), light_named(light), seed=0))
+        world = with_chase_camera(build_world(plan_named(name), light_named(light), seed=0))
     except WorldsError as error:
         raise SimError(str(error)) from None
     if not pictured:

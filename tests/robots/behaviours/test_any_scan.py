@@ -10,8 +10,8 @@ from hypothesis.extra.numpy import arrays
 
 import robots
 from refseq.view import Scan
-from robots import Blocked, Cause, Pose, RobotState, Stop, Twist
-from robots.behaviours import Frame, Outcome, Ranger, Senses
+from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
+from robots.behaviours import BehaviourOutcome, Frame, Ranger, Senses
 from robots.behaviours.written import KINDS, Kind, make, parse
 
 any_float = st.floats(width=32)
@@ -26,7 +26,7 @@ stops = st.builds(
 states = st.builds(
     RobotState,
     time=calm,
-    pose=st.builds(Pose, calm | any_float, calm, calm | any_float),
+    pose=st.builds(PlanarPose, calm | any_float, calm, calm | any_float),
     distance=calm,
     twist=twists,
     stops=st.lists(stops, max_size=1).map(tuple),
@@ -44,16 +44,16 @@ def test_any_senses_give_a_finite_motion_within_the_limits(name: str, kind: Kind
     robot = robots.load(name)
     frame = Frame(robot.shape, robot.limits, sonars=(Ranger(0.2, 0.1, 0.5), Ranger(-0.7, 0.0, math.pi)))
     behaviour = make(parse(kind.example), frame, lambda scan: ())
-    ended = Outcome.RUNNING
+    ended = BehaviourOutcome.RUNNING
     for look in looks:
         step = behaviour.step(look)
         assert math.isfinite(step.twist.linear)
         assert abs(step.twist.linear) <= robot.limits.speed * (1 + 1e-9)
         assert abs(step.twist.angular) <= robot.limits.turn_rate * (1 + 1e-9)
         assert "\n" not in step.why
-        if ended is not Outcome.RUNNING:
+        if ended is not BehaviourOutcome.RUNNING:
             assert step.outcome is ended
         ended = step.outcome
-        if ended is not Outcome.RUNNING:
+        if ended is not BehaviourOutcome.RUNNING:
             assert step.why
             assert step.twist == Twist()

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from robots import Limits, Pose, RobotState, Shape
-from robots.behaviours import Frame, Outcome, Senses
-from robots.behaviours.cross_door import CrossDoor, Side
+from robots import Limits, PlanarPose, RobotState, Shape
+from robots.behaviours import BehaviourOutcome, Frame, Senses
+from robots.behaviours.cross_door import CrossDoor, DoorSide
 from robots.behaviours.sensing.doorway import LOOKS, DoorWatch, Passage, way_through
-from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.line import DirectedLine
 
 FRAME = Frame(Shape(0.3, 0.7, 0.35, 0.25, 1.4), Limits(0.5, 0.5, 0.5, 1.0))
 LASER = FRAME.shape.laser
@@ -49,15 +49,15 @@ def finder(scan: Seen) -> Sequence[Found]:
     return scan.doors
 
 
-def watch(*looks: tuple[Found, ...], pose: Pose | None = None) -> DoorWatch:
+def watch(*looks: tuple[Found, ...], pose: PlanarPose | None = None) -> DoorWatch:
     watched = DoorWatch(finder, LASER)
     for doors in looks:
-        watched.look(pose or Pose(), Seen(doors))
+        watched.look(pose or PlanarPose(), Seen(doors))
     return watched
 
 
-def chosen(watched: DoorWatch, side: Side = Side.AHEAD) -> Passage:
-    assert watched.choose(Pose(), side.value, math.radians(50))
+def chosen(watched: DoorWatch, side: DoorSide = DoorSide.AHEAD) -> Passage:
+    assert watched.choose(PlanarPose(), side.value, math.radians(50))
     return watched.passage
 
 
@@ -72,8 +72,8 @@ def test_a_doorway_stays_put_wherever_it_is_seen_from(
     x: float, y: float, heading: float, ahead: float, aside: float, off: float
 ) -> None:
     """The scanner is ahead of the axle, and all turns with the robot."""
-    watched = watch(*[(Found((ahead, aside), heading=off),)] * LOOKS, pose=Pose(x, y, heading))
-    assert watched.choose(Pose(x, y, heading), heading, math.radians(50))
+    watched = watch(*[(Found((ahead, aside), heading=off),)] * LOOKS, pose=PlanarPose(x, y, heading))
+    assert watched.choose(PlanarPose(x, y, heading), heading, math.radians(50))
     axis = watched.passage.axis
     along = LASER + ahead
     assert axis.x == pytest.approx(x + along * math.cos(heading) - aside * math.sin(heading), abs=1e-9)
@@ -86,14 +86,14 @@ def test_the_nearest_door_of_a_side_is_chosen() -> None:
     left, right = Found((1.5, 1.0), heading=math.pi / 2), Found((1.0, -1.2), heading=-math.pi / 2)
     looks = [(far, ahead, right, left)] * LOOKS
     assert chosen(watch(*looks)).axis.x == pytest.approx(3.0 + LASER)
-    assert chosen(watch(*looks), Side.LEFT).axis.y == pytest.approx(1.0)
-    assert chosen(watch(*looks), Side.RIGHT).axis.y == pytest.approx(-1.2)
+    assert chosen(watch(*looks), DoorSide.LEFT).axis.y == pytest.approx(1.0)
+    assert chosen(watch(*looks), DoorSide.RIGHT).axis.y == pytest.approx(-1.2)
 
 
 def test_a_door_that_is_found_now_and_then_is_none() -> None:
     door = (Found((2.0, 0.0)),)
-    assert not watch(door, (), door, (), ()).choose(Pose(), 0.0, 1.0)
-    assert watch(door, (), door, (), door).choose(Pose(), 0.0, 1.0)
+    assert not watch(door, (), door, (), ()).choose(PlanarPose(), 0.0, 1.0)
+    assert watch(door, (), door, (), door).choose(PlanarPose(), 0.0, 1.0)
 
 
 def test_one_wrong_finding_does_not_move_a_door() -> None:
@@ -107,15 +107,15 @@ def test_a_door_is_off_when_three_findings_in_turn_say_so() -> None:
     watched = watch(*[here] * LOOKS)
     chosen(watched)
     for doors in (here, moved, neighbour, (), moved):
-        watched.look(Pose(), Seen(doors))
+        watched.look(PlanarPose(), Seen(doors))
         assert watched.off == 0
-    watched.look(Pose(), Seen((*neighbour, *moved)))
+    watched.look(PlanarPose(), Seen((*neighbour, *moved)))
     assert watched.off == pytest.approx(0.2)
 
 
 # --- how wide a doorway is open ---
 
-DOOR = Passage(Line(3.0, 1.0, 0.4), 0.9)
+DOOR = Passage(DirectedLine(3.0, 1.0, 0.4), 0.9)
 
 
 def in_odometers_frame(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -165,28 +165,31 @@ def test_nothing_there_is_all_open_and_what_is_far_off_does_not_count() -> None:
 # --- what a crossing asks of the robot ---
 
 
-def ending(behaviour: CrossDoor, scans: Sequence[Seen | None], seconds: float = 20.0) -> tuple[Outcome, str]:
+def ending(behaviour: CrossDoor, scans: Sequence[Seen | None], seconds: float = 20.0) -> tuple[BehaviourOutcome, str]:
     """Let a robot that stands still be asked for a while, with a new scan every fifth time."""
     for k in range(round(seconds / 0.04)):
         time = 0.04 * k
         step = behaviour.step(Senses(RobotState(time=time), scans[(k // 5) % len(scans)], time))
-        assert step.twist.linear == 0 or step.outcome is Outcome.RUNNING
-        if step.outcome is not Outcome.RUNNING:
+        assert step.twist.linear == 0 or step.outcome is BehaviourOutcome.RUNNING
+        if step.outcome is not BehaviourOutcome.RUNNING:
             return step.outcome, step.why
-    return Outcome.RUNNING, ""
+    return BehaviourOutcome.RUNNING, ""
 
 
 def test_it_gives_up_where_nothing_is_found_or_seen() -> None:
     blank = [Seen(), Seen()]
-    assert ending(CrossDoor(FRAME, finder), blank) == (Outcome.FAILED, "waited 10 s: no door ahead")
-    assert ending(CrossDoor(FRAME, finder, Side.LEFT), blank) == (Outcome.FAILED, "waited 10 s: no door left")
-    assert ending(CrossDoor(FRAME, finder), [None]) == (Outcome.FAILED, "waited 10 s: the scan is lost")
+    assert ending(CrossDoor(FRAME, finder), blank) == (BehaviourOutcome.FAILED, "waited 10 s: no door ahead")
+    assert ending(CrossDoor(FRAME, finder, DoorSide.LEFT), blank) == (
+        BehaviourOutcome.FAILED,
+        "waited 10 s: no door left",
+    )
+    assert ending(CrossDoor(FRAME, finder), [None]) == (BehaviourOutcome.FAILED, "waited 10 s: the scan is lost")
 
 
 def test_a_narrow_door_is_refused_with_what_the_robot_needs() -> None:
     narrow = [Seen((Found((2.0, 0.0), 0.75),)) for _ in range(LOOKS)]
     outcome, why = ending(CrossDoor(FRAME, finder), narrow)
-    assert (outcome, why) == (Outcome.FAILED, "door 0.75 m wide: too narrow, 0.82 m are needed")
+    assert (outcome, why) == (BehaviourOutcome.FAILED, "door 0.75 m wide: too narrow, 0.82 m are needed")
 
 
 def test_after_its_end_it_says_stop_and_the_same_reason() -> None:

@@ -8,26 +8,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from robots import Limits, Pose, RobotState, Shape, Twist
+from robots import Limits, PlanarPose, RobotState, Shape, Twist
 from robots.behaviours import Frame, Ranger, Senses
 from robots.behaviours.moves import driven
-from robots.behaviours.sensing.frames import into, out_of
 from robots.behaviours.sensing.lanes import LANE_MARGIN, choose_lane, lanes
-from robots.behaviours.sensing.line import Line
+from robots.behaviours.sensing.line import DirectedLine
 from robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead, swing
-from robots.behaviours.sensing.sonar_ring import HISTORY, Echoes
+from robots.behaviours.sensing.sonar_ring import HISTORY, SonarEchoes
 from robots.behaviours.sensing.surroundings import CELL, thinned
-from robots.behaviours.sensing.wall import Window, find_wall
+from robots.behaviours.sensing.wall import SearchWindow, find_wall
 from robots.behaviours.steering import EASE, speed_to_stop, turn_rate_onto
+from robots.planar import into, out_of
 
 LONG_TAIL = Shape(ahead=0.33, behind=0.74, half_width=0.355, laser=0.25, height=1.4)
 coordinate = st.floats(-20, 20)
 angle = st.floats(-4, 4)
-poses = st.builds(Pose, coordinate, coordinate, angle)
+poses = st.builds(PlanarPose, coordinate, coordinate, angle)
 
 
-@given(poses, st.builds(Line, coordinate, coordinate, angle))
-def test_a_line_sees_a_point_and_a_pose_alike_and_finds_back(pose: Pose, line: Line) -> None:
+@given(poses, st.builds(DirectedLine, coordinate, coordinate, angle))
+def test_a_line_sees_a_point_and_a_pose_alike_and_finds_back(pose: PlanarPose, line: DirectedLine) -> None:
     seen = line.pose(pose)
     assert line.seen(np.array([[pose.x, pose.y]]))[0] == pytest.approx((seen.x, seen.y), abs=1e-9)
     back = line.at(seen.x, seen.y, seen.heading)
@@ -37,23 +37,23 @@ def test_a_line_sees_a_point_and_a_pose_alike_and_finds_back(pose: Pose, line: L
 
 
 @given(poses, coordinate, coordinate)
-def test_points_go_into_a_robots_frame_and_out_again(pose: Pose, x: float, y: float) -> None:
+def test_points_go_into_a_robots_frame_and_out_again(pose: PlanarPose, x: float, y: float) -> None:
     points = np.array([[x, y]])
     assert out_of(pose, into(pose, points)) == pytest.approx(points, abs=1e-9)
     assert np.hypot(*into(pose, points)[0]) == pytest.approx(math.dist((pose.x, pose.y), (x, y)), abs=1e-9)
 
 
 def test_what_is_to_the_left_of_a_line_is_positive_and_the_robot_turns_right_to_it() -> None:
-    error = Line(0.0, 0.0, math.pi / 2).pose(Pose(-1.0, 2.0, math.pi / 2))
+    error = DirectedLine(0.0, 0.0, math.pi / 2).pose(PlanarPose(-1.0, 2.0, math.pi / 2))
     assert (error.x, error.y, error.heading) == pytest.approx((2.0, 1.0, 0.0))
     assert turn_rate_onto(error) < 0 < turn_rate_onto(error, offset=2.0)
 
 
-@pytest.mark.parametrize("start", [Pose(0, 1.0, 0), Pose(0, -2.0, 1.0), Pose(0, 0, 3.0)])
-def test_steering_brings_a_point_that_rolls_onto_its_line(start: Pose) -> None:
+@pytest.mark.parametrize("start", [PlanarPose(0, 1.0, 0), PlanarPose(0, -2.0, 1.0), PlanarPose(0, 0, 3.0)])
+def test_steering_brings_a_point_that_rolls_onto_its_line(start: PlanarPose) -> None:
     x, y, heading = start.x, start.y, start.heading
     for _ in range(3000):
-        rate = turn_rate_onto(Line(0, 0, 0).pose(Pose(x, y, heading)))
+        rate = turn_rate_onto(DirectedLine(0, 0, 0).pose(PlanarPose(x, y, heading)))
         heading += 0.01 * min(max(rate, -0.5), 0.5)
         x, y = x + 0.005 * math.cos(heading), y + 0.005 * math.sin(heading)
     assert (y, math.sin(heading)) == pytest.approx((0.0, 0.0), abs=1e-3)
@@ -132,20 +132,20 @@ def test_a_wall_is_found_among_things_before_it_and_an_open_door(tilt: float, aw
     stray = rng.uniform((-1, 0), (5, 3), (20, 2))
     turn = np.array([[math.cos(tilt), math.sin(tilt)], [-math.sin(tilt), math.cos(tilt)]])
     points = np.concatenate([wall, cabinet, stray]) @ turn
-    found = find_wall(points, Line(0, 0, 0), Window((-1.5, 5.0), (0.0, 3.5)), 0.6)
+    found = find_wall(points, DirectedLine(0, 0, 0), SearchWindow((-1.5, 5.0), (0.0, 3.5)), 0.6)
     assert found is not None
     assert found.line.heading == pytest.approx(tilt, abs=0.01)
-    assert found.line.pose(Pose(0, 0, 0)).y == pytest.approx(-away, abs=0.02)
+    assert found.line.pose(PlanarPose(0, 0, 0)).y == pytest.approx(-away, abs=0.02)
 
 
 def test_there_is_no_wall_in_a_few_points_nor_in_a_person() -> None:
     rng = np.random.default_rng(0)
-    window = Window((-1.0, 5.0), (0.0, 2.5))
-    assert find_wall(np.empty((0, 2)), Line(0, 0, 0), window, 0.6) is None
-    assert find_wall(rng.uniform((0, 0), (5, 2), (10, 2)), Line(0, 0, 0), window, 0.6) is None
+    window = SearchWindow((-1.0, 5.0), (0.0, 2.5))
+    assert find_wall(np.empty((0, 2)), DirectedLine(0, 0, 0), window, 0.6) is None
+    assert find_wall(rng.uniform((0, 0), (5, 2), (10, 2)), DirectedLine(0, 0, 0), window, 0.6) is None
     bearing = np.linspace(0, 2 * math.pi, 100)
     person = np.stack([1 + 0.2 * np.cos(bearing), 1 + 0.2 * np.sin(bearing)], axis=1)
-    assert find_wall(person, Line(0, 0, 0), window, 0.6) is None
+    assert find_wall(person, DirectedLine(0, 0, 0), window, 0.6) is None
 
 
 def test_thinning_leaves_one_point_in_a_square() -> None:
@@ -157,7 +157,7 @@ def test_thinning_leaves_one_point_in_a_square() -> None:
 
 def test_an_echo_counts_that_is_heard_for_most_of_the_time_and_no_stray_one() -> None:
     """The second ranger hears a stray echo, which stays for a round of 0.4 s; then both hear a wall 1 m away."""
-    echoes = Echoes((Ranger(0.2, 0.0, 0.0), Ranger(0.0, 0.3, math.pi / 2)))
+    echoes = SonarEchoes((Ranger(0.2, 0.0, 0.0), Ranger(0.0, 0.3, math.pi / 2)))
 
     def heard(time: float, *ranges: float) -> NDArray[np.float64]:
         return echoes.points(Senses(RobotState(time=time, sonar=np.array(ranges)), None, time))

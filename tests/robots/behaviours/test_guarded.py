@@ -8,8 +8,8 @@ import pytest
 
 import robots
 from refseq.view import Scan
-from robots import Blocked, Cause, Pose, RobotState, Stop, Twist
-from robots.behaviours import Frame, Guarded, Outcome, Senses, Step, finished, waiting
+from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
+from robots.behaviours import BehaviourOutcome, BehaviourStep, Frame, Guarded, Senses, finished, waiting
 from robots.behaviours.guarded import GOT_ON, PATIENCE, STALE
 from robots.behaviours.sensing.surroundings import Surroundings
 from robots.behaviours.written import KINDS, make, parse
@@ -23,26 +23,26 @@ FREE = Scan(np.full(361, np.inf, np.float32))
 class Asking(Guarded):
     """Always asks for the same."""
 
-    def __init__(self, step: Step) -> None:
+    def __init__(self, step: BehaviourStep) -> None:
         super().__init__(FRAME)
         self.asked = step
 
-    def _move(self, senses: Senses) -> Step:
+    def _move(self, senses: Senses) -> BehaviourStep:
         return self.asked
 
 
-AHEAD = Step(Twist(0.3, 0.1))
+AHEAD = BehaviourStep(Twist(0.3, 0.1))
 
 
 def at(time: float, *stops: Stop, **state: object) -> Senses:
     return Senses(RobotState(time=time, stops=stops, **state), FREE, time)
 
 
-def seconds(behaviour: Guarded, *stops: Stop, limit: float = 30.0) -> tuple[float, Step]:
+def seconds(behaviour: Guarded, *stops: Stop, limit: float = 30.0) -> tuple[float, BehaviourStep]:
     """When the behaviour ends while the stops hold, and how."""
     for k in range(round(limit / 0.04)):
         step = behaviour.step(at(0.04 * k, *stops))
-        if step.outcome is not Outcome.RUNNING:
+        if step.outcome is not BehaviourOutcome.RUNNING:
             return 0.04 * k, step
         assert step.twist == Twist()
     raise AssertionError("it never ended")
@@ -51,27 +51,27 @@ def seconds(behaviour: Guarded, *stops: Stop, limit: float = 30.0) -> tuple[floa
 @pytest.mark.parametrize("cause", sorted(LATCHED, key=lambda cause: cause.value))
 def test_a_latched_stop_fails_it_at_once_and_says_why(cause: Cause) -> None:
     step = Asking(AHEAD).step(at(1.0, Stop(cause, "3 of 5", 1.0)))
-    assert (step.outcome, step.twist, step.why) == (Outcome.FAILED, Twist(), f"{cause.value}: 3 of 5")
+    assert (step.outcome, step.twist, step.why) == (BehaviourOutcome.FAILED, Twist(), f"{cause.value}: 3 of 5")
 
 
 @pytest.mark.parametrize("cause", [Cause.BUMPER, Cause.SONAR, Cause.LASER, Cause.NO_ANSWER])
 def test_any_other_stop_is_waited_for_and_fails_it_when_patience_ends(cause: Cause) -> None:
     when, step = seconds(Asking(AHEAD), Stop(cause, "0.30 m ahead", 0.0))
     assert when == pytest.approx(PATIENCE, abs=0.05)
-    assert step.outcome is Outcome.FAILED
+    assert step.outcome is BehaviourOutcome.FAILED
     assert step.why == f"waited 10 s: {cause.value}: 0.30 m ahead"
 
 
 def test_a_stop_that_goes_lets_it_go_on() -> None:
     behaviour = Asking(AHEAD)
     stop = Stop(Cause.SONAR, "", 0.0)
-    assert behaviour.step(at(0.0, stop)) == Step(why="sonar")
-    assert behaviour.step(at(PATIENCE - 0.1, stop)) == Step(why="sonar")
+    assert behaviour.step(at(0.0, stop)) == BehaviourStep(why="sonar")
+    assert behaviour.step(at(PATIENCE - 0.1, stop)) == BehaviourStep(why="sonar")
     assert behaviour.step(at(PATIENCE + 1.0)) == AHEAD
 
 
 def test_one_that_starts_and_stops_before_the_same_thing_fails_but_not_one_that_gets_on() -> None:
-    for moved, outcome in ((GOT_ON / 2, Outcome.FAILED), (GOT_ON * 2, Outcome.RUNNING)):
+    for moved, outcome in ((GOT_ON / 2, BehaviourOutcome.FAILED), (GOT_ON * 2, BehaviourOutcome.RUNNING)):
         behaviour, stop = Asking(AHEAD), Stop(Cause.SONAR, "", 0.0)
         behaviour.step(at(0.0, stop))
         behaviour.step(at(PATIENCE / 2, distance=moved))
@@ -90,12 +90,12 @@ def test_one_that_starts_and_stops_before_the_same_thing_fails_but_not_one_that_
     ],
 )
 def test_a_stop_forbids_only_the_motion_that_it_is_about(blocks: Blocked, twist: Twist, goes: bool) -> None:
-    step = Asking(Step(twist)).step(at(0.0, Stop(Cause.BUMPER, "", 0.0, blocks)))
+    step = Asking(BehaviourStep(twist)).step(at(0.0, Stop(Cause.BUMPER, "", 0.0, blocks)))
     assert step.twist == (twist if goes else Twist())
 
 
 def test_what_is_too_fast_is_slowed_on_the_same_arc() -> None:
-    assert Asking(Step(Twist(5.0, 1.0))).step(at(0.0)).twist == Twist(0.5, 0.1)
+    assert Asking(BehaviourStep(Twist(5.0, 1.0))).step(at(0.0)).twist == Twist(0.5, 0.1)
 
 
 def test_no_news_of_the_robot_is_waited_for_and_fails_it() -> None:
@@ -103,12 +103,12 @@ def test_no_news_of_the_robot_is_waited_for_and_fails_it() -> None:
     old = RobotState(time=0.0)
     assert behaviour.step(Senses(old, FREE, STALE - 0.1)).twist == AHEAD.twist
     assert behaviour.step(Senses(old, FREE, STALE + 0.1)) == waiting("no news of the robot for 0.6 s")
-    assert behaviour.step(Senses(old, FREE, STALE + 0.1 + PATIENCE)).outcome is Outcome.FAILED
+    assert behaviour.step(Senses(old, FREE, STALE + 0.1 + PATIENCE)).outcome is BehaviourOutcome.FAILED
 
 
 @pytest.mark.parametrize("where", ["x", "y", "heading"])
 def test_an_odometer_without_a_number_is_waited_for(where: str) -> None:
-    state = RobotState(pose=replace(Pose(), **{where: math.nan}))
+    state = RobotState(pose=replace(PlanarPose(), **{where: math.nan}))
     assert Asking(AHEAD).step(Senses(state, FREE, 0.0)) == waiting("the odometer reads no number")
 
 
@@ -130,9 +130,9 @@ def test_without_a_scan_nobody_moves_and_in_the_end_it_fails(kind: object, range
     for k in range(300):
         step = behaviour.step(Senses(RobotState(time=0.04 * k), scan, 0.04 * k))
         assert step.twist == Twist()
-        if step.outcome is not Outcome.RUNNING:
+        if step.outcome is not BehaviourOutcome.RUNNING:
             break
-    assert step.outcome is Outcome.FAILED
+    assert step.outcome is BehaviourOutcome.FAILED
     assert step.why.startswith("waited 10 s: ")
 
 
@@ -163,17 +163,17 @@ def test_what_the_laser_has_passed_is_remembered_beside_the_robot_and_not_ahead_
     around = Surroundings(FRAME)
     wall = Scan((1.0 / np.maximum(np.sin(np.abs(FREE.bearings)), 1e-3)).astype(np.float32))  # both sides, 1 m away
     around.look(Senses(RobotState(), wall, 0.0))
-    around.look(Senses(RobotState(pose=Pose(0.8, 0, 0)), Scan(FREE.ranges.copy()), 0.2))
-    seen = around.points(Pose(0.8, 0, 0))
+    around.look(Senses(RobotState(pose=PlanarPose(0.8, 0, 0)), Scan(FREE.ranges.copy()), 0.2))
+    seen = around.points(PlanarPose(0.8, 0, 0))
     assert len(seen) > 10
     assert seen[:, 0].max() < FRAME.shape.laser
     assert np.abs(seen[:, 1]) == pytest.approx(1.0, abs=0.02)
-    around.look(Senses(RobotState(pose=Pose(5.0, 0, 0)), Scan(FREE.ranges.copy()), 0.4))
+    around.look(Senses(RobotState(pose=PlanarPose(5.0, 0, 0)), Scan(FREE.ranges.copy()), 0.4))
     assert len(around.all) == 0
 
 
 def test_a_pose_is_carried_on_by_the_velocity_for_a_while() -> None:
-    state = RobotState(time=1.0, pose=Pose(1, 2, 0), distance=3.0, twist=Twist(0.5, 0.0))
+    state = RobotState(time=1.0, pose=PlanarPose(1, 2, 0), distance=3.0, twist=Twist(0.5, 0.0))
     assert Senses(state, FREE, 1.1).pose.x == pytest.approx(1.05)
     assert Senses(state, FREE, 1.1).distance == pytest.approx(3.05)
     assert Senses(state, FREE, 9.0).pose.x == pytest.approx(1.15)

@@ -9,11 +9,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from robots import Blocked, Cause, Pose, RobotState, Stop, Twist
-from robots.behaviours import Behaviour, Frame, Outcome, Ranger, Senses
+from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
+from robots.behaviours import Behaviour, BehaviourOutcome, Frame, Ranger, Senses
 from robots.behaviours.beside import Beside, keeps
 from robots.behaviours.dead_reckoned import DeadReckoned
-from robots.behaviours.follow_wall import Side
+from robots.behaviours.follow_wall import WallSide
 from robots.behaviours.narrow import Narrow
 from robots.behaviours.sensing.sonar_filter import abeam
 from robots.behaviours.sensing.sonar_ring import HISTORY
@@ -28,7 +28,7 @@ KINDS: dict[str, Callable[[], Behaviour]] = {
     "turn": lambda: DeadReckoned(FRAME, Twist(0.0, 0.3), Turned(math.radians(-90))),
     "arc": lambda: DeadReckoned(FRAME, Twist(0.2, 0.3), Turned(1.0)),
     "length": lambda: DeadReckoned(FRAME, Twist(-0.9, 0.0), Gone(1.0)),
-    "beside": lambda: Beside(FRAME, 1.0, Side.LEFT, Near(FRAME, 0, 0.5)),
+    "beside": lambda: Beside(FRAME, 1.0, WallSide.LEFT, Near(FRAME, 0, 0.5)),
     "ahead": lambda: Beside(FRAME, 0.02, None, Near(FRAME, 0, 0.5)),
     "narrow": lambda: Narrow(FRAME),
 }
@@ -38,7 +38,7 @@ stops = st.builds(Stop, st.sampled_from([Cause.SONAR, Cause.BUMPER]), st.just("x
 states = st.builds(
     RobotState,
     time=calm,
-    pose=st.builds(Pose, calm | st.floats(width=32), calm, calm),
+    pose=st.builds(PlanarPose, calm | st.floats(width=32), calm, calm),
     distance=calm,
     twist=st.builds(Twist, st.floats(-2, 2), st.floats(-2, 2)),
     stops=st.lists(stops, max_size=1).map(tuple),
@@ -51,22 +51,22 @@ senses = st.builds(Senses, states, st.none(), st.none() | calm)
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(looks=st.lists(senses, min_size=1, max_size=5))
 def test_any_senses_give_a_finite_motion_within_the_limits(kind: str, looks: list[Senses]) -> None:
-    behaviour, ended = KINDS[kind](), Outcome.RUNNING
+    behaviour, ended = KINDS[kind](), BehaviourOutcome.RUNNING
     for look in looks:
         step = behaviour.step(look)
         assert abs(step.twist.linear) <= LIMITS.speed * (1 + 1e-9)
         assert abs(step.twist.angular) <= LIMITS.turn_rate * (1 + 1e-9)
         assert "\n" not in step.why
-        if ended is not Outcome.RUNNING:
+        if ended is not BehaviourOutcome.RUNNING:
             assert step.outcome is ended
             assert step.twist == Twist()
         ended = step.outcome
 
 
-STILL = Pose()
+STILL = PlanarPose()
 
 
-def look(time: float, sonar: list[float], pose: Pose = STILL, gone: float = 0.0) -> Senses:
+def look(time: float, sonar: list[float], pose: PlanarPose = STILL, gone: float = 0.0) -> Senses:
     return Senses(RobotState(time, pose, gone, sonar=np.array(sonar)), None)
 
 
@@ -75,8 +75,10 @@ def test_a_stray_reading_ends_nothing_and_a_steady_one_does() -> None:
     behaviour = DeadReckoned(FRAME, Twist(0.1, 0.0), Near(FRAME, 0, 0.5))
     for k in range(40):
         stray = 15 <= k < 19
-        assert behaviour.step(look(0.1 * k, [0.2 if stray else 3.0, 3.0, 3.0, 3.0])).outcome is Outcome.RUNNING
-    times = [k for k in range(20) if behaviour.step(look(4 + 0.1 * k, [0.4, 3, 3, 3])).outcome is Outcome.FINISHED]
+        assert behaviour.step(look(0.1 * k, [0.2 if stray else 3.0, 3.0, 3.0, 3.0])).outcome is BehaviourOutcome.RUNNING
+    times = [
+        k for k in range(20) if behaviour.step(look(4 + 0.1 * k, [0.4, 3, 3, 3])).outcome is BehaviourOutcome.FINISHED
+    ]
     assert 0.1 * times[0] <= HISTORY / 2 + 0.2
 
 
@@ -84,7 +86,7 @@ def test_a_stray_reading_ends_nothing_and_a_steady_one_does() -> None:
 def test_it_comes_to_its_distance_from_a_wall_and_along_it(away: float, slant: float) -> None:
     """5 m without wheels or floor: the wall to the left begins ``away`` from the axle and slants by an angle."""
     rng = np.random.default_rng(3)
-    behaviour, pose, gone = Beside(FRAME, 0.1, Side.LEFT, Near(FRAME, 0, 0.5)), Pose(), 0.0
+    behaviour, pose, gone = Beside(FRAME, 0.1, WallSide.LEFT, Near(FRAME, 0, 0.5)), PlanarPose(), 0.0
     for k in range(500):
         readings = [5.0, *(_perpendicular(pose, ranger, away, slant) for ranger in FRAME.sonars[1:3]), 5.0]
         readings[1:3] += rng.normal(0, 0.05, 2)
@@ -97,7 +99,7 @@ def test_it_comes_to_its_distance_from_a_wall_and_along_it(away: float, slant: f
     assert pose.heading == pytest.approx(slant, abs=math.radians(4))  # two sonars that spread by 5 cm
 
 
-def _perpendicular(pose: Pose, ranger: Ranger, away: float, slant: float) -> float:
+def _perpendicular(pose: PlanarPose, ranger: Ranger, away: float, slant: float) -> float:
     """Distance [m] of a ranger from the wall."""
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
     x, y = pose.x + cos * ranger.x - sin * ranger.y, pose.y + sin * ranger.x + cos * ranger.y

@@ -12,7 +12,7 @@ from robots import RobotsError
 from robots.behaviours import Frame
 from robots.behaviours.carry_on import CarryOn
 from robots.behaviours.cross_door import CrossDoor
-from robots.behaviours.follow_wall import FollowWall, Side, closest
+from robots.behaviours.follow_wall import FollowWall, WallSide, closest
 from robots.behaviours.halt import Halt
 from robots.behaviours.set_point import SetPoint
 from robots.behaviours.turn import Turn
@@ -30,8 +30,8 @@ FRAME = Frame(ROBOT.shape, ROBOT.limits)
         ("MT:90", (math.pi / 2,), Turn),
         ("MT:-180", (-math.pi,), Turn),
         ("MT:270", (1.5 * math.pi,), Turn),
-        ("MW:left,0.6", (Side.LEFT, 0.6), FollowWall),
-        ("MW:right,0.5,12", (Side.RIGHT, 0.5, 12.0), FollowWall),
+        ("MW:left,0.6", (WallSide.LEFT, 0.6), FollowWall),
+        ("MW:right,0.5,12", (WallSide.RIGHT, 0.5, 12.0), FollowWall),
         ("MC", (), CrossDoor),
         ("MN:2.5", (2.5,), CarryOn),
         ("stop", (), Halt),

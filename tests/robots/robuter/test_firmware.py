@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from robots import Actuation, Cause, Inertial, Signals, Twist
 from robots.odometry import Pulses
 from robots.robuter import DRIVE, LIMITS, PULSES_PER_TURN
-from robots.robuter.firmware import HOLD, PERIOD, Firmware
-from robots.robuter.line import CAPACITY, Line
+from robots.robuter.firmware import HOLD, PERIOD, RobuterFirmware
+from robots.robuter.line import CAPACITY, SerialLine
 from robots.robuter.protocol import ProtocolError, Report, Servo, parse_line
 from robots.robuter.regulator import SERVO_LAG
 from robots.robuter.sonars import FRONT_SONARS, SONARS
@@ -27,8 +27,8 @@ class Rig:
     """A firmware on wheels without mass."""
 
     def __init__(self) -> None:
-        self.lines = [Line(), Line()]
-        self.firmware = Firmware(DRIVE, LIMITS, PULSES_PER_TURN, FRONT_SONARS, self.lines)
+        self.lines = [SerialLine(), SerialLine()]
+        self.firmware = RobuterFirmware(DRIVE, LIMITS, PULSES_PER_TURN, FRONT_SONARS, self.lines)
         self.wheels = Wheels()
         self.done = Actuation()
         self.time = 0.0

@@ -15,11 +15,11 @@ from robots.robuter.protocol import (
     Message,
     Motion,
     ProtocolError,
+    ProtocolWord,
     Provision,
     Refusal,
     Report,
     Servo,
-    Word,
     bounded,
     format_line,
     legible,
@@ -42,7 +42,7 @@ reports = st.builds(
     provisions=st.integers(0, len(Cause)),
     sonars=st.lists(st.integers(0, NO_ECHO), max_size=32).map(tuple),
 )
-messages = st.one_of(st.sampled_from(Word), motions, st.builds(Refusal, texts), provisions, reports)
+messages = st.one_of(st.sampled_from(ProtocolWord), motions, st.builds(Refusal, texts), provisions, reports)
 
 # Words of the protocol in any order come nearer to its lines than any bytes do.
 WORDS = ["AM", "SERV", "ON", "OFF", "ST", "ack", "nak", "em", "st", "-", "0", "-0", "00", "7", "-12", "9999", "10000"]
@@ -84,10 +84,10 @@ def test_a_line_is_its_message_written_out_or_is_refused_in_one_line(line: bytes
         (b"AM 200 300", Motion(200, 300)),  # mvb
         (b"AM -200 -200", Motion(-200, -200)),  # mvr
         (b"AM 0 0", Motion(0, 0)),  # stp
-        (b"SERV OFF", Word.SERVO_OFF),
-        (b"SERV ON", Word.SERVO_ON),
-        (b"ST", Word.STATE),
-        (b"ack", Word.ACK),
+        (b"SERV OFF", ProtocolWord.SERVO_OFF),
+        (b"SERV ON", ProtocolWord.SERVO_ON),
+        (b"ST", ProtocolWord.STATE),
+        (b"ack", ProtocolWord.ACK),
         (b"nak why not", Refusal("why not")),
         (b"em bumper 1500 forward front", Provision(Cause.BUMPER, 1500, Blocked.FORWARD, "front")),
         (

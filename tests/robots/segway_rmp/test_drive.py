@@ -14,7 +14,7 @@ from robots.mounting import FLOOR, Mounting
 from robots.odometry import Pulses
 from robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, build
 from robots.segway_rmp.control import MARGIN
-from robots.segway_rmp.firmware import ACCELERATION, COMMAND_HOLD, LATERAL, PERIOD, Firmware
+from robots.segway_rmp.firmware import ACCELERATION, COMMAND_HOLD, LATERAL, PERIOD, SegwayFirmware
 from robots.segway_rmp.obstacle_monitor import obstacle
 from robots.segway_rmp.protocol import COUNTS_PER_RADIAN, COUNTS_PER_SPEED, Command
 from robots.signals import Signals
@@ -90,7 +90,7 @@ def test_a_command_holds_for_its_time_and_then_it_slows_to_a_stop() -> None:
 
 
 def test_the_machine_itself_stops_when_its_computer_is_silent() -> None:
-    firmware = Firmware(build(tail=True))
+    firmware = SegwayFirmware(build(tail=True))
     firmware.receive(Command(velocity=332), 0.0)
     speeds = []
     for tick in range(300):
@@ -104,7 +104,7 @@ def test_the_machine_itself_stops_when_its_computer_is_silent() -> None:
 @example(speed=1176.0, turn=1024.0)
 @settings(max_examples=6, deadline=None)
 def test_no_command_makes_it_turn_faster_than_half_g(speed: float, turn: float) -> None:
-    firmware = Firmware(build(tail=True))
+    firmware = SegwayFirmware(build(tail=True))
     for tick in range(450):
         firmware.receive(Command(round(speed), round(turn)), tick * PERIOD)
         firmware.tick(Signals(time=tick * PERIOD, pulses=Pulses(0, 0)))

@@ -14,8 +14,8 @@ from robots.odometry import Pulses, true_geometry
 from robots.segway_rmp import LIMITS, MOUNTING, SHAPE, build
 from robots.segway_rmp.balance import GainSet, balancer
 from robots.segway_rmp.control import MARGIN, SegwayControl
-from robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, Firmware
-from robots.segway_rmp.protocol import Command, Config, Mode, Status, Word
+from robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, SegwayFirmware
+from robots.segway_rmp.protocol import Command, Config, Mode, StatusBits, StatusFrame
 from robots.segway_rmp.sensors import LOST_AFTER
 from robots.signals import Inertial
 from sim.sensors.inertial import InertialModel
@@ -87,23 +87,25 @@ def test_without_both_kinds_of_sensors_its_motors_rest() -> None:
     assert [float(machine.data.actuator("r/" + name).ctrl[0]) for name in machine.robot.wheel_actuators] == [0, 0]
 
 
-def fed(firmware: Firmware, time: float, **inertial: float) -> Status:
+def fed(firmware: SegwayFirmware, time: float, **inertial: float) -> StatusFrame:
     firmware.tick(Signals(time=time, pulses=Pulses(0, 0), inertial=Inertial(**inertial)))
     return firmware.status
 
 
 @pytest.mark.parametrize(
-    ("reading", "limit", "word"), [("pitch", 45.0, Word.PITCH_LIMIT), ("roll", 60.0, Word.ROLL_LIMIT)]
+    ("reading", "limit", "word"), [("pitch", 45.0, StatusBits.PITCH_LIMIT), ("roll", 60.0, StatusBits.ROLL_LIMIT)]
 )
 @pytest.mark.parametrize("side", [1, -1])
-def test_its_power_goes_off_beyond_its_limits_and_not_before(reading: str, limit: float, word: Word, side: int) -> None:
-    status = fed(Firmware(build(tail=False)), 0.0, **{reading: side * math.radians(limit - 0.1)})
+def test_its_power_goes_off_beyond_its_limits_and_not_before(
+    reading: str, limit: float, word: StatusBits, side: int
+) -> None:
+    status = fed(SegwayFirmware(build(tail=False)), 0.0, **{reading: side * math.radians(limit - 0.1)})
     assert status.mode is Mode.BALANCE
-    assert Word.MOTORS_ENABLED in status.words
-    status = fed(Firmware(build(tail=False)), 0.0, **{reading: side * math.radians(limit + 0.1)})
+    assert StatusBits.MOTORS_ENABLED in status.words
+    status = fed(SegwayFirmware(build(tail=False)), 0.0, **{reading: side * math.radians(limit + 0.1)})
     assert status.mode is Mode.DISABLED
     assert word in status.words
-    assert Word.MOTORS_ENABLED not in status.words
+    assert StatusBits.MOTORS_ENABLED not in status.words
     assert (status.left_torque, status.right_torque) == (0, 0)
 
 
@@ -127,7 +129,7 @@ def test_one_that_fell_stays_off_until_it_is_set_up_and_released() -> None:
 
 
 def test_twelve_feet_off_its_place_it_goes_into_tractor_mode() -> None:
-    firmware = Firmware(build(tail=False))
+    firmware = SegwayFirmware(build(tail=False))
     place, time = 0.0, 0.0
     while firmware.status.mode is not Mode.TRACTOR and time < 30.0:
         time += PERIOD
@@ -137,14 +139,14 @@ def test_twelve_feet_off_its_place_it_goes_into_tractor_mode() -> None:
         firmware.tick(Signals(time=time, pulses=pulses))
     assert place == pytest.approx(12 * 0.3048, abs=0.15)
     assert POSITION_ERROR == 12 * 0.3048
-    assert Word.POSITION_ERROR in firmware.status.words
+    assert StatusBits.POSITION_ERROR in firmware.status.words
 
 
 def test_gain_sets_are_latched_until_it_begins_to_balance_again() -> None:
     plain = build(tail=False)
-    firmware = Firmware(plain)
+    firmware = SegwayFirmware(plain)
 
-    def told(config: Config, parameter: int) -> Status:
+    def told(config: Config, parameter: int) -> StatusFrame:
         firmware.receive(Command(0, 0, config, parameter), 0.0)
         return fed(firmware, 0.0)
 
@@ -211,7 +213,7 @@ def test_status_frames_of_a_drive_can_be_sent() -> None:
     for _ in range(50):
         machine.go(0.1, Twist(1.0, 0.3))
         status = machine.control.status
-        assert Status.decode(status.encode()) == status
+        assert StatusFrame.decode(status.encode()) == status
     assert status.forward / 33215 == pytest.approx(machine.control.state.distance, abs=0.01)
     assert status.yaw / 112644 * 2 * math.pi == pytest.approx(machine.control.odometry.heading, abs=0.01)
     assert true_geometry(machine.robot.drive).track == 0.54

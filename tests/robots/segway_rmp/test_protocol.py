@@ -22,8 +22,8 @@ from robots.segway_rmp.protocol import (
     Command,
     Config,
     Mode,
-    Status,
-    Word,
+    StatusBits,
+    StatusFrame,
     counts,
 )
 
@@ -35,18 +35,18 @@ SETTINGS = [
 ]
 words, longs = st.integers(-(2**15), 2**15 - 1), st.integers(-(2**31), 2**31 - 1)
 statuses = st.builds(
-    Status,
+    StatusFrame,
     frames=st.integers(0, 2**16 - 1),
     **dict.fromkeys(["pitch", "pitch_rate", "roll", "yaw_rate", "left_speed", "right_speed"], words),
     **dict.fromkeys(["left", "right", "forward", "yaw"], longs),
     **dict.fromkeys(["left_torque", "right_torque", "velocity_command", "turn_command"], words),
     mode=st.sampled_from(Mode),
     gain_set=st.sampled_from(GainSet),
-    words=st.sets(st.sampled_from(list(Word))).map(lambda bits: Word(sum(bits))),
+    words=st.sets(st.sampled_from(list(StatusBits))).map(lambda bits: StatusBits(sum(bits))),
 )
 
 
-def complaint(decode: Callable[[bytes], Command | Status], frame: bytes) -> str:
+def complaint(decode: Callable[[bytes], Command | StatusFrame], frame: bytes) -> str:
     """What is wrong with a frame; nothing where it is one, and then it comes out again as it went in."""
     try:
         told = decode(frame)
@@ -77,10 +77,10 @@ def test_a_command_frame_is_four_words() -> None:
 
 
 @given(status=statuses)
-def test_a_status_comes_back_from_its_frame(status: Status) -> None:
-    again = Status.decode(status.encode())
+def test_a_status_comes_back_from_its_frame(status: StatusFrame) -> None:
+    again = StatusFrame.decode(status.encode())
     assert again == status
-    assert (type(again.mode), type(again.gain_set), type(again.words)) == (Mode, GainSet, Word)
+    assert (type(again.mode), type(again.gain_set), type(again.words)) == (Mode, GainSet, StatusBits)
 
 
 @given(frame=st.binary(max_size=70))
@@ -95,12 +95,12 @@ def test_no_eight_bytes_are_more_than_the_machine_takes(frame: bytes) -> None:
     assert (complaint(Command.decode, frame) == "") == fits
 
 
-STATUS_SIZE = len(Status().encode())
+STATUS_SIZE = len(StatusFrame().encode())
 
 
 @given(frame=st.one_of(st.binary(max_size=70), st.binary(min_size=STATUS_SIZE, max_size=STATUS_SIZE)))
 def test_bytes_are_a_status_that_gives_them_back_or_refused_in_one_line(frame: bytes) -> None:
-    assert "\n" not in complaint(Status.decode, frame)
+    assert "\n" not in complaint(StatusFrame.decode, frame)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import robots
 from refseq.planar import Pose
 from robots import Twist
 from sim.bench.bench import Bench
-from sim.bench.contacts import Touches
+from sim.bench.contacts import ContactLog
 from tests.sim.drives.behaving_in import BOX, PERFECT, corridor, touches
 
 THINGS = BOX.format(x=6, y=0)
@@ -20,7 +20,7 @@ def bench(request: pytest.FixtureRequest) -> Iterator[Bench]:
         yield bench
 
 
-def pushed(bench: Bench, touched: Touches, x: float, y: float, heading: float = 0.0) -> frozenset[str]:
+def pushed(bench: Bench, touched: ContactLog, x: float, y: float, heading: float = 0.0) -> frozenset[str]:
     """What is touched at a pose, a moment after the robot was put there."""
     bench.place(Pose(x, y, heading))
     seen: frozenset[str] = frozenset()
@@ -31,7 +31,7 @@ def pushed(bench: Bench, touched: Touches, x: float, y: float, heading: float = 
 
 
 def test_a_robot_that_drives_free_touches_nothing(bench: Bench) -> None:
-    touched = Touches(bench)
+    touched = ContactLog(bench)
     for _ in range(75):
         bench.drive(Twist(0.4, 0.0))
         assert touched.look() == frozenset()
@@ -42,7 +42,7 @@ def test_a_robot_that_drives_free_touches_nothing(bench: Bench) -> None:
 
 def test_what_it_is_pushed_against_is_named(bench: Bench) -> None:
     """The same as a look at all contacts by name finds."""
-    touched = Touches(bench)
+    touched = ContactLog(bench)
     shape = bench.robot.shape
     assert pushed(bench, touched, 3.0, 0.0) == frozenset()
     found = pushed(bench, touched, 6.0 - 0.25 - shape.ahead + 0.05, 0.0)
@@ -58,7 +58,7 @@ def test_what_it_is_pushed_against_is_named(bench: Bench) -> None:
 
 
 def test_a_touch_counts_once_until_it_is_let_go(bench: Bench) -> None:
-    touched = Touches(bench)
+    touched = ContactLog(bench)
     against, free = Pose(6.0 - 0.25 - bench.robot.shape.ahead + 0.02, 0.0, 0.0), Pose(3.0, 0.0, 0.0)
     for number in range(1, 4):
         bench.place(against)

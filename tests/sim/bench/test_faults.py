@@ -27,7 +27,7 @@ from sim.errors import SimError
 from sim.rendering.render import RendererKind
 from sim.sensors.beams import BEAMS
 from sim.sensors.laser import DAZZLE, Laser, LaserModel
-from sim.sensors.laser_echoes import Echoes
+from sim.sensors.laser_echoes import LaserEchoes
 from tests.sim.bench.test_bench import Lamp, signal
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build_world
@@ -234,7 +234,7 @@ def test_the_beams_within_half_the_width_of_the_bearing_are_dazzled_whichever_wa
 ) -> None:
     laser = Laser(LaserModel(), np.random.default_rng(0))
     laser.dazzled = (LaserDazzled(0.0, 1.0, bearing, width).arc,)
-    words = laser.reading(Echoes(np.full(BEAMS, 3.0), np.ones(BEAMS))).words
+    words = laser.reading(LaserEchoes(np.full(BEAMS, 3.0), np.ones(BEAMS))).words
     away = np.array([abs(math.remainder(beam - bearing, 360.0)) for beam in np.linspace(-90.0, 90.0, BEAMS)])
     sure = np.abs(away - width / 2) > 1e-6  # a beam on the very edge may fall to either side
     assert np.array_equal((words == DAZZLE)[sure], (away < width / 2)[sure])

@@ -13,9 +13,9 @@ import pytest
 
 import robots
 from robots import Cause, Motors
-from robots.robuter.line import CAPACITY, Line
+from robots.robuter.line import CAPACITY, SerialLine
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
-from sim.bench.serial_port import LOOPBACK, Pace, SerialPort, TcpOutlet, TerminalOutlet, open_port, serve
+from sim.bench.serial_port import LOOPBACK, SerialPace, SerialPort, TcpOutlet, TerminalOutlet, open_port, serve
 from sim.errors import SimError
 from sim.rendering.render import RendererKind
 from tests.terminals import needs_terminals
@@ -24,7 +24,7 @@ from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.plans.load import parse_plan
 
-AT_ONCE = Pace(None)
+AT_ONCE = SerialPace(None)
 
 
 @pytest.fixture(scope="module")
@@ -152,7 +152,7 @@ def test_it_serves_a_program_that_runs_at_the_same_time(bench: Bench) -> None:
 
 
 def test_one_client_at_a_time() -> None:
-    line = Line()
+    line = SerialLine()
     with SerialPort(line, TcpOutlet()) as port:
         first = Client(port.address)
         port.carry()
@@ -170,7 +170,7 @@ def test_one_client_at_a_time() -> None:
 
 @needs_terminals
 def test_a_terminal_passes_every_byte_as_it_is() -> None:
-    line = Line()
+    line = SerialLine()
     every = bytes(range(256))
     with SerialPort(line, TerminalOutlet()) as port:
         client = os.open(port.address, os.O_RDWR | os.O_NOCTTY)
@@ -187,7 +187,7 @@ def test_a_terminal_passes_every_byte_as_it_is() -> None:
 
 
 def test_what_nobody_fetches_is_lost_and_takes_no_room() -> None:
-    line = Line()
+    line = SerialLine()
     with SerialPort(line, TcpOutlet()) as port:
         for _ in range(10):
             line.to_host.put(b"x" * CAPACITY)
@@ -217,7 +217,7 @@ def test_any_other_address_is_refused_in_one_line(bench: Bench, address: str, me
 
 
 def test_a_port_that_is_taken_is_told() -> None:
-    with SerialPort(Line(), TcpOutlet()) as port:
+    with SerialPort(SerialLine(), TcpOutlet()) as port:
         number = int(port.address.rpartition(":")[2])
         with pytest.raises(SimError, match=rf"^serial port: 127\.0\.0\.1:{number} cannot be opened: .+$"):
             TcpOutlet(port=number)
@@ -263,7 +263,7 @@ class Clock:
 @pytest.mark.parametrize("factor", [0.5, 1.0, 4.0])
 def test_simulated_time_is_held_back_to_its_share_of_wall_time(factor: float) -> None:
     clock = Clock()
-    pace = Pace(factor, clock, clock.sleep)
+    pace = SerialPace(factor, clock, clock.sleep)
     for step in np.arange(1, 101) * 0.04:
         clock.now += 0.001  # what the simulation takes
         pace.keep(float(step))
@@ -272,7 +272,7 @@ def test_simulated_time_is_held_back_to_its_share_of_wall_time(factor: float) ->
 
 def test_a_simulation_that_is_too_slow_is_not_held_back() -> None:
     clock = Clock()
-    pace = Pace(1.0, clock, clock.sleep)
+    pace = SerialPace(1.0, clock, clock.sleep)
     clock.now += 10.0
     pace.keep(4.0)
     assert clock.slept == 0.0
@@ -281,4 +281,4 @@ def test_a_simulation_that_is_too_slow_is_not_held_back() -> None:
 @pytest.mark.parametrize("factor", [0.0, -1.0, math.nan, math.inf])
 def test_a_pace_that_is_none_is_refused(factor: float) -> None:
     with pytest.raises(SimError, match=rf"^serial port: real-time factor = {factor} must be positive and finite$"):
-        Pace(factor)
+        SerialPace(factor)

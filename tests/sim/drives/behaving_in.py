@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 import robots
 from refseq.planar import Pose
-from robots.behaviours import Behaviour, Outcome
+from robots.behaviours import Behaviour, BehaviourOutcome
 from robots.behaviours.written import make, parse
 from robots.odometry import CalibrationErrors
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.behaviour_runner import Ended, Moment, frame_of, run
+from sim.drives.behaviour_runner import BehaviourMoment, Ended, frame_of, run
 from sim.drives.doors import doors_to_cross
 from sim.rendering.render import RendererKind
 from worlds.build import World, build_world
@@ -103,9 +103,9 @@ def behaved(
         behaviour = make(parse(what), frame_of(bench.robot), doors_to_cross) if isinstance(what, str) else what
         waited: set[str] = set()
 
-        def each(moment: Moment) -> None:
+        def each(moment: BehaviourMoment) -> None:
             touched.update(touches(bench))
-            if moment.step.why and moment.step.outcome is Outcome.RUNNING:
+            if moment.step.why and moment.step.outcome is BehaviourOutcome.RUNNING:
                 waited.add(moment.step.why)
 
         ended = run(bench, behaviour, timeout=timeout, each=each)

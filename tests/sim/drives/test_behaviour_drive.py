@@ -10,7 +10,7 @@ import robots
 from refseq.logs import RecordingWriter, read_recording
 from robots.errors import RobotsError
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
-from sim.drives.behaviour_drive import tour_and_sense
+from sim.drives.behaviour_drive import run_and_sense
 from sim.drives.recorder import Taken, Trigger
 from sim.errors import StuckError
 from sim.rendering.render import RendererKind
@@ -26,7 +26,7 @@ def toured(
 ) -> list[Taken]:
     settings = BenchSettings(RendererKind.NONE, cameras=())
     with Bench(corridor(things=things), robots.load("robuter"), seed=2, settings=settings) as bench:
-        return list(tour_and_sense(bench, behaviours, trigger or Trigger(distance=0.5), **more))
+        return list(run_and_sense(bench, behaviours, trigger or Trigger(distance=0.5), **more))
 
 
 @pytest.fixture(scope="module")
@@ -88,5 +88,5 @@ def test_all_words_are_read_before_it_moves(bad: str) -> None:
     settings = BenchSettings(RendererKind.NONE, cameras=())
     with Bench(corridor(), robots.load("robuter"), settings=settings) as bench:
         with pytest.raises(RobotsError):
-            next(tour_and_sense(bench, ("MN:1", bad), Trigger()))
+            next(run_and_sense(bench, ("MN:1", bad), Trigger()))
         assert bench.time == 0.0

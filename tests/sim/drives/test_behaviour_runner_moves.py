@@ -9,7 +9,7 @@ import pytest
 import robots
 from refseq.planar import Pose
 from robots import Signals, Twist
-from robots.behaviours import Outcome, Step
+from robots.behaviours import BehaviourOutcome, BehaviourStep
 from robots.behaviours.guarded import PATIENCE
 from robots.behaviours.written import KINDS, Kind, make, parse
 from robots.segway_rmp import MOUNTING
@@ -31,7 +31,7 @@ def room() -> World:
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_it_turns_by_the_angle_and_stays_in_its_place(room: World, robot: str, angle: int) -> None:
     done = behaved(room, robot, f"MT:{angle}", (5.0, 0.0, 0.2))
-    assert done.ended.outcome is Outcome.FINISHED
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
     turned = np.unwrap(done.ended.path[:, 2])
     over = math.degrees(np.abs(turned - turned[0]).max()) - abs(angle)
     rest = math.remainder(done.rest.heading - 0.2 - math.radians(angle), 2 * math.pi)
@@ -48,7 +48,7 @@ def test_it_turns_by_the_angle_and_stays_in_its_place(room: World, robot: str, a
 def test_it_goes_to_a_set_point(room: World, robot: str, x: float, y: float, heading: float | None) -> None:
     text = f"MA:{x},{y}" + ("" if heading is None else f",{heading}")
     done = behaved(room, robot, text, (5.0, 0.0, 0.0))
-    assert done.ended.outcome is Outcome.FINISHED
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
     assert (done.rest.x, done.rest.y) == pytest.approx((5.0 + x, y), abs=0.04)
     if heading is not None:
         assert abs(math.degrees(math.remainder(done.rest.heading - math.radians(heading), 2 * math.pi))) < 1.5
@@ -58,7 +58,7 @@ def test_it_goes_to_a_set_point(room: World, robot: str, x: float, y: float, hea
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_a_set_point_behind_a_box_is_given_up_before_the_box(robot: str) -> None:
     done = behaved(corridor(12, BOX.format(x=6, y=0)), robot, "MA:6,0")
-    assert done.ended.outcome is Outcome.FAILED
+    assert done.ended.outcome is BehaviourOutcome.FAILED
     # It stops by itself. Only the watch of the RMP, which reckons with its swaying, comes first for a moment.
     assert done.ended.why.startswith(f"waited {PATIENCE:g} s: way blocked 0.3")
     assert {why.split()[0] for why in done.waited} <= {"way", "laser:" if robot == "segway_rmp" else "way"}
@@ -71,7 +71,7 @@ def test_a_set_point_behind_a_box_is_given_up_before_the_box(robot: str) -> None
 def test_it_waits_for_somebody_who_leaves_the_way_and_then_goes_on(robot: str) -> None:
     walker = '[[person]]\nname = "p"\nat = [6, 0]\nwalk = [[6, 0.9]]\nspeed = 0.06'
     done = behaved(corridor(12, walker), robot, "MA:7,0")
-    assert done.ended.outcome is Outcome.FINISHED
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
     assert not done.touched
     assert done.rest.x == pytest.approx(9.0, abs=0.05)
     before = (done.ended.path[:, 0] > 3.6) & (done.ended.path[:, 0] < 5.6)
@@ -82,21 +82,21 @@ def test_the_tail_of_a_robuter_finds_no_room_at_a_wall_that_it_has_seen(room: Wo
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
         bench.place(Pose(3.0, -0.65, 0.0))
         frame = frame_of(bench.robot)
-        assert run(bench, make(parse("MA:1.5,0"), frame)).outcome is Outcome.FINISHED
+        assert run(bench, make(parse("MA:1.5,0"), frame)).outcome is BehaviourOutcome.FINISHED
         ended = run(bench, make(parse("MT:90"), frame))
-    assert ended.outcome is Outcome.FAILED
+    assert ended.outcome is BehaviourOutcome.FAILED
     assert ended.why.startswith(f"waited {PATIENCE:g} s: no room to turn by 90°: something 0.")
     assert ended.path[:, 1] == pytest.approx(-0.65, abs=0.03)
 
 
 def test_an_emergency_stop_fails_a_behaviour_at_once(room: World) -> None:
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
-        told: list[Step] = []
+        told: list[BehaviourStep] = []
         for moment in running(bench, make(parse("MA:5,0"), frame_of(bench.robot))):
             told.append(moment.step)
             if len(told) == 50:
                 bench.control.emergency_stop()
-    assert told[-1].outcome is Outcome.FAILED
+    assert told[-1].outcome is BehaviourOutcome.FAILED
     assert told[-1].why.startswith("emergency stop")
     assert len(told) < 60
 
@@ -109,7 +109,7 @@ def test_a_sensor_that_reads_no_number_ends_in_a_failure_and_no_exception(room: 
     with Bench(room, robots.load(robot), settings=PERFECT) as bench:
         bench.tamper = blind
         ended = run(bench, make(parse("MN:5"), frame_of(bench.robot)), timeout=20.0)
-    assert ended.outcome is Outcome.FAILED
+    assert ended.outcome is BehaviourOutcome.FAILED
     assert "sensor" in ended.why
 
 
@@ -118,8 +118,8 @@ def test_when_its_time_is_up_a_behaviour_has_failed_and_the_robot_is_told_to_sto
         moments = list(running(bench, make(parse("MA:5,0"), frame_of(bench.robot)), timeout=2.0))
     assert [moment.time for moment in moments] == pytest.approx(0.04 * np.arange(1, len(moments) + 1))
     assert moments[-1].time == pytest.approx(2.04)
-    assert moments[-1].step == Step(outcome=Outcome.FAILED, why="not done after 2 s")
-    assert all(moment.step.outcome is Outcome.RUNNING for moment in moments[:-1])
+    assert moments[-1].step == BehaviourStep(outcome=BehaviourOutcome.FAILED, why="not done after 2 s")
+    assert all(moment.step.outcome is BehaviourOutcome.RUNNING for moment in moments[:-1])
 
 
 def test_the_path_is_the_true_one_and_each_period_is_told(room: World) -> None:
@@ -153,7 +153,7 @@ def test_every_behaviour_of_every_robot_ends_with_a_reason_and_the_robot_at_rest
     room: World, robot: str, kind: Kind
 ) -> None:
     done = behaved(room, robot, kind.example, (2.0, 0.2, 0.05), timeout=40.0)
-    assert done.ended.outcome in (Outcome.FINISHED, Outcome.FAILED)
+    assert done.ended.outcome in (BehaviourOutcome.FINISHED, BehaviourOutcome.FAILED)
     assert done.ended.why
     assert not done.touched
     last = Pose(*done.ended.path[-1])
@@ -165,6 +165,6 @@ def test_standing_still_takes_the_speed_out(room: World) -> None:
         for _ in range(75):
             bench.drive(Twist(0.5, 0.0))
         ended = run(bench, make(parse("stop"), frame_of(bench.robot)))
-        assert ended.outcome is Outcome.FINISHED
+        assert ended.outcome is BehaviourOutcome.FINISHED
         assert 0.2 < ended.time < 5.0
         assert abs(bench.state.twist.linear) < 0.05

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robots.behaviours import Outcome
+from robots.behaviours import BehaviourOutcome
 from tests.sim.drives.behaving_in import BOX, behaved, corridor, off
 from worlds.build import World
 
@@ -25,7 +25,7 @@ def dead_end() -> World:
 def keeps_its_distance(world: World, robot: str, side: str, distance: float) -> None:
     """Over 30 m from the middle and a little aslant; the first 4 m to get there, the last 4 m to the wall ahead."""
     done = behaved(world, robot, f"MW:{side},{distance}", (2.0, 0.0, 0.1))
-    assert done.ended.outcome is Outcome.FINISHED
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
     assert done.ended.why.startswith("a wall across the way")
     away = off(done.ended.path, SIDES[side], distance, (6.0, LENGTH - 1.5))
     assert done.rest.x > LENGTH - 1.5
@@ -50,7 +50,7 @@ def test_it_keeps_each_of_three_distances_on_both_sides(long: World, robot: str,
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_in_a_dead_end_it_turns_back_along_the_other_wall(dead_end: World, robot: str) -> None:
     done = behaved(dead_end, robot, "MW:right,0.6,9", (7.0, -0.6, 0.0))
-    assert done.ended.outcome is Outcome.FINISHED
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
     assert not done.touched
     assert abs(done.rest.heading) > 2.9
     assert done.ended.path[:, 0].max() > 10.9
@@ -64,7 +64,7 @@ def test_it_passes_a_cabinet_and_an_open_door_and_comes_back_to_the_wall(robot: 
         '[[cabinet]]\nname = "c"\nwall = "right"\nat = 5\n[[door]]\nname = "d"\nwall = "right"\nat = 8.5\nopen = 95'
     )
     done = behaved(corridor(18, things), robot, "MW:right,0.6,10", (2.0, -0.6, 0.0))
-    assert done.ended.outcome is Outcome.FINISHED
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
     assert not done.touched
     near = np.abs(done.ended.path[:, 0] - 5) < 0.4
     assert done.ended.path[near, 1].min() > -1.2 + 0.35 + 0.3
@@ -73,14 +73,14 @@ def test_it_passes_a_cabinet_and_an_open_door_and_comes_back_to_the_wall(robot: 
 
 def test_it_is_done_where_the_wall_ends() -> None:
     done = behaved(corridor(16, left=7), "robuter", "MW:left,0.8", (2.0, 0.4, 0.0))
-    assert done.ended.outcome is Outcome.FINISHED
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
     assert done.ended.why.startswith("the wall ended after ")
     assert done.rest.x == pytest.approx(7.15, abs=0.05)  # walls go on by their thickness, for corners
 
 
 def test_without_a_wall_it_fails_and_says_so() -> None:
     done = behaved(corridor(16, left=3), "segway_rmp", "MW:left,0.8", (8.0, 0.0, 0.0))
-    assert done.ended.outcome is Outcome.FAILED
+    assert done.ended.outcome is BehaviourOutcome.FAILED
     assert done.ended.why == "waited 10 s: no wall on the left within 2.5 m"
     assert done.rest.x == pytest.approx(8.0, abs=0.05)
 
@@ -88,7 +88,7 @@ def test_without_a_wall_it_fails_and_says_so() -> None:
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_carrying_on_it_keeps_to_the_middle_and_passes_a_box(robot: str) -> None:
     done = behaved(corridor(14, BOX.format(x=6.5, y=0.1)), robot, "MN:10", (2.0, 0.3, 0.1))
-    assert done.ended.outcome is Outcome.FINISHED
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
     assert not done.touched
     path = done.ended.path
     assert np.abs(path[(path[:, 0] > 4.0) & (path[:, 0] < 4.2), 1]).max() < 0.25
@@ -99,6 +99,6 @@ def test_carrying_on_it_keeps_to_the_middle_and_passes_a_box(robot: str) -> None
 def test_carrying_on_it_fails_where_nothing_is_free() -> None:
     things = "\n".join(BOX.format(x=6, y=y).replace('"box"', f'"box{k}"', 1) for k, y in enumerate((-0.8, 0.0, 0.8)))
     done = behaved(corridor(14, things), "robuter", "MN:8")
-    assert done.ended.outcome is Outcome.FAILED
+    assert done.ended.outcome is BehaviourOutcome.FAILED
     assert done.ended.why.startswith("waited 10 s: ")
     assert not done.touched

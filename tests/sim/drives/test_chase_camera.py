@@ -10,7 +10,7 @@ from refseq.planar import Pose
 from robots import Twist
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.chase_camera import APART, CAMERA, EXPOSED, Onlooker, developed, with_onlooker
+from sim.drives.chase_camera import APART, CAMERA, EXPOSED, ChaseCamera, developed, with_chase_camera
 from sim.rendering.render import RendererKind
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build_world
@@ -30,20 +30,20 @@ material = "door"
 
 
 def corridor(end: str = "") -> World:
-    return with_onlooker(build_world(parse_plan(SMALL.format(top="", end=end)), light_named("16:00"), 0))
+    return with_chase_camera(build_world(parse_plan(SMALL.format(top="", end=end)), light_named("16:00"), 0))
 
 
 def eyes(world: World, pose: Pose, bearing: float, name: str = "robuter") -> np.ndarray:
     settings = BenchSettings(renderer=RendererKind.CLASSIC, cameras=())
     with Bench(world, robots.load(name), settings=settings) as bench:
         bench.place(pose)
-        Onlooker(bench, bearing).look()
+        ChaseCamera(bench, bearing).look()
         return bench.data.camera(CAMERA).xpos.copy()
 
 
 @pytest.mark.parametrize("name", ["robuter", "segway_rmp"])
 def test_on_an_empty_floor_it_stands_where_it_was_asked_to(name: str) -> None:
-    at = eyes(with_onlooker(empty_floor()), Pose(1.0, 2.0, 0.5), -math.pi / 2, name)
+    at = eyes(with_chase_camera(empty_floor()), Pose(1.0, 2.0, 0.5), -math.pi / 2, name)
     bearing = math.atan2(at[1] - 2.0, at[0] - 1.0)
     assert bearing == pytest.approx(0.5 - math.pi / 2)
 
@@ -77,11 +77,11 @@ def test_the_onlooker_changes_nothing_of_a_drive() -> None:
     ends = []
     for looking in (False, True):
         settings = BenchSettings(renderer=RendererKind.CLASSIC, cameras=())
-        with Bench(with_onlooker(empty_floor()), robots.load("robuter"), settings=settings) as bench:
+        with Bench(with_chase_camera(empty_floor()), robots.load("robuter"), settings=settings) as bench:
             for i in range(50):
                 bench.drive(Twist(0.4, 0.1))
                 if looking and i % 20 == 0:
-                    picture = Onlooker(bench).look()
+                    picture = ChaseCamera(bench).look()
                     assert picture.std() > 5
             ends.append(bench.data.qpos.copy())
     np.testing.assert_array_equal(*ends)

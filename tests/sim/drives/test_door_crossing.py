@@ -10,8 +10,8 @@ import pytest
 import robots
 from refseq.planar import Pose
 from robots import Twist
-from robots.behaviours import Outcome
-from robots.behaviours.cross_door import Side
+from robots.behaviours import BehaviourOutcome
+from robots.behaviours.cross_door import DoorSide
 from tests.sim.doorways import CORNERS, THICK, Crossing, Doorkeeper, cross, from_behind, rooms, standing, starts
 from worlds.build import World, build_world
 from worlds.light import light_named
@@ -84,7 +84,7 @@ def test_it_refuses_what_it_does_not_fit_through(name: str, door: str, why: str)
     with standing(rooms(door), name) as bench:
         for start in starts(np.random.default_rng(6), 3):
             crossing = cross(bench, start)
-            assert crossing.outcome is Outcome.FAILED
+            assert crossing.outcome is BehaviourOutcome.FAILED
             assert re.fullmatch(why, crossing.why), crossing.why
             assert math.hypot(crossing.end.x - start.x, crossing.end.y - start.y) < 0.1
 
@@ -93,7 +93,7 @@ def test_it_refuses_what_it_does_not_fit_through(name: str, door: str, why: str)
 def test_it_waits_for_somebody_behind_the_door_and_then_gives_up(name: str) -> None:
     with standing(moved(rooms("open = 100", end=ANA), "person_ana", 1.8), name) as bench:
         crossing = cross(bench, Pose(-1.7, 0.2, 0.1), patience=3.0)
-        assert crossing.outcome is Outcome.FAILED
+        assert crossing.outcome is BehaviourOutcome.FAILED
         assert re.match(r"waited 3 s: something stands in the door: 0\.\d\d m free of", crossing.why), crossing.why
         assert crossing.end.x < 0
         assert not crossing.touched
@@ -104,7 +104,7 @@ def test_it_does_not_go_where_somebody_stands_between_the_jambs(name: str) -> No
     """Legs in the plane of the wall look like two gaps that end at no wall: then no door is found."""
     with standing(moved(rooms("open = 100", end=ANA), "person_ana", 1.1), name) as bench:
         crossing = cross(bench, Pose(-1.7, 0.2, 0.1), patience=3.0)
-        assert crossing.outcome is Outcome.FAILED
+        assert crossing.outcome is BehaviourOutcome.FAILED
         seen = r"no door ahead; something 1\.\d m in front|something stands in the door"
         assert re.match(f"waited 3 s: ({seen})", crossing.why), crossing.why
         assert not crossing.touched
@@ -134,7 +134,7 @@ def test_it_stops_where_it_was_carried_off_while_it_crosses(name: str, back: flo
 
         crossing = cross(bench, Pose(-1.7, 0.0, 0.0), meanwhile=carry)
         assert carried
-        assert crossing.outcome is Outcome.FAILED
+        assert crossing.outcome is BehaviourOutcome.FAILED
         why = re.fullmatch(r"the door is (0\.\d\d) m from where it was: .*", crossing.why)
         assert why, crossing.why
         assert float(why[1]) == pytest.approx(math.hypot(back, aside), abs=0.06)
@@ -153,7 +153,7 @@ def moved(world: World, prefix: str, ahead: float) -> World:
 def test_it_finds_no_door_in_a_wall() -> None:
     with standing(rooms(None), "robuter") as bench:
         crossing = cross(bench, Pose(-1.7, 0.2, 0.1), patience=3.0)
-        assert crossing.outcome is Outcome.FAILED
+        assert crossing.outcome is BehaviourOutcome.FAILED
         assert crossing.why == "waited 3 s: no door ahead; something 1.3 m in front"
 
 
@@ -198,7 +198,7 @@ def test_it_crosses_a_door_of_the_laboratory_between_poster_and_bin(laboratory: 
 def test_it_turns_from_a_corridor_into_a_room(name: str) -> None:
     """To the right and to the left of a corridor of 2.2 m; the second floor takes 20 s to build."""
     with standing(opened("second-floor", "north-labs-east-4"), name) as bench:
-        for start, side in ((Pose(43.5, 24.1, 0.0), Side.RIGHT), (Pose(47.8, 24.2, math.pi), Side.LEFT)):
+        for start, side in ((Pose(43.5, 24.1, 0.0), DoorSide.RIGHT), (Pose(47.8, 24.2, math.pi), DoorSide.LEFT)):
             crossing = cross(bench, start, side)
             assert crossing.good, crossing
             assert crossing.end.y + robots.load(name).shape.behind < 23.0 - THICK
@@ -223,5 +223,5 @@ def test_it_crosses_from_19_of_20_random_starts_and_never_touches(name: str) -> 
 def test_it_refuses_from_every_start(name: str, angle: int) -> None:
     with standing(rooms(f"open = {angle}"), name) as bench:
         crossings = [cross(bench, start) for start in starts(np.random.default_rng(2), 50)]
-    assert all(crossing.outcome is Outcome.FAILED for crossing in crossings)
+    assert all(crossing.outcome is BehaviourOutcome.FAILED for crossing in crossings)
     assert all(re.search("closed$|half open$", crossing.why) for crossing in crossings)

@@ -9,7 +9,7 @@ import numpy as np
 
 from refseq.planar import Pose
 from sim.envs.robot_env import RobotEnv
-from sim.envs.tasks.path import Way
+from sim.envs.tasks.path import Polyline
 
 Policy = Callable[[Any, dict[str, Any]], str]
 """From an observation and the info to a behaviour as it is written."""
@@ -51,7 +51,7 @@ class AlongPath(Turner):
     def __init__(self, env: RobotEnv) -> None:
         super().__init__()
         assert env.places is not None
-        self._way = Way(env.places[:, :2])
+        self._way = Polyline(env.places[:, :2])
 
     def wanted(self, observation: Any, info: dict[str, Any]) -> str:
         x, y, heading = info["pose"]

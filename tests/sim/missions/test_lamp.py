@@ -10,7 +10,7 @@ import pytest
 import robots
 from refseq.missions.lamp import Stage, Verb, Word, parse_lamp
 from refseq.planar import Pose
-from robots.behaviours import Outcome
+from robots.behaviours import BehaviourOutcome
 from robots.behaviours.beside import keeps
 from scenarios.library import LIBRARY
 from sim.bench.bench import Bench, BenchSettings
@@ -147,7 +147,7 @@ def test_it_does_not_go_through_a_closed_wall() -> None:
     ended, rest, touched = ran(corridor(LENGTH, CLOSED), "CROSS\nMOVE AV 20 ANL 90", (4.8, 0.0, 0.0))
     assert not ended.finished
     assert len(ended.stages) == 1, "what comes after a stage that has failed is not begun"
-    assert ended.stages[0].outcome is Outcome.FAILED
+    assert ended.stages[0].outcome is BehaviourOutcome.FAILED
     assert ended.stages[0].why.startswith("waited 20 s: sonar: ")
     assert rest.x + 0.335 < 5.85
     assert not touched
@@ -238,7 +238,7 @@ def test_the_eleven_lines_of_the_thesis_lead_through_the_world_made_for_them(see
         touched: set[str] = set()
         ended = run_lamp(bench, parse_lamp(text), each=lambda _: touched.update(touches(bench)))
         rest = bench.pose
-    assert [each.why for each in ended.stages if each.outcome is not Outcome.FINISHED] == []
+    assert [each.why for each in ended.stages if each.outcome is not BehaviourOutcome.FINISHED] == []
     assert ended.finished
     assert not touched
     assert rest.x == pytest.approx(9.03 - AHEAD - 0.3, abs=0.15)  # the leaf of the door at the end

@@ -29,10 +29,10 @@ from refseq.planar import Pose
 from refseq.view import View
 from robots.errors import RobotsError
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.behaviour_drive import tour_and_sense
+from sim.drives.behaviour_drive import run_and_sense
 from sim.drives.recorder import Trigger
 from sim.errors import SimError
-from sim.missions.mission import Mission, run_mission
+from sim.missions.mission import DrivenMission, run_mission
 from sim.rendering.render import RendererKind
 from worlds.build import World, build_world
 from worlds.light import light_named
@@ -54,7 +54,7 @@ def offices() -> World:
 def learnt(offices: World) -> ReferenceSequence:
     """The corridor of offices as the laser saw it once."""
     with Bench(offices, robots.load("robuter"), seed=3, settings=BLIND) as bench:
-        taken = list(tour_and_sense(bench, [ABOUT], Trigger()))
+        taken = list(run_and_sense(bench, [ABOUT], Trigger()))
     return learn([one.view for one in taken], profile=BEST)
 
 
@@ -68,14 +68,14 @@ def run(
     each: Callable[[Executor, Bench], None] | None = None,
     timeout: float = 300.0,
     settings: BenchSettings = BLIND,
-) -> Mission:
+) -> DrivenMission:
     with Bench(world, robots.load("robuter"), seed=seed, settings=settings) as bench:
         localiser = None if learnt is None else SequenceLocaliser(learnt)
         executor = Executor(plan, localised=learnt is not None)
         return run_mission(bench, executor, localiser, trigger=Trigger(), calls=calls, each=each, timeout=timeout)
 
 
-def told(done: Mission) -> str:
+def told(done: DrivenMission) -> str:
     return "\n".join(map(str, done.executor.log))
 
 
@@ -105,7 +105,7 @@ def test_the_doors_of_the_offices_are_found(learnt: ReferenceSequence) -> None:
 
 
 @pytest.fixture(scope="module")
-def there(offices: World, learnt: ReferenceSequence) -> tuple[Mission, list[View], list[View]]:
+def there(offices: World, learnt: ReferenceSequence) -> tuple[DrivenMission, list[View], list[View]]:
     """A mission to the end, with a wait and a call at the first door and a photograph at the end."""
     called: list[View] = []
     errands = [Errand(tasks=(Wait(3.0), Call("count"))), Errand(tasks=(Photograph("end"), Call("count")))]
@@ -115,7 +115,7 @@ def there(offices: World, learnt: ReferenceSequence) -> tuple[Mission, list[View
 
 
 def test_it_gets_to_the_end_of_the_corridor(
-    learnt: ReferenceSequence, there: tuple[Mission, list[View], list[View]]
+    learnt: ReferenceSequence, there: tuple[DrivenMission, list[View], list[View]]
 ) -> None:
     done, *_ = there
     assert done.executor.status is Status.COMPLETED, told(done)
@@ -125,7 +125,7 @@ def test_it_gets_to_the_end_of_the_corridor(
 
 
 def test_the_track_is_the_truth_and_what_was_believed(
-    learnt: ReferenceSequence, there: tuple[Mission, list[View], list[View]]
+    learnt: ReferenceSequence, there: tuple[DrivenMission, list[View], list[View]]
 ) -> None:
     done, _, views = there
     time, x, y, _, along = done.track.T
@@ -138,7 +138,7 @@ def test_the_track_is_the_truth_and_what_was_believed(
 
 
 def test_tasks_happen_where_they_belong(
-    learnt: ReferenceSequence, there: tuple[Mission, list[View], list[View]]
+    learnt: ReferenceSequence, there: tuple[DrivenMission, list[View], list[View]]
 ) -> None:
     done, called, _ = there
     door = at(learnt.poses[0])[0] + learnt.guide.doors[0].along
@@ -148,7 +148,7 @@ def test_tasks_happen_where_they_belong(
     assert stood[np.abs(done.track[1:, 1] - door) < 0.5].sum() * 0.04 >= 2.5  # it has come to rest by then
 
 
-def test_no_motion_between_views_is_lost(there: tuple[Mission, list[View], list[View]]) -> None:
+def test_no_motion_between_views_is_lost(there: tuple[DrivenMission, list[View], list[View]]) -> None:
     """A view that a task takes is one of the localiser's as well: their distances make the whole way."""
     done, called, views = there
     assert sum(view.distance for view in views) == pytest.approx(done.track[-1, 1] - done.track[0, 1], abs=0.15)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.sensors.beams import DIVERGENCE, EXIT_DIAMETER, TURN_TIME, Sweep, ages, cones, directions, sweep
+from sim.sensors.beams import DIVERGENCE, EXIT_DIAMETER, TURN_TIME, LaserSweep, ages, cones, directions, sweep
 from tests.sim.carried import BEARINGS, SITE, Carried, boxes, room, room_distances, wall_at
 
 MIDDLES = directions()[:, None]
@@ -149,7 +149,7 @@ def test_a_neighbour_s_near_thing_sets_the_size_of_the_spot() -> None:
 def test_parts_of_a_cast_do_not_mix_up_beams() -> None:
     """One ray at a time, by the function for a single ray, from where each beam left."""
     IN_ROOM.place(1.0, -0.5, 0.7, speed=(0.0, 0.0), turn=0.8)
-    looks: Sweep = sweep(IN_ROOM.model, IN_ROOM.data, SITE)
+    looks: LaserSweep = sweep(IN_ROOM.model, IN_ROOM.data, SITE)
     rays = cones(np.full(361, 3.0))
     hits, geom = IN_ROOM.cast(rays), np.empty(1, np.int32)
     for beam in range(0, 361, 7):

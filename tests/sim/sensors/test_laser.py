@@ -13,7 +13,7 @@ from refseq.view import Scan
 from robots import Twist
 from sim.errors import SimError
 from sim.sensors.laser import ABOVE_MAX, LOW_SNR, Laser, LaserModel, RangeMode, Telegram
-from sim.sensors.laser_echoes import THRESHOLD, Echoes
+from sim.sensors.laser_echoes import THRESHOLD, LaserEchoes
 from tests.robots.driving import PREFIX, Driven, add_wall, flat_world
 from tests.sim.carried import BEARINGS, BODY, ROOM, SITE, Carried, room, room_distances, wall_at
 
@@ -78,7 +78,7 @@ def test_noise_is_that_of_the_device_and_of_its_steps() -> None:
 @pytest.mark.parametrize("strength", [1.0, 2.0, 10.0])
 def test_noise_grows_as_echoes_weaken(strength: float) -> None:
     laser = Laser(replace(METRES_8, bias_limit=0.0), np.random.default_rng(0))
-    echoes = Echoes(np.full(361, 5.0), np.full(361, strength * THRESHOLD))
+    echoes = LaserEchoes(np.full(361, 5.0), np.full(361, strength * THRESHOLD))
     errors = np.array([laser.reading(echoes).ranges for _ in range(100)]) - 5.0
     assert errors.std() == pytest.approx(math.hypot(0.005, 0.01 / strength), rel=0.02)
 

@@ -6,7 +6,7 @@ import pytest
 import robots
 from refseq.view import Scan
 from robots import Limits, RobotState, Twist
-from robots.behaviours import Outcome, Senses
+from robots.behaviours import BehaviourOutcome, Senses
 from sim.drives.behaviour_runner import frame_of
 from sim.envs.episodes.actions import ByBehaviour, ByTwist
 from sim.errors import SimError
@@ -36,9 +36,9 @@ def test_a_behaviour_goes_on_while_it_is_chosen_again() -> None:
     for time in np.arange(3.0, 4.0, 0.04):  # it stands a while before it says so
         form.choose(TURN)
         outcomes.append(form.step(turned(np.pi / 2, float(time))).outcome)
-        if outcomes[-1] is not Outcome.RUNNING:
+        if outcomes[-1] is not BehaviourOutcome.RUNNING:
             break
-    assert outcomes[-1] is Outcome.FINISHED
+    assert outcomes[-1] is BehaviourOutcome.FINISHED
 
 
 def test_another_behaviour_or_one_that_ended_begins_anew() -> None:
@@ -50,9 +50,9 @@ def test_another_behaviour_or_one_that_ended_begins_anew() -> None:
     form.choose(TURN)
     assert form.step(turned(np.pi / 2, 2.0)).twist.angular > 0  # 90° more
     form.choose(STOP)
-    assert form.step(turned(0.0, 3.0)).outcome is Outcome.FINISHED
+    assert form.step(turned(0.0, 3.0)).outcome is BehaviourOutcome.FINISHED
     form.choose(STOP)
-    assert form.step(turned(0.0, 4.0)).outcome is Outcome.FINISHED
+    assert form.step(turned(0.0, 4.0)).outcome is BehaviourOutcome.FINISHED
     assert form.doing == "stop"
     form.reset()
     assert form.doing == ""
@@ -71,7 +71,7 @@ def test_a_twist_is_a_share_of_what_the_robot_is_let(action: tuple[float, float]
     form = ByTwist(Limits(speed=0.5, turn_rate=0.5, acceleration=0.5, angular_acceleration=1.0))
     form.choose(np.array(action, np.float32))
     step = form.step(turned(0.0, 0.0))
-    assert (step.twist, step.outcome) == (twist, Outcome.RUNNING)
+    assert (step.twist, step.outcome) == (twist, BehaviourOutcome.RUNNING)
 
 
 def test_a_behaviour_that_the_robot_cannot_do_is_told() -> None:

@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 import sim.envs
 from sim.envs.learning.evaluation import PLAYERS, Trial, margin, returns
 from sim.envs.learning.files import curve, table
-from sim.envs.learning.ppo import Learnt, Practice, learn
+from sim.envs.learning.ppo import Practice, TrainedPolicy, learn
 from sim.envs.learning.sectors import Sectors
-from sim.envs.learning.training_config import Lesson
+from sim.envs.learning.training_config import TrainingConfig
 from sim.envs.train import app, main
 from sim.errors import SimError
 
@@ -78,7 +78,7 @@ def test_a_short_training_runs_and_leaves_its_files(tmp_path: Path) -> None:
 def test_it_ends_by_the_clock(tmp_path: Path) -> None:
     """A second is over before the workers have started: it learns nothing, and writes what it has."""
     needs("stable_baselines3")
-    learnt = learn(Lesson("CrossDoorTwist", seconds=1.0, robots=1), tmp_path / "policy.zip")
+    learnt = learn(TrainingConfig("CrossDoorTwist", seconds=1.0, robots=1), tmp_path / "policy.zip")
     assert learnt.steps == 1
     assert learnt.seconds >= 1.0
     assert (tmp_path / "policy.zip").is_file()
@@ -86,7 +86,10 @@ def test_it_ends_by_the_clock(tmp_path: Path) -> None:
 
 def test_worlds_that_there_are_not_are_told_before_anything_is_learnt(tmp_path: Path) -> None:
     needs("stable_baselines3")
-    for wrong in (Lesson("CrossDoor", worlds=("rooms:99",)), Lesson("CrossDoor", held_out=("rooms:99",))):
+    for wrong in (
+        TrainingConfig("CrossDoor", worlds=("rooms:99",)),
+        TrainingConfig("CrossDoor", held_out=("rooms:99",)),
+    ):
         with pytest.raises(SimError, match="rooms:99"):
             learn(wrong, tmp_path / "policy.zip")
     assert not list(tmp_path.iterdir())
@@ -97,7 +100,9 @@ def test_a_lesson_that_ends_by_its_steps_gives_the_same_policy_again(tmp_path: P
     needs("stable_baselines3")
     from stable_baselines3 import PPO
 
-    lessons = [Lesson("CrossDoorTwist", steps=512, robots=2, seed=seed, worlds=("rooms:0",)) for seed in (3, 3, 4)]
+    lessons = [
+        TrainingConfig("CrossDoorTwist", steps=512, robots=2, seed=seed, worlds=("rooms:0",)) for seed in (3, 3, 4)
+    ]
     weights, practised = [], []
     for number, lesson in enumerate(lessons):
         path = tmp_path / f"{number}.zip"
@@ -152,7 +157,7 @@ def test_a_margin_below_what_is_asked_ends_with_one(
     made = {"learnt": 6.0, "random": 1.0, "ahead": 8.0}
     trials = tuple(Trial(player, "rooms:1", i, made[player] + i, 9, False) for player in PLAYERS for i in range(2))
     monkeypatch.setattr("sim.envs.train.stable_baselines", lambda: None)
-    monkeypatch.setattr("sim.envs.train.learn", lambda lesson, policy: Learnt((), 1, 1.0))
+    monkeypatch.setattr("sim.envs.train.learn", lambda lesson, policy: TrainedPolicy((), 1, 1.0))
     monkeypatch.setattr("sim.envs.train.examine", lambda lesson, policy: trials)
     ran = CliRunner().invoke(app, [*LESSON, "--at-least", at_least, "-o", str(tmp_path)])
     assert ran.exit_code == code
@@ -174,11 +179,11 @@ def test_the_margin_is_that_of_pairs() -> None:
 def test_the_curve_holds_every_episode() -> None:
     practice = tuple(Practice(100 * i, 1.5 * i, float(i), 50) for i in range(1, 31))
     trials = tuple(Trial(player, "hallway", i, i - 3.0, 9, False) for player in PLAYERS for i in range(4))
-    learnt = Learnt(practice, 3000, 45.0)
+    learnt = TrainedPolicy(practice, 3000, 45.0)
     rows = list(csv.reader(table(learnt).splitlines()))
     assert rows[0] == ["steps", "seconds", "return", "length"]
     assert [[float(cell) for cell in row] for row in rows[1:]] == [[100 * i, 1.5 * i, i, 50] for i in range(1, 31)]
-    steps, clock = curve(Lesson("CrossDoor"), learnt, trials).axes
+    steps, clock = curve(TrainingConfig("CrossDoor"), learnt, trials).axes
     for axes, last in ((steps, 3000), (clock, 45.0)):
         dots, means = axes.lines[1:3]
         assert np.asarray(dots.get_xdata())[-1] == last

@@ -7,7 +7,7 @@ from gymnasium.envs.registration import EnvSpec
 
 import sim.envs
 from sim.envs.learning.sectors import LASER_REACH, SECTORS, SONAR_REACH, Sectors
-from sim.envs.learning.training_config import HELD_OUT, Lesson, environment
+from sim.envs.learning.training_config import HELD_OUT, TrainingConfig, environment
 from sim.errors import SimError
 
 NAME = "RefSeq/CrossDoorTwist-v0"
@@ -46,12 +46,12 @@ def test_it_is_made_again_with_what_it_wraps() -> None:
 
 
 def test_nobody_is_tried_where_they_learnt_to_follow_corridors() -> None:
-    lesson = Lesson("FollowCorridorTwist")
+    lesson = TrainingConfig("FollowCorridorTwist")
     assert lesson.learnt_in == tuple(sim.envs.CORRIDORS)
     assert lesson.tried_in == HELD_OUT
     assert not set(lesson.learnt_in) & set(HELD_OUT)
-    assert Lesson("ReachPlace").tried_in == ("laboratory",)
-    assert Lesson("FollowCorridor", held_out=("hallway",)).tried_in == ("hallway",)
+    assert TrainingConfig("ReachPlace").tried_in == ("laboratory",)
+    assert TrainingConfig("FollowCorridor", held_out=("hallway",)).tried_in == ("hallway",)
 
 
 def test_one_world_is_given_by_its_name() -> None:
@@ -73,4 +73,4 @@ def test_one_world_is_given_by_its_name() -> None:
 )
 def test_lessons_that_cannot_be_are_told(values: dict[str, object], message: str) -> None:
     with pytest.raises(SimError, match=message):
-        Lesson(**{"task": "FollowCorridor"} | values)  # type: ignore[arg-type]
+        TrainingConfig(**{"task": "FollowCorridor"} | values)  # type: ignore[arg-type]

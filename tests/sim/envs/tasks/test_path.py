@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from refseq.planar import Pose
-from sim.envs.tasks.path import REACH, Way
+from sim.envs.tasks.path import REACH, Polyline
 
-BENT = Way(np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [4.0, 3.0]]))
-THERE_AND_BACK = Way(np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 1.0], [0.0, 1.0]]))
+BENT = Polyline(np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [4.0, 3.0]]))
+THERE_AND_BACK = Polyline(np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 1.0], [0.0, 1.0]]))
 
 
 def test_a_way_is_as_long_as_its_legs_and_a_point_twice_is_one() -> None:

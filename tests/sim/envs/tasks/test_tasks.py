@@ -8,10 +8,10 @@ import pytest
 from refseq.belief import belief_from
 from refseq.planar import Pose
 from robots.robot import Shape
-from sim.envs.tasks.cross_door import FAR, NEAR, CrossDoor
-from sim.envs.tasks.follow_corridor import ARRIVED, FollowCorridor
-from sim.envs.tasks.reach_place import FARTHEST, NEAREST, ReachPlace
-from sim.envs.tasks.recover import HERE, SURE, Recover, belief_in
+from sim.envs.tasks.cross_door import FAR, NEAR, CrossDoorTask
+from sim.envs.tasks.follow_corridor import ARRIVED, FollowCorridorTask
+from sim.envs.tasks.reach_place import FARTHEST, NEAREST, ReachPlaceTask
+from sim.envs.tasks.recover import HERE, SURE, RecoverTask, belief_in
 from sim.envs.tasks.task import FAILURE, SUCCESS, Episode, Ground, Situation
 from sim.envs.worlds.rooms import FORMS, two_rooms
 
@@ -21,7 +21,7 @@ PLACES = np.array([(k, 0.0) for k in range(11)], float)
 GROUND = Ground(two_rooms(0), ROUTE, SHAPE, PLACES)
 
 
-def begun(task: FollowCorridor | CrossDoor | ReachPlace | Recover, seed: int = 0) -> Episode:
+def begun(task: FollowCorridorTask | CrossDoorTask | ReachPlaceTask | RecoverTask, seed: int = 0) -> Episode:
     return task.episode(GROUND, np.random.default_rng(seed))
 
 
@@ -30,7 +30,7 @@ def at(x: float, y: float, **more: object) -> Situation:
 
 
 def test_progress_round_the_bend_is_rewarded_once_and_given_back_on_the_way_back() -> None:
-    episode = begun(FollowCorridor())
+    episode = begun(FollowCorridorTask())
     assert episode.begin(at(8.0, 0.2)) == pytest.approx(8.0)
     stops = [(9.5, -0.3), (10.1, 0.5), (10.0, 2.5), (10.0, 1.5)]
     judged = [episode.judge(at(*stop)) for stop in stops]
@@ -39,7 +39,7 @@ def test_progress_round_the_bend_is_rewarded_once_and_given_back_on_the_way_back
 
 
 def test_the_end_of_the_corridor_is_success() -> None:
-    episode = begun(FollowCorridor())
+    episode = begun(FollowCorridorTask())
     episode.begin(at(10.0, 5.0))
     assert not episode.judge(at(10.0, 6.0 - ARRIVED - 0.01)).over
     judged = episode.judge(at(10.0, 6.0 - ARRIVED + 0.01))
@@ -56,7 +56,7 @@ def test_the_end_of_the_corridor_is_success() -> None:
     ],
 )
 def test_a_failure_at_the_goal_is_a_failure(situation: Situation, failure: str) -> None:
-    episode = begun(FollowCorridor())
+    episode = begun(FollowCorridorTask())
     episode.begin(at(10.0, 5.0))
     judged = episode.judge(situation)
     assert (judged.success, judged.failure, judged.over) == (False, failure, True)
@@ -67,14 +67,14 @@ def test_a_failure_at_the_goal_is_a_failure(situation: Situation, failure: str) 
 def test_starts_before_a_door_look_at_it_from_the_room(form: int) -> None:
     ground = Ground(two_rooms(form), ROUTE, SHAPE)
     for seed in range(20):
-        start = CrossDoor().episode(ground, np.random.default_rng(seed)).start
+        start = CrossDoorTask().episode(ground, np.random.default_rng(seed)).start
         assert -FAR <= start.x <= -NEAR
         assert abs(start.y) <= 0.4
         assert abs(start.heading) <= math.radians(25) + 1e-9
 
 
 def test_through_a_door_means_the_tail_is_out_of_the_wall() -> None:
-    episode = begun(CrossDoor())
+    episode = begun(CrossDoorTask())
     thick = two_rooms(0).wall_named("front").thickness
     assert episode.begin(at(-1.5, 0.0)) == pytest.approx(1.5 + thick + SHAPE.behind)
     assert not episode.judge(at(thick + SHAPE.behind - 0.01, 0.0)).success
@@ -82,7 +82,7 @@ def test_through_a_door_means_the_tail_is_out_of_the_wall() -> None:
 
 
 def test_the_way_through_a_door_leads_to_its_middle_first() -> None:
-    episode = begun(CrossDoor())
+    episode = begun(CrossDoorTask())
     episode.begin(at(-1.5, 0.8))
     assert episode.judge(at(-1.5, 0.0)).reward == pytest.approx(math.hypot(1.5, 0.8) - 1.5)
 
@@ -90,7 +90,7 @@ def test_the_way_through_a_door_leads_to_its_middle_first() -> None:
 def test_a_goal_lies_ahead_on_the_path() -> None:
     goals = set()
     for seed in range(60):
-        episode = begun(ReachPlace(), seed)
+        episode = begun(ReachPlaceTask(), seed)
         assert episode.goal is not None
         assert min(NEAREST, episode.goal) - 0.2 <= episode.goal - episode.start.x <= FARTHEST
         goals.add(episode.goal)
@@ -98,7 +98,7 @@ def test_a_goal_lies_ahead_on_the_path() -> None:
 
 
 def test_to_leave_the_path_or_pass_the_goal_costs_what_it_is_worth_to_come_back() -> None:
-    episode = begun(ReachPlace())
+    episode = begun(ReachPlaceTask())
     goal = episode.goal
     assert goal is not None
     episode.begin(at(episode.start.x, 0.0))
@@ -119,7 +119,7 @@ def test_what_speaks_for_the_truth_is_the_mass_around_it_that_is_not_lost() -> N
 
 
 def test_a_sure_belief_in_the_wrong_place_is_worth_nothing() -> None:
-    episode = begun(Recover())
+    episode = begun(RecoverTask())
     wrong, right = belief_from(np.eye(11)[9]), belief_from(np.eye(11)[3], lost=0.05)
     assert episode.begin(at(3.0, 0.0, belief=wrong)) == 1.0
     assert not episode.judge(at(3.2, 0.0, belief=wrong)).over
