@@ -14,11 +14,12 @@ from threading import Thread
 from typing import Any, Protocol
 
 from refseq.errors import RefseqError
-from scenarios.campaign.case_types import judged, tasks_of
+from scenarios.campaign.case_types import judged
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.declare.real_recordings import AbsentError
 from scenarios.campaign.judge.drives import Judged
+from scenarios.campaign.run.case_tasks import tasks_of
 from scenarios.campaign.run.tasks import Question, Task, distinct
 from scenarios.campaign.run.workers import Executor
 from scenarios.campaign.store.cache import DamagedError, Store

@@ -11,19 +11,13 @@ from scenarios.campaign.declare.outcomes import Outcome
 from scenarios.campaign.declare.schema import MissionScenario
 from scenarios.campaign.judge import drives, records
 from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.judge.missions import JudgedMissions, judged_missions, mission_tasks, missions_record
+from scenarios.campaign.judge.missions import JudgedMissions, judged_missions, missions_record
 from scenarios.campaign.pages import case as localising_page
 from scenarios.campaign.pages.mission import mission_page
 from scenarios.campaign.run.mission_task import MissionTask
 from scenarios.campaign.run.tasks import AnswerTask, Question
 from scenarios.campaign.store.cache import Store
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
-
-
-def tasks_of(case: Case) -> dict[int, list[Question]]:
-    """The questions of a case by seed. Raises ``AbsentError``."""
-    found = mission_tasks(case) if _is_mission(case) else drives.tasks_of(case)
-    return {seed: list(tasks) for seed, tasks in found.items()}
 
 
 def judged(

@@ -18,7 +18,7 @@ from scenarios.campaign.case_types import case_page, case_record
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.judge.records import open_record
-from scenarios.campaign.pages.index import index_page
+from scenarios.campaign.pages.index import INDEX, index_page
 from scenarios.campaign.pages.junit import write_junit
 from scenarios.campaign.pages.sweep_plot import DialShown, dial_of
 from scenarios.campaign.run.machine import this_machine
@@ -27,7 +27,7 @@ from scenarios.campaign.store.result_file import CampaignRecord, write_result
 from scenarios.drives.inputs import writing
 from scenarios.errors import ScenarioError
 
-INDEX, PAGE = "index.html", "report.html"
+PAGE = "report.html"
 VERSIONS = ("refseq-bench", "mujoco", "numpy", "scipy", "opencv-python-headless", "faiss-cpu")
 LONGEST = 80
 """Letters that a case's folder may have."""

@@ -88,8 +88,9 @@ def run(
     from scenarios.campaign.campaign import run_campaign
     from scenarios.campaign.declare.cases import find
     from scenarios.campaign.declare.overrides import asking, with_seeds
-    from scenarios.campaign.results import INDEX, Results
-    from scenarios.campaign.run.progress import watcher_on
+    from scenarios.campaign.pages.index import INDEX
+    from scenarios.campaign.progress import watcher_on
+    from scenarios.campaign.results import Results
     from scenarios.campaign.store.cache import Store, default_store
     from scenarios.report.words import size_text
 

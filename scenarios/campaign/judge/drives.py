@@ -8,14 +8,13 @@ from types import MappingProxyType
 from refseq.belief import Belief
 from refseq.view import View
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.expectations import judge
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
 from scenarios.campaign.declare.sources import names_of
+from scenarios.campaign.judge.expectations import judge
 from scenarios.campaign.run.tasks import AnswerTask, Question, answers_of, asked_views, learnt_drives
 from scenarios.campaign.store.answers import beliefs_digest
 from scenarios.campaign.store.cache import Store
 from scenarios.campaign.store.result_file import JudgementRecord
-from scenarios.methods.by_name import family
 from scenarios.scoring.comparison import Comparison, Drives
 from scenarios.scoring.cost import Cost
 from scenarios.scoring.figures import Figures, figures
@@ -52,31 +51,6 @@ class Judged:
     def verdict_alone(self) -> "Judged":
         """The same without what only its page needs: that of a whole campaign would fill the memory."""
         return replace(self, comparisons=())
-
-
-def tasks_of(case: Case) -> dict[int, list[AnswerTask]]:
-    """The questions of a case by seed, a task for each family of methods. Raises ``AbsentError``."""
-    scenario = case.scenario
-    families: dict[str, list[str]] = {}
-    for method in scenario.methods:
-        families.setdefault(family(method), []).append(method)
-    return {seed: [_task(case, seed, tuple(methods)) for methods in families.values()] for seed in scenario.seeds}
-
-
-def _task(case: Case, seed: int, methods: tuple[str, ...]) -> AnswerTask:
-    reference, *further, query = case.sources(seed)
-    asked, limits = case.scenario.localise, case.scenario.limits
-    return AnswerTask(
-        methods,
-        reference,
-        query,
-        case.scenario.places,
-        asked.sensors,
-        seed,
-        limits.seconds,
-        tuple(further),
-        asked.merge,
-    )
 
 
 def judged(

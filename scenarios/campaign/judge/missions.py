@@ -5,14 +5,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from scenarios.campaign.declare.assignment import Assignment
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.expectations import judge
-from scenarios.campaign.declare.mission_checks import asked_mission, program_of, target_of
 from scenarios.campaign.declare.mission_figures import MISSION_FIGURES
 from scenarios.campaign.declare.outcomes import Outcome
-from scenarios.campaign.declare.schema import MissionScenario
 from scenarios.campaign.judge.drives import Judged, mishaps_of, reasons_of, verdict_of
+from scenarios.campaign.judge.expectations import judge
 from scenarios.campaign.judge.records import mishap_records, open_record, share_record
 from scenarios.campaign.run.mission_task import MissionTask, mission_of
 from scenarios.campaign.store.cache import Store
@@ -41,36 +38,6 @@ class JudgedMissions(Judged):
     def score(self, method: str, seed: int) -> MissionScore:
         """One mission's score."""
         return _score(self.case, self.kept[method][seed])
-
-
-def mission_tasks(case: Case) -> dict[int, list[MissionTask]]:
-    """The missions of a case by seed, one a method."""
-    return {seed: [_task(case, seed, method) for method in case.scenario.methods] for seed in case.scenario.seeds}
-
-
-def _task(case: Case, seed: int, method: str) -> MissionTask:
-    reference, *further, query = case.sources(seed)
-    asked, limits = case.scenario.localise, case.scenario.limits
-    return MissionTask(
-        (method,),
-        reference,
-        query,
-        None,
-        asked.sensors,
-        seed,
-        limits.seconds,
-        tuple(further),
-        asked.merge,
-        assignment=assignment_of(case),
-    )
-
-
-def assignment_of(case: Case) -> Assignment:
-    """What is to be done in a case."""
-    scenario = case.scenario
-    assert isinstance(scenario, MissionScenario)
-    table = scenario.mission
-    return Assignment(asked_mission(table, case.file), target_of(table), program_of(table, case.file), table.goal)
 
 
 def judged_missions(

@@ -11,6 +11,8 @@ from scenarios.report.words import duration_text
 from scenarios.scoring.comparison import method_label
 from scenarios.scoring.tables import NONE
 
+INDEX = "index.html"
+
 
 @dataclass(frozen=True)
 class IndexRow:

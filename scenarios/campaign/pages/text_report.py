@@ -6,9 +6,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from scenarios.campaign.pages.index import index_row, verdict_line
+from scenarios.campaign.pages.index import INDEX, index_row, verdict_line
 from scenarios.campaign.pages.summary import Across, plain
-from scenarios.campaign.results import INDEX
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
 from scenarios.report.words import duration_text
 from scenarios.scoring.tables import NONE

@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from scenarios.campaign.case_types import tasks_of
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.drivable import check_route
 from scenarios.campaign.declare.real_recordings import AbsentError
 from scenarios.campaign.declare.sources import Source
+from scenarios.campaign.run.case_tasks import tasks_of
 from scenarios.campaign.run.eta import in_words
 from scenarios.campaign.run.tasks import Question, RecordTask, Task, distinct
 from scenarios.campaign.store.cache import Store

@@ -16,8 +16,9 @@ from scenarios.campaign.declare.outcomes import Verdict
 from scenarios.campaign.declare.overrides import asking
 from scenarios.campaign.declare.real_recordings import DATA, Images, Log
 from scenarios.campaign.declare.sources import names_of
-from scenarios.campaign.judge.drives import Judged, tasks_of
+from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.results import Results
+from scenarios.campaign.run.case_tasks import answer_tasks
 from scenarios.campaign.run.remote_payload import order_for
 from scenarios.campaign.run.tasks import (
     AnswerTask,
@@ -336,7 +337,7 @@ def test_drives_are_read_from_where_they_were_recorded(folder: Path, tmp_path: P
 
 def test_all_drives_are_needed_and_each_once(tmp_path: Path) -> None:
     case = only_case(tmp_path, HEAD + DRIVEN)
-    (task,) = tasks_of(case)[1]
+    (task,) = answer_tasks(case)[1]
     assert [one.drive for one in task.needs] == list(case.sources(1))
     assert [one.key for one in task.needs] == list(task.sources)
     assert all(isinstance(one, RecordTask) for one in task.needs)
@@ -467,7 +468,7 @@ def test_a_case_is_judged_by_its_atlas(done: Judged) -> None:
 def test_the_page_and_the_record_tell_of_all_drives(done: Judged, folder: Path, tmp_path: Path) -> None:
     Results(tmp_path, [done.case], Store(folder / "store")).add(done)
     (record,) = read_result(tmp_path).cases
-    for seed, of_seed in tasks_of(done.case).items():
+    for seed, of_seed in answer_tasks(done.case).items():
         told = record.seeds[seed]
         assert (told.reference, *told.further, told.query) == of_seed[0].sources
         assert (told.learnt_views, told.asked_views) == (41, 16)

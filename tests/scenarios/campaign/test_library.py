@@ -12,12 +12,12 @@ import pytest
 
 from refseq.logs import read_recording
 from scenarios.campaign.campaign import Quiet, run_campaign
-from scenarios.campaign.case_types import tasks_of
 from scenarios.campaign.declare.cases import LIBRARY, Case, find, load, names
 from scenarios.campaign.declare.drivable import check_route
 from scenarios.campaign.declare.outcomes import Verdict
 from scenarios.campaign.declare.real_recordings import DATA, Log, real_path
 from scenarios.campaign.declare.schema import DriveTable, MissionScenario, Scenario
+from scenarios.campaign.run.case_tasks import tasks_of
 from scenarios.campaign.run.tasks import RecordTask, distinct
 from scenarios.campaign.run.workers import LocalWorkers
 from scenarios.campaign.store.cache import Store

@@ -13,7 +13,6 @@ from refseq.missions.path import Way
 from refseq.missions.plan import Order, Plan
 from refseq.planar import Pose
 from scenarios.campaign.campaign import Quiet, run_campaign
-from scenarios.campaign.case_types import tasks_of
 from scenarios.campaign.declare.cases import LIBRARY, Case, load
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
 from scenarios.campaign.declare.overrides import asking
@@ -23,6 +22,7 @@ from scenarios.campaign.pages.summary import across
 from scenarios.campaign.pages.text_report import report_markdown
 from scenarios.campaign.results import Results
 from scenarios.campaign.run import remote_payload
+from scenarios.campaign.run.case_tasks import tasks_of
 from scenarios.campaign.run.estimate import rest_of
 from scenarios.campaign.run.mission_task import MissionTask, mission_of
 from scenarios.campaign.run.remote_payload import order_for

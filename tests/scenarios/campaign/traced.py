@@ -15,8 +15,8 @@ from refseq.map.profile import PROFILES
 from scenarios.campaign.declare import real_recordings
 from scenarios.campaign.declare.cases import load
 from scenarios.campaign.declare.real_recordings import Log
-from scenarios.campaign.judge.missions import mission_tasks
 from scenarios.campaign.run import answering, learning, mission_task
+from scenarios.campaign.run.case_tasks import mission_tasks
 from scenarios.campaign.run.learning import kept_maps
 from scenarios.campaign.run.tasks import HANDS, AnswerTask, learnt_drives, perform
 from scenarios.campaign.store.cache import Store

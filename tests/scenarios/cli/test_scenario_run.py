@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from scenarios.campaign import results
+from scenarios.campaign.progress import Lines
 from scenarios.campaign.run import workers
-from scenarios.campaign.run.progress import Lines
 from scenarios.campaign.store.cache import RECORDING, Store
 from tests.scenarios.campaign.chores import AtOnce, scenario_in
 from tests.scenarios.campaign.run.test_workers import alive, wait_for

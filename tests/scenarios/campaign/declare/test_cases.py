@@ -16,7 +16,7 @@ from scenarios.campaign.declare.drivable import check_route
 from scenarios.campaign.declare.figures import FIGURES
 from scenarios.campaign.declare.real_recordings import AbsentError, Images, Log
 from scenarios.campaign.declare.schema import Scenario
-from scenarios.campaign.judge.drives import tasks_of
+from scenarios.campaign.run.case_tasks import answer_tasks
 from scenarios.drives.record import QUERY_SEEDS, Drive
 from scenarios.errors import ScenarioError
 from sim.bench.faults import CameraBlack
@@ -466,7 +466,7 @@ def test_a_query_of_another_kind_takes_over_nothing(tmp_path: Path) -> None:
 def test_a_log_that_is_missing_is_no_mistake_but_absent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     case = only_case(tmp_path, HEAD + '[reference]\nlog = "a.log"\n[query]\n')
     monkeypatch.setenv("REFSEQ_RECORDINGS", str(tmp_path))
-    (first, *_), *_ = tasks_of(case).values()
+    (first, *_), *_ = answer_tasks(case).values()
     with pytest.raises(AbsentError, match=r"a\.log"):
         _ = first.key
 

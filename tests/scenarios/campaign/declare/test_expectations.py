@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from refseq.belief import Timings
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.campaign.declare.expectations import SUFFIXES, Expectation, Term, about, judge, parse, told
+from scenarios.campaign.declare.expectations import SUFFIXES, Expectation, Term, about, parse, told
 from scenarios.campaign.declare.figures import FIGURES, Unit
+from scenarios.campaign.judge.expectations import judge
 from scenarios.errors import ScenarioError
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.figures import Figures, figures

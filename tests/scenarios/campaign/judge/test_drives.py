@@ -7,7 +7,8 @@ import pytest
 
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
 from scenarios.campaign.declare.real_recordings import DATA
-from scenarios.campaign.judge.drives import Judged, judged, tasks_of, tolerances
+from scenarios.campaign.judge.drives import Judged, judged, tolerances
+from scenarios.campaign.run.case_tasks import answer_tasks
 from scenarios.campaign.run.tasks import AnswerTask, answers_of, perform
 from scenarios.campaign.store.answers import beliefs_digest
 from scenarios.campaign.store.cache import Store
@@ -36,7 +37,7 @@ def test_what_a_method_cost_is_what_its_own_task_took(folder: Path) -> None:
     (case,) = made_cases(folder, methods='["thesis/chain", "vlad"]')
     store = Store(folder / "store")
     result = carried_out(case, store)
-    for number, of_seed in enumerate(tasks_of(case).values()):
+    for number, of_seed in enumerate(answer_tasks(case).values()):
         for task in of_seed:
             kept = answers_of(task, store)
             assert [result.costs[name][number] for name in kept.beliefs] == [kept.cost]
@@ -48,7 +49,7 @@ def test_what_a_method_cost_is_what_its_own_task_took(folder: Path) -> None:
 def spoilt(folder: Path, expect: str, *ends: Verdict) -> Judged:
     """A case of two methods, of whose four tasks some end otherwise than well."""
     (case,) = made_cases(folder, methods='["vlad", "thesis/chain"]', expect=expect)
-    tasks, store = tasks_of(case), Store(folder / "store")
+    tasks, store = answer_tasks(case), Store(folder / "store")
     asked: list[AnswerTask] = [task for of_seed in tasks.values() for task in of_seed]
     outcomes = {task.key: perform(task, store) for task in asked}
     outcomes |= {task.key: Outcome(end, f"it {end}") for task, end in zip(asked, ends, strict=False)}

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.judge.drives import tasks_of
+from scenarios.campaign.run.case_tasks import answer_tasks
 from scenarios.campaign.run.estimate import METRE, rest_of
 from scenarios.campaign.run.tasks import distinct
 from scenarios.campaign.store.cache import RECORDING, Store
@@ -52,7 +52,7 @@ def test_what_cases_share_is_counted_once(cases: list[Case], tmp_path: Path) -> 
 def test_what_is_kept_takes_no_time(cases: list[Case], tmp_path: Path) -> None:
     store = Store(tmp_path / "store")
     before = rest_of(cases[:1], store)
-    drive = distinct(next(iter(tasks_of(cases[0]).values())))[0]
+    drive = distinct(next(iter(answer_tasks(cases[0]).values())))[0]
     keep(store, drive.key)
     after = rest_of(cases[:1], store)
     assert (after.recordings_kept, after.answers_kept) == (1, 0)

@@ -12,8 +12,9 @@ import pytest
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.declare.cases import Case, load
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
-from scenarios.campaign.judge.drives import Judged, tasks_of
+from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run import remote_payload
+from scenarios.campaign.run.case_tasks import answer_tasks
 from scenarios.campaign.run.remote_payload import Delivery, Order, Place, carry_out, here, order_for
 from scenarios.campaign.run.tasks import RecordTask, distinct, perform
 from scenarios.campaign.run.workers import Executor, LocalWorkers
@@ -45,7 +46,7 @@ def test_a_task_goes_with_all_that_it_reads_and_comes_back_with_all_that_it_make
 ) -> None:
     case = load(scenario_in(tmp_path))[0]
     local, elsewhere = Store(tmp_path / "local"), Store(tmp_path / "elsewhere")
-    tasks = distinct([task for asked in tasks_of(case).values() for task in asked])
+    tasks = distinct([task for asked in answer_tasks(case).values() for task in asked])
     for task in tasks:
         assert perform(task, local).good
         order = order_for(task, elsewhere)
@@ -80,7 +81,7 @@ def test_real_recordings_go_with_a_task(tmp_path: Path, in_process: None, monkey
     )
     (tmp_path / "log.toml").write_text(text)
     monkeypatch.setenv("REFSEQ_RECORDINGS", str(home))
-    task = tasks_of(load(tmp_path / "log.toml")[0])[1][0]
+    task = answer_tasks(load(tmp_path / "log.toml")[0])[1][0]
     order = order_for(task, store)
     assert [piece.name for piece in order.pieces if piece.where == remote_payload.REAL] == ["deep/drive.mcap"]
     sent = contents(order)
@@ -99,7 +100,7 @@ def test_real_recordings_go_with_a_task(tmp_path: Path, in_process: None, monkey
 )
 def test_a_machine_that_would_make_something_else_is_refused(tmp_path: Path, other: dict[str, Any], said: str) -> None:
     place = Place(**{"sources": here().sources, "packages": here().packages, "device": here().device, **other})
-    task = tasks_of(load(scenario_in(tmp_path))[0])[1][0].needs[0]
+    task = answer_tasks(load(scenario_in(tmp_path))[0])[1][0].needs[0]
     delivery = carry_out(Order(task, place, {}, ()))
     assert delivery.outcome.verdict is Verdict.ERROR
     assert said in delivery.outcome.reason
@@ -109,7 +110,7 @@ def test_a_machine_that_would_make_something_else_is_refused(tmp_path: Path, oth
 
 def test_only_pictures_depend_on_the_device(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(remote_payload, "_carried_out", lambda *given: Delivery(Outcome(Verdict.PASSED), {}))
-    drive = tasks_of(load(scenario_in(tmp_path))[0])[1][0].needs[0].drive
+    drive = answer_tasks(load(scenario_in(tmp_path))[0])[1][0].needs[0].drive
     place = replace(here(), device="another")
     reasons = [
         carry_out(Order(RecordTask(replace(drive, renderer=renderer), 60.0), place, {}, ())).outcome.reason
@@ -129,7 +130,7 @@ def test_only_pictures_depend_on_the_device(tmp_path: Path, monkeypatch: pytest.
     ],
 )
 def test_a_localiser_that_the_other_machine_does_not_have_is_told(tmp_path: Path, name: str, said: str) -> None:
-    task = tasks_of(load(scenario_in(tmp_path))[0])[1][0]
+    task = answer_tasks(load(scenario_in(tmp_path))[0])[1][0]
     delivery = carry_out(Order(task, here(), {name: "digest"}, ()))
     assert delivery.outcome.verdict is Verdict.ERROR
     assert said in delivery.outcome.reason
@@ -233,7 +234,7 @@ def test_what_breaks_on_a_node_is_told_as_on_this_machine(tmp_path: Path, nodes:
     store = Store(tmp_path)
     workers = RayWorkers(nodes.address, store)
     assert workers.workers == 2
-    task = tasks_of(load(scenario_in(tmp_path))[0])[1][0].needs[0]
+    task = answer_tasks(load(scenario_in(tmp_path))[0])[1][0].needs[0]
     hanging = Hanging(task.drive, limit=1.0)
     dying = Dying(task.drive, limit=60.0)
     try:

@@ -11,9 +11,8 @@ import pytest
 
 from scenarios.campaign.declare.cases import Case, load
 from scenarios.campaign.declare.real_recordings import Log
-from scenarios.campaign.judge.drives import tasks_of
-from scenarios.campaign.judge.missions import mission_tasks
 from scenarios.campaign.run import remote_payload
+from scenarios.campaign.run.case_tasks import answer_tasks, mission_tasks
 from scenarios.campaign.store import keys
 from scenarios.campaign.store.views import source_key
 from scenarios.imports.closure import ROOMS, ROOT, Closure, closure_of
@@ -73,10 +72,10 @@ def key_makers(made: Mapping[str, Closure], tmp_path: Path) -> Mapping[str, Call
     (tmp_path / "small.toml").write_text(SMALL.format(top="", end=""))
     driven, mission = case(traced.DRIVEN, "driven"), case(traced.MISSION, "mission")
     return {
-        "recording": lambda: tasks_of(driven)[1][0].needs[0].key,
+        "recording": lambda: answer_tasks(driven)[1][0].needs[0].key,
         "real log": lambda: source_key(Log("query.mcap")),
-        "map": lambda: tasks_of(driven)[1][0].maps,
-        "answers": lambda: tasks_of(driven)[1][0].key,
+        "map": lambda: answer_tasks(driven)[1][0].maps,
+        "answers": lambda: answer_tasks(driven)[1][0].key,
         "mission": lambda: mission_tasks(mission)[1][0].key,
         "remote": lambda: remote_payload.here().sources,
     }

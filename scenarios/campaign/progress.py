@@ -1,4 +1,4 @@
-"""What is seen of a campaign while it runs: a live table on a terminal, else a line whenever something is done."""
+"""Progress of a campaign while it runs: a live table on a terminal, else a line whenever something is done."""
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence

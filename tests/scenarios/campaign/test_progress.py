@@ -7,7 +7,7 @@ from rich.console import Console
 
 from scenarios.campaign.declare.outcomes import Outcome, Verdict
 from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run.progress import Lines, LiveTable, Tally, watcher_on
+from scenarios.campaign.progress import Lines, LiveTable, Tally, watcher_on
 from scenarios.campaign.run.workers import Executor
 from tests.scenarios.campaign.chores import Chore
 

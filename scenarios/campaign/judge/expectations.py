@@ -1,0 +1,42 @@
+"""Judge expectations by the figures of each method."""
+
+import math
+import operator
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from scenarios.campaign.declare.expectations import Expectation, Term, Vocabulary, about
+from scenarios.campaign.declare.figures import FIGURES, Unit
+from scenarios.campaign.store.result_file import JudgementRecord
+
+OPERATORS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType(
+    {">=": operator.ge, "<=": operator.le, ">": operator.gt, "<": operator.lt}
+)
+
+
+def judge(
+    expectation: Expectation, found: Mapping[str, Any], judged: str, seeds: int, known: Vocabulary = FIGURES
+) -> JudgementRecord:
+    """Decide by the figures of each method, of which ``known`` takes one; they are pooled over so many seeds."""
+    text = expectation.text
+    if seeds < expectation.seeds:
+        return JudgementRecord(text=text, met=None, reason=f"{seeds} of {expectation.seeds} seeds were run")
+    whole = about(expectation, judged)
+    away = [name for name in whole.methods if name not in found]
+    if away:
+        return JudgementRecord(text=text, met=None, reason=f"{away[0]} has no answers")
+    value = _value(whole.left, found, known)
+    right = whole.right
+    bound = _value(right, found, known) if isinstance(right, Term) else right
+    if math.isnan(value) or math.isnan(bound):
+        # What cannot be told was not reached: no view off the map, say, and so no P(lost) to judge.
+        nothing = "there is no such figure: nothing to take it from"
+        return JudgementRecord(text=text, met=False, value=value, bound=bound, reason=nothing)
+    met = OPERATORS[expectation.relation](value, bound)
+    unit = known[whole.left.figure].unit
+    return JudgementRecord(text=text, met=met, value=value, bound=bound, unit="" if unit is Unit.NONE else unit.value)
+
+
+def _value(term: Term, found: Mapping[str, Any], known: Vocabulary) -> float:
+    return term.factor * known[term.figure].take(found[str(term.method)])
