@@ -157,7 +157,7 @@ def test_help_is_printed_through_a_symbolic_link_in_another_folder(tmp_path):
 def test_an_unknown_command_is_named_with_the_valid_ones():
     told = call(ROOT / "run", "demmo")
     assert told.returncode == 2
-    assert told.stderr == "run: unknown command 'demmo'; valid: demo, tests, refseq, lint, docs, help\n"
+    assert told.stderr == "run: unknown command 'demmo'; valid: demo, tests, coverage, refseq, lint, docs, help\n"
 
 
 def put_tool(bare: Path, name: str, script: str) -> None:

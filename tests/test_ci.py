@@ -1,0 +1,74 @@
+"""The files for CI servers and for pre-commit: valid against their schemas, and what they call exists."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from scenarios.campaign.declare.cases import find
+from tests.commands import check_commands, commands
+from tests.pages import ROOT, pages
+
+WORKFLOW = ROOT / ".github" / "workflows" / "ci.yml"
+HOOKS = ROOT / ".pre-commit-config.yaml"
+PIECES = ("style", "types", "imports")
+"""Of `run lint`."""
+
+
+def steps() -> Iterator[dict[str, Any]]:
+    for job in yaml.safe_load(WORKFLOW.read_text())["jobs"].values():
+        yield from job["steps"]
+
+
+def entries() -> list[str]:
+    return [hook["entry"] for repo in yaml.safe_load(HOOKS.read_text())["repos"] for hook in repo["hooks"]]
+
+
+def check_schema(file: Path, schema: str) -> str:
+    """What the schema has against a file."""
+    command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", f"vendor.{schema}", str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return "" if done.returncode == 0 else done.stdout + done.stderr
+
+
+def test_the_workflow_is_valid_and_the_schema_finds_a_mistake(tmp_path):
+    wrong = tmp_path / "wrong.yml"
+    wrong.write_text(WORKFLOW.read_text().replace("runs-on:", "runs-in:"))
+    assert check_schema(WORKFLOW, "github-workflows") == ""
+    assert "runs-in" in check_schema(wrong, "github-workflows")
+
+
+@pytest.mark.parametrize(("place", "schema"), [(0, "github-workflows"), (1, "gitlab-ci")])
+def test_the_examples_of_the_page_are_valid(place, schema, tmp_path):
+    (page,) = [page for page in pages() if page.name == "docs/ci.md"]
+    file = tmp_path / "example.yml"
+    file.write_text([example for example in page.examples if example.language == "yaml"][place].code)
+    assert check_schema(file, schema) == ""
+
+
+def test_the_workflow_runs_the_gate_and_the_smoke_scenario():
+    called = [" ".join(words) for step in steps() if "run" in step for words in commands(step["run"])]
+    assert called[0] == ".ci/run"
+    assert called[1].startswith("./run refseq scenario run smoke ")
+    assert find(["smoke"])
+
+
+@pytest.mark.parametrize("code", [step["run"] for step in steps() if "run" in step] + entries())
+def test_what_is_called_exists(code):
+    check_commands(code)
+
+
+def test_pre_commit_calls_each_piece_of_lint():
+    assert entries() == [f"./run lint {piece}" for piece in PIECES]
+
+
+def test_an_unknown_piece_of_lint_is_refused():
+    text = (ROOT / "run").read_text()
+    lint = text[text.index("\nlint() {") : text.index("\n}\n", text.index("\nlint() {")) + 3]
+    script = f'die() {{ echo "$*"; exit 2; }}\n{lint}\nlint colours'
+    told = subprocess.run(["sh", "-c", script], capture_output=True, text=True, check=False)
+    assert (told.returncode, told.stdout) == (2, f"unknown piece 'colours' of lint; valid: {', '.join(PIECES)}\n")
