@@ -68,7 +68,7 @@ class Ranger(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class RobotDescription:
     """The robot that a behaviour moves: the room it takes, how fast it is let, where its sensors are.
 
     Where nothing is in the way a behaviour is as fast as the ``limits`` let it: who wants it slower gives lower ones.

@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished
+from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
 from robots.behaviours.follow_wall import WallSide
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.sensing.line import DirectedLine
@@ -29,12 +29,12 @@ CURVATURE = 0.5
 """It steers no tighter arc than this [1/m], since its tail swings out the other way: a choice."""
 
 
-def keeps(frame: Frame) -> float:
+def keeps(robot: RobotDescription) -> float:
     """How far the middle of the axle keeps from what it goes beside [m]: there it could turn on the spot.
 
     A line of the program after it may say so, and a robot with a tail would meet the wall.
     """
-    return swing(frame.shape) + 2 * SIDE_MARGIN
+    return swing(robot.shape) + 2 * SIDE_MARGIN
 
 
 class Beside(Guarded):
@@ -44,11 +44,11 @@ class Beside(Guarded):
     """
 
     def __init__(
-        self, frame: Frame, speed: float, side: WallSide | None, until: Until, *, patience: float = PATIENCE
+        self, robot: RobotDescription, speed: float, side: WallSide | None, until: Until, *, patience: float = PATIENCE
     ) -> None:
-        super().__init__(frame, patience)
+        super().__init__(robot, patience)
         self._speed, self._side, self._until = speed, side, until
-        self._echoes = _SideEchoes(frame, side) if side else None
+        self._echoes = _SideEchoes(robot, side) if side else None
         self._way: DirectedLine | None = None
 
     def _move(self, senses: Senses) -> BehaviourStep:
@@ -59,7 +59,7 @@ class Beside(Guarded):
         if self._side is not None and self._echoes is not None:
             found = self._echoes.line(senses, self._way)
             if found is not None:
-                self._way = found.at(0.0, -self._side.value * keeps(self.frame))
+                self._way = found.at(0.0, -self._side.value * keeps(self.robot))
         error = self._way.pose(senses.pose)
         slight = PlanarPose(error.x, min(max(error.y, -STEEPEST), STEEPEST), error.heading)
         most = CURVATURE * self._speed
@@ -69,9 +69,9 @@ class Beside(Guarded):
 class _SideEchoes:
     """Where in the odometer's frame the sonars of a side have heard something on the last stretch of the way."""
 
-    def __init__(self, frame: Frame, side: WallSide) -> None:
-        self._count, self._numbers = len(frame.sonars), abeam(frame, side.value)
-        self._rangers = np.array([frame.sonars[number] for number in self._numbers], np.float64).reshape(-1, 3)
+    def __init__(self, robot: RobotDescription, side: WallSide) -> None:
+        self._count, self._numbers = len(robot.sonars), abeam(robot, side.value)
+        self._rangers = np.array([robot.sonars[number] for number in self._numbers], np.float64).reshape(-1, 3)
         self._heard: deque[tuple[float, NDArray[np.float64]]] = deque()
         self._newest = -math.inf
 

@@ -2,7 +2,7 @@
 
 import math
 
-from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished, waiting
+from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.moves import driven
 from robots.behaviours.phases import ARRIVED, Travelled
@@ -31,10 +31,10 @@ class CarryOn(Guarded):
     It passes what stands in the way where there is room; else it waits, and fails in the end.
     """
 
-    def __init__(self, frame: Frame, length: float, *, patience: float = PATIENCE) -> None:
-        super().__init__(frame, patience)
+    def __init__(self, robot: RobotDescription, length: float, *, patience: float = PATIENCE) -> None:
+        super().__init__(robot, patience)
         self._length = length
-        self._around, self._travelled = Surroundings(frame), Travelled()
+        self._around, self._travelled = Surroundings(robot), Travelled()
         self._way: DirectedLine | None = None
 
     def _move(self, senses: Senses) -> BehaviourStep:
@@ -47,8 +47,8 @@ class CarryOn(Guarded):
         way = self._way or DirectedLine.through(pose)
         self._way = way = self._found(way, pose) if self._around.fresh else way
         error, seen = way.pose(pose), way.seen(self._around.all)
-        offset = choose_lane(seen, error.x, self.frame.shape, lanes(0.0, -MOST_ASIDE, MOST_ASIDE))
-        return driven(self.frame, self._around.points(pose), turn_rate_onto(error, offset), self._length - travelled)
+        offset = choose_lane(seen, error.x, self.robot.shape, lanes(0.0, -MOST_ASIDE, MOST_ASIDE))
+        return driven(self.robot, self._around.points(pose), turn_rate_onto(error, offset), self._length - travelled)
 
     def _found(self, way: DirectedLine, pose: PlanarPose) -> DirectedLine:
         """The way on: the line so far, or as the walls beside it lead."""

@@ -11,9 +11,9 @@ from enum import Enum
 
 import numpy as np
 
-from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, failed, finished, waiting
+from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, failed, finished, waiting
 from robots.behaviours.guarded import Guarded
-from robots.behaviours.sensing.doorway import LOOKS, ClearWay, DoorFinder, DoorWatch, Passage, way_through
+from robots.behaviours.sensing.doorway import LOOKS, ClearWay, DoorFinder, DoorWatch, Passage, clearance_of
 from robots.behaviours.sensing.room import SIDE_MARGIN, blocks_turn
 from robots.behaviours.sensing.surroundings import Surroundings
 from robots.behaviours.steering import TURN_GAIN, speed_for
@@ -77,16 +77,16 @@ class CrossDoor(Guarded):
 
     def __init__(
         self,
-        frame: Frame,
+        robot: RobotDescription,
         finder: DoorFinder,
         side: DoorSide = DoorSide.AHEAD,
         settings: CrossingSettings | None = None,
         **patience: float,
     ) -> None:
-        super().__init__(frame, **patience)
+        super().__init__(robot, **patience)
         self._side, self._settings = side, settings or CrossingSettings()
-        shape = frame.shape
-        self._watch, self._around = DoorWatch(finder, shape.laser), Surroundings(frame)
+        shape = robot.shape
+        self._watch, self._around = DoorWatch(finder, shape.laser), Surroundings(robot)
         self._looked = 0  # scans since the robot stands still to look
         self._phase: Callable[[Senses], BehaviourStep] = self._find
         self._middle = 0.0
@@ -133,7 +133,7 @@ class CrossDoor(Guarded):
         away, bearing = self._to_start(senses.pose)
         if away < 0.02 or math.cos(bearing) < 0:
             return self._go_on(self._face_door)
-        speed = speed_for(self.frame.limits, self._settings.approach, away)
+        speed = speed_for(self.robot.limits, self._settings.approach, away)
         # Close to the point its bearing swings about, and says nothing any more.
         return self._ahead(Twist(speed, TURN_GAIN * bearing * min(1.0, away / 0.2)), away, senses)
 
@@ -180,8 +180,8 @@ class CrossDoor(Guarded):
         return self._watch.passage
 
     def _way(self) -> ClearWay:
-        reach = self._end_at + self.frame.shape.ahead
-        return way_through(self._door, self._around.all, self._before, reach)
+        reach = self._end_at + self.robot.shape.ahead
+        return clearance_of(self._door, self._around.all, self._before, reach)
 
     def _refusal(self, way: ClearWay) -> BehaviourStep | None:
         """The end, where a door will not let the robot through however long it waits."""
@@ -212,7 +212,7 @@ class CrossDoor(Guarded):
         return math.hypot(x, y), wrapped(math.atan2(y, x) - at.heading)
 
     def _turn(self, angle: float, senses: Senses) -> BehaviourStep:
-        met = blocks_turn(self._around.points(senses.pose), self.frame.shape, angle)
+        met = blocks_turn(self._around.points(senses.pose), self.robot.shape, angle)
         if len(met):
             return waiting(f"no room to turn: something is {float(np.hypot(*met[0])):.2f} m off the axle")
         return BehaviourStep(Twist(0.0, TURN_GAIN * angle))
@@ -226,7 +226,7 @@ class CrossDoor(Guarded):
 
     def _free(self, senses: Senses) -> float:
         """How far the way before the front is free [m], as wide as the robot; a single point is a stray."""
-        shape = self.frame.shape
+        shape = self.robot.shape
         x, y = self._around.points(senses.pose).T
         near = np.sort(x[(np.abs(y) < shape.half_width) & (x > 0)])
         return float(near[1]) - shape.ahead if len(near) > 1 else math.inf

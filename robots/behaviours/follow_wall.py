@@ -3,7 +3,7 @@
 import math
 from enum import Enum
 
-from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished, waiting
+from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.moves import driven, turned
 from robots.behaviours.phases import ARRIVED, Travelled
@@ -46,9 +46,9 @@ class WallSide(Enum):
     RIGHT = -1
 
 
-def closest(frame: Frame) -> float:
+def closest(robot: RobotDescription) -> float:
     """The least distance [m] from a wall to the middle of the axle at which a robot can follow it."""
-    return frame.shape.half_width + 0.1
+    return robot.shape.half_width + 0.1
 
 
 class FollowWall(Guarded):
@@ -61,11 +61,17 @@ class FollowWall(Guarded):
     """
 
     def __init__(
-        self, frame: Frame, side: WallSide, distance: float, length: float | None = None, *, patience: float = PATIENCE
+        self,
+        robot: RobotDescription,
+        side: WallSide,
+        distance: float,
+        length: float | None = None,
+        *,
+        patience: float = PATIENCE,
     ) -> None:
-        super().__init__(frame, patience)
+        super().__init__(robot, patience)
         self._side, self._distance, self._length = side, distance, length
-        self._around, self._travelled = Surroundings(frame), Travelled()
+        self._around, self._travelled = Surroundings(robot), Travelled()
         self._wall: DetectedWall | None = None
         self._front: DetectedWall | None = None
         self._into: DetectedWall | None = None  # the wall that it turns to, while it is in a corner
@@ -103,7 +109,7 @@ class FollowWall(Guarded):
 
     def _bars(self, front: DetectedWall, pose: PlanarPose) -> bool:
         """Whether a wall ahead goes across all of the robot's way, and on to the side that it would turn to."""
-        along, half = front.line.pose(pose).x, self.frame.shape.half_width
+        along, half = front.line.pose(pose).x, self.robot.shape.half_width
         return front.start < along - half / 2 and front.end > along + half and front.gap < FRONT_GAP
 
     def _along(self, wall: DetectedWall, pose: PlanarPose, travelled: float) -> BehaviourStep:
@@ -129,19 +135,19 @@ class FollowWall(Guarded):
         way = wall.line.at(0.0, -side * self._distance)
         error, seen = way.pose(pose), way.seen(self._around.all)
         wide = lanes(-side * away, *_sorted(0.0, -side * MOST_ASIDE))
-        offset = choose_lane(seen, error.x, self.frame.shape, wide)
-        return driven(self.frame, self._around.points(pose), turn_rate_onto(error, offset), left)
+        offset = choose_lane(seen, error.x, self.robot.shape, wide)
+        return driven(self.robot, self._around.points(pose), turn_rate_onto(error, offset), left)
 
     def _round_corner(self, into: DetectedWall, pose: PlanarPose) -> BehaviourStep:
         """Turn on the spot, until the wall ahead is the one beside it."""
         left = -into.line.pose(pose).heading
         if abs(left) < CORNER_DONE:
             self._wall, self._into, self._front = into, None, None
-        return turned(self.frame, self._around.points(pose), left)
+        return turned(self.robot, self._around.points(pose), left)
 
     def _room_at_corner(self) -> float:
         """How far from both walls of a corner the axle is when the robot turns there [m]."""
-        shape = self.frame.shape
+        shape = self.robot.shape
         return max(self._distance, swing(shape) + 2 * SIDE_MARGIN, shape.ahead + MARGIN + SIDE_MARGIN)
 
 

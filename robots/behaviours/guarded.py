@@ -4,7 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
-from robots.behaviours.behaviour import BehaviourOutcome, BehaviourStep, Frame, Senses, failed, waiting
+from robots.behaviours.behaviour import BehaviourOutcome, BehaviourStep, RobotDescription, Senses, failed, waiting
 from robots.motion import Twist
 from robots.state import LATCHED, Blocked, RobotState, Stop
 
@@ -24,8 +24,8 @@ class Guarded(ABC):
     the same thing fails too. A latched stop fails it at once.
     """
 
-    def __init__(self, frame: Frame, patience: float = PATIENCE) -> None:
-        self.frame, self.patience = frame, patience
+    def __init__(self, robot: RobotDescription, patience: float = PATIENCE) -> None:
+        self.robot, self.patience = robot, patience
         self._end: BehaviourStep | None = None
         self._waits: _Wait | None = None
 
@@ -53,7 +53,7 @@ class Guarded(ABC):
         wanted = self._move(senses)
         if wanted.outcome is not BehaviourOutcome.RUNNING:
             return wanted
-        twist = self.frame.limits.limited(wanted.twist)
+        twist = self.robot.limits.limited(wanted.twist)
         if stop := next((stop for stop in state.stops if _forbids(stop, twist)), None):
             return waiting(_told(stop))
         return BehaviourStep(twist, why=wanted.why)

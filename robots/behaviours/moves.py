@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import BehaviourStep, Frame, waiting
+from robots.behaviours.behaviour import BehaviourStep, RobotDescription, waiting
 from robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead
 from robots.behaviours.steering import speed_for, speed_to_stop, turn_speed
 from robots.motion import Twist
@@ -30,35 +30,35 @@ Points = NDArray[np.float64]
 """Points (n, 2) [m] in the robot's frame."""
 
 
-def driven(frame: Frame, points: Points, turn_rate: float, left: float) -> BehaviourStep:
+def driven(robot: RobotDescription, points: Points, turn_rate: float, left: float) -> BehaviourStep:
     """Drive on with a turn rate [rad/s], as fast as the way that is ``left`` [m] and the ``points`` ahead let it.
 
     A robot that cannot turn so fast drives slower.
     """
-    limits = frame.limits
+    limits = robot.limits
     wanted = limits.limited(Twist(max(speed_for(limits, limits.speed, left), CREEP), turn_rate))
-    return _clear(frame, points, wanted)
+    return _clear(robot, points, wanted)
 
 
-def turned(frame: Frame, points: Points, left: float) -> BehaviourStep:
+def turned(robot: RobotDescription, points: Points, left: float) -> BehaviourStep:
     """Turn on the spot with ``left`` [rad] to go, where the ``points`` let it."""
-    near = blocks_turn(points, frame.shape, left)
+    near = blocks_turn(points, robot.shape, left)
     if len(near):
         return waiting(f"no room to turn by {math.degrees(left):.0f}°: {_place(near[0])}")
-    return BehaviourStep(Twist(0.0, math.copysign(turn_speed(frame.limits, abs(left)), left)))
+    return BehaviourStep(Twist(0.0, math.copysign(turn_speed(robot.limits, abs(left)), left)))
 
 
-def _clear(frame: Frame, points: Points, wanted: Twist) -> BehaviourStep:
+def _clear(robot: RobotDescription, points: Points, wanted: Twist) -> BehaviourStep:
     """The wanted motion, on a wider arc where its tail would swing into something, slower where something is ahead."""
     for part in EASED:
         eased = Twist(wanted.linear, part * wanted.angular)
-        free = free_ahead(points, frame.shape, _curvature(eased), LOOK)
+        free = free_ahead(points, robot.shape, _curvature(eased), LOOK)
         if free > ENOUGH:
             break
     if free > STOP_SHORT:
-        speed = min(eased.linear, speed_to_stop(free, frame.limits.acceleration, REACTION))
+        speed = min(eased.linear, speed_to_stop(free, robot.limits.acceleration, REACTION))
         return BehaviourStep(Twist(speed, eased.angular * speed / eased.linear))
-    if abs(wanted.angular) > SIDESTEP and not len(blocks_turn(points, frame.shape, wanted.angular)):
+    if abs(wanted.angular) > SIDESTEP and not len(blocks_turn(points, robot.shape, wanted.angular)):
         return BehaviourStep(Twist(0.0, wanted.angular))
     return waiting(f"way blocked {free + MARGIN:.2f} m ahead")
 

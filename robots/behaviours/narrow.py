@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, failed, finished, waiting
+from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, failed, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.phases import Travelled
 from robots.behaviours.sensing.line import DirectedLine
@@ -25,20 +25,20 @@ CURVATURE = 0.5
 class Narrow(Guarded):
     """Go straight on, centred between what is to the left and to the right where both are near, until it is behind."""
 
-    def __init__(self, frame: Frame, *, patience: float = PATIENCE) -> None:
-        super().__init__(frame, patience)
-        self._sides = [abeam(frame, side) for side in (1, -1)]
+    def __init__(self, robot: RobotDescription, *, patience: float = PATIENCE) -> None:
+        super().__init__(robot, patience)
+        self._sides = [abeam(robot, side) for side in (1, -1)]
         sideways = np.concatenate(self._sides)
-        self._tail = frame.shape.behind + min(frame.sonars[number].x for number in sideways)
-        self._hearing, self._travelled = SonarFilter(frame), Travelled()
+        self._tail = robot.shape.behind + min(robot.sonars[number].x for number in sideways)
+        self._filter, self._travelled = SonarFilter(robot), Travelled()
         self._way: DirectedLine | None = None
         self._entered = self._left = math.inf  # path lengths at which it was in the opening, and its sonars were out
 
     def _move(self, senses: Senses) -> BehaviourStep:
-        self._hearing.look(senses)
+        self._filter.look(senses)
         if self._way is None:
             self._way = DirectedLine.through(senses.pose)
-        if not self._hearing.steady:
+        if not self._filter.steady:
             return waiting("the sonars have to read some times first")
         gone = self._travelled.so_far(senses)
         self._look_aside(senses, gone)
@@ -53,7 +53,7 @@ class Narrow(Guarded):
 
     def _look_aside(self, senses: Senses, gone: float) -> None:
         """See whether it is in the opening, and where the middle is."""
-        ranges = self._hearing.ranges
+        ranges = self._filter.ranges
         left, right = (float(ranges[numbers].min()) for numbers in self._sides)
         inside = max(left, right) < SIDE_NEAR
         if inside:

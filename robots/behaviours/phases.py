@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, waiting
+from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, waiting
 from robots.behaviours.moves import driven, turned
 from robots.behaviours.sensing.line import DirectedLine
 from robots.behaviours.sensing.sonar_ring import SonarEchoes
@@ -35,9 +35,9 @@ class Turning:
     sees.
     """
 
-    def __init__(self, frame: Frame, target: float) -> None:
-        self._frame, self._target = frame, target
-        self._echoes = SonarEchoes(frame.sonars)
+    def __init__(self, robot: RobotDescription, target: float) -> None:
+        self._robot, self._target = robot, target
+        self._echoes = SonarEchoes(robot.sonars)
         self._there_since: float | None = None
 
     def step(self, senses: Senses, around: Surroundings) -> BehaviourStep | None:
@@ -50,7 +50,7 @@ class Turning:
         if around.lost:
             return waiting(around.lost)
         points = np.concatenate([around.points(pose), self._echoes.points(senses)])
-        return turned(self._frame, points, left)
+        return turned(self._robot, points, left)
 
     def _settling(self, now: float) -> BehaviourStep | None:
         """Stand still, until it is sure that the turn stays where it is."""
@@ -62,8 +62,8 @@ class Turning:
 class Straight:
     """Follow a line from its point on for ``length`` [m]; what stands on it is waited for."""
 
-    def __init__(self, frame: Frame, line: DirectedLine, length: float) -> None:
-        self._frame, self._line, self._length = frame, line, length
+    def __init__(self, robot: RobotDescription, line: DirectedLine, length: float) -> None:
+        self._robot, self._line, self._length = robot, line, length
 
     def step(self, senses: Senses, around: Surroundings) -> BehaviourStep | None:
         """Say how to drive now."""
@@ -73,7 +73,7 @@ class Straight:
             return None
         if around.lost:
             return waiting(around.lost)
-        return driven(self._frame, around.points(senses.pose), turn_rate_onto(error), left)
+        return driven(self._robot, around.points(senses.pose), turn_rate_onto(error), left)
 
 
 class Travelled:

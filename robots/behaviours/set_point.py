@@ -2,7 +2,7 @@
 
 import math
 
-from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished
+from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.phases import ARRIVED, Phase, Straight, Turning
 from robots.behaviours.sensing.line import DirectedLine
@@ -21,11 +21,11 @@ class SetPoint(Guarded):
     """
 
     def __init__(
-        self, frame: Frame, x: float, y: float, heading: float | None = None, *, patience: float = PATIENCE
+        self, robot: RobotDescription, x: float, y: float, heading: float | None = None, *, patience: float = PATIENCE
     ) -> None:
-        super().__init__(frame, patience)
+        super().__init__(robot, patience)
         self._x, self._y, self._heading = x, y, heading
-        self._around = Surroundings(frame)
+        self._around = Surroundings(robot)
         self._start: DirectedLine | None = None
         self._phases: list[Phase] = []
 
@@ -47,13 +47,13 @@ class SetPoint(Guarded):
         looks = 0.0
         if length > ARRIVED:
             if abs(bearing) > ASIDE:
-                phases.append(Turning(self.frame, pose.heading + bearing))
-            phases.append(Straight(self.frame, start.at(0.0, 0.0, bearing), length))
+                phases.append(Turning(self.robot, pose.heading + bearing))
+            phases.append(Straight(self.robot, start.at(0.0, 0.0, bearing), length))
             looks = bearing
         if self._heading is not None:
             # The short way round.
             turn = wrapped(self._heading - looks)
-            phases.append(Turning(self.frame, pose.heading + looks + turn))
+            phases.append(Turning(self.robot, pose.heading + looks + turn))
         return phases
 
     def _where(self, reached: PlanarPose) -> str:

@@ -2,7 +2,7 @@
 
 import math
 
-from robots.behaviours.behaviour import BehaviourStep, Frame, Senses, finished
+from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.phases import Turning
 from robots.behaviours.sensing.surroundings import Surroundings
@@ -14,10 +14,10 @@ class Turn(Guarded):
     It waits, and fails in the end, where there is no room as far as it can tell (``Turning``).
     """
 
-    def __init__(self, frame: Frame, angle: float, *, patience: float = PATIENCE) -> None:
-        super().__init__(frame, patience)
+    def __init__(self, robot: RobotDescription, angle: float, *, patience: float = PATIENCE) -> None:
+        super().__init__(robot, patience)
         self._angle = angle
-        self._around = Surroundings(frame)
+        self._around = Surroundings(robot)
         self._start = 0.0
         self._turning: Turning | None = None
 
@@ -25,7 +25,7 @@ class Turn(Guarded):
         self._around.look(senses)
         if self._turning is None:
             self._start = senses.pose.heading
-            self._turning = Turning(self.frame, self._start + self._angle)
+            self._turning = Turning(self.robot, self._start + self._angle)
         step = self._turning.step(senses, self._around)
         if step is not None:
             return step

@@ -6,7 +6,7 @@ Each counts from its first look, so that nothing of an earlier motion's odometry
 import math
 from typing import Protocol
 
-from robots.behaviours.behaviour import Frame, Senses
+from robots.behaviours.behaviour import RobotDescription, Senses
 from robots.behaviours.phases import SETTLED, TURNED
 from robots.behaviours.sensing.sonar_filter import SonarFilter
 from robots.behaviours.steering import speed_for, turn_speed
@@ -81,16 +81,16 @@ class Gone:
 class Near:
     """The sonar of a number reads less than ``near`` [m], by the middle of its last readings."""
 
-    def __init__(self, frame: Frame, sonar: int, near: float) -> None:
+    def __init__(self, robot: RobotDescription, sonar: int, near: float) -> None:
         self._sonar, self._near = sonar, near
-        self._hearing = SonarFilter(frame)
+        self._filter = SonarFilter(robot)
 
     def reached(self, senses: Senses) -> str:
         """Say what it reads."""
-        self._hearing.look(senses)
-        if not self._hearing.steady:
+        self._filter.look(senses)
+        if not self._filter.steady:
             return ""
-        reads = float(self._hearing.ranges[self._sonar])
+        reads = float(self._filter.ranges[self._sonar])
         return f"sonar {self._sonar} reads {reads:.2f} m, less than {self._near:g} m" if reads < self._near else ""
 
     def eased(self, twist: Twist, limits: Limits) -> Twist:

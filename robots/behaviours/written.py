@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from robots.behaviours.behaviour import Behaviour, Frame
+from robots.behaviours.behaviour import Behaviour, RobotDescription
 from robots.behaviours.carry_on import CarryOn
 from robots.behaviours.cross_door import CrossDoor
 from robots.behaviours.cross_door import DoorSide as DoorSide
@@ -35,7 +35,7 @@ class Argument:
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class BehaviourKind:
     """One behaviour: the ``code`` that it is written with, what it does, its arguments, and how it is made."""
 
     code: str
@@ -60,7 +60,7 @@ class Kind:
 class ParsedBehaviour:
     """A behaviour with its values, as somebody asked for it in ``text``."""
 
-    kind: Kind
+    kind: BehaviourKind
     values: tuple[Any, ...]
     text: str
 
@@ -101,24 +101,24 @@ def member(of: type[Enum]) -> Callable[[str], Enum]:
 
 
 def _follow(
-    frame: Frame, finder: DoorFinder | None, side: WallSide, distance: float, length: float | None = None
+    robot: RobotDescription, finder: DoorFinder | None, side: WallSide, distance: float, length: float | None = None
 ) -> FollowWall:
-    if distance < closest(frame):
-        raise RobotsError(f"distance {distance:g} m to a wall: valid is {closest(frame):g} m or more for this robot")
-    return FollowWall(frame, side, distance, length)
+    if distance < closest(robot):
+        raise RobotsError(f"distance {distance:g} m to a wall: valid is {closest(robot):g} m or more for this robot")
+    return FollowWall(robot, side, distance, length)
 
 
-def _cross(frame: Frame, finder: DoorFinder | None, side: DoorSide = DoorSide.AHEAD) -> CrossDoor:
+def _cross(robot: RobotDescription, finder: DoorFinder | None, side: DoorSide = DoorSide.AHEAD) -> CrossDoor:
     if finder is None:
         raise RobotsError("crossing a door needs something that finds doors in a scan: none was given")
-    return CrossDoor(frame, finder, side)
+    return CrossDoor(robot, finder, side)
 
 
 _LENGTH = number(0.01, FARTHEST, "m")
 _COORDINATE = number(-FARTHEST, FARTHEST, "m")
 
-KINDS: tuple[Kind, ...] = (
-    Kind(
+KINDS: tuple[BehaviourKind, ...] = (
+    BehaviourKind(
         "MA",
         "go to a set point, from where the robot is",
         (
@@ -126,17 +126,17 @@ KINDS: tuple[Kind, ...] = (
             Argument("y", "to the left [m]", _COORDINATE),
             Argument("heading", "where it looks in the end, against now [degrees]", degrees(360), optional=True),
         ),
-        lambda frame, finder, *values: SetPoint(frame, *values),
+        lambda robot, finder, *values: SetPoint(robot, *values),
         "MA:3,0,90",
     ),
-    Kind(
+    BehaviourKind(
         "MT",
         "turn about itself",
         (Argument("angle", "to the left where positive [degrees]", degrees(360, but_zero=True)),),
-        lambda frame, finder, angle: Turn(frame, angle),
+        lambda robot, finder, angle: Turn(robot, angle),
         "MT:-180",
     ),
-    Kind(
+    BehaviourKind(
         "MW",
         "follow a wall",
         (
@@ -147,26 +147,26 @@ KINDS: tuple[Kind, ...] = (
         _follow,
         "MW:left,0.6",
     ),
-    Kind(
+    BehaviourKind(
         "MC",
         "cross a door",
         (Argument("side", "which door: ahead (default), left, right", member(DoorSide), optional=True),),
         _cross,
         "MC",
     ),
-    Kind(
+    BehaviourKind(
         "MN",
         "carry on, clear of what stands in the way",
         (Argument("length", "of the way [m]", _LENGTH),),
-        lambda frame, finder, length: CarryOn(frame, length),
+        lambda robot, finder, length: CarryOn(robot, length),
         "MN:2.5",
     ),
-    Kind("stop", "stand still", (), lambda frame, finder: Halt(frame), "stop"),
+    BehaviourKind("stop", "stand still", (), lambda robot, finder: Halt(robot), "stop"),
 )
 """All behaviours."""
 
 
-def kind(code: str) -> Kind:
+def kind(code: str) -> BehaviourKind:
     """The behaviour that is written with a code; raises ``RobotsError`` for an unknown one."""
     for item in KINDS:
         if item.code == code:
@@ -192,12 +192,12 @@ def _value(text: str, argument: Argument, given: str) -> Any:
         raise RobotsError(f"behaviour '{text}': {argument.name} '{given}': {error}") from None
 
 
-def make(choice: ParsedBehaviour, frame: Frame, finder: DoorFinder | None = None) -> Behaviour:
+def make(choice: ParsedBehaviour, robot: RobotDescription, finder: DoorFinder | None = None) -> Behaviour:
     """Make a behaviour for a robot; ``finder`` finds the doors in a scan.
 
     Raises ``RobotsError`` for what this robot cannot do.
     """
     try:
-        return choice.kind.make(frame, finder, *choice.values)
+        return choice.kind.make(robot, finder, *choice.values)
     except RobotsError as error:
         raise RobotsError(f"behaviour '{choice.text}': {error}") from None

@@ -9,7 +9,7 @@ from robots.planar import PlanarPose
 from robots.robot import Shape
 from robots.segway_rmp.firmware import ACCELERATION, Build, SegwayFirmware
 from robots.segway_rmp.jam import JamWatch
-from robots.segway_rmp.obstacle_monitor import Lookout
+from robots.segway_rmp.obstacle_monitor import ObstacleMonitor
 from robots.segway_rmp.protocol import (
     COUNTS_PER_RADIAN,
     COUNTS_PER_SPEED,
@@ -59,7 +59,7 @@ class SegwayControl:
         self._wanted, self._asked, self._told = Twist(), Twist(), 0.0
         self._ticks, self._time = 0, 0.0
         self._settings: list[tuple[Config, int]] = []
-        self._lookout = Lookout(shape, mounting)
+        self._monitor = ObstacleMonitor(shape, mounting)
         self._went = 0.0
 
     @property
@@ -103,7 +103,7 @@ class SegwayControl:
     def tick(self, signals: Signals) -> Actuation:
         """Let one period pass."""
         self._time = signals.time
-        self._lookout.take(signals.scan, self._state.pitch, signals.time)
+        self._monitor.take(signals.scan, self._state.pitch, signals.time)
         if self._ticks % COMMAND_TICKS == 0:
             self._firmware.receive(self._frame(), signals.time)
         self._ticks += 1
@@ -155,7 +155,7 @@ class SegwayControl:
             return "inertial sensors read no number"
         if StatusBits.MOTOR_FEEDBACK_FAULT in status.words:
             return "encoders read no number"
-        return self._lookout.lost(signals.time)
+        return self._monitor.lost(signals.time)
 
     def _jammed(self, signals: Signals, status: StatusFrame) -> str | None:
         """Tell of a wheel that is stuck; the machine then stands where it is, however far it should have come."""
@@ -176,7 +176,7 @@ class SegwayControl:
 
     def _in_the_way(self, status: StatusFrame) -> str | None:
         # A robot that stands before something and is told to go along an arc is asked for a tighter one at first.
-        found = self._lookout.nearest({self._asked, self._wanted})
+        found = self._monitor.nearest({self._asked, self._wanted})
         if found is None:
             return None
         moving = _motion(status)

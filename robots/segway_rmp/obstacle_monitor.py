@@ -26,7 +26,7 @@ class Obstacle:
     bearing: float
 
 
-class Lookout:
+class ObstacleMonitor:
     """The newest scan, with the pitch at its time, and since when it has told of no range."""
 
     def __init__(self, shape: Shape, mounting: Mounting) -> None:

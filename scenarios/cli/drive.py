@@ -14,7 +14,7 @@ from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.drives.teleop import Controls, TeleopDrive, TeleopResult
-    from sim.drives.recorder import Taken, Trigger
+    from sim.drives.recorder import RecordedView, Trigger
 
 BELOW, INTERRUPTED = 1, 130
 
@@ -145,7 +145,7 @@ def _by_script(session: "TeleopDrive", output: Path, script: Path) -> "TeleopRes
     with bars_on_terminal() as bars:
         task = bars.add_task(f"{session.drive.world} by {script.name}", total=end or 1.0, seen="")
 
-        def told(taken: "Taken", views: int) -> None:
+        def told(taken: "RecordedView", views: int) -> None:
             time = taken.view.time
             bars.update(task, completed=time, seen=f"{time:5.1f} of {end:.0f} s, {views:3d} views")
 

@@ -24,7 +24,7 @@ from scenarios.drives.evaluate import is_one_map
 from scenarios.drives.record import Drive, plan_of, sensors_of
 from sim.cameras.camera import CameraModel
 from sim.cameras.library import load_camera
-from sim.drives.recorder import Taken
+from sim.drives.recorder import RecordedView
 
 LIVE = rr.ChunkBatcherConfig(flush_tick=0.2)
 """How long a viewer waits for what was logged [s]."""
@@ -74,7 +74,7 @@ class LiveRun:
     views: list[View] = field(default_factory=list)
     beliefs: dict[str, list[Belief]] = field(default_factory=dict)
 
-    def take(self, taken: Taken, count: int) -> None:
+    def take(self, taken: RecordedView, count: int) -> None:
         """Answer to the next view."""
         view = taken.view
         answers = self.answer(view)

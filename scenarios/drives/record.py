@@ -21,7 +21,7 @@ from sim.cameras.library import load_camera
 from sim.drives.behaviour_drive import run_and_sense
 from sim.drives.chase_camera import with_chase_camera
 from sim.drives.operator import OperatorStyle
-from sim.drives.recorder import PATIENCE, Taken, Trigger, describe, drive_and_sense, operator_for
+from sim.drives.recorder import PATIENCE, RecordedView, Trigger, describe, drive_and_sense, operator_for
 from sim.rendering.render import RendererKind
 from sim.sensors.laser import LaserModel, RangeMode
 from sim.teleop.session import AbortedError
@@ -40,7 +40,7 @@ Progress = Callable[[float, float, int], None]
 """Told how far the robot has come [m], of how much [m], and the number of views so far."""
 
 
-ViewCallback = Callable[[Taken, int], None]
+ViewCallback = Callable[[RecordedView, int], None]
 """Told of each view, and of the number of views so far."""
 
 
@@ -112,7 +112,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def open_bench(drive: Drive, *, watched: bool = False) -> Bench:
-    """The simulation of a drive, at its start; ``watched`` by an onlooker. Raises the rooms' own errors for names."""
+    """The simulation of a drive, at its start; ``watched`` by a chase camera. Raises the rooms' own errors for names."""
     robot = robots.load(drive.robot)
     if drive.sensors is not None:
         check_sensors(drive.sensors, robot)
@@ -186,7 +186,7 @@ def record(
         else:
             drive_on = drive_and_sense(bench, operator, drive.trigger, faults=drive.faults, timeout=drive.patience)
 
-        def tell(taken: Taken, count: int) -> None:
+        def tell(taken: RecordedView, count: int) -> None:
             if told is not None:
                 told(taken, count)
             if progress is not None:
@@ -224,7 +224,7 @@ def described(
 def write_drive(
     path: Path | None,
     metadata: Mapping[str, str],
-    drive_on: Iterator[Taken],
+    drive_on: Iterator[RecordedView],
     *,
     scanning: bool = True,
     told: ViewCallback | None = None,
@@ -242,7 +242,7 @@ def write_drive(
     if first is None:
         raise NoViewError(f"{path or 'the drive'} is not written: no view was taken")
 
-    def keep(taken: Taken, writer: RecordingWriter | None) -> None:
+    def keep(taken: RecordedView, writer: RecordingWriter | None) -> None:
         if writer is not None:
             writer.write(taken.view, taken.odometry)
         views.append(taken.view if writer is not None else replace(taken.view, images={}, scan=None))
@@ -261,8 +261,8 @@ def write_drive(
 def _write(
     path: Path,
     metadata: Mapping[str, str],
-    every: Iterator[Taken],
-    keep: Callable[[Taken, RecordingWriter], None],
+    every: Iterator[RecordedView],
+    keep: Callable[[RecordedView, RecordingWriter], None],
     afterwards: Callable[[], Mapping[str, str]],
 ) -> None:
     _make_folder(path)

@@ -28,7 +28,7 @@ class Bystander:
 
     def __init__(self, every: float) -> None:
         self._every = every
-        self._onlooker: ChaseCamera | None = None
+        self._chase_camera: ChaseCamera | None = None
         self._doing = ""
         self._due = 0.0
         self.frames: list[MissionFrame] = []
@@ -38,8 +38,8 @@ class Bystander:
         doing = executor.do.behaviour if executor.status is Status.RUNNING else executor.status.value
         if bench.time < self._due and doing == self._doing:
             return
-        self._onlooker = self._onlooker or ChaseCamera(bench)
-        self.frames.append(MissionFrame(bench.time, executor.along, doing, self._onlooker.look()))
+        self._chase_camera = self._chase_camera or ChaseCamera(bench)
+        self.frames.append(MissionFrame(bench.time, executor.along, doing, self._chase_camera.look()))
         self._doing, self._due = doing, bench.time + self._every
 
 

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 import robots
 from refseq.planar import Pose, in_world
 from robots import RobotState, Stop
-from robots.behaviours import BehaviourOutcome, Frame
+from robots.behaviours import BehaviourOutcome, RobotDescription
 from robots.behaviours.written import ParsedBehaviour, make, parse
 from robots.robot import Shape
 from scenarios.errors import ScenarioError
 from scenarios.tables import TextTable
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.behaviour_runner import BehaviourMoment, frame_of, run
+from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
 from sim.drives.doors import doors_seen
 from sim.rendering.render import RendererKind
 from worlds.build import build_world
@@ -98,7 +98,7 @@ def drive_behaviours(asked: BehaviourDrive) -> Iterator[BehaviourResult]:
     """Run the behaviours until one fails; all words are read before the robot moves."""
     choices = [parse(text) for text in asked.behaviours]
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
-    frame = frame_of(robot)  # of the spec before it is attached
+    frame = description_of(robot)  # of the spec before it is attached
     for choice in choices:
         make(choice, frame, doors_seen)
     if not (math.isfinite(asked.timeout) and asked.timeout > 0):
@@ -129,7 +129,7 @@ def _put(bench: Bench, plan: FloorPlan, pose: Pose) -> None:
             raise ScenarioError(f"{at} is no place for {bench.robot.name}: it stands in '{thing}'; valid is free floor")
 
 
-def _run(bench: Bench, choice: ParsedBehaviour, frame: Frame, timeout: float) -> BehaviourResult:
+def _run(bench: Bench, choice: ParsedBehaviour, frame: RobotDescription, timeout: float) -> BehaviourResult:
     stops = StopLog()
 
     def hear(_: BehaviourMoment) -> None:

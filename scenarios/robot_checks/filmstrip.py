@@ -70,13 +70,13 @@ def film(strip: FilmedDrive) -> Iterator[DriveFrame]:
     settings = BenchSettings(renderer=strip.renderer, cameras=())
     with Bench(world, robot, route=strip.route, seed=strip.seed, settings=settings) as bench:
         style = OperatorStyle(speed=strip.speed, max_speed=max(1.25 * strip.speed, 0.5))
-        operator, onlooker = operator_for(bench, strip.seed, style), ChaseCamera(bench)
+        operator, chase_camera = operator_for(bench, strip.seed, style), ChaseCamera(bench)
         for time in np.linspace(0.0, strip.seconds, strip.frames):
             pitches = [bench.state.pitch]
             while bench.time < time - 1e-9:
                 bench.drive(operator.command(bench.time, bench.pose))
                 pitches.append(bench.state.pitch)
-            yield DriveFrame(bench.time, onlooker.look(), bench.pose, bench.state, (min(pitches), max(pitches)))
+            yield DriveFrame(bench.time, chase_camera.look(), bench.pose, bench.state, (min(pitches), max(pitches)))
             if operator.finished:
                 return
 

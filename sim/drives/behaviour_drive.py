@@ -8,35 +8,35 @@ from dataclasses import replace
 
 from robots.behaviours import BehaviourOutcome
 from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.drives.behaviour_runner import behaviour_in, frame_of, running
-from sim.drives.recorder import PATIENCE, Moved, Taken, Trigger
+from sim.drives.behaviour_runner import behaviour_in, description_of, running
+from sim.drives.recorder import PATIENCE, Moved, RecordedView, Trigger
 from sim.errors import StuckError
 
 
 def run_and_sense(
     bench: Bench, behaviours: Sequence[str], trigger: Trigger, *, timeout: float = PATIENCE
-) -> Iterator[Taken]:
+) -> Iterator[RecordedView]:
     """Let the robot run behaviours; yields the views as they are taken, their progress by the odometer [m].
 
     Raises ``StuckError`` for a behaviour that fails, or when all have not ended within ``timeout`` [s] of simulated
     time; ``RobotsError`` for one that cannot be read.
     """
-    frame, gone = frame_of(bench.robot), 0.0
+    description, gone = description_of(bench.robot), 0.0
     for words in behaviours:
-        behaviour_in(words, frame)  # all can be read before the robot moves
+        behaviour_in(words, description)  # all can be read before the robot moves
     for number, words in enumerate(behaviours, 1):
-        yield Taken(replace(bench.sense(), behaviour=words), bench.odometry, gone)
+        yield RecordedView(replace(bench.sense(), behaviour=words), bench.odometry, gone)
         moved, before = Moved(), bench.odometry
-        for moment in running(bench, behaviour_in(words, frame), timeout=timeout - bench.time):
-            if moment.step.outcome is BehaviourOutcome.FAILED:
-                raise StuckError(f"behaviour {number}, {words}, failed after {gone:.1f} m: {moment.step.why}")
+        for sample in running(bench, behaviour_in(words, description), timeout=timeout - bench.time):
+            if sample.step.outcome is BehaviourOutcome.FAILED:
+                raise StuckError(f"behaviour {number}, {words}, failed after {gone:.1f} m: {sample.step.why}")
             now = bench.odometry
             moved.add(before, now, CONTROL_PERIOD)
             before = now
             # Where a behaviour ends the next view is taken at once, as that of what follows.
-            if moment.step.outcome is BehaviourOutcome.RUNNING and trigger.fires(moved):
+            if sample.step.outcome is BehaviourOutcome.RUNNING and trigger.fires(moved):
                 gone += moved.distance
-                yield Taken(bench.sense(), bench.odometry, gone)
+                yield RecordedView(bench.sense(), bench.odometry, gone)
                 moved = Moved()
         gone += moved.distance
-    yield Taken(bench.sense(), bench.odometry, gone)
+    yield RecordedView(bench.sense(), bench.odometry, gone)

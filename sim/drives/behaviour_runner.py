@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import robots
 from refseq.planar import Pose
 from robots import Robot
-from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, Frame, Ranger, Senses, failed
+from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, Ranger, RobotDescription, Senses, failed
 from robots.behaviours.written import make, parse
 from robots.mounting import Mounting
 from sim.bench.bench import Bench
@@ -28,7 +28,7 @@ class BehaviourMoment:
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class BehaviourEnd:
     """How a behaviour ended: outcome and reason, how long it took [s], and the true ``path`` (n, 3): x, y, heading."""
 
     outcome: BehaviourOutcome
@@ -37,7 +37,7 @@ class Ended:
     path: NDArray[np.float64]
 
 
-def frame_of(robot: Robot) -> Frame:
+def description_of(robot: Robot) -> RobotDescription:
     """What behaviours have to know of a robot; sensors are where they are on the level robot."""
     # The robot's own spec may be part of a world by now: MuJoCo crashes on compiling a copy of that.
     model = robots.load(robot.name).spec.compile()
@@ -47,12 +47,12 @@ def frame_of(robot: Robot) -> Frame:
     laser = Mounting(float(scanner[0] - base[0]), float(scanner[2]), robot.drive.wheel_radius)
     sonars = (data.site(name) for name in robot.sonars)
     rangers = tuple(_ranger(sonar.xpos - base, sonar.xmat.reshape(3, 3)[:, 0]) for sonar in sonars)
-    return Frame(robot.shape, robot.limits, laser, rangers)
+    return RobotDescription(robot.shape, robot.limits, laser, rangers)
 
 
-def behaviour_in(words: str, frame: Frame) -> Behaviour:
+def behaviour_in(words: str, description: RobotDescription) -> Behaviour:
     """A behaviour as it is written, for a robot on a bench. Raises ``RobotsError`` for what this robot cannot do."""
-    return make(parse(words), frame, doors_seen)
+    return make(parse(words), description, doors_seen)
 
 
 def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:
@@ -81,12 +81,12 @@ def run(
     *,
     timeout: float = 120.0,
     each: Callable[[BehaviourMoment], None] | None = None,
-) -> Ended:
+) -> BehaviourEnd:
     """Let ``behaviour`` steer until it ends, and call ``each`` after every control period; see ``running``."""
     began, path = bench.time, [bench.pose]
-    for moment in running(bench, behaviour, timeout=timeout):
-        path.append(moment.pose)
+    for sample in running(bench, behaviour, timeout=timeout):
+        path.append(sample.pose)
         if each is not None:
-            each(moment)
+            each(sample)
     poses = np.array([(pose.x, pose.y, pose.heading) for pose in path])
-    return Ended(moment.step.outcome, moment.step.why, moment.time - began, poses)
+    return BehaviourEnd(sample.step.outcome, sample.step.why, sample.time - began, poses)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sim.bench.bench import Bench
 from worlds.build import World
 
-CAMERA = "onlooker"
+CAMERA = "chase-camera"
 SIZE = (640, 480)
 """Size of a picture [px]."""
 FOVY = 45.0
@@ -33,7 +33,7 @@ WHITE = 1.5
 
 
 def with_chase_camera(world: World) -> World:
-    """Add the onlooker's camera to a fresh ``world``, and return it."""
+    """Add the chase camera to a fresh ``world``, and return it."""
     world.spec.worldbody.add_camera(name=CAMERA, pos=(0, 0, EYES), fovy=FOVY, resolution=SIZE)
     picture = world.spec.visual.global_
     picture.offwidth, picture.offheight = max(picture.offwidth, SIZE[0]), max(picture.offheight, SIZE[1])

@@ -59,7 +59,7 @@ class Moved:
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class RecordedView:
     """A view, the odometer's pose where it was taken, and how far along the route the robot has come [m]."""
 
     view: View
@@ -73,7 +73,7 @@ PATIENCE = 3600.0
 
 def drive_and_sense(
     bench: Bench, operator: Operator, trigger: Trigger, *, faults: Sequence[Fault] = (), timeout: float = PATIENCE
-) -> Iterator[Taken]:
+) -> Iterator[RecordedView]:
     """Lead the robot to the end of the operator's route; yields the views as they are taken, the first at the start.
 
     ``faults`` happen on the way. Raises ``StuckError`` when the end is not reached within ``timeout`` [s] of simulated
@@ -81,7 +81,7 @@ def drive_and_sense(
     """
     agenda = Agenda(faults, bench, operator)
     agenda.look()
-    yield Taken(bench.sense(), bench.odometry, operator.progress)
+    yield RecordedView(bench.sense(), bench.odometry, operator.progress)
     moved = Moved()
     while not operator.finished:
         before = bench.odometry
@@ -89,7 +89,7 @@ def drive_and_sense(
         agenda.look()
         moved.add(before, bench.odometry, CONTROL_PERIOD)
         if trigger.fires(moved):
-            yield Taken(bench.sense(), bench.odometry, operator.progress)
+            yield RecordedView(bench.sense(), bench.odometry, operator.progress)
             moved = Moved()
         if bench.time > timeout:
             raise StuckError(

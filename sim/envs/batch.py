@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from sim.envs.episodes.observations import Arrays
 from sim.envs.robot_env import RobotEnv, Stepped
-from sim.envs.vector import Together
+from sim.envs.vector import PhysicsBatch
 from sim.errors import SimError
 
 Flags = NDArray[np.bool_]
@@ -43,7 +43,7 @@ class BatchEnv(VectorEnv[Arrays, Any, NDArray[Any]]):
         self.single_action_space, self.single_observation_space = first.action_space, first.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._together = Together(threads)
+        self._together = PhysicsBatch(threads)
         self._lengths = np.zeros(num_envs, int)
         self._over: Flags = np.zeros(num_envs, bool)
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 import robots
 from sim.bench.bench import BenchSettings
-from sim.drives.behaviour_runner import frame_of
+from sim.drives.behaviour_runner import description_of
 from sim.drives.chase_camera import ChaseCamera
 from sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
-from sim.envs.episodes.episode import BenchEpisode, Setting
+from sim.envs.episodes.episode import BenchEpisode, EpisodeSetting
 from sim.envs.episodes.localising import familiar
 from sim.envs.episodes.observations import Arrays, Known, Sensing
 from sim.envs.tasks.cross_door import CrossDoorTask
@@ -102,12 +102,12 @@ class RobotEnv(gym.Env[Arrays, Any]):
             goal=self._task.goes_to_place,
         )
         self.action_space, self.observation_space = self._acting.space, self._sensing.space
-        self._stage: BenchEpisode | None = None
+        self._run: BenchEpisode | None = None
 
     def _actions(self, form: str) -> Acting:
         if form == "twist":
             return ByTwist(self._robot.limits)
-        return ByBehaviour(self._task.behaviours, frame_of(self._robot))
+        return ByBehaviour(self._task.behaviours, description_of(self._robot))
 
     @property
     def behaviours(self) -> tuple[str, ...]:
@@ -129,10 +129,10 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self.close()
         name = self._worlds[int(self.np_random.integers(len(self._worlds)))]
         world = world_named(name, self._light, pictured=bool(self._cameras) or self.render_mode is not None)
-        setting = Setting(world, self._robot.name, self._settings, self._route, self._sequence)
-        self._stage = BenchEpisode(self._task, setting, self.np_random)
+        setting = EpisodeSetting(world, self._robot.name, self._settings, self._route, self._sequence)
+        self._run = BenchEpisode(self._task, setting, self.np_random)
         self._acting.reset()
-        return self._observed(), self._told(Judgement(0.0, self._stage.remaining))
+        return self._observed(), self._told(Judgement(0.0, self._run.remaining))
 
     def step(self, action: Any) -> Stepped:
         """Let the robot do something for a while; truncation is up to the wrapper ``TimeLimit``."""
@@ -143,44 +143,44 @@ class RobotEnv(gym.Env[Arrays, Any]):
 
         Nothing moves before the first is asked for; what is wrong with the action is told at once.
         """
-        stage = self._running
+        run = self._running
         self._acting.choose(action)
-        return self._moving(stage)
+        return self._moving(run)
 
-    def _moving(self, stage: BenchEpisode) -> Generator[Due, None, Stepped]:
-        judged = yield from stage.acting(self._acting)
+    def _moving(self, run: BenchEpisode) -> Generator[Due, None, Stepped]:
+        judged = yield from run.acting(self._acting)
         return self._observed(), judged.reward, judged.over, False, self._told(judged)
 
     @property
     def _running(self) -> BenchEpisode:
-        if self._stage is None:
+        if self._run is None:
             raise SimError("no episode has begun, or it was closed: call reset first")
-        return self._stage
+        return self._run
 
     def _observed(self) -> Arrays:
-        stage = self._running
+        run = self._running
         belief = None
-        if stage.following is not None and self._sequence is not None:
-            belief = stage.following.belief, Known(self._sequence.along, stage.episode.goal)
-        images = stage.bench.sense().images if self._cameras else None
-        return self._sensing.observed(stage.bench.scan(), stage.bench.state, stage.motion, belief=belief, images=images)
+        if run.following is not None and self._sequence is not None:
+            belief = run.following.belief, Known(self._sequence.along, run.episode.goal)
+        images = run.bench.sense().images if self._cameras else None
+        return self._sensing.observed(run.bench.scan(), run.bench.state, run.motion, belief=belief, images=images)
 
     def _told(self, judged: Judgement) -> dict[str, Any]:
-        stage, pose = self._running, self._running.bench.pose
+        run, pose = self._running, self._running.bench.pose
         told = {
             "pose": np.array([pose.x, pose.y, pose.heading]),
             "distance_to_goal": judged.remaining,
-            "collision": stage.touches,
+            "collision": run.touches,
             "success": judged.success,
             "failure": judged.failure,
             "action": self._acting.doing,
-            "outcome": stage.outcome.value,
-            "why": stage.why,
-            "time": stage.bench.time,
-            "world": stage.bench.world.name,
+            "outcome": run.outcome.value,
+            "why": run.why,
+            "time": run.bench.time,
+            "world": run.bench.world.name,
         }
-        if stage.following is not None and (places := self.places) is not None:
-            x, y, _ = places[stage.following.belief.best]
+        if run.following is not None and (places := self.places) is not None:
+            x, y, _ = places[run.following.belief.best]
             told["place_error"] = math.hypot(x - pose.x, y - pose.y)
         return told
 
@@ -200,9 +200,9 @@ class RobotEnv(gym.Env[Arrays, Any]):
 
     def close(self) -> None:
         """Give the renderer's device back."""
-        if self._stage is not None:
-            self._stage.close()
-            self._stage = None
+        if self._run is not None:
+            self._run.close()
+            self._run = None
 
 
 def _check(what: str, value: object, valid: Iterable[str]) -> None:

@@ -34,17 +34,17 @@ def train(
     at_least: Annotated[float | None, typer.Option(help="Exit with 1 below this margin over chance.")] = None,
 ) -> None:
     """Learn a task with PPO; then what was learnt, chance, and going ahead play the same episodes in other worlds."""
-    lesson = TrainingConfig(task, seconds, steps, robots, seed, tuple(world or ()), tuple(held_out or ()), episodes)
+    config = TrainingConfig(task, seconds, steps, robots, seed, tuple(world or ()), tuple(held_out or ()), episodes)
     stable_baselines()
     _make(output)
     policy = output / "policy.zip"
-    learnt = learn(lesson, policy)
+    learnt = learn(config, policy)
     print(f"learnt: {learnt.steps} steps, {len(learnt.practice)} episodes, {learnt.seconds:.0f} s", flush=True)
-    trials = evaluate(lesson, policy)
-    write(output, lesson, learnt, trials)
-    played = returns(trials)
+    evaluated = evaluate(config, policy)
+    write(output, config, learnt, evaluated)
+    played = returns(evaluated)
     for name in PLAYERS:
-        goals = sum(one.success for one in trials if one.player == name)
+        goals = sum(one.success for one in evaluated if one.player == name)
         print(f"{name:8s} mean return {played[name].mean():7.2f}, {goals} of {episodes} at the goal")
     found = margin(played["learnt"], played["random"])
     print(f"margin over random: {found.mean:.2f}, 95 % from {found.low:.2f} to {found.high:.2f}")

@@ -21,7 +21,7 @@ _NUMBER = 1
 """Where a warning's count is in a row of the batch's warnings: ``mjWarningStat`` is (lastinfo, number)."""
 
 
-class Together:
+class PhysicsBatch:
     """Lets simulations go on side by side, on so many ``threads`` (0: one for each core, as MuJoCo counts them).
 
     A simulation is known by a number. Those of one layout, all sizes of their models the same, are stepped in one call,
@@ -31,7 +31,7 @@ class Together:
     def __init__(self, threads: int = 0) -> None:
         self._threads = threads
         self._known: dict[int, Due] = {}
-        self._groups: list[Alike] = []
+        self._groups: list[LayoutBatch] = []
 
     @property
     def groups(self) -> list[tuple[int, ...]]:
@@ -60,7 +60,7 @@ class Together:
             group.step(due)
 
 
-class Alike:
+class LayoutBatch:
     """Simulations of one layout, by their ``numbers``, in one batch."""
 
     def __init__(self, numbered: Mapping[int, Due], threads: int) -> None:
@@ -91,11 +91,11 @@ class Alike:
         batch.warning[row, :, _NUMBER] = physics.data.warning.number
 
 
-def _grouped(known: Mapping[int, Due], threads: int) -> list[Alike]:
+def _grouped(known: Mapping[int, Due], threads: int) -> list[LayoutBatch]:
     groups: dict[tuple[int, ...], dict[int, Due]] = {}
     for number, due in known.items():
         groups.setdefault((due.steps, *_sizes(due.physics.model)), {})[number] = due
-    return [Alike(group, threads) for group in groups.values()]
+    return [LayoutBatch(group, threads) for group in groups.values()]
 
 
 _SIZES = tuple(name for name in dir(mujoco.MjModel) if name.startswith("n") and name != "names")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.missions.lamp import Stage, Verb, Word
-from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, Frame, Senses
+from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
 from robots.behaviours.beside import Beside
 from robots.behaviours.dead_reckoned import DeadReckoned
 from robots.behaviours.follow_wall import WallSide
@@ -16,7 +16,7 @@ from robots.behaviours.narrow import Narrow
 from robots.behaviours.until import Gone, Near, Turned, Until
 from robots.motion import Twist
 from sim.bench.bench import Bench
-from sim.drives.behaviour_runner import BehaviourMoment, frame_of, run
+from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
 from sim.errors import SimError
 
 PATIENCE = 20.0
@@ -68,12 +68,12 @@ def run_lamp(
     ``timeout`` [s] of simulated time is a stage's; after it, it has failed. Raises ``SimError`` for no stage, for a
     robot without sonars, and for the number of a sonar that the robot has not, before it moves.
     """
-    frame = frame_of(bench.robot)
+    description = description_of(bench.robot)
     if not stages:
         raise SimError("LAMP program without a stage: valid is one stage or more")
     if not (math.isfinite(timeout) and timeout > 0):
         raise SimError(f"LAMP: timeout = {timeout:g} s is not valid: valid is a time above 0 s")
-    behaviours = [behaviour_for(stage, frame, bench.robot.name) for stage in stages]
+    behaviours = [behaviour_for(stage, description, bench.robot.name) for stage in stages]
     ended: list[StageEnded] = []
     for stage, behaviour in zip(stages, behaviours, strict=True):
         done = run(bench, _WithoutLaser(behaviour), timeout=timeout, each=each)
@@ -83,32 +83,32 @@ def run_lamp(
     return LampEnded(len(stages), tuple(ended))
 
 
-def behaviour_for(stage: Stage, frame: Frame, robot: str) -> Behaviour:
+def behaviour_for(stage: Stage, description: RobotDescription, robot: str) -> Behaviour:
     """Make a stage's behaviour; its odometry begins where the behaviour begins. Raises as ``run_lamp``."""
-    if not frame.sonars:
+    if not description.sonars:
         raise SimError(f"robot '{robot}' has no sonars, of which LAMP needs some: valid is a robot such as 'robuter'")
     has = stage.numbers
-    if has.get(Word.SONAR, 0) >= len(frame.sonars):
-        most = len(frame.sonars) - 1
+    if has.get(Word.SONAR, 0) >= len(description.sonars):
+        most = len(description.sonars) - 1
         raise SimError(f"LAMP stage '{stage}': robot '{robot}' has no sonar {has[Word.SONAR]}: valid is 0 to {most}")
     if stage.verb is Verb.CROSS:
-        return Narrow(frame, patience=PATIENCE)
-    until = _until(stage, frame)
+        return Narrow(description, patience=PATIENCE)
+    until = _until(stage, description)
     if stage.verb is Verb.BESIDE:
         side = SIDES[has[Word.SIDE]] if Word.SIDE in has else None
-        return Beside(frame, has[Word.SPEED_BESIDE] / 1000, side, until, patience=PATIENCE)
+        return Beside(description, has[Word.SPEED_BESIDE] / 1000, side, until, patience=PATIENCE)
     twist = Twist(has.get(Word.SPEED, 0) / 1000, math.radians(has.get(Word.TURN_RATE, 0)))
-    return DeadReckoned(frame, twist, until, patience=PATIENCE)
+    return DeadReckoned(description, twist, until, patience=PATIENCE)
 
 
-def _until(stage: Stage, frame: Frame) -> Until:
+def _until(stage: Stage, description: RobotDescription) -> Until:
     """What ends a stage; the parser has seen to it that something does."""
     has = stage.numbers
     if Word.ANGLE in has:
         return Turned(math.radians(has[Word.ANGLE]))
     if Word.DISTANCE in has:
         return Gone(has[Word.DISTANCE] / 1000)
-    return Near(frame, has[Word.SONAR], has[Word.RANGE] / 1000)
+    return Near(description, has[Word.SONAR], has[Word.RANGE] / 1000)
 
 
 class _WithoutLaser:

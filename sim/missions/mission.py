@@ -16,7 +16,7 @@ from robots import Twist
 from robots.behaviours import Behaviour, BehaviourOutcome, Senses
 from sim.bench.bench import CONTROL_PERIOD, Bench
 from sim.bench.contacts import ContactLog
-from sim.drives.behaviour_runner import behaviour_in, frame_of
+from sim.drives.behaviour_runner import behaviour_in, description_of
 from sim.drives.recorder import Moved, Trigger
 from sim.errors import SimError
 
@@ -113,7 +113,7 @@ class _MissionRun:
         self, bench: Bench, executor: Executor, localiser: ViewLocaliser | None, trigger: Trigger, hands: Hands
     ) -> None:
         self._bench, self._executor, self._localiser = bench, executor, localiser
-        self._trigger, self._hands, self._frame = trigger, hands, frame_of(bench.robot)
+        self._trigger, self._hands, self._description = trigger, hands, description_of(bench.robot)
         self._touches = ContactLog(bench)
         self._running: tuple[int, Behaviour] | None = None
         self._moved, self._began = Moved(), bench.time
@@ -125,7 +125,7 @@ class _MissionRun:
         """Go on until the mission is over."""
         executor, bench = self._executor, self._bench
         for order in executor.plan.orders:  # all can be read before the robot moves
-            behaviour_in(lengthened(order.behaviour, 1.0) if order.travels else order.behaviour, self._frame)
+            behaviour_in(lengthened(order.behaviour, 1.0) if order.travels else order.behaviour, self._description)
         self._look()
         while not executor.status.over:
             self._period(executor.do)
@@ -164,7 +164,7 @@ class _MissionRun:
     def _behaviour(self, do: Do) -> Behaviour:
         """The behaviour that is running, or another one where that was asked for."""
         if self._running is None or self._running[0] != do.number:
-            self._running = do.number, behaviour_in(do.behaviour, self._frame)
+            self._running = do.number, behaviour_in(do.behaviour, self._description)
         return self._running[1]
 
     def _look(self) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.errors import SimError
-from sim.sensors.ultrasound import Ears
+from sim.sensors.ultrasound import UltrasoundRangers
 
 SOUND = 343.0
 """Speed of sound at 20 °C [m/s]."""
@@ -68,7 +68,7 @@ class SonarRing:
         self, sonar: SonarModel, rng: np.random.Generator, model: mujoco.MjModel, sites: tuple[str, ...], base: str
     ) -> None:
         self.model, self._rng = sonar, rng
-        self._ears = Ears(model, sites, base, sonar.max_range)
+        self._ears = UltrasoundRangers(model, sites, base, sonar.max_range)
         self._groups = [np.arange(first, len(sites), sonar.groups) for first in range(sonar.groups)]
         self._fired = -sonar.groups
         self._readings = np.full(len(sites), sonar.max_range)

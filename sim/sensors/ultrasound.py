@@ -58,7 +58,7 @@ RAYS = np.concatenate([_fan(INNER_RAYS, NOMINAL), _spiral(OUTER_RAYS, NOMINAL, W
 
 
 @dataclass(frozen=True, slots=True)
-class Met:
+class RayHits:
     """What rays of each ranger meet: ``distance`` [m], infinite for nothing, and ``geom`` (rangers, rays).
 
     ``normal`` and ``point``, seen from the ranger, are (rangers, rays, 3) in the world's axes [m].
@@ -71,7 +71,7 @@ class Met:
 
 
 @dataclass(frozen=True, slots=True)
-class Faces:
+class FlatFaces:
     """Flat faces that rays met: whose rays (faces,), ``normal`` (faces, 3), ``height`` of the ranger above it [m].
 
     ``point`` (faces, 3) is one on it, as seen from the ranger [m].
@@ -83,7 +83,7 @@ class Faces:
     point: NDArray[np.float64]
 
 
-class Ears:
+class UltrasoundRangers:
     """Rangers at ``sites`` of ``model`` that hear as far as ``reach`` [m], deaf to the body ``own`` they sit on."""
 
     def __init__(self, model: mujoco.MjModel, sites: tuple[str, ...], own: str, reach: float) -> None:
@@ -121,14 +121,14 @@ class Ears:
         length = np.linalg.norm(back, axis=2)
         return np.where((back * axes).sum(axis=2) >= math.cos(WIDEST) * length, length, math.inf)
 
-    def _meet(self, data: mujoco.MjData, origins: NDArray[np.float64], rays: NDArray[np.float64]) -> Met:
+    def _meet(self, data: mujoco.MjData, origins: NDArray[np.float64], rays: NDArray[np.float64]) -> RayHits:
         shape = rays.shape[:2]
         distance, geom, normal = np.empty(shape), np.empty(shape, np.int32), np.zeros(rays.shape)
         for ranger, origin in enumerate(origins):
             self._cast(data, origin, rays[ranger], geom[ranger], distance[ranger], normal[ranger])
         # MuJoCo leaves out geoms that begin beyond the reach; a wide one may begin before it and be met behind it.
         hit = (geom >= 0) & (distance <= self._sight)
-        return Met(np.where(hit, distance, math.inf), geom, normal, np.where(hit, distance, 0.0)[:, :, None] * rays)
+        return RayHits(np.where(hit, distance, math.inf), geom, normal, np.where(hit, distance, 0.0)[:, :, None] * rays)
 
     def _cast(
         self,
@@ -161,7 +161,7 @@ class Ears:
         data: mujoco.MjData,
         origins: NDArray[np.float64],
         axes: NDArray[np.float64],
-        met: Met,
+        met: RayHits,
         nearer: NDArray[np.float64],
     ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
         """Whose they are (points,), and ways (points, 3) [m] to the mirror points that are seen in the wide cone.
@@ -183,7 +183,9 @@ class Ears:
         return owner[seen], (rays * distance[:, None])[seen]
 
 
-def _any_points(met: Met, axes: NDArray[np.float64], reach: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _any_points(
+    met: RayHits, axes: NDArray[np.float64], reach: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """How far (rangers,) [m] and which way (rangers, 3) the nearest points in the nominal cones are that answer.
 
     All within ``reach`` [m] do whose surface is slanted to the axis by no more than a wall may be.
@@ -196,7 +198,7 @@ def _any_points(met: Met, axes: NDArray[np.float64], reach: float) -> tuple[NDAr
     return far, np.where(np.isfinite(far)[:, None], met.point[every, nearest], math.inf)
 
 
-def faces_of(met: Met) -> Faces:
+def faces_of(met: RayHits) -> FlatFaces:
     """Flat faces: those of one geom on which two rays or more meet the same normal."""
     ranger, ray = np.nonzero(np.isfinite(met.distance))
     normal = met.normal[ranger, ray]
@@ -212,10 +214,10 @@ def faces_of(met: Met) -> Faces:
     flat = order[pairs]
     ranger, ray, normal = ranger[flat], ray[flat], normal[flat]
     point = met.point[ranger, ray]
-    return Faces(ranger, normal, -(normal * point).sum(axis=1), point)
+    return FlatFaces(ranger, normal, -(normal * point).sum(axis=1), point)
 
 
-def mirror_points(faces: Faces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def mirror_points(faces: FlatFaces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Where flat faces mirror sound straight back: whose point, in order (points,), and the way to it (points, 3) [m].
 
     These are the feet of perpendiculars, and the nearest points of corners.
@@ -227,7 +229,7 @@ def mirror_points(faces: Faces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     return owner[order], ways[order]
 
 
-def _corners(faces: Faces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def _corners(faces: FlatFaces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Edges of faces that meet at a right angle and look at each other: whose, and ways to their nearest points."""
     cosine = faces.normal @ faces.normal.T
     before = faces.point @ faces.normal.T + faces.height > 0  # whether a face's point lies before another's plane

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.drives.recorder import Moved, Taken, Trigger
+from sim.drives.recorder import Moved, RecordedView, Trigger
 from sim.errors import SimError
 from sim.teleop.commands import AFTER, Button, Commands, CommandSource, SessionPhase, SessionStatus, valid_in
 
@@ -17,7 +17,7 @@ class AbortedError(SimError):
     """The session was aborted at the controls: nothing of it is kept."""
 
 
-def run_session(bench: Bench, source: CommandSource, sampling: Trigger | None) -> Iterator[Taken]:
+def run_session(bench: Bench, source: CommandSource, sampling: Trigger | None) -> Iterator[RecordedView]:
     """Lead the robot by the commands of ``source`` until they say stop; yield the views as they are taken.
 
     The first is taken at the start command, then one whenever ``sampling`` fires (None: never) or a command asks for
@@ -68,13 +68,13 @@ class _Session:
         self.status = replace(self.status, phase=after, note="")
         return button in (Button.START, Button.SAMPLE)
 
-    def take(self) -> Taken:
+    def take(self) -> RecordedView:
         """Take a view."""
         view = self._bench.sense()
         self._times.append(view.time)
         status = self.status
         self.status = replace(status, count=status.count + 1, view=view, rate=self._rate(), moved=Moved())
-        return Taken(view, self._bench.odometry, status.travelled)
+        return RecordedView(view, self._bench.odometry, status.travelled)
 
     def _rate(self) -> float:
         """Views a minute, over the last few."""

@@ -18,7 +18,7 @@ from mujoco.batch import Batch
 import sim.envs
 from robots.robuter.control import RobuterControl
 from sim.envs.episodes.actions import ByBehaviour
-from sim.envs.vector import Alike
+from sim.envs.vector import LayoutBatch
 from sim.rendering.drivers import gl_backend, vulkan_device
 from sim.sensors.laser import Laser
 from sim.sensors.sonar import SonarRing
@@ -162,7 +162,7 @@ def test_where_the_time_of_a_batch_goes(name: str, monkeypatch: pytest.MonkeyPat
     envs.reset(seed=0)
     watch = Stopwatch()
     watch.watch(monkeypatch, Batch, "step", "physics")
-    watch.watch(monkeypatch, Alike, "step", "states to and fro")
+    watch.watch(monkeypatch, LayoutBatch, "step", "states to and fro")
     watch.watch(monkeypatch, mujoco, "mj_multiRay", "rays")
     watch.watch(monkeypatch, Laser, "scan", "laser")
     watch.watch(monkeypatch, SonarRing, "read", "sonars")

@@ -11,11 +11,11 @@ import numpy as np
 
 import robots
 from refseq.planar import Pose
-from robots.behaviours import BehaviourOutcome, Frame
+from robots.behaviours import BehaviourOutcome, RobotDescription
 from robots.behaviours.cross_door import CrossDoor, DoorSide
 from robots.behaviours.guarded import PATIENCE
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.behaviour_runner import BehaviourMoment, frame_of, run
+from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
 from sim.drives.doors import doors_to_cross
 from sim.rendering.render import RendererKind
 from worlds.build import World, build_world
@@ -146,8 +146,8 @@ def standing(world: World, name: str) -> Iterator[Bench]:
 
 
 @cache
-def _frame(name: str) -> Frame:
-    return frame_of(robots.load(name))
+def _frame(name: str) -> RobotDescription:
+    return description_of(robots.load(name))
 
 
 def cross(

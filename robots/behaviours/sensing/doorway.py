@@ -138,7 +138,7 @@ class DoorWatch:
         return Passage(DirectedLine(x, y, pose.heading + door.heading), door.width)
 
 
-def way_through(door: Passage, points: NDArray[np.float64], before: float, beyond: float) -> ClearWay:
+def clearance_of(door: Passage, points: NDArray[np.float64], before: float, beyond: float) -> ClearWay:
     """Find the widest straight way between ``points`` (n, 2), from ``before`` a door's face to ``beyond`` it [m]."""
     place, half = door.axis.seen(points), door.width / 2
     place = place[(np.abs(place[:, 1]) < half) & (place[:, 0] > -before) & (place[:, 0] < beyond)]

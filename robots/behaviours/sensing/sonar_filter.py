@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import Frame, Senses
+from robots.behaviours.behaviour import RobotDescription, Senses
 from robots.behaviours.sensing.sonar_ring import HISTORY
 from robots.errors import RobotsError
 from robots.planar import wrapped
@@ -18,8 +18,8 @@ ABEAM = math.radians(30)
 class SonarFilter:
     """The readings of the last moments (``HISTORY``), of each sonar the middle one."""
 
-    def __init__(self, frame: Frame) -> None:
-        self._count = len(frame.sonars)
+    def __init__(self, robot: RobotDescription) -> None:
+        self._count = len(robot.sonars)
         self._heard: deque[tuple[float, NDArray[np.float64]]] = deque()
 
     def look(self, senses: Senses) -> None:
@@ -42,9 +42,9 @@ class SonarFilter:
         return np.quantile([ranges for _, ranges in self._heard], 0.5, axis=0, method="lower")
 
 
-def abeam(frame: Frame, side: int) -> NDArray[np.intp]:
+def abeam(robot: RobotDescription, side: int) -> NDArray[np.intp]:
     """Numbers of the sonars that look to a side: +1 left, -1 right; raises ``RobotsError`` where none does."""
-    off = [abs(wrapped(ranger.bearing - side * math.pi / 2)) for ranger in frame.sonars]
+    off = [abs(wrapped(ranger.bearing - side * math.pi / 2)) for ranger in robot.sonars]
     found = np.flatnonzero(np.array(off) < ABEAM)
     if not len(found):
         raise RobotsError(f"no sonar looks to the {'left' if side > 0 else 'right'}: valid is a robot with some there")

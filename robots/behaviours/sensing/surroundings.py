@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import Frame, Senses
+from robots.behaviours.behaviour import RobotDescription, Senses
 from robots.mounting import FLOOR
 from robots.planar import PlanarPose, into, out_of
 from robots.signals import LaserScan
@@ -29,8 +29,8 @@ class Surroundings:
     sides have eyes. ``lost`` tells why there is no picture now, and is empty while there is one.
     """
 
-    def __init__(self, frame: Frame) -> None:
-        self._frame = frame
+    def __init__(self, robot: RobotDescription) -> None:
+        self._robot = robot
         self._scan: LaserScan | None = None
         self._since = 0.0
         self._ahead = self._behind = np.empty((0, 2))
@@ -73,13 +73,13 @@ class Surroundings:
     ) -> NDArray[np.float64]:
         """End points of the beams that met something above the floor, in the odometer's frame."""
         near = (ranges >= 0) & (ranges < REACH)
-        ends = self._frame.laser.ends(ranges[near], bearings[near], pitch if math.isfinite(pitch) else 0.0)
+        ends = self._robot.laser.ends(ranges[near], bearings[near], pitch if math.isfinite(pitch) else 0.0)
         return out_of(pose, ends[ends[:, 2] > FLOOR, :2])
 
     def _remember(self, pose: PlanarPose) -> None:
         """Keep of all earlier points those that the laser cannot see now and that are still near."""
         seen = into(pose, self.all)
-        hidden = (seen[:, 0] < self._frame.laser.ahead) & (np.hypot(*seen.T) < KEPT_BEHIND)
+        hidden = (seen[:, 0] < self._robot.laser.ahead) & (np.hypot(*seen.T) < KEPT_BEHIND)
         self._behind = thinned(self.all[hidden])
 
 

@@ -10,7 +10,7 @@ from gymnasium import spaces
 from refseq.features.doors import Door
 from refseq.view import Scan
 from robots import RobotsError, Twist
-from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, Frame, Senses
+from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
 from robots.behaviours.written import make, parse
 from robots.motion import Limits
 from robots.signals import LaserScan
@@ -47,14 +47,14 @@ class ByBehaviour:
 
     period = 1.0
 
-    def __init__(self, written: Sequence[str], frame: Frame) -> None:
+    def __init__(self, written: Sequence[str], description: RobotDescription) -> None:
         try:
             self._choices = [parse(text) for text in written]
             for choice in self._choices:
-                make(choice, frame, _doors)
+                make(choice, description, _doors)
         except RobotsError as error:
             raise SimError(str(error)) from None
-        self._frame = frame
+        self._description = description
         self.space: spaces.Space[Any] = spaces.Discrete(len(self._choices))
         self.reset()
 
@@ -74,7 +74,7 @@ class ByBehaviour:
             raise SimError(f"action {action!r} is not valid; valid are 0 to {len(self._choices) - 1}")
         if self._behaviour is None or int(action) != self._chosen:
             self._chosen = int(action)
-            self._behaviour = make(self._choices[self._chosen], self._frame, _doors)
+            self._behaviour = make(self._choices[self._chosen], self._description, _doors)
 
     def step(self, senses: Senses) -> BehaviourStep:
         """What the behaviour wants."""

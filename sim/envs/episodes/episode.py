@@ -17,7 +17,7 @@ from sim.drives.recorder import operator_for
 from sim.envs.episodes.actions import Acting, periods
 from sim.envs.episodes.contacts import ContactCheck
 from sim.envs.episodes.localising import Following, places_of
-from sim.envs.tasks.task import Episode, Ground, Judgement, Situation, Task
+from sim.envs.tasks.task import Episode, Judgement, Situation, Task, TaskGround
 from sim.errors import SimError
 from sim.physics import Due
 from worlds.build import World
@@ -33,7 +33,7 @@ LEAD_TIME = 60.0
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class EpisodeSetting:
     """What all episodes in a world share: the world, the robot's name, the bench's settings, the route, the map."""
 
     world: World
@@ -49,14 +49,14 @@ class BenchEpisode:
     Raises ``SimError`` where the world has no room for the task.
     """
 
-    def __init__(self, task: Task, setting: Setting, rng: np.random.Generator) -> None:
+    def __init__(self, task: Task, setting: EpisodeSetting, rng: np.random.Generator) -> None:
         robot = robots.load(setting.robot)
         self.bench = Bench(
             setting.world, robot, route=setting.route, seed=int(rng.integers(2**32)), settings=setting.settings
         )
         self._touching = ContactCheck(self.bench)
         places = None if setting.sequence is None else places_of(setting.sequence)
-        ground = Ground(setting.world.plan, setting.world.routes[setting.route], robot.shape, places)
+        ground = TaskGround(setting.world.plan, setting.world.routes[setting.route], robot.shape, places)
         self.episode = self._with_room(task, ground, rng)
         self.following = self._led(setting.sequence)
         self.motion = (0.0, 0.0, 0.0)
@@ -67,7 +67,7 @@ class BenchEpisode:
         """Whether the robot touched anything in the last action."""
         self.remaining = self.episode.begin(self.situation)
 
-    def _with_room(self, task: Task, ground: Ground, rng: np.random.Generator) -> Episode:
+    def _with_room(self, task: Task, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Draw episodes until the robot has room where one begins, and stands there."""
         for _ in range(TRIES):
             episode = task.episode(ground, rng)

@@ -1,4 +1,4 @@
-"""How well a task was learnt: episodes that nobody learnt from, by what was learnt, by chance, and by going ahead."""
+"""Evaluation of a learnt policy beside chance and beside going ahead, on episodes that nobody learnt from."""
 
 import multiprocessing
 from collections.abc import Callable, Mapping
@@ -23,7 +23,7 @@ CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class EvaluationEpisode:
     """An episode by one of ``PLAYERS``, in a ``world``, drawn by a ``seed``; ``success``: it got to the goal."""
 
     player: str
@@ -46,20 +46,20 @@ class Margin:
     high: float
 
 
-def evaluate(lesson: TrainingConfig, policy: Path) -> tuple[Trial, ...]:
-    """Let all players play the same episodes, in as many processes as the lesson has robots."""
-    worlds = lesson.tried_in
-    numbered = [(worlds[i % len(worlds)], FIRST_TRIED + i) for i in range(lesson.episodes)]
+def evaluate(config: TrainingConfig, policy: Path) -> tuple[EvaluationEpisode, ...]:
+    """Let all players play the same episodes, in as many processes as the configuration has robots."""
+    worlds = config.tried_in
+    numbered = [(worlds[i % len(worlds)], FIRST_TRIED + i) for i in range(config.episodes)]
     spawned = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(lesson.robots, mp_context=spawned) as workers:
-        trials = [
-            workers.submit(_tried, lesson.task, policy, player, world, seed)
+    with ProcessPoolExecutor(config.robots, mp_context=spawned) as workers:
+        episodes = [
+            workers.submit(_tried, config.task, policy, player, world, seed)
             for player, (world, seed) in product(PLAYERS, numbered)
         ]
-        return tuple(trial.result() for trial in trials)
+        return tuple(episode.result() for episode in episodes)
 
 
-def _tried(task: str, policy: Path, player: str, world: str, seed: int) -> Trial:
+def _tried(task: str, policy: Path, player: str, world: str, seed: int) -> EvaluationEpisode:
     env = environment(task, (world,))
     play = _player(player, policy, env.action_space, seed)
     seen, info = env.reset(seed=seed)
@@ -68,7 +68,7 @@ def _tried(task: str, policy: Path, player: str, world: str, seed: int) -> Trial
         seen, reward, ended, cut, info = env.step(play(seen))
         total, length, over = total + float(reward), length + 1, ended or cut
     env.close()
-    return Trial(player, world, seed, total, length, bool(info["success"]))
+    return EvaluationEpisode(player, world, seed, total, length, bool(info["success"]))
 
 
 def _player(name: str, policy: Path, actions: spaces.Space[Any], seed: int) -> Player:
@@ -85,9 +85,9 @@ def _player(name: str, policy: Path, actions: spaces.Space[Any], seed: int) -> P
     return lambda _: ahead
 
 
-def returns(trials: tuple[Trial, ...]) -> Mapping[str, NDArray[np.float64]]:
+def returns(episodes: tuple[EvaluationEpisode, ...]) -> Mapping[str, NDArray[np.float64]]:
     """The returns of each player, in the order of the episodes."""
-    return {name: np.array([one.returned for one in trials if one.player == name]) for name in PLAYERS}
+    return {name: np.array([one.returned for one in episodes if one.player == name]) for name in PLAYERS}
 
 
 def margin(better: NDArray[np.float64], worse: NDArray[np.float64]) -> Margin:

@@ -1,4 +1,4 @@
-"""What a lesson leaves: ``curve.csv``, ``curve.png`` and ``result.json``."""
+"""Write the results of a training run: ``curve.csv``, ``curve.png`` and ``result.json``."""
 
 import csv
 import io
@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from refseq.files import replace_text, replacing_at
-from sim.envs.learning.evaluation import PLAYERS, Trial, margin, returns
+from sim.envs.learning.evaluation import PLAYERS, EvaluationEpisode, margin, returns
 from sim.envs.learning.ppo import TrainedPolicy
 from sim.envs.learning.training_config import TASKS, TrainingConfig
 
@@ -22,32 +22,32 @@ RUNNING = 10
 LEARNT, CHANCE, PLAIN = "#d55e00", "#8a8a8a", "#2a8fd4"
 
 
-def result(lesson: TrainingConfig, learnt: TrainedPolicy, trials: tuple[Trial, ...]) -> dict[str, Any]:
+def result(config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[EvaluationEpisode, ...]) -> dict[str, Any]:
     """The figures: what was learnt, how long it took, what each player made of the same episodes, the margins."""
-    played = returns(trials)
+    played = returns(episodes)
     return {
-        "id": TASKS[lesson.task],
-        "robots": lesson.robots,
-        "seed": lesson.seed,
+        "id": TASKS[config.task],
+        "robots": config.robots,
+        "seed": config.seed,
         "steps": learnt.steps,
         "seconds": round(learnt.seconds, 1),
         "episodes": len(learnt.practice),
-        "learnt_in": lesson.learnt_in,
-        "tried_in": lesson.tried_in,
+        "learnt_in": config.learnt_in,
+        "tried_in": config.tried_in,
         "mean_return": {name: float(played[name].mean()) for name in PLAYERS},
-        "goals": {name: sum(one.success for one in trials if one.player == name) for name in PLAYERS},
-        "of": lesson.episodes,
+        "goals": {name: sum(one.success for one in episodes if one.player == name) for name in PLAYERS},
+        "of": config.episodes,
         "margin_over": {name: asdict(margin(played["learnt"], played[name])) for name in PLAYERS[1:]},
-        "trials": [asdict(one) for one in trials],
+        "evaluation": [asdict(one) for one in episodes],
     }
 
 
-def write(folder: Path, lesson: TrainingConfig, learnt: TrainedPolicy, trials: tuple[Trial, ...]) -> None:
+def write(folder: Path, config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[EvaluationEpisode, ...]) -> None:
     """Write the three files into ``folder``."""
     replace_text(folder / "curve.csv", table(learnt))
     with replacing_at(folder / "curve.png") as path:
-        curve(lesson, learnt, trials).savefig(path, dpi=120)
-    replace_text(folder / "result.json", json.dumps(result(lesson, learnt, trials), indent=2) + "\n")
+        curve(config, learnt, episodes).savefig(path, dpi=120)
+    replace_text(folder / "result.json", json.dumps(result(config, learnt, episodes), indent=2) + "\n")
 
 
 def table(learnt: TrainedPolicy) -> str:
@@ -59,22 +59,24 @@ def table(learnt: TrainedPolicy) -> str:
     return text.getvalue()
 
 
-def curve(lesson: TrainingConfig, learnt: TrainedPolicy, trials: tuple[Trial, ...]) -> Figure:
+def curve(config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[EvaluationEpisode, ...]) -> Figure:
     """Return against steps and against time: what was learnt from, and what the players made of other episodes."""
     figure = Figure(figsize=(10, 4), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     returned = np.array([one.returned for one in learnt.practice])
-    _draw(left, np.array([one.steps for one in learnt.practice]), returned, learnt.steps, trials)
-    _draw(right, np.array([one.seconds for one in learnt.practice]), returned, learnt.seconds, trials)
+    _draw(left, np.array([one.steps for one in learnt.practice]), returned, learnt.steps, episodes)
+    _draw(right, np.array([one.seconds for one in learnt.practice]), returned, learnt.seconds, episodes)
     left.set(xlabel="steps of all robots", ylabel="return of an episode")
     right.set(xlabel="time [s]")
-    figure.suptitle(f"{TASKS[lesson.task]}, {lesson.robots} robots, seed {lesson.seed}")
+    figure.suptitle(f"{TASKS[config.task]}, {config.robots} robots, seed {config.seed}")
     left.legend(loc="upper left", fontsize="small")
     return figure
 
 
-def _draw(axes: Axes, when: NDArray[Any], returned: NDArray[np.float64], end: float, trials: tuple[Trial, ...]) -> None:
-    played = returns(trials)
+def _draw(
+    axes: Axes, when: NDArray[Any], returned: NDArray[np.float64], end: float, episodes: tuple[EvaluationEpisode, ...]
+) -> None:
+    played = returns(episodes)
     low, high = np.quantile(played["random"], [0.05, 0.95])
     axes.axhspan(low, high, color=CHANCE, alpha=0.3, label="random, other worlds: 90 % of episodes")
     axes.axhline(played["ahead"].mean(), color=PLAIN, linestyle="--", label="always ahead, other worlds: mean")

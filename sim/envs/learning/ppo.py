@@ -1,4 +1,4 @@
-"""Learning a task by trying: PPO of Stable-Baselines3.
+"""Learn a task with PPO of Stable-Baselines3.
 
 Stable-Baselines3 and PyTorch are the extra ``rl``; they are imported when something is learnt, and not before.
 """
@@ -32,7 +32,7 @@ class Practice:
 
 @dataclass(frozen=True, slots=True)
 class TrainedPolicy:
-    """What came of a lesson: its ``practice`` episode by episode, and after how many steps and seconds it ended."""
+    """A finished training: its ``practice`` episode by episode, and after how many steps and seconds it ended."""
 
     practice: tuple[Practice, ...]
     steps: int
@@ -51,33 +51,33 @@ def stable_baselines() -> ModuleType:
     return module
 
 
-def learn(lesson: TrainingConfig, policy: Path) -> TrainedPolicy:
+def learn(config: TrainingConfig, policy: Path) -> TrainedPolicy:
     """Learn, and write what was learnt to ``policy`` (a .zip).
 
-    A lesson that ends by its steps gives the same policy each time. Raises ``SimError`` without the extra ``rl``, and
+    A training that ends by its steps gives the same policy each time. Raises ``SimError`` without the extra ``rl``, and
     for worlds that the task cannot be made with.
     """
     began = time.monotonic()
     learners = stable_baselines()
-    check_worlds(lesson)  # a worker would tell what is wrong in thirty lines
+    check_worlds(config)  # a worker would tell what is wrong in thirty lines
 
     import torch
     from stable_baselines3.common.vec_env import SubprocVecEnv
 
     torch.set_num_threads(1)  # the network is small, and the cores are the robots'
-    robots = SubprocVecEnv([lambda: _practising(lesson)] * lesson.robots, start_method="spawn")
+    robots = SubprocVecEnv([lambda: _practising(config)] * config.robots, start_method="spawn")
     practice: list[Practice] = []
 
     def after_step(seen: dict[str, Any], _: object) -> bool:
         steps, seconds = seen["self"].num_timesteps, time.monotonic() - began
         ended = [info["episode"] for info in seen["infos"] if "episode" in info]
         practice.extend(Practice(steps, seconds, float(one["r"]), int(one["l"])) for one in ended)
-        return seconds < lesson.seconds
+        return seconds < config.seconds
 
     try:
-        rollout = BATCH * max(min(ROLLOUT, lesson.steps) // lesson.robots // BATCH, 1)
-        learner = learners.PPO("MultiInputPolicy", robots, n_steps=rollout, seed=lesson.seed, device="cpu", **SETTINGS)
-        learner.learn(lesson.steps, callback=after_step)
+        rollout = BATCH * max(min(ROLLOUT, config.steps) // config.robots // BATCH, 1)
+        learner = learners.PPO("MultiInputPolicy", robots, n_steps=rollout, seed=config.seed, device="cpu", **SETTINGS)
+        learner.learn(config.steps, callback=after_step)
         with replacing_at(policy) as path:
             learner.save(path)
     finally:
@@ -85,7 +85,7 @@ def learn(lesson: TrainingConfig, policy: Path) -> TrainedPolicy:
     return TrainedPolicy(tuple(practice), learner.num_timesteps, time.monotonic() - began)
 
 
-def _practising(lesson: TrainingConfig) -> Any:
+def _practising(config: TrainingConfig) -> Any:
     from stable_baselines3.common.monitor import Monitor
 
-    return Monitor(environment(lesson.task, lesson.learnt_in))
+    return Monitor(environment(config.task, config.learnt_in))

@@ -1,4 +1,4 @@
-"""What is to be learnt by trying: a task, for how long, and where it is tried afterwards."""
+"""Configuration of a training: a task, for how long, and the worlds of its evaluation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ FIRST_TRIED = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class TrainingConfig:
-    """What is learnt: a ``task`` of ``TASKS``, with so many ``robots`` at a time, each in a process of its own.
+    """The training of a ``task`` of ``TASKS``, with so many ``robots`` at a time, each in a process of its own.
 
     It ends after ``seconds`` by the clock, start-up counted in, or after ``steps`` of all robots together, rounded up
     to what is learnt from at once, whichever comes first. Robot i is seeded with ``seed`` + i. ``worlds`` are learnt
@@ -60,11 +60,11 @@ class TrainingConfig:
         return HELD_OUT if set(self.learnt_in) <= set(CORRIDORS) else self.learnt_in
 
 
-def check_worlds(lesson: TrainingConfig) -> None:
+def check_worlds(config: TrainingConfig) -> None:
     """Raise ``SimError`` for worlds that the task cannot be made with."""
-    environment(lesson.task, lesson.learnt_in).close()
-    for world in lesson.held_out:
-        environment(lesson.task, (world,)).close()
+    environment(config.task, config.learnt_in).close()
+    for world in config.held_out:
+        environment(config.task, (world,)).close()
 
 
 def environment(task: str, worlds: Sequence[str]) -> gym.Env[Any, Any]:

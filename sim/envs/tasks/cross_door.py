@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
-from sim.envs.tasks.task import Episode, Ground, Situation, Task
+from sim.envs.tasks.task import Episode, Situation, Task, TaskGround
 from sim.errors import SimError
 from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Door, FloorPlan
@@ -74,7 +74,7 @@ class CrossDoorTask(Task):
 
     behaviours = ("MC:ahead", "MC:left", "MC:right", "MN:1000", "MT:45", "MT:-45", "stop")
 
-    def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:
+    def episode(self, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Begin before one of the plan's open doors."""
         doors = [door for door in ground.plan.door if door.open >= OPEN]
         if not doors:

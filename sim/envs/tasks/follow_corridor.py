@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from refseq.planar import Pose
-from sim.envs.tasks.task import Episode, Ground, Situation, Task
+from sim.envs.tasks.task import Episode, Situation, Task, TaskGround
 
 ARRIVED = 0.5
 """So near to the route's end it is reached [m]; a choice."""
@@ -19,7 +19,7 @@ class AlongCorridor(Episode):
     The goal is reached where less than ``ARRIVED`` of the route is left.
     """
 
-    def __init__(self, ground: Ground, start: Pose) -> None:
+    def __init__(self, ground: TaskGround, start: Pose) -> None:
         self.start = start
         self._way = ground.way
         self._along: float | None = None
@@ -39,7 +39,7 @@ class FollowCorridorTask(Task):
 
     behaviours = ("MN:1000", "MT:90", "MT:-90", "MW:left,0.8", "MW:right,0.8", "stop")
 
-    def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:
+    def episode(self, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Begin near the route's start, a little beside it and turned."""
         along, aside, turned = rng.uniform((0.0, -ASIDE, -TURNED), (BEGIN, ASIDE, TURNED))
         return AlongCorridor(ground, ground.way.pose(along, aside, turned))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from refseq.planar import Pose
-from sim.envs.tasks.task import Episode, Ground, Situation, Task
+from sim.envs.tasks.task import Episode, Situation, Task, TaskGround
 
 NEAREST, FARTHEST = 4.0, 12.0
 """A goal is between so far along the path from the start [m]; choices."""
@@ -22,7 +22,7 @@ class ToPlace(Episode):
     ``ARRIVED``.
     """
 
-    def __init__(self, ground: Ground, start: Pose, along: float, goal: int) -> None:
+    def __init__(self, ground: TaskGround, start: Pose, along: float, goal: int) -> None:
         self.start, self.goal = start, goal
         self._path = ground.path
         self._goal_along = float(self._path.along[goal])
@@ -44,7 +44,7 @@ class ReachPlaceTask(Task):
     behaviours = ("MN:1000", "MT:90", "MT:-90", "MT:30", "MT:-30", "MW:left,0.8", "MW:right,0.8", "stop")
     mapped = goes_to_place = True
 
-    def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:
+    def episode(self, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Begin on the path, with the goal farther on: paths are driven one way only."""
         along = ground.path.along
         first = int(np.searchsorted(along, NEAREST))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief
 from refseq.planar import Pose
-from sim.envs.tasks.task import Episode, Ground, Situation, Task
+from sim.envs.tasks.task import Episode, Situation, Task, TaskGround
 
 LED = 3.0
 """The robot is led so far along the route before it is carried off [m]: a choice, some four views."""
@@ -34,7 +34,7 @@ class FoundAgain(Episode):
     The goal is reached when it is ``SURE``; what remains is the belief that is missing to 1.
     """
 
-    def __init__(self, ground: Ground, start: Pose, led: tuple[float, float]) -> None:
+    def __init__(self, ground: TaskGround, start: Pose, led: tuple[float, float]) -> None:
         assert ground.places is not None, "tasks with a map are given its places"
         self.start, self.led = start, led
         self._places = ground.places
@@ -58,7 +58,7 @@ class RecoverTask(Task):
     behaviours = ("MN:1000", "MT:90", "MT:-90", "MT:30", "MT:-30", "MW:left,0.8", "MW:right,0.8", "stop")
     mapped = turns = True
 
-    def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:
+    def episode(self, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Draw where the robot is led, and where it is set down then."""
         begin = float(rng.uniform(0.0, max(ground.way.length - LED, 0.0)))
         along = float(rng.uniform(0.0, max(ground.path.length - LED, 0.0)))

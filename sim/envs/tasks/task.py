@@ -22,7 +22,7 @@ SUCCESS, FAILURE = 5.0, -5.0
 
 
 @dataclass(frozen=True)
-class Ground:
+class TaskGround:
     """Where a task is set: the floor ``plan``, the ``route`` (n, 2) [m], the robot's ``shape``.
 
     ``places`` (K, 2) [m] is where the places of the reference sequence truly are; none are there without a map.
@@ -127,5 +127,5 @@ class Task(ABC):
     turns: bool = False
 
     @abstractmethod
-    def episode(self, ground: Ground, rng: np.random.Generator) -> Episode:
+    def episode(self, ground: TaskGround, rng: np.random.Generator) -> Episode:
         """Draw an episode; raises ``SimError`` where the ground has no room for the task."""

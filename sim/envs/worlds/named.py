@@ -41,7 +41,7 @@ def check_light(light: str) -> None:
 def world_named(name: str, light: str, pictured: bool) -> World:
     """A world, the same object for all who ask: a bench leaves it as it is.
 
-    It has an onlooker's camera. Where it is not ``pictured`` its pictures (posters, floors) are a pixel each, so that a
+    It has a chase camera. Where it is not ``pictured`` its pictures (posters, floors) are a pixel each, so that a
     bench is ready in a hundredth of a second instead of a third; nothing but a camera notices. Raises ``SimError``.
     """
     try:

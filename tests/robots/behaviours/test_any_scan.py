@@ -11,8 +11,8 @@ from hypothesis.extra.numpy import arrays
 import robots
 from refseq.view import Scan
 from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
-from robots.behaviours import BehaviourOutcome, Frame, Ranger, Senses
-from robots.behaviours.written import KINDS, Kind, make, parse
+from robots.behaviours import BehaviourOutcome, Ranger, RobotDescription, Senses
+from robots.behaviours.written import KINDS, BehaviourKind, make, parse
 
 any_float = st.floats(width=32)
 scans = arrays(np.float32, st.integers(0, 60), elements=any_float, fill=st.floats(0.25, 5.0, width=32)).map(
@@ -40,9 +40,9 @@ senses = st.builds(Senses, states, st.none() | scans, st.none() | calm)
 @pytest.mark.parametrize("name", robots.names())
 @settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(looks=st.lists(senses, min_size=1, max_size=4))
-def test_any_senses_give_a_finite_motion_within_the_limits(name: str, kind: Kind, looks: list[Senses]) -> None:
+def test_any_senses_give_a_finite_motion_within_the_limits(name: str, kind: BehaviourKind, looks: list[Senses]) -> None:
     robot = robots.load(name)
-    frame = Frame(robot.shape, robot.limits, sonars=(Ranger(0.2, 0.1, 0.5), Ranger(-0.7, 0.0, math.pi)))
+    frame = RobotDescription(robot.shape, robot.limits, sonars=(Ranger(0.2, 0.1, 0.5), Ranger(-0.7, 0.0, math.pi)))
     behaviour = make(parse(kind.example), frame, lambda scan: ())
     ended = BehaviourOutcome.RUNNING
     for look in looks:

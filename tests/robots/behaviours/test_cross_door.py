@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from robots import Limits, PlanarPose, RobotState, Shape
-from robots.behaviours import BehaviourOutcome, Frame, Senses
+from robots.behaviours import BehaviourOutcome, RobotDescription, Senses
 from robots.behaviours.cross_door import CrossDoor, DoorSide
-from robots.behaviours.sensing.doorway import LOOKS, DoorWatch, Passage, way_through
+from robots.behaviours.sensing.doorway import LOOKS, DoorWatch, Passage, clearance_of
 from robots.behaviours.sensing.line import DirectedLine
 
-FRAME = Frame(Shape(0.3, 0.7, 0.35, 0.25, 1.4), Limits(0.5, 0.5, 0.5, 1.0))
+FRAME = RobotDescription(Shape(0.3, 0.7, 0.35, 0.25, 1.4), Limits(0.5, 0.5, 0.5, 1.0))
 LASER = FRAME.shape.laser
 
 
@@ -133,7 +133,7 @@ def leaf(angle: float, hinge: int, recess: float = 0.08) -> NDArray[np.float64]:
 @given(angle=st.floats(0.0, math.radians(88)), hinge=st.sampled_from([-1, 1]))
 def test_a_leaf_leaves_open_what_geometry_says(angle: float, hinge: int) -> None:
     """A leaf as long as the door is wide leaves 1 − cos of its angle, on the other jamb's side."""
-    way = way_through(DOOR, in_odometers_frame(leaf(angle, hinge)), 1.0, 1.5)
+    way = clearance_of(DOOR, in_odometers_frame(leaf(angle, hinge)), 1.0, 1.5)
     assert way.width == pytest.approx(0.9 * (1 - math.cos(angle)), abs=0.021)
     assert way.leaf
     if way.width > 0.05:
@@ -144,7 +144,7 @@ def test_a_leaf_leaves_open_what_geometry_says(angle: float, hinge: int) -> None
 def test_what_stands_free_is_no_leaf(beyond: float, aside: float, side: int) -> None:
     turn = np.linspace(0, 2 * np.pi, 20)
     leg = np.stack([beyond + 0.06 * np.cos(turn), side * aside + 0.06 * np.sin(turn)], axis=1)
-    way = way_through(DOOR, in_odometers_frame(leg), 1.0, 1.5)
+    way = clearance_of(DOOR, in_odometers_frame(leg), 1.0, 1.5)
     assert not way.leaf
     assert way.width == pytest.approx(0.45 - 0.06 + aside, abs=0.002)
     assert way.middle * side < 0
@@ -153,13 +153,13 @@ def test_what_stands_free_is_no_leaf(beyond: float, aside: float, side: int) -> 
 def test_somebody_before_an_open_leaf_is_told_from_the_leaf() -> None:
     person = np.array([[0.6, 0.3], [0.62, 0.32], [0.6, 0.34], [0.58, 0.32]])
     both = np.concatenate([leaf(math.radians(89), -1), person])
-    assert not way_through(DOOR, in_odometers_frame(both), 1.0, 1.5).leaf
+    assert not clearance_of(DOOR, in_odometers_frame(both), 1.0, 1.5).leaf
 
 
 def test_nothing_there_is_all_open_and_what_is_far_off_does_not_count() -> None:
-    assert way_through(DOOR, np.empty((0, 2)), 1.0, 1.5).width == pytest.approx(0.9)
+    assert clearance_of(DOOR, np.empty((0, 2)), 1.0, 1.5).width == pytest.approx(0.9)
     around = in_odometers_frame(np.array([[-1.2, 0.0], [1.6, 0.0], [0.1, 0.5], [0.1, -0.5]]))
-    assert way_through(DOOR, around, 1.0, 1.5).width == pytest.approx(0.9)
+    assert clearance_of(DOOR, around, 1.0, 1.5).width == pytest.approx(0.9)
 
 
 # --- what a crossing asks of the robot ---

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from robots import Limits, PlanarPose, RobotState, Shape, Twist
-from robots.behaviours import Frame, Ranger, Senses
+from robots.behaviours import Ranger, RobotDescription, Senses
 from robots.behaviours.moves import driven
 from robots.behaviours.sensing.lanes import LANE_MARGIN, choose_lane, lanes
 from robots.behaviours.sensing.line import DirectedLine
@@ -69,7 +69,7 @@ def test_from_the_speed_to_stop_reaction_and_braking_take_the_distance(
 
 @pytest.mark.parametrize("speed", [0.2, 0.5, 1.0])
 def test_where_nothing_is_in_the_way_it_is_as_fast_as_its_limits_let_it(speed: float) -> None:
-    frame = Frame(LONG_TAIL, Limits(speed, 1.0, 0.5, 1.0))
+    frame = RobotDescription(LONG_TAIL, Limits(speed, 1.0, 0.5, 1.0))
     assert driven(frame, np.empty((0, 2)), 0.0, left=10.0).twist == Twist(speed, 0.0)
     assert driven(frame, np.empty((0, 2)), 0.0, left=0.05).twist.linear <= 0.1
 

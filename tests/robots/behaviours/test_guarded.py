@@ -9,14 +9,14 @@ import pytest
 import robots
 from refseq.view import Scan
 from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
-from robots.behaviours import BehaviourOutcome, BehaviourStep, Frame, Guarded, Senses, finished, waiting
+from robots.behaviours import BehaviourOutcome, BehaviourStep, Guarded, RobotDescription, Senses, finished, waiting
 from robots.behaviours.guarded import GOT_ON, PATIENCE, STALE
 from robots.behaviours.sensing.surroundings import Surroundings
 from robots.behaviours.written import KINDS, make, parse
 from robots.state import LATCHED
 
 ROBOT = robots.load("robuter")
-FRAME = Frame(ROBOT.shape, ROBOT.limits)
+FRAME = RobotDescription(ROBOT.shape, ROBOT.limits)
 FREE = Scan(np.full(361, np.inf, np.float32))
 
 

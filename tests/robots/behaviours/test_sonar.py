@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
-from robots.behaviours import Behaviour, BehaviourOutcome, Frame, Ranger, Senses
+from robots.behaviours import Behaviour, BehaviourOutcome, Ranger, RobotDescription, Senses
 from robots.behaviours.beside import Beside, keeps
 from robots.behaviours.dead_reckoned import DeadReckoned
 from robots.behaviours.follow_wall import WallSide
@@ -23,7 +23,7 @@ from robots.odometry import along_arc
 from robots.robuter import LIMITS, SHAPE
 
 AHEAD, LEFT, RIGHT = Ranger(0.3, 0.0, 0.0), Ranger(0.0, 0.25, math.pi / 2), Ranger(0.0, -0.25, -math.pi / 2)
-FRAME = Frame(SHAPE, LIMITS, sonars=(AHEAD, LEFT, Ranger(-0.4, 0.25, math.pi / 2), RIGHT))
+FRAME = RobotDescription(SHAPE, LIMITS, sonars=(AHEAD, LEFT, Ranger(-0.4, 0.25, math.pi / 2), RIGHT))
 KINDS: dict[str, Callable[[], Behaviour]] = {
     "turn": lambda: DeadReckoned(FRAME, Twist(0.0, 0.3), Turned(math.radians(-90))),
     "arc": lambda: DeadReckoned(FRAME, Twist(0.2, 0.3), Turned(1.0)),
@@ -109,6 +109,6 @@ def _perpendicular(pose: PlanarPose, ranger: Ranger, away: float, slant: float) 
 def test_sonars_of_a_side_are_those_that_look_there() -> None:
     assert abeam(FRAME, 1).tolist() == [1, 2]
     assert abeam(FRAME, -1).tolist() == [3]
-    blind = Frame(SHAPE, LIMITS, sonars=(AHEAD, LEFT))
+    blind = RobotDescription(SHAPE, LIMITS, sonars=(AHEAD, LEFT))
     with pytest.raises(RobotsError, match=r"^no sonar looks to the right: valid is a robot with some there$"):
         Narrow(blind)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import robots
 from robots import RobotsError
-from robots.behaviours import Frame
+from robots.behaviours import RobotDescription
 from robots.behaviours.carry_on import CarryOn
 from robots.behaviours.cross_door import CrossDoor
 from robots.behaviours.follow_wall import FollowWall, WallSide, closest
@@ -19,7 +19,7 @@ from robots.behaviours.turn import Turn
 from robots.behaviours.written import KINDS, make, parse
 
 ROBOT = robots.load("robuter")
-FRAME = Frame(ROBOT.shape, ROBOT.limits)
+FRAME = RobotDescription(ROBOT.shape, ROBOT.limits)
 
 
 @pytest.mark.parametrize(

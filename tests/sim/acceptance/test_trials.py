@@ -1,4 +1,4 @@
-"""What the trials of robots measure, against motions that are known."""
+"""Measurements of the acceptance trials, against motions that are known."""
 
 import math
 

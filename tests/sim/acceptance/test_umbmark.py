@@ -25,7 +25,7 @@ def believing(wheel_ratio: float, track_ratio: float, size: float = 1.0) -> Geom
 
 def without_slip(believed: Geometry, direction: Direction, side: float) -> Return:
     """Where wheels that do not slip get when the odometer shows a square; the odometer ends where it began."""
-    pose = robots.Pose()
+    pose = robots.PlanarPose()
     for _ in range(4):
         for length, turn in ((side, 0.0), (0.0, direction.value * math.pi / 2)):
             left = (length - turn * believed.track / 2) / believed.left_radius * TRUE.left_radius

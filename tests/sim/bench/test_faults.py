@@ -22,7 +22,7 @@ from sim.bench.hardware import SIDES
 from sim.cameras.camera import CameraModel
 from sim.cameras.sensor import WHITE
 from sim.drives.operator import Operator, OperatorStyle
-from sim.drives.recorder import Taken, Trigger, drive_and_sense, operator_for
+from sim.drives.recorder import RecordedView, Trigger, drive_and_sense, operator_for
 from sim.errors import SimError
 from sim.rendering.render import RendererKind
 from sim.sensors.beams import BEAMS
@@ -67,7 +67,7 @@ def bench_in(
     return Bench(world, robots.load(robot), route=route, seed=1, settings=settings)
 
 
-def taken(world: World, *faults: Fault, settings: BenchSettings = BLIND, robot: str = "robuter") -> list[Taken]:
+def taken(world: World, *faults: Fault, settings: BenchSettings = BLIND, robot: str = "robuter") -> list[RecordedView]:
     """A drive by a perfect operator, a view every half metre."""
     with bench_in(world, ROUTE, settings, robot) as bench:
         return list(
@@ -75,12 +75,12 @@ def taken(world: World, *faults: Fault, settings: BenchSettings = BLIND, robot: 
         )
 
 
-def truth(one: Taken) -> Pose:
+def truth(one: RecordedView) -> Pose:
     assert one.view.truth is not None
     return one.view.truth
 
 
-def ranges(one: Taken) -> NDArray[np.float32]:
+def ranges(one: RecordedView) -> NDArray[np.float32]:
     assert one.view.scan is not None
     return one.view.scan.ranges
 

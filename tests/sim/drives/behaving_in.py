@@ -11,7 +11,7 @@ from robots.behaviours import Behaviour, BehaviourOutcome
 from robots.behaviours.written import make, parse
 from robots.odometry import CalibrationErrors
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.behaviour_runner import BehaviourMoment, Ended, frame_of, run
+from sim.drives.behaviour_runner import BehaviourEnd, BehaviourMoment, description_of, run
 from sim.drives.doors import doors_to_cross
 from sim.rendering.render import RendererKind
 from worlds.build import World, build_world
@@ -82,7 +82,7 @@ def corridor(length: float = 12, things: str = "", left: float | None = None) ->
 class Behaved:
     """How a behaviour ended, where the robot stood 1 s later, what it touched but the floor, what it waited for."""
 
-    ended: Ended
+    ended: BehaviourEnd
     rest: Pose
     touched: frozenset[str]
     waited: frozenset[str]
@@ -100,7 +100,7 @@ def behaved(
     with Bench(world, robots.load(robot), settings=PERFECT) as bench:
         bench.place(Pose(*start))
         touched: set[str] = set()
-        behaviour = make(parse(what), frame_of(bench.robot), doors_to_cross) if isinstance(what, str) else what
+        behaviour = make(parse(what), description_of(bench.robot), doors_to_cross) if isinstance(what, str) else what
         waited: set[str] = set()
 
         def each(moment: BehaviourMoment) -> None:

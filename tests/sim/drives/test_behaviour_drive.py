@@ -11,7 +11,7 @@ from refseq.logs import RecordingWriter, read_recording
 from robots.errors import RobotsError
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.behaviour_drive import run_and_sense
-from sim.drives.recorder import Taken, Trigger
+from sim.drives.recorder import RecordedView, Trigger
 from sim.errors import StuckError
 from sim.rendering.render import RendererKind
 from tests.sim.drives.behaving_in import BOX, corridor
@@ -23,18 +23,18 @@ CLOSED = '[[door]]\nname = "d"\nwall = "left"\nat = 4.5'
 
 def toured(
     behaviours: tuple[str, ...] = BEHAVIOURS, trigger: Trigger | None = None, things: str = "", **more: float
-) -> list[Taken]:
+) -> list[RecordedView]:
     settings = BenchSettings(RendererKind.NONE, cameras=())
     with Bench(corridor(things=things), robots.load("robuter"), seed=2, settings=settings) as bench:
         return list(run_and_sense(bench, behaviours, trigger or Trigger(distance=0.5), **more))
 
 
 @pytest.fixture(scope="module")
-def taken() -> list[Taken]:
+def taken() -> list[RecordedView]:
     return toured()
 
 
-def test_a_view_is_taken_where_each_behaviour_begins(taken: list[Taken]) -> None:
+def test_a_view_is_taken_where_each_behaviour_begins(taken: list[RecordedView]) -> None:
     told = [one.view.behaviour for one in taken]
     assert [words for words in told if words] == list(BEHAVIOURS)
     assert told[0] == BEHAVIOURS[0]
@@ -47,7 +47,7 @@ def test_a_view_is_taken_where_each_behaviour_begins(taken: list[Taken]) -> None
     assert math.cos(wall.heading - turn.heading) < -0.99
 
 
-def test_between_them_views_stand_apart_as_asked(taken: list[Taken]) -> None:
+def test_between_them_views_stand_apart_as_asked(taken: list[RecordedView]) -> None:
     gaps = [after.view.distance for _, after in pairwise(taken)]
     assert all(gap <= 0.5 + 0.5 * CONTROL_PERIOD for gap in gaps)
     assert sum(abs(gap) for gap in gaps) == pytest.approx(4.0, abs=0.15)

@@ -11,10 +11,10 @@ from refseq.planar import Pose
 from robots import Signals, Twist
 from robots.behaviours import BehaviourOutcome, BehaviourStep
 from robots.behaviours.guarded import PATIENCE
-from robots.behaviours.written import KINDS, Kind, make, parse
+from robots.behaviours.written import KINDS, BehaviourKind, make, parse
 from robots.segway_rmp import MOUNTING
 from sim.bench.bench import Bench
-from sim.drives.behaviour_runner import frame_of, run, running
+from sim.drives.behaviour_runner import description_of, run, running
 from tests.sim.drives.behaving_in import BOX, PERFECT, behaved, corridor
 from worlds.build import World
 
@@ -81,7 +81,7 @@ def test_it_waits_for_somebody_who_leaves_the_way_and_then_goes_on(robot: str) -
 def test_the_tail_of_a_robuter_finds_no_room_at_a_wall_that_it_has_seen(room: World) -> None:
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
         bench.place(Pose(3.0, -0.65, 0.0))
-        frame = frame_of(bench.robot)
+        frame = description_of(bench.robot)
         assert run(bench, make(parse("MA:1.5,0"), frame)).outcome is BehaviourOutcome.FINISHED
         ended = run(bench, make(parse("MT:90"), frame))
     assert ended.outcome is BehaviourOutcome.FAILED
@@ -92,7 +92,7 @@ def test_the_tail_of_a_robuter_finds_no_room_at_a_wall_that_it_has_seen(room: Wo
 def test_an_emergency_stop_fails_a_behaviour_at_once(room: World) -> None:
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
         told: list[BehaviourStep] = []
-        for moment in running(bench, make(parse("MA:5,0"), frame_of(bench.robot))):
+        for moment in running(bench, make(parse("MA:5,0"), description_of(bench.robot))):
             told.append(moment.step)
             if len(told) == 50:
                 bench.control.emergency_stop()
@@ -108,14 +108,14 @@ def test_a_sensor_that_reads_no_number_ends_in_a_failure_and_no_exception(room: 
 
     with Bench(room, robots.load(robot), settings=PERFECT) as bench:
         bench.tamper = blind
-        ended = run(bench, make(parse("MN:5"), frame_of(bench.robot)), timeout=20.0)
+        ended = run(bench, make(parse("MN:5"), description_of(bench.robot)), timeout=20.0)
     assert ended.outcome is BehaviourOutcome.FAILED
     assert "sensor" in ended.why
 
 
 def test_when_its_time_is_up_a_behaviour_has_failed_and_the_robot_is_told_to_stop(room: World) -> None:
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
-        moments = list(running(bench, make(parse("MA:5,0"), frame_of(bench.robot)), timeout=2.0))
+        moments = list(running(bench, make(parse("MA:5,0"), description_of(bench.robot)), timeout=2.0))
     assert [moment.time for moment in moments] == pytest.approx(0.04 * np.arange(1, len(moments) + 1))
     assert moments[-1].time == pytest.approx(2.04)
     assert moments[-1].step == BehaviourStep(outcome=BehaviourOutcome.FAILED, why="not done after 2 s")
@@ -125,19 +125,19 @@ def test_when_its_time_is_up_a_behaviour_has_failed_and_the_robot_is_told_to_sto
 def test_the_path_is_the_true_one_and_each_period_is_told(room: World) -> None:
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
         told = []
-        ended = run(bench, make(parse("MT:20"), frame_of(bench.robot)), each=told.append)
+        ended = run(bench, make(parse("MT:20"), description_of(bench.robot)), each=told.append)
         assert ended.path[-1] == pytest.approx((bench.pose.x, bench.pose.y, bench.pose.heading))
     assert len(ended.path) == len(told) + 1
     assert ended.time == pytest.approx(0.04 * len(told))
 
 
 def test_the_lasers_frame_is_the_one_that_the_rmps_own_watch_uses() -> None:
-    assert astuple(frame_of(robots.load("segway_rmp")).laser) == pytest.approx(astuple(MOUNTING))
+    assert astuple(description_of(robots.load("segway_rmp")).laser) == pytest.approx(astuple(MOUNTING))
 
 
 def test_the_frame_has_the_sensors_where_the_model_has_them() -> None:
     robot = robots.load("robuter")
-    frame = frame_of(robot)
+    frame = description_of(robot)
     assert (frame.laser.ahead, frame.laser.height, frame.laser.axle) == pytest.approx((0.25, 0.35, 0.12))
     assert len(frame.sonars) == len(robot.sonars) == 24
     # They look outwards, from within the robot's box.
@@ -150,7 +150,7 @@ def test_the_frame_has_the_sensors_where_the_model_has_them() -> None:
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.code)
 @pytest.mark.parametrize("robot", robots.names())
 def test_every_behaviour_of_every_robot_ends_with_a_reason_and_the_robot_at_rest(
-    room: World, robot: str, kind: Kind
+    room: World, robot: str, kind: BehaviourKind
 ) -> None:
     done = behaved(room, robot, kind.example, (2.0, 0.2, 0.05), timeout=40.0)
     assert done.ended.outcome in (BehaviourOutcome.FINISHED, BehaviourOutcome.FAILED)
@@ -164,7 +164,7 @@ def test_standing_still_takes_the_speed_out(room: World) -> None:
     with Bench(room, robots.load("segway_rmp"), settings=PERFECT) as bench:
         for _ in range(75):
             bench.drive(Twist(0.5, 0.0))
-        ended = run(bench, make(parse("stop"), frame_of(bench.robot)))
+        ended = run(bench, make(parse("stop"), description_of(bench.robot)))
         assert ended.outcome is BehaviourOutcome.FINISHED
         assert 0.2 < ended.time < 5.0
         assert abs(bench.state.twist.linear) < 0.05

@@ -15,7 +15,7 @@ from refseq.logs import RecordingWriter, read_mcap
 from refseq.planar import Pose
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.operator import OperatorStyle
-from sim.drives.recorder import Moved, Taken, Trigger, describe, drive_and_sense, operator_for
+from sim.drives.recorder import Moved, RecordedView, Trigger, describe, drive_and_sense, operator_for
 from sim.errors import SimError
 from sim.rendering.render import RendererKind
 from tests.worlds.conftest import SMALL
@@ -40,7 +40,9 @@ def bench_in(world: World, route: str = "forward", seed: int = 1) -> Bench:
     )
 
 
-def taken_in(world: World, trigger: Trigger, route: str = "forward", style: OperatorStyle = PERFECT) -> list[Taken]:
+def taken_in(
+    world: World, trigger: Trigger, route: str = "forward", style: OperatorStyle = PERFECT
+) -> list[RecordedView]:
     with bench_in(world, route) as bench:
         return list(drive_and_sense(bench, operator_for(bench, 1, style), trigger, timeout=120.0))
 

@@ -10,7 +10,7 @@ import pytest
 import robots
 from robots import Twist
 from sim.bench.bench import Bench, BenchSettings
-from sim.envs.vector import Together
+from sim.envs.vector import PhysicsBatch
 from sim.envs.worlds.named import world_named
 from sim.physics import Due, alone
 from sim.rendering.render import RendererKind
@@ -75,7 +75,7 @@ def test_together_is_as_alone(worlds: tuple[str, ...], meddling: Meddling | None
     beside = [bench(world, seed) for seed, world in enumerate(worlds)]
     meddlings = [None, meddling, *[None] * len(worlds)]
     lone = [alone(going(robot, 0.1 * i, meddlings[i])) for i, robot in enumerate(apart)]
-    joint = Together().run({i: going(robot, 0.1 * i, meddlings[i]) for i, robot in enumerate(beside)})
+    joint = PhysicsBatch().run({i: going(robot, 0.1 * i, meddlings[i]) for i, robot in enumerate(beside)})
     assert [joint[i] for i in range(len(worlds))] == lone
     assert [robot.fault for robot in beside] == [robot.fault for robot in apart]
     assert (beside[1].fault is not None) == (meddling is spoil)
@@ -91,13 +91,13 @@ def test_meddling_makes_a_difference() -> None:
 @pytest.mark.parametrize("threads", [1, 2, 3, 0])
 def test_nothing_depends_on_the_threads(threads: int) -> None:
     lone = [alone(going(bench("rooms:0", i, "segway_rmp"), 0.1 * i)) for i in range(4)]
-    joint = Together(threads).run({i: going(bench("rooms:0", i, "segway_rmp"), 0.1 * i) for i in range(4)})
+    joint = PhysicsBatch(threads).run({i: going(bench("rooms:0", i, "segway_rmp"), 0.1 * i) for i in range(4)})
     assert list(joint.values()) == lone
 
 
 def test_some_may_rest_and_others_may_be_another_robot_by_now() -> None:
     """Those of later runs are known by the same numbers; one of them is new, one does not take part."""
-    together = Together()
+    together = PhysicsBatch()
     beside, apart = [bench("rooms:0", i) for i in range(3)], [bench("rooms:0", i) for i in range(3)]
     together.run({i: going(robot, 0.0) for i, robot in enumerate(beside)})
     lone = [alone(going(robot, 0.0)) for robot in apart]
@@ -115,7 +115,7 @@ def test_no_simulation_steps_by_itself(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("stepped alone")
 
     monkeypatch.setattr(mujoco, "mj_step", refused)
-    together = Together()
+    together = PhysicsBatch()
     assert len(together.run(runs)) == len(MIXED)
     assert together.groups == [(0, 2), (1,), (3,)]
     with pytest.raises(AssertionError, match="stepped alone"):

@@ -14,7 +14,7 @@ from robots.behaviours import BehaviourOutcome
 from robots.behaviours.beside import keeps
 from scenarios.library import LIBRARY
 from sim.bench.bench import Bench, BenchSettings
-from sim.drives.behaviour_runner import frame_of
+from sim.drives.behaviour_runner import description_of
 from sim.errors import SimError
 from sim.missions.lamp import LampEnded, run_lamp
 from sim.rendering.render import RendererKind
@@ -35,7 +35,7 @@ SIDES = (
 OPENING = SIDES.format(name="left", y=0.85, depth=0.7) + SIDES.format(name="right", y=-0.85, depth=0.7)
 """In a corridor 2.4 m wide it leaves 1 m."""
 CLOSED = SIDES.format(name="all", y=0.0, depth=2.4)
-KEEPS = keeps(frame_of(robots.load("robuter")))
+KEEPS = keeps(description_of(robots.load("robuter")))
 """How far from a wall beside it the middle of its axle stays [m]."""
 REAL = BenchSettings(RendererKind.NONE)
 """A robot with errors of calibration."""
@@ -223,7 +223,7 @@ def test_a_robot_without_sonars_cannot_run_it(bare: World) -> None:
 
 
 def test_sonar_1_looks_ahead() -> None:
-    ranger = frame_of(robots.load("robuter")).sonars[1]
+    ranger = description_of(robots.load("robuter")).sonars[1]
     assert ranger.bearing == pytest.approx(0.0)
     assert ranger.x == pytest.approx(AHEAD)
 

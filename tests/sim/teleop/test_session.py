@@ -9,7 +9,7 @@ import pytest
 import robots
 from robots import Cause
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
-from sim.drives.recorder import Taken, Trigger
+from sim.drives.recorder import RecordedView, Trigger
 from sim.rendering.render import RendererKind
 from sim.teleop.commands import Button, Commands, CommandSource, SessionPhase, SessionStatus
 from sim.teleop.script import CommandLog, ScriptSource, parse, printed
@@ -35,13 +35,13 @@ class Watched:
 
 def sat(
     text: str, sampling: Trigger | None = None, world: World | None = None, robot: str = "robuter"
-) -> tuple[list[Taken], list[SessionStatus]]:
+) -> tuple[list[RecordedView], list[SessionStatus]]:
     source = Watched(ScriptSource(parse(text)))
     with Bench(world or corridor(), robots.load(robot), seed=3, settings=CAMERALESS) as bench:
         return list(run_session(bench, source, sampling)), source.shown
 
 
-def times(taken: Sequence[Taken]) -> list[float]:
+def times(taken: Sequence[RecordedView]) -> list[float]:
     return [one.view.time for one in taken]
 
 
@@ -186,7 +186,7 @@ def test_the_same_script_is_the_same_drive_and_so_is_what_was_noted_of_it() -> N
             buttons = {0: (Button.START,), 70: (Button.PAUSE,), 80: (Button.RESUME,), 33: (Button.SAMPLE,)}
             return Commands(twist, (Button.STOP,) if phase >= 120 else buttons.get(phase, ()))
 
-    def run(source: CommandSource) -> list[Taken]:
+    def run(source: CommandSource) -> list[RecordedView]:
         with Bench(corridor(), robots.load("robuter"), seed=3, settings=CAMERALESS) as bench:
             return list(run_session(bench, source, Trigger(distance=0.2)))
 

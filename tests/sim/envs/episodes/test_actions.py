@@ -7,11 +7,11 @@ import robots
 from refseq.view import Scan
 from robots import Limits, RobotState, Twist
 from robots.behaviours import BehaviourOutcome, Senses
-from sim.drives.behaviour_runner import frame_of
+from sim.drives.behaviour_runner import description_of
 from sim.envs.episodes.actions import ByBehaviour, ByTwist
 from sim.errors import SimError
 
-FRAME = frame_of(robots.load("robuter"))
+FRAME = description_of(robots.load("robuter"))
 TURN, OTHER, STOP = 0, 1, 2
 
 
@@ -22,7 +22,7 @@ def acting() -> ByBehaviour:
 def turned(heading: float, time: float) -> Senses:
     """A robot that stands in the open and has turned so far by its odometer [rad]."""
     return Senses(
-        RobotState(time=time, pose=robots.Pose(0.0, 0.0, heading)), Scan(np.full(361, 20.0, np.float32)), time
+        RobotState(time=time, pose=robots.PlanarPose(0.0, 0.0, heading)), Scan(np.full(361, 20.0, np.float32)), time
     )
 
 

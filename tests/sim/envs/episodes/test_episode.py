@@ -91,7 +91,7 @@ def test_forward_into_a_wall_it_is_stopped_and_says_so(robot: str) -> None:
 def test_a_robot_that_is_pushed_over_has_failed() -> None:
     env = made("CrossDoorTwist", robot="segway_rmp")
     env.reset(seed=2)
-    stage = env._stage
+    stage = env._run
     assert stage is not None
     stage.bench.data.xfrc_applied[stage.bench.model.body("segway_rmp/base").id, 3:] = (0.0, 500.0, 0.0)
     for _ in range(20):
@@ -109,7 +109,7 @@ def test_a_robot_that_is_pushed_over_has_failed() -> None:
 def test_broken_physics_ends_the_episode_and_no_missing_number_gets_out() -> None:
     env = made("CrossDoorTwist")
     env.reset(seed=2)
-    stage = env._stage
+    stage = env._run
     assert stage is not None
     stage.bench.data.qvel[:] = np.nan
     seen, reward, ended, _, info = env.step(np.zeros(2, np.float32))
@@ -194,7 +194,7 @@ def test_recovered_means_right_and_sure() -> None:
     unwrapped = env.unwrapped
     assert isinstance(unwrapped, RobotEnv)
     last = play(env, AlongPath(unwrapped), 0)[-1][3]
-    stage, places = unwrapped._stage, unwrapped.places
+    stage, places = unwrapped._run, unwrapped.places
     assert last["success"]
     assert stage is not None
     assert stage.following is not None

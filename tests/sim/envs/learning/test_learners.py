@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import sim.envs
-from sim.envs.learning.evaluation import PLAYERS, Trial, margin, returns
+from sim.envs.learning.evaluation import PLAYERS, EvaluationEpisode, margin, returns
 from sim.envs.learning.files import curve, table
 from sim.envs.learning.ppo import Practice, TrainedPolicy, learn
 from sim.envs.learning.sectors import Sectors
@@ -64,10 +64,10 @@ def test_a_short_training_runs_and_leaves_its_files(tmp_path: Path) -> None:
     assert result["id"] == "RefSeq/CrossDoorTwist-v0"
     assert result["steps"] == 256
     assert (result["learnt_in"], result["tried_in"]) == (["rooms:0"], ["rooms:1"])
-    trials = [Trial(**trial) for trial in result["trials"]]
-    assert [trial.player for trial in trials] == [player for player in PLAYERS for _ in range(2)]
-    assert {(trial.world, trial.seed) for trial in trials} == {("rooms:1", 1_000_000), ("rooms:1", 1_000_001)}
-    played = returns(tuple(trials))
+    episodes = [EvaluationEpisode(**episode) for episode in result["evaluation"]]
+    assert [episode.player for episode in episodes] == [player for player in PLAYERS for _ in range(2)]
+    assert {(episode.world, episode.seed) for episode in episodes} == {("rooms:1", 1_000_000), ("rooms:1", 1_000_001)}
+    played = returns(tuple(episodes))
     assert result["margin_over"]["random"]["mean"] == pytest.approx((played["learnt"] - played["random"]).mean())
     rows = list(csv.DictReader((folder / "curve.csv").open()))
     assert len(rows) == result["episodes"]
@@ -104,9 +104,9 @@ def test_a_lesson_that_ends_by_its_steps_gives_the_same_policy_again(tmp_path: P
         TrainingConfig("CrossDoorTwist", steps=512, robots=2, seed=seed, worlds=("rooms:0",)) for seed in (3, 3, 4)
     ]
     weights, practised = [], []
-    for number, lesson in enumerate(lessons):
+    for number, config in enumerate(lessons):
         path = tmp_path / f"{number}.zip"
-        practised.append([(one.steps, one.returned) for one in learn(lesson, path).practice])
+        practised.append([(one.steps, one.returned) for one in learn(config, path).practice])
         weights.append(PPO.load(path, device="cpu").policy.state_dict())
     first, again, other = weights
     assert all((first[key] == again[key]).all() for key in first)
@@ -155,10 +155,12 @@ def test_a_margin_below_what_is_asked_ends_with_one(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, at_least: str, code: int
 ) -> None:
     made = {"learnt": 6.0, "random": 1.0, "ahead": 8.0}
-    trials = tuple(Trial(player, "rooms:1", i, made[player] + i, 9, False) for player in PLAYERS for i in range(2))
+    episodes = tuple(
+        EvaluationEpisode(player, "rooms:1", i, made[player] + i, 9, False) for player in PLAYERS for i in range(2)
+    )
     monkeypatch.setattr("sim.envs.train.stable_baselines", lambda: None)
-    monkeypatch.setattr("sim.envs.train.learn", lambda lesson, policy: TrainedPolicy((), 1, 1.0))
-    monkeypatch.setattr("sim.envs.train.examine", lambda lesson, policy: trials)
+    monkeypatch.setattr("sim.envs.train.learn", lambda config, policy: TrainedPolicy((), 1, 1.0))
+    monkeypatch.setattr("sim.envs.train.evaluate", lambda config, policy: episodes)
     ran = CliRunner().invoke(app, [*LESSON, "--at-least", at_least, "-o", str(tmp_path)])
     assert ran.exit_code == code
     assert "margin over random: 5.00, 95 % from 5.00 to 5.00" in ran.output
@@ -178,12 +180,12 @@ def test_the_margin_is_that_of_pairs() -> None:
 
 def test_the_curve_holds_every_episode() -> None:
     practice = tuple(Practice(100 * i, 1.5 * i, float(i), 50) for i in range(1, 31))
-    trials = tuple(Trial(player, "hallway", i, i - 3.0, 9, False) for player in PLAYERS for i in range(4))
+    episodes = tuple(EvaluationEpisode(player, "hallway", i, i - 3.0, 9, False) for player in PLAYERS for i in range(4))
     learnt = TrainedPolicy(practice, 3000, 45.0)
     rows = list(csv.reader(table(learnt).splitlines()))
     assert rows[0] == ["steps", "seconds", "return", "length"]
     assert [[float(cell) for cell in row] for row in rows[1:]] == [[100 * i, 1.5 * i, i, 50] for i in range(1, 31)]
-    steps, clock = curve(TrainingConfig("CrossDoor"), learnt, trials).axes
+    steps, clock = curve(TrainingConfig("CrossDoor"), learnt, episodes).axes
     for axes, last in ((steps, 3000), (clock, 45.0)):
         dots, means = axes.lines[1:3]
         assert np.asarray(dots.get_xdata())[-1] == last

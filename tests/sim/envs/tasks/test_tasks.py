@@ -12,13 +12,13 @@ from sim.envs.tasks.cross_door import FAR, NEAR, CrossDoorTask
 from sim.envs.tasks.follow_corridor import ARRIVED, FollowCorridorTask
 from sim.envs.tasks.reach_place import FARTHEST, NEAREST, ReachPlaceTask
 from sim.envs.tasks.recover import HERE, SURE, RecoverTask, belief_in
-from sim.envs.tasks.task import FAILURE, SUCCESS, Episode, Ground, Situation
+from sim.envs.tasks.task import FAILURE, SUCCESS, Episode, Situation, TaskGround
 from sim.envs.worlds.rooms import FORMS, two_rooms
 
 SHAPE = Shape(ahead=0.8, behind=0.3, half_width=0.36, laser=0.25, height=1.4)
 ROUTE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0]])
 PLACES = np.array([(k, 0.0) for k in range(11)], float)
-GROUND = Ground(two_rooms(0), ROUTE, SHAPE, PLACES)
+GROUND = TaskGround(two_rooms(0), ROUTE, SHAPE, PLACES)
 
 
 def begun(task: FollowCorridorTask | CrossDoorTask | ReachPlaceTask | RecoverTask, seed: int = 0) -> Episode:
@@ -65,7 +65,7 @@ def test_a_failure_at_the_goal_is_a_failure(situation: Situation, failure: str) 
 
 @pytest.mark.parametrize("form", range(len(FORMS)))
 def test_starts_before_a_door_look_at_it_from_the_room(form: int) -> None:
-    ground = Ground(two_rooms(form), ROUTE, SHAPE)
+    ground = TaskGround(two_rooms(form), ROUTE, SHAPE)
     for seed in range(20):
         start = CrossDoorTask().episode(ground, np.random.default_rng(seed)).start
         assert -FAR <= start.x <= -NEAR
