@@ -112,7 +112,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def open_bench(drive: Drive, *, watched: bool = False) -> Bench:
-    """The simulation of a drive, at its start; ``watched`` by a chase camera. Raises the rooms' own errors for names."""
+    """The simulation of a drive, at its start; ``watched`` by a chase camera. Raises the rooms' errors for names."""
     robot = robots.load(drive.robot)
     if drive.sensors is not None:
         check_sensors(drive.sensors, robot)
