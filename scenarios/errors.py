@@ -1,5 +1,22 @@
-"""The one family of errors that this package raises for input it cannot use."""
+"""Errors for input that cannot be used: this package's own family, and every room's in one clause.
+
+Each room has a family of its own, for the rooms know nothing of each other and so share no base. ``ValueError`` is none
+either: pydantic's validators turn it into their own, and code that reads numbers catches it.
+"""
+
+import sys
+
+FAMILIES = {"refseq": "RefseqError", "worlds": "WorldsError", "robots": "RobotsError", "sim": "SimError"}
 
 
 class ScenarioError(Exception):
     """A scenario, a run or its answers cannot be used: the message names the value, its place and what is valid."""
+
+
+def input_errors() -> tuple[type[Exception], ...]:
+    """Collect the rooms' families of errors, so that a single ``except`` clause catches bad input of any room.
+
+    A room that was never imported has raised nothing, and may not be importable here: it is left out.
+    """
+    loaded = ((sys.modules.get(f"{room}.errors"), family) for room, family in FAMILIES.items())
+    return (ScenarioError, *(getattr(module, family) for module, family in loaded if module is not None))

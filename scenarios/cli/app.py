@@ -35,6 +35,7 @@ from scenarios.cli.view import EXAMPLES as VIEW_EXAMPLES
 from scenarios.cli.view import view
 from scenarios.cli.worlds import worlds
 from scenarios.drives.inputs import assignments, check_output, read_comparison, read_drive, words, writing
+from scenarios.errors import input_errors
 
 if TYPE_CHECKING:
     from scenarios.drives.evaluate import StageResult
@@ -424,7 +425,7 @@ def main() -> None:
         if _is_own_failure(error):
             say(err, f"failed: {error}")
             sys.exit(BELOW)
-        if not _is_bad_input(error):
+        if not isinstance(error, input_errors()):
             raise
         say(err, f"error: {error}")
         sys.exit(BAD_INPUT)
@@ -434,23 +435,6 @@ def _is_own_failure(error: Exception) -> bool:
     """Whether a localiser that the user brought did wrong."""
     own = sys.modules.get("scenarios.methods.plugins")
     return own is not None and isinstance(error, own.MisbehavedError)
-
-
-def _is_bad_input(error: Exception) -> bool:
-    """Whether it is one of the rooms' own errors, each of which names value, place and what is valid."""
-    from refseq.errors import RefseqError
-    from scenarios.errors import ScenarioError
-
-    families: list[type[Exception]] = [RefseqError, ScenarioError]
-    # A room that was never imported has raised nothing, and may not be importable here.
-    for module, name in (
-        ("sim.errors", "SimError"),
-        ("worlds.errors", "WorldsError"),
-        ("robots.errors", "RobotsError"),
-    ):
-        if module in sys.modules:
-            families.append(getattr(sys.modules[module], name))
-    return isinstance(error, tuple(families))
 
 
 @contextmanager

@@ -10,8 +10,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from refseq.errors import RefseqError
-from robots.errors import RobotsError
 from scenarios.campaign.declare.drivable import check_drive, named
 from scenarios.campaign.declare.expand import Values, put, variations
 from scenarios.campaign.declare.expectations import Expectation
@@ -21,14 +19,12 @@ from scenarios.campaign.declare.schema_types import Form, form_of
 from scenarios.campaign.declare.sources import Source
 from scenarios.campaign.declare.validation_errors import first_mistake
 from scenarios.drives.record import QUERY_SEEDS, Drive
-from scenarios.errors import ScenarioError
+from scenarios.errors import ScenarioError, input_errors
 from scenarios.library import LIBRARY
 from sim.bench.bench import CONTROL_PERIOD
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import Trigger
-from sim.errors import SimError
 from sim.sensors.laser import RangeMode
-from worlds.errors import WorldsError
 
 """Folder of the scenarios that come with the bench."""
 SOURCE_KEYS = {"world", "log", "images"}
@@ -122,7 +118,7 @@ def load(path: Path) -> list[Case]:
     table = _table(path)
     try:
         cases = [_case(path, name, values, put(table, values)) for name, values in variations(table.pop("vary", None))]
-    except (ScenarioError, SimError, WorldsError, RobotsError, RefseqError) as error:
+    except input_errors() as error:
         raise ScenarioError(f"{path}: {' '.join(str(error).split())}") from error
     return cases
 

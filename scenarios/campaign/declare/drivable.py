@@ -11,15 +11,12 @@ import numpy as np
 import robots
 from refseq.view import LASER
 from robots.behaviours.written import parse
-from robots.errors import RobotsError
 from scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
-from scenarios.errors import ScenarioError
+from scenarios.errors import ScenarioError, input_errors
 from sim.bench.faults import check_fault
 from sim.cameras.library import load_camera
 from sim.drives.operator import Operator
-from sim.errors import SimError
 from sim.rendering.render import RendererKind
-from worlds.errors import WorldsError
 from worlds.light import light_named
 
 
@@ -28,7 +25,7 @@ def named(table: str) -> Iterator[None]:
     """Name the table in which something is wrong."""
     try:
         yield
-    except (ScenarioError, SimError, WorldsError, RobotsError) as error:
+    except input_errors() as error:
         raise ScenarioError(f"{table}: {error}") from error
 
 

@@ -17,7 +17,6 @@ import pyarrow as pa
 from refseq.errors import LogError, RefseqError
 from refseq.logs import Recording
 from refseq.map.profile import PROFILES
-from robots.errors import RobotsError
 from scenarios.campaign.declare import sources as declared_sources
 from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
 from scenarios.campaign.declare.real_recordings import AbsentError
@@ -32,11 +31,10 @@ from scenarios.campaign.store.cache import ANSWERS, RECORDING, DamagedError, Sto
 from scenarios.campaign.store.keys import code_digest, key_of
 from scenarios.campaign.store.views import read_views, recording_key, source_key
 from scenarios.drives.record import Drive, record
-from scenarios.errors import ScenarioError
+from scenarios.errors import input_errors
 from scenarios.methods.baselines import Reference
 from scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
-from sim.errors import SimError, StuckError
-from worlds.errors import WorldsError
+from sim.errors import StuckError
 
 HANDS = (__name__, declared_sources.__name__, stored_views.__name__, keys.__name__)
 """Modules that hand views to those that learn and answer: their own text counts in a key, not all that they import."""
@@ -267,7 +265,7 @@ def perform(task: Task, folder: Store) -> Outcome:
     except DamagedError as damaged:
         reason = f"{task.title}: {damaged}"
         return Outcome(Verdict.ERROR, reason, seconds=time.perf_counter() - begin, damaged=damaged.key)
-    except (ScenarioError, SimError, WorldsError, RobotsError, RefseqError) as error:
+    except input_errors() as error:
         return Outcome(Verdict.ERROR, f"{task.title}: {error}", seconds=time.perf_counter() - begin)
     except Exception as error:
         details = "" if isinstance(error, OSError) else traceback.format_exc()  # a full disk is no fault of the code's
