@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from refseq.errors import LogError, RefseqError
+from refseq.errors import LogError
 from refseq.logs import Recording
 from refseq.map.profile import PROFILES
 from scenarios.campaign.declare import sources as declared_sources
