@@ -1,10 +1,13 @@
-"""Ranking metrics: precision and recall, area under the ROC curve, false positive rate."""
+"""Metrics of ranking and calibration: precision and recall, ROC, reliability of probabilities."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+BINS = 10
+"""Bins of a reliability diagram."""
 
 
 @dataclass(frozen=True)
@@ -60,3 +63,35 @@ def retrieval(scores: NDArray[np.float64], right: NDArray[np.bool_], relevant: i
     ends = np.cumsum(taken)
     hits = np.cumsum(right[np.argsort(-scores, kind="stable")])[ends - 1]
     return Retrieval(-thresholds, hits / ends, hits / relevant)
+
+
+@dataclass(frozen=True, slots=True)
+class Reliability:
+    """Views sorted by a probability into equal bins of [0, 1]; arrays are (B,), one entry a bin.
+
+    ``probability`` is the mean in each bin and ``share`` how often the event came true, both nan in an empty bin;
+    ``count`` is the number of views.
+    """
+
+    probability: NDArray[np.float64]
+    share: NDArray[np.float64]
+    count: NDArray[np.int64]
+
+    @property
+    def error(self) -> float:
+        """Expected calibration error (ECE): |probability − share|, averaged over the views; nan without any."""
+        total, there = int(self.count.sum()), self.count > 0
+        if not total:
+            return math.nan
+        gaps = np.abs(self.probability - self.share)[there]
+        return float((gaps * self.count[there]).sum() / total)
+
+
+def reliability(probabilities: NDArray[np.float64], hits: NDArray[np.bool_], bins: int = BINS) -> Reliability:
+    """Compare probabilities (n,) with what came true (n,). A bin holds its lower edge, the last one both edges."""
+    index = np.minimum((probabilities * bins).astype(int), bins - 1)
+    count = np.bincount(index, minlength=bins)
+    with np.errstate(invalid="ignore"):
+        probability = np.bincount(index, weights=probabilities, minlength=bins) / count
+        share = np.bincount(index, weights=hits, minlength=bins) / count
+    return Reliability(probability, share, count)

@@ -21,12 +21,11 @@ from refseq.inference.matching.information import posterior_information, proven_
 from refseq.planar import Pose
 from scenarios.errors import ScenarioError
 from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.metrics import Retrieval, auroc, false_positive_rate, retrieval
+from scenarios.scoring.metrics import Reliability, Retrieval, auroc, false_positive_rate, reliability, retrieval
 from scenarios.scoring.outcome import OFF_MAP, ON_MAP, Outcome, judge
 from scenarios.scoring.path_geometry import WIDE, ReferencePath, Tolerance, path_of
 from scenarios.scoring.proportion import Proportion
 from scenarios.scoring.recovery import DistanceOrNever, Recovery, first_fix, recovery_of
-from scenarios.scoring.reliability import Reliability, reliability
 
 RANKS = (1, 5, 10)
 """Numbers of most probable places for which recall is told."""

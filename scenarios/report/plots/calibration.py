@@ -16,7 +16,7 @@ from scenarios.report.plots.style import (
     with_legend,
 )
 from scenarios.scoring.comparison import method_label
-from scenarios.scoring.reliability import Reliability
+from scenarios.scoring.metrics import Reliability
 from scenarios.scoring.score import Score
 
 
