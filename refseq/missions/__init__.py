@@ -1,6 +1,6 @@
 """Missions: what a robot should do on its way, by the landmarks that it meets (1.3, appendix C; card X1 to X5)."""
 
-from refseq.missions.executor import Caution, Do, Entry, Executor, Status
+from refseq.missions.executor import Do, Executor, ExecutorSettings
 from refseq.missions.language import (
     ADMITTED,
     Action,
@@ -12,9 +12,11 @@ from refseq.missions.language import (
     Step,
     parse_mission,
 )
-from refseq.missions.path import Way, way_along, way_of
+from refseq.missions.log import Entry
+from refseq.missions.path import MissionPath, path_along, path_of
 from refseq.missions.plan import Errand, Landmarks, Order, Plan, as_learnt, compiled
-from refseq.missions.progress import Trust, Whereabouts, Word
+from refseq.missions.progress import Estimate, ProgressFilter, ProgressSettings
+from refseq.missions.status import Status
 from refseq.missions.tasks import Call, Photograph, Task, Wait
 
 __all__ = [
@@ -22,30 +24,30 @@ __all__ = [
     "Action",
     "Behaviour",
     "Call",
-    "Caution",
     "Do",
     "Entry",
     "Errand",
+    "Estimate",
     "Executor",
+    "ExecutorSettings",
     "Label",
     "Landmark",
     "Landmarks",
     "Mission",
     "MissionError",
+    "MissionPath",
     "Order",
     "Photograph",
     "Plan",
+    "ProgressFilter",
+    "ProgressSettings",
     "Status",
     "Step",
     "Task",
-    "Trust",
     "Wait",
-    "Way",
-    "Whereabouts",
-    "Word",
     "as_learnt",
     "compiled",
     "parse_mission",
-    "way_along",
-    "way_of",
+    "path_along",
+    "path_of",
 ]

@@ -13,7 +13,7 @@ from refseq.map.sequence import ReferenceSequence
 
 
 @dataclass(frozen=True)
-class Way:
+class MissionPath:
     """A way through a map.
 
     ``places`` (n,) are numbered as beliefs number them, ``along`` (n,) is how far each is from the way's start [m].
@@ -32,25 +32,25 @@ class Way:
         return float(self.along[-1])
 
 
-def way_along(sequence: ReferenceSequence) -> Way:
+def path_along(sequence: ReferenceSequence) -> MissionPath:
     """A whole reference sequence."""
     return _way(np.arange(len(sequence)), sequence.along, sequence.guide)
 
 
-def way_of(atlas: Atlas, route: Route) -> Way:
+def path_of(atlas: Atlas, route: Route) -> MissionPath:
     """A route through an atlas; where it changes paths, it goes on as that path was driven there."""
     paths = {path.name: path for path in atlas.paths}
     legs = [_leg(atlas, paths[leg.path], leg.first, leg.last) for leg in route.legs]
-    return joined(legs) if legs else Way(route.places, np.zeros(len(route.places)), ("",), ())
+    return joined(legs) if legs else MissionPath(route.places, np.zeros(len(route.places)), ("",), ())
 
 
-def joined(legs: Sequence[Way]) -> Way:
+def joined(legs: Sequence[MissionPath]) -> MissionPath:
     """Ways one behind the other: each begins at the place where the last one ended."""
     whole = legs[0]
     for leg in legs[1:]:
         far = whole.length
         doors = (replace(door, along=door.along + far) for door in leg.doors)
-        whole = Way(
+        whole = MissionPath(
             np.concatenate([whole.places, leg.places[1:]]),
             np.concatenate([whole.along, leg.along[1:] + far]),
             # Where it goes over, what is done is what was done on the path that it goes over to.
@@ -60,16 +60,16 @@ def joined(legs: Sequence[Way]) -> Way:
     return whole
 
 
-def _leg(atlas: Atlas, path: Path, first: int, last: int) -> Way:
+def _leg(atlas: Atlas, path: Path, first: int, last: int) -> MissionPath:
     whole = _way(atlas.numbered(path), path.along, path.guide)
     views = slice(first, last + 1)
     start, end = whole.along[[first, last]].tolist()
     behaviours = list(whole.behaviours[views])
     behaviours[0] = next((one for one in reversed(whole.behaviours[: first + 1]) if one), "")
     doors = tuple(replace(door, along=door.along - start) for door in whole.doors if start <= door.along <= end)
-    return Way(whole.places[views], whole.along[views] - start, tuple(behaviours), doors)
+    return MissionPath(whole.places[views], whole.along[views] - start, tuple(behaviours), doors)
 
 
-def _way(places: NDArray[np.intp], along: NDArray[np.float64], guide: Guide) -> Way:
+def _way(places: NDArray[np.intp], along: NDArray[np.float64], guide: Guide) -> MissionPath:
     doors = guide.since(float(along[0])).doors
-    return Way(places, along - along[0], guide.behaviours or ("",) * len(places), doors)
+    return MissionPath(places, along - along[0], guide.behaviours or ("",) * len(places), doors)

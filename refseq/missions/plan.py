@@ -11,7 +11,7 @@ from itertools import pairwise
 from refseq.map.annotations import PathDoor, Side
 from refseq.missions.behaviour_codes import GOING_ON, code_of, travels
 from refseq.missions.language import Action, Behaviour, Label, Landmark, Mission, MissionError, Step
-from refseq.missions.path import Way
+from refseq.missions.path import MissionPath
 from refseq.missions.tasks import Task
 
 BEFORE_DOOR = 1.2
@@ -54,7 +54,7 @@ class Plan:
     An order that ends by itself and is the last one ends the mission, wherever that leaves the robot.
     """
 
-    way: Way
+    path: MissionPath
     orders: tuple[Order, ...]
     goal: float
     tasks: tuple[Task, ...] = ()
@@ -96,13 +96,13 @@ class Landmarks:
     places: Mapping[str, Where] = field(default_factory=dict)
 
 
-def as_learnt(way: Way) -> Plan:
+def as_learnt(way: MissionPath) -> Plan:
     """The way itself as a mission (X3): all that was done is done again where it was done."""
     return Plan(way, _learnt(way), way.length)
 
 
 def compiled(
-    mission: Mission, way: Way, landmarks: Landmarks | None = None, errands: Sequence[Errand] | None = None
+    mission: Mission, way: MissionPath, landmarks: Landmarks | None = None, errands: Sequence[Errand] | None = None
 ) -> Plan:
     """A mission for a way: what its steps do in place of what was learnt, up to its last landmark.
 
@@ -128,7 +128,7 @@ def compiled(
     return _up_to(way, orders, order, stops=_wanted(at, errand) is None)
 
 
-def _up_to(way: Way, orders: Sequence[Order], last: Order, *, stops: bool) -> Plan:
+def _up_to(way: MissionPath, orders: Sequence[Order], last: Order, *, stops: bool) -> Plan:
     """A mission ends with its last step: there, where nobody said what to do, when that is done, or with the way."""
     before = tuple(orders[: orders.index(last)])
     if stops:
@@ -164,7 +164,7 @@ class _Matched:
     door: PathDoor | None = None
 
 
-def _matched(mission: Mission, way: Way, landmarks: Landmarks) -> list[_Matched]:
+def _matched(mission: Mission, way: MissionPath, landmarks: Landmarks) -> list[_Matched]:
     found: list[_Matched] = []
     for number, step in enumerate(mission.steps, 1):
         with _step(mission, number):
@@ -181,7 +181,7 @@ def _step(mission: Mission, number: int) -> Iterator[None]:
         raise MissionError(f"mission {mission}, step {number}: {error}") from None
 
 
-def _match(step: Step, way: Way, landmarks: Landmarks, before: _Matched | None) -> _Matched:
+def _match(step: Step, way: MissionPath, landmarks: Landmarks, before: _Matched | None) -> _Matched:
     landmark, last = step.landmark, before.at if before else -1e-9
     if landmark.label is Label.DOOR and str(landmark) not in landmarks.places:
         if before is not None and before.door is not None:
@@ -198,7 +198,7 @@ def _match(step: Step, way: Way, landmarks: Landmarks, before: _Matched | None) 
     return _Matched(step, at, f"{step}: at {at:.1f} m")
 
 
-def _place(landmark: Landmark, way: Way, landmarks: Landmarks) -> float:
+def _place(landmark: Landmark, way: MissionPath, landmarks: Landmarks) -> float:
     name = str(landmark)
     where = landmarks.places.get(name)
     if where is None and landmark.label is Label.IMAGE and landmark.number is not None:
@@ -217,7 +217,7 @@ def _place(landmark: Landmark, way: Way, landmarks: Landmarks) -> float:
     return float(where)
 
 
-def _learnt(way: Way) -> tuple[Order, ...]:
+def _learnt(way: MissionPath) -> tuple[Order, ...]:
     """What was done along a way, as orders."""
     pairs = zip(way.along.tolist(), way.behaviours, strict=True)
     orders = [Order(at, behaviour, LEARNT) for at, behaviour in pairs if behaviour]

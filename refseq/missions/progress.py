@@ -1,4 +1,4 @@
-"""Where on its way a robot is, as the views and its odometer tell: one wrong view does not carry it away."""
+"""Progress filter: the position along a way, by odometer and views; one wrong view does not carry it away."""
 
 import math
 from dataclasses import dataclass
@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief
-from refseq.missions.path import Way
+from refseq.missions.path import MissionPath
 
 
 @dataclass(frozen=True, slots=True)
-class Trust:
+class ProgressSettings:
     """When beliefs are followed; all are choices.
 
     A belief agrees where more than ``sure`` of its probability lies within ``near`` [m] of where the robot should be.
@@ -30,8 +30,8 @@ class Trust:
     lost: int = 3
 
 
-class Word(Enum):
-    """What a view had to say."""
+class Estimate(Enum):
+    """A view's answer to where the robot should be."""
 
     AGREES = "agrees"
     DOUBTS = "doubts"
@@ -39,14 +39,14 @@ class Word(Enum):
     MOVED = "moved"
 
 
-class Whereabouts:
+class ProgressFilter:
     """The position along a way [m]: the odometer carries it on, views put it right.
 
     ``doubts`` and ``losses`` count the views in a row that did not agree, and those of them that said lost.
     """
 
-    def __init__(self, way: Way, trust: Trust, along: float = 0.0) -> None:
-        self._way, self._trust = way, trust
+    def __init__(self, path: MissionPath, settings: ProgressSettings, along: float = 0.0) -> None:
+        self._path, self._settings = path, settings
         self.along = along
         self.doubts = self.losses = self.agreements = 0
         self._other: tuple[float, int] | None = None
@@ -60,38 +60,40 @@ class Whereabouts:
 
     @property
     def lost(self) -> bool:
-        """Whether the last views all said so."""
-        return self.losses >= self._trust.lost or self.doubts >= 2 * self._trust.lost
+        """True where the last views all said so."""
+        return self.losses >= self._settings.lost or self.doubts >= 2 * self._settings.lost
 
-    def believe(self, belief: Belief) -> Word:
-        """Take what a view had to say at the present position."""
-        on_way = (1.0 - belief.lost) * belief.places[self._way.places]
+    def update(self, belief: Belief) -> Estimate:
+        """Take the belief of a view at the present position."""
+        on_way = (1.0 - belief.lost) * belief.places[self._path.places]
         if belief.lost <= LOST_ABOVE and (found := self._peak(on_way, self.along)) is not None:
             self._views += 1
-            self.along += max(self._trust.share, 1 / self._views) * (found - self.along)
+            self.along += max(self._settings.share, 1 / self._views) * (found - self.along)
             self.doubts, self.losses, self._other = 0, 0, None
             self.agreements += 1
-            return Word.AGREES
+            return Estimate.AGREES
         self.doubts, self.agreements = self.doubts + 1, 0
-        other = None if belief.lost > LOST_ABOVE else self._peak(on_way, float(self._way.along[int(np.argmax(on_way))]))
+        other = (
+            None if belief.lost > LOST_ABOVE else self._peak(on_way, float(self._path.along[int(np.argmax(on_way))]))
+        )
         if other is None:
             self.losses, self._other = self.losses + 1, None
-            return Word.LOST
+            return Estimate.LOST
         return self._doubt(other)
 
-    def _doubt(self, other: float) -> Word:
-        """Another position on the way was told; one that has been confirmed is taken."""
-        again = self._other is not None and abs(self._other[0] - other) <= self._trust.near
+    def _doubt(self, other: float) -> Estimate:
+        """A view says another position on the way; one that has been confirmed is taken."""
+        again = self._other is not None and abs(self._other[0] - other) <= self._settings.near
         count = self._other[1] + 1 if self._other is not None and again else 1
         self._other, self.losses = (other, count), 0
-        if count < self._trust.confirm:
-            return Word.DOUBTS
+        if count < self._settings.confirm:
+            return Estimate.DOUBTS
         self.along, self.doubts, self._other, self.agreements = other, 0, None, 1
         self._views = 1  # the others were taken close by, or at the same place
-        return Word.MOVED
+        return Estimate.MOVED
 
     def _peak(self, on_way: NDArray[np.float64], about: float) -> float | None:
         """Mean position of what a belief has near a place [m]; None where that is not most of it."""
-        weights = np.where(np.abs(self._way.along - about) <= self._trust.near, on_way, 0.0)
+        weights = np.where(np.abs(self._path.along - about) <= self._settings.near, on_way, 0.0)
         total = float(weights.sum())
-        return float(weights @ self._way.along) / total if total > self._trust.sure else None
+        return float(weights @ self._path.along) / total if total > self._settings.sure else None

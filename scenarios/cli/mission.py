@@ -13,7 +13,7 @@ from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     from refseq.atlas.atlas import Atlas
-    from refseq.missions import Plan, Way
+    from refseq.missions import MissionPath, Plan
     from scenarios.missions.file import Asked
 
 NOT_COMPLETED = 1
@@ -147,7 +147,7 @@ def run(
 
 def _compiled(
     atlas: "Atlas", text: str, start: str | None, goal: str | None, landmark: list[str] | None
-) -> "tuple[Way, Plan]":
+) -> "tuple[MissionPath, Plan]":
     """The way, and the mission for it."""
     from refseq.missions import as_learnt
     from scenarios.missions.file import asked_for
@@ -159,9 +159,9 @@ def _compiled(
     return way, as_learnt(way) if asked is None else asked.for_way(way)
 
 
-def _way(atlas: "Atlas", start: str | None, goal: str | None) -> "Way":
+def _way(atlas: "Atlas", start: str | None, goal: str | None) -> "MissionPath":
     from refseq.atlas.routes import place_of, shortest_route
-    from refseq.missions import way_of
+    from refseq.missions import path_of
 
     first = atlas.paths[0]
     if goal is None and start is None and len(atlas.paths) == 1:
@@ -170,7 +170,7 @@ def _way(atlas: "Atlas", start: str | None, goal: str | None) -> "Way":
         names = ", ".join(path.name for path in atlas.paths)
         raise ScenarioError(f"nobody says where to; valid is --to PATH:VIEW, a view of {names}")
     begin = place_of(atlas, start or f"{first.name}:0")
-    return way_of(atlas, shortest_route(atlas, begin, place_of(atlas, goal)))
+    return path_of(atlas, shortest_route(atlas, begin, place_of(atlas, goal)))
 
 
 def _places(texts: list[str] | None) -> dict[str, float | str]:
@@ -185,7 +185,7 @@ def _number(text: str) -> float | str:
         return text
 
 
-def print_doors(way: "Way") -> None:
+def print_doors(way: "MissionPath") -> None:
     """The doors along a way, which a mission's steps mean in this order."""
     for number, door in enumerate(way.doors, 1):
         kind = "open" if door.passable else "closed, or something stands in it"

@@ -31,12 +31,12 @@ from refseq.missions import (
     Landmarks,
     Mission,
     MissionError,
+    MissionPath,
     Photograph,
     Plan,
     Step,
     Task,
     Wait,
-    Way,
     compiled,
     parse_mission,
 )
@@ -57,7 +57,7 @@ class Asked:
     errands: tuple[Errand, ...]
     title: str = ""
 
-    def for_way(self, way: Way) -> Plan:
+    def for_way(self, way: MissionPath) -> Plan:
         """Compile it. Raises ``MissionError``."""
         return compiled(self.mission, way, self.landmarks, self.errands)
 

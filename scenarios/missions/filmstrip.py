@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from refseq.missions import Executor, Status
+from refseq.missions import Executor
 from scenarios.report.contact_sheet import CaptionedImage, contact_sheet
 from sim.bench.bench import Bench
 from sim.drives.chase_camera import ChaseCamera
@@ -35,7 +35,7 @@ class Bystander:
 
     def __call__(self, executor: Executor, bench: Bench) -> None:
         """A control period has gone by."""
-        doing = executor.do.behaviour if executor.status is Status.RUNNING else executor.status.value
+        doing = executor.do.behaviour if executor.status.moving else executor.status.value
         if bench.time < self._due and doing == self._doing:
             return
         self._chase_camera = self._chase_camera or ChaseCamera(bench)

@@ -12,7 +12,7 @@ from refseq.atlas.routes import shortest_route
 from refseq.belief import Belief, Localiser, Stage
 from refseq.map.localiser import SequenceLocaliser
 from refseq.map.sequence import ReferenceSequence
-from refseq.missions import Plan, Way, way_along, way_of
+from refseq.missions import MissionPath, Plan, path_along, path_of
 from refseq.planar import Pose
 from refseq.view import View
 from scenarios.errors import ScenarioError
@@ -33,7 +33,7 @@ AHEAD = 0.5
 class GroundTruth:
     """A ``way``, and where its places really are, (n, 2) [m]: for scoring only."""
 
-    way: Way
+    way: MissionPath
     places: NDArray[np.float64]
 
     def position(self, along: float) -> NDArray[np.float64]:
@@ -74,7 +74,7 @@ class Leader:
 def along_reference(method: str, drive: Reference, *, localised: bool, seed: int) -> Leader:
     """Along one reference drive, from its start to its end."""
     sequence = drive.sequence(_profile(method))
-    ground = GroundTruth(way_along(sequence), positions(drive.views))
+    ground = GroundTruth(path_along(sequence), positions(drive.views))
     if not localised:
         return Leader(ground, None, (sequence,))
     if method in STAGED:
@@ -112,7 +112,7 @@ def over_atlas(
     route = shortest_route(atlas, int(held[_nearest(views, journey.start)]), goal)
     legs = [positions(views[names.index(leg.path)][leg.first : leg.last + 1]) for leg in route.legs]
     places = np.concatenate([leg[min(n, 1) :] for n, leg in enumerate(legs)]) if legs else _at(journey.start)
-    ground = GroundTruth(way_of(atlas, route), places)
+    ground = GroundTruth(path_of(atlas, route), places)
     if not localised:
         return Leader(ground, None, atlas.sequences)
     if method in STAGED:

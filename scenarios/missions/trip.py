@@ -113,7 +113,7 @@ def run_trip(trip: MissionTrip, atlas: Atlas, plan: Plan, tell: Callable[[Entry]
         told = len(executor.log)
 
     poses = poses_of(atlas, plan)
-    ground = GroundTruth(plan.way, np.array([(pose.x, pose.y) for pose in poses]))
+    ground = GroundTruth(plan.path, np.array([(pose.x, pose.y) for pose in poses]))
     localiser = None if trip.odometry else recorder.heard(localiser_in(atlas))
     leader = Leader(ground, localiser, atlas.sequences)
     goal = None if plan.orders[-1].travels else NOWHERE
@@ -130,7 +130,7 @@ def localiser_in(atlas: Atlas) -> Localiser:
 
 def bench_on_way(trip: MissionTrip, poses: Sequence[Pose], plan: Plan) -> Bench:
     """A bench with the robot set down on a plan's way, looking as it looked when that was learnt."""
-    way = plan.way
+    way = plan.path
     if not 0 <= trip.at < way.length:
         raise ScenarioError(f"at {trip.at:g} m is not on the way; valid is 0 to {way.length:.1f} m, less than that")
     at = int(np.searchsorted(way.along, trip.at, side="right")) - 1
@@ -147,8 +147,8 @@ def bench_on_way(trip: MissionTrip, poses: Sequence[Pose], plan: Plan) -> Bench:
 def poses_of(atlas: Atlas, plan: Plan) -> list[Pose]:
     """True poses of a way's places. Raises ``MapError`` where they are not known."""
     known = atlas.poses
-    poses = [pose for pose in (known[place] for place in plan.way.places) if pose is not None]
-    if len(poses) < len(plan.way.places):
+    poses = [pose for pose in (known[place] for place in plan.path.places) if pose is not None]
+    if len(poses) < len(plan.path.places):
         raise MapError("the map does not know the true poses of its places; valid is one that was learnt in a world")
     return poses
 

@@ -86,7 +86,7 @@ class MissionPlan:
             stream.log(f"{ORIGIN}/path", rr.LineStrips2D([north_up(trail.points)], colors=TRUTH, radii=-0.6))
         if len(self.record.places):
             belief = glance.belief
-            shares = (1 - belief.lost) * belief.places[self.record.plan.way.places]
+            shares = (1 - belief.lost) * belief.places[self.record.plan.path.places]
             likely = shares > LIKELY
             sizes = 0.08 + 0.5 * np.sqrt(shares[likely])
             dots = rr.Points2D(
@@ -96,6 +96,6 @@ class MissionPlan:
 
     def _spot(self, along: float) -> NDArray[np.float64]:
         """The place so far along the way, as it is drawn; beyond its ends it is the end."""
-        at = self.record.plan.way.along
+        at = self.record.plan.path.along
         x, y = (np.interp(along, at, self.record.places[:, axis]) for axis in (0, 1))
         return north_up(np.array([[x, y]])).reshape(2)

@@ -8,8 +8,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from refseq.belief import Belief, Localiser
-from refseq.missions import Executor, Plan, Status
-from refseq.missions.executor import Entry
+from refseq.missions import Entry, Executor, Plan, Status
 from refseq.planar import Pose
 from refseq.view import View
 from refseq.viewer.drawing.pictures import frame
@@ -39,7 +38,7 @@ class Instant:
     @classmethod
     def of(cls, executor: Executor, truth: Pose | None) -> "Instant":
         """As the executor has it."""
-        doing = executor.do.behaviour if executor.status is Status.RUNNING else ""
+        doing = executor.do.behaviour if executor.status.moving else ""
         return cls(
             time=executor.time,
             travelled=executor.travelled,

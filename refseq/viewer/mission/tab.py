@@ -18,9 +18,11 @@ from refseq.viewer.timelines import DISTANCE, TIME, VIEW
 STANDING = "stands"
 """What the robot does when no behaviour runs."""
 STATUS: dict[Status, Colour] = {
-    Status.LOOKING: BELIEVED,
-    Status.RUNNING: MATCHED,
-    Status.TASK: TRUTH,
+    Status.LOCALISING: BELIEVED,
+    Status.TRAVELLING: MATCHED,
+    Status.APPROACHING: MATCHED,
+    Status.MANOEUVRING: MATCHED,
+    Status.AT_TASK: TRUTH,
     Status.LOST: LOST,
     Status.PAUSED: REFERENCE,
     Status.COMPLETED: MATCHED,

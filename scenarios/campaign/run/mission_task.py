@@ -9,7 +9,7 @@ from functools import cached_property
 import pyarrow as pa
 
 from refseq.atlas.routes import NoRouteError
-from refseq.missions import MissionError, Plan, Way, as_learnt
+from refseq.missions import MissionError, MissionPath, Plan, as_learnt
 from scenarios.campaign.declare.assignment import LAMP, ODOMETRY, Assignment
 from scenarios.campaign.declare.outcomes import one_line
 from scenarios.campaign.declare.sources import Source, names_of
@@ -127,7 +127,7 @@ class MissionTask(Question):
         journey = Journey(bench.pose, target.path, target.along, self.merge)
         return over_atlas(self.method, names_of(self.references), drives, journey, localised=localised, seed=self.seed)
 
-    def _plan(self, way: Way) -> Plan:
+    def _plan(self, way: MissionPath) -> Plan:
         asked = self.assignment.asked
         return as_learnt(way) if asked is None else asked.for_way(way)
 

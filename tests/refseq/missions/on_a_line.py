@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from refseq.belief import Belief, belief_from
 from refseq.map.annotations import PathDoor
 from refseq.missions.executor import Executor
-from refseq.missions.path import Way
+from refseq.missions.path import MissionPath
 from refseq.missions.tasks import Task
 
 STEP = 0.1
@@ -24,7 +24,7 @@ Script = Callable[[int, float], Belief]
 
 def way(
     length: float = 30.0, spacing: float = 1.0, told: dict[int, str] | None = None, doors: Sequence[PathDoor] = ()
-) -> Way:
+) -> MissionPath:
     """A way of places evenly apart; ``told`` are the behaviours by the place where they began.
 
     A turn leads nowhere: the place behind it is where it began.
@@ -34,7 +34,7 @@ def way(
     count = round(length / spacing) + 1 + turns
     steps = [0.0, *(0.0 if told.get(place, "").startswith("MT") else spacing for place in range(count - 1))]
     behaviours = tuple(told.get(place, "") for place in range(count))
-    return Way(np.arange(count), np.cumsum(steps), behaviours, tuple(doors))
+    return MissionPath(np.arange(count), np.cumsum(steps), behaviours, tuple(doors))
 
 
 def seen_at(along: NDArray[np.float64], x: float, width: float = 0.6, lost: float = 0.0) -> Belief:
@@ -143,6 +143,6 @@ class Line:
         return [code for code, before in zip(codes, ["", *codes], strict=False) if code != before]
 
 
-def right(of: Way) -> Script:
+def right(of: MissionPath) -> Script:
     """A localiser that always knows."""
     return lambda number, x: seen_at(of.along, x)

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refseq.belief import Belief
-from refseq.missions.executor import Caution, Executor, Status
-from refseq.missions.path import Way
+from refseq.missions.executor import Executor, ExecutorSettings, Status
+from refseq.missions.path import MissionPath
 from refseq.missions.plan import Order, Plan, as_learnt
 from refseq.missions.tasks import Call, Photograph, Wait
 from tests.refseq.missions.on_a_line import STEP, Line, Script, flat, lost, right, seen_at, way
@@ -22,7 +22,7 @@ DONE = ["MN", "MT", "MW"]
 some = settings(max_examples=25, derandomize=True)
 
 
-def learnt(of: Way = WAY, **more: object) -> Executor:
+def learnt(of: MissionPath = WAY, **more: object) -> Executor:
     return Executor(as_learnt(of), **more)  # type: ignore[arg-type]
 
 
@@ -50,7 +50,7 @@ def wrong_now_and_then(share: float, seed: int) -> Script:
     return script
 
 
-def seen_beside(of: Way, beside: float) -> Script:
+def seen_beside(of: MissionPath, beside: float) -> Script:
     """Right beliefs, but for so many metres."""
     return lambda number, x: seen_at(of.along, x + beside)
 
@@ -212,7 +212,7 @@ def test_lost_for_ever() -> None:
 def test_lost_from_the_start() -> None:
     line = Line(learnt(), lambda number, x: lost(COUNT)).run()
     assert line.executor.status is Status.FAILED
-    assert line.executor.why == "looking for 30 s"
+    assert line.executor.why == "localising for 30 s"
     assert line.x == 0.0
     assert not line.begun
 
@@ -326,7 +326,7 @@ def test_landmarks_near_the_goal_are_passed_as_well() -> None:
 
 def test_tasks_are_done_once_where_they_belong() -> None:
     plan = with_tasks()
-    line = Line(Executor(plan), right(plan.way)).run()
+    line = Line(Executor(plan), right(plan.path)).run()
     assert line.executor.status is Status.COMPLETED, told(line)
     assert [str(task) for task, _ in line.tasks] == ["photograph 'p'", "call 'c'", "call 'home'", "photograph 'end'"]
     assert [x for _, x in line.tasks] == pytest.approx([10, 10, 30, 30], abs=0.2)
@@ -338,7 +338,7 @@ def test_tasks_are_done_once_where_they_belong() -> None:
 def test_tasks_are_not_done_elsewhere_or_again(when: float, to: float) -> None:
     """Wherever it is carried, a photograph of the place at 10 m is one from there, and there is one at most."""
     plan = with_tasks()
-    line = carried(Line(Executor(plan), right(plan.way)), when, to)
+    line = carried(Line(Executor(plan), right(plan.path)), when, to)
     assert line.executor.status is Status.COMPLETED, told(line)
     photographs = [x for task, x in line.tasks if task == Photograph("p")]
     assert photographs == ([pytest.approx(10.0, abs=0.3)] if when > 10.0 else [])
@@ -348,9 +348,9 @@ def test_tasks_are_not_done_elsewhere_or_again(when: float, to: float) -> None:
 
 def test_lost_behind_a_place_its_tasks_are_not_done_again() -> None:
     plan = with_tasks()
-    count = len(plan.way.along)
+    count = len(plan.path.along)
     line = Line(
-        Executor(plan), lambda number, x: lost(count) if 19 <= number < 25 else seen_at(plan.way.along, x)
+        Executor(plan), lambda number, x: lost(count) if 19 <= number < 25 else seen_at(plan.path.along, x)
     ).run()
     assert "lost" in told(line)
     assert [str(task) for task, _ in line.tasks] == ["photograph 'p'", "call 'c'", "call 'home'", "photograph 'end'"]
@@ -363,7 +363,7 @@ def test_lost_behind_a_place_its_tasks_are_not_done_again() -> None:
 @given(st.lists(st.tuples(st.floats(0.0, 60.0), st.floats(0.1, 200.0)), max_size=4), st.booleans())
 def test_pauses_do_not_change_what_is_run(pauses: list[tuple[float, float]], tasks: bool) -> None:
     plan = with_tasks() if tasks else as_learnt(WAY)
-    plain = Line(Executor(plan), right(plan.way)).run()
+    plain = Line(Executor(plan), right(plan.path)).run()
     starts, ends = [at for at, _ in pauses], [at + lasts for at, lasts in pauses]
 
     def each(now: Line) -> None:
@@ -373,7 +373,7 @@ def test_pauses_do_not_change_what_is_run(pauses: list[tuple[float, float]], tas
         else:
             now.executor.resume()
 
-    line = Line(Executor(plan), right(plan.way)).run(limit=5000.0, each=each)
+    line = Line(Executor(plan), right(plan.path)).run(limit=5000.0, each=each)
     assert line.executor.status is Status.COMPLETED, told(line)
     assert [number for number, _ in line.executor.switches] == [number for number, _ in plain.executor.switches]
     assert [task for task, _ in line.tasks] == [task for task, _ in plain.tasks]
@@ -417,7 +417,7 @@ def test_carried_away_while_it_stands(standing: str) -> None:
     moved: list[float] = []
 
     def each(now: Line) -> None:
-        if not moved and now.x > 3.9 and (not tasks or now.executor.status is Status.TASK):
+        if not moved and now.x > 3.9 and (not tasks or now.executor.status is Status.AT_TASK):
             if not tasks:
                 now.executor.pause()
             now.x = 20.0
@@ -435,7 +435,7 @@ def test_carried_away_while_it_stands(standing: str) -> None:
 @given(st.floats(0.0, 70.0), st.booleans())
 def test_aborted_at_any_time_it_stands_for_good(when: float, paused: bool) -> None:
     plan = with_tasks()
-    line = Line(Executor(plan), right(plan.way))
+    line = Line(Executor(plan), right(plan.path))
 
     def each(now: Line) -> None:
         if now.time >= when:
@@ -457,7 +457,7 @@ def test_aborted_at_any_time_it_stands_for_good(when: float, paused: bool) -> No
     executor.ended(True, "late")
     executor.done()
     for number in range(5):
-        executor.believe(seen_at(plan.way.along, 25.0))
+        executor.believe(seen_at(plan.path.along, 25.0))
         executor.move(line.time + 100.0 * number, line.travelled)
     assert executor.status is Status.ABORTED
     assert (len(line.begun), len(executor.switches)) == (begun, switches)
@@ -465,7 +465,7 @@ def test_aborted_at_any_time_it_stands_for_good(when: float, paused: bool) -> No
 
 
 def test_caution_rules_how_long_it_looks() -> None:
-    caution = Caution(patience=5.0)
-    line = Line(learnt(caution=caution), lambda number, x: lost(COUNT)).run()
-    assert line.executor.why == "looking for 5 s"
+    caution = ExecutorSettings(patience=5.0)
+    line = Line(learnt(settings=caution), lambda number, x: lost(COUNT)).run()
+    assert line.executor.why == "localising for 5 s"
     assert line.time == pytest.approx(5.0, abs=2 * STEP)

@@ -12,7 +12,7 @@ from refseq.atlas.routes import Leg, Route, shortest_route
 from refseq.map.annotations import Guide, PathDoor, Side
 from refseq.map.reduction import reduced
 from refseq.map.sequence import ReferenceSequence
-from refseq.missions.path import Way, joined, way_along, way_of
+from refseq.missions.path import MissionPath, joined, path_along, path_of
 from tests.refseq.rooms import bits_drive, bits_sequence
 
 
@@ -44,18 +44,18 @@ def atlas() -> Atlas:
 
 def test_a_sequence_is_a_way() -> None:
     whole = sequence({0: "MN:9", 4: "MT:180"}, [2.5])
-    way = way_along(whole)
+    way = path_along(whole)
     assert way.places.tolist() == list(range(10))
     assert way.along.tolist() == list(range(10))
     assert way.length == 9.0
     assert way.behaviours == ("MN:9", "", "", "", "MT:180", "", "", "", "", "")
     assert way.doors == (door(2.5),)
-    assert way_along(sequence({}, [])).behaviours == ("",) * 10
+    assert path_along(sequence({}, [])).behaviours == ("",) * 10
 
 
 def test_a_sequence_without_its_first_places_begins_where_it_begins() -> None:
     whole = sequence({0: "MN:9", 4: "MT:180"}, [1.0, 5.5])
-    way = way_along(reduced(whole, np.array([2, 3, 5, 8])))
+    way = path_along(reduced(whole, np.array([2, 3, 5, 8])))
     assert way.along.tolist() == [0.0, 1.0, 3.0, 6.0]
     assert way.behaviours == ("MN:9", "", "MT:180", "")
     assert [one.along for one in way.doors if one.along >= 0] == [3.5]
@@ -64,13 +64,13 @@ def test_a_sequence_without_its_first_places_begins_where_it_begins() -> None:
 def test_an_atlas_of_such_a_sequence_begins_there_too() -> None:
     whole = reduced(sequence({}, [1.0, 5.5]), np.array([2, 3, 5, 8]))
     one = beside(["a"], [whole])
-    way = way_of(one, shortest_route(one, 0, 3))
+    way = path_of(one, shortest_route(one, 0, 3))
     assert [at.along for at in way.doors] == [3.5]
 
 
 def test_a_route_goes_over_as_the_other_path_was_driven(atlas: Atlas) -> None:
     route = Route(np.array([10, 11, 12, 6, 7, 8]), (Leg("b", 0, 3, 3.0), Leg("a", 6, 8, 2.0)))
-    way = way_of(atlas, route)
+    way = path_of(atlas, route)
     assert way.places.tolist() == route.places.tolist()
     assert way.along.tolist() == [0, 1, 2, 3, 4, 5]
     assert way.length == route.length
@@ -81,20 +81,20 @@ def test_a_route_goes_over_as_the_other_path_was_driven(atlas: Atlas) -> None:
 def test_a_leg_begins_with_what_was_in_force_there(atlas: Atlas) -> None:
     """Path a's view 6 is b's view 3, where b had gone along its wall since view 0."""
     route = Route(np.array([5, 6, 13, 14]), (Leg("a", 5, 6, 1.0), Leg("b", 3, 5, 2.0)))
-    way = way_of(atlas, route)
+    way = path_of(atlas, route)
     assert way.places.tolist() == route.places.tolist()
     assert way.behaviours == ("MN:6", "MW:left,0.6", "", "MC:left")
     assert way.doors == ()
 
 
 def test_doors_of_a_leg_are_those_between_its_ends(atlas: Atlas) -> None:
-    way = way_of(atlas, shortest_route(atlas, 3, 8))
+    way = path_of(atlas, shortest_route(atlas, 3, 8))
     assert way.doors == (door(5.0),)
     assert way.behaviours == ("MN:6", "", "", "MT:90", "MN:3", "")
 
 
 def test_where_one_is_already_there_is_no_way(atlas: Atlas) -> None:
-    way = way_of(atlas, shortest_route(atlas, 4, 4))
+    way = path_of(atlas, shortest_route(atlas, 4, 4))
     assert way.places.tolist() == [4]
     assert way.length == 0.0
     assert way.behaviours == ("",)
@@ -106,7 +106,7 @@ def test_joined_ways_add_up(steps: list[list[float]], data: st.DataObject) -> No
     for leg in steps:
         along = np.concatenate([[0.0], np.cumsum(leg)])
         at = data.draw(st.floats(0.0, float(along[-1])))
-        legs.append(Way(np.arange(place, place + len(along)), along, ("MN",) * len(along), (door(at),)))
+        legs.append(MissionPath(np.arange(place, place + len(along)), along, ("MN",) * len(along), (door(at),)))
         doors.append(far + at)
         place, far = place + len(leg), far + float(along[-1])
     whole = joined(legs)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from refseq.map.annotations import PathDoor, Side
 from refseq.missions.language import MissionError, parse_mission
-from refseq.missions.path import Way
+from refseq.missions.path import MissionPath
 from refseq.missions.plan import BEFORE_DOOR, Errand, Landmarks, Order, Plan, as_learnt, compiled
 from refseq.missions.tasks import Photograph, Wait
 from tests.refseq.missions.on_a_line import way
@@ -25,7 +25,7 @@ WAY = way(30.0, told=TOLD, doors=DOORS)
 PLACES = Landmarks({"LA3": "end", "LA0": "start", "LA1": 12.0, "LO2": 16.5, "LA9": 31.0, "LA8": "middle"})
 
 
-def plan(text: str, of: Way = WAY, errands: list[Errand] | None = None) -> Plan:
+def plan(text: str, of: MissionPath = WAY, errands: list[Errand] | None = None) -> Plan:
     return compiled(parse_mission(text), of, PLACES, errands)
 
 

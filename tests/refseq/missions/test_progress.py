@@ -6,12 +6,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from refseq.belief import Belief
-from refseq.missions.progress import Trust, Whereabouts, Word
+from refseq.missions.progress import Estimate, ProgressFilter, ProgressSettings
 from tests.refseq.missions.on_a_line import flat, lost, seen_at, way
 
 WAY = way(60.0)
 COUNT = len(WAY.along)
-TRUST = Trust()
+TRUST = ProgressSettings()
 some = settings(max_examples=50, derandomize=True)
 KINDS = ("elsewhere", "lost", "flat", "half lost")
 
@@ -27,21 +27,21 @@ def wrong(kind: str, x: float) -> Belief:
     }[kind]
 
 
-def settled(at: float) -> Whereabouts:
+def settled(at: float) -> ProgressFilter:
     """A position that views have agreed to."""
-    where = Whereabouts(WAY, TRUST, at)
+    where = ProgressFilter(WAY, TRUST, at)
     for _ in range(20):
-        where.believe(seen_at(WAY.along, at))
+        where.update(seen_at(WAY.along, at))
     return where
 
 
 @some
 @given(st.integers(0, 10**6), st.floats(0.0, 0.4))
 def test_noise_stays_below_the_spacing(seed: int, noise: float) -> None:
-    rng, where = np.random.default_rng(seed), Whereabouts(WAY, TRUST)
+    rng, where = np.random.default_rng(seed), ProgressFilter(WAY, TRUST)
     for number in range(60):
-        word = where.believe(seen_at(WAY.along, np.clip(number + rng.normal(0, noise), 0, 60)))
-        assert word is Word.AGREES or noise > 0.3
+        word = where.update(seen_at(WAY.along, np.clip(number + rng.normal(0, noise), 0, 60)))
+        assert word is Estimate.AGREES or noise > 0.3
         assert abs(where.along - number) < 1.0
         where.move(1.0)
 
@@ -50,9 +50,9 @@ def test_noise_stays_below_the_spacing(seed: int, noise: float) -> None:
 @given(st.floats(0.97, 1.03), st.integers(0, 10**6))
 def test_an_odometer_that_drifts_by_three_percent_is_put_right(scale: float, seed: int) -> None:
     """What is left is the drift of one step over the share that a view puts right, not 1.8 m after 60."""
-    rng, where = np.random.default_rng(seed), Whereabouts(WAY, TRUST)
+    rng, where = np.random.default_rng(seed), ProgressFilter(WAY, TRUST)
     for x in range(61):
-        where.believe(seen_at(WAY.along, float(np.clip(x + rng.normal(0, 0.1), 0, 60))))
+        where.update(seen_at(WAY.along, float(np.clip(x + rng.normal(0, 0.1), 0, 60))))
         assert abs(where.along - x) < 0.03 / TRUST.share + 0.45
         where.move(scale)
 
@@ -62,10 +62,10 @@ def test_an_odometer_that_drifts_by_three_percent_is_put_right(scale: float, see
 def test_a_single_wrong_view_does_not_move_it(kind: str, x: float) -> None:
     where = settled(x)
     before = where.along
-    assert where.believe(wrong(kind, x)) in (Word.DOUBTS, Word.LOST)
+    assert where.update(wrong(kind, x)) in (Estimate.DOUBTS, Estimate.LOST)
     assert where.along == before
     assert not where.lost
-    assert where.believe(seen_at(WAY.along, x)) is Word.AGREES
+    assert where.update(seen_at(WAY.along, x)) is Estimate.AGREES
     assert where.doubts == where.losses == 0
 
 
@@ -81,10 +81,10 @@ def test_it_jumps_only_where_views_agree_with_each_other(kinds: list[str], seed:
             last, belief = far, seen_at(WAY.along, far)
         else:
             belief = seen_at(WAY.along, 30.0) if kind == "right" else wrong(kind, 30.0)
-        word = where.believe(belief)
-        assert word is not Word.MOVED
+        word = where.update(belief)
+        assert word is not Estimate.MOVED
         assert abs(where.along - at) <= TRUST.share * TRUST.near
-        assert (where.along == at) or word is Word.AGREES
+        assert (where.along == at) or word is Estimate.AGREES
         assert where.lost == (where.losses >= TRUST.lost or where.doubts >= 2 * TRUST.lost)
 
 
@@ -93,43 +93,43 @@ def test_it_jumps_only_where_views_agree_with_each_other(kinds: list[str], seed:
 def test_a_kidnapping_is_taken_after_as_many_views_as_asked(confirm: int, to: float, before: int) -> None:
     """While it goes on and the odometer counts; a view that says lost in between begins the count again."""
     assume(abs(to - 30.0) > 3.0)
-    where = Whereabouts(WAY, Trust(confirm=confirm), 30.0)
-    where.believe(seen_at(WAY.along, 30.0))
+    where = ProgressFilter(WAY, ProgressSettings(confirm=confirm), 30.0)
+    where.update(seen_at(WAY.along, 30.0))
     for _ in range(min(before, confirm - 1)):
-        assert where.believe(seen_at(WAY.along, to)) is Word.DOUBTS
-    assert where.believe(lost(COUNT)) is Word.LOST
+        assert where.update(seen_at(WAY.along, to)) is Estimate.DOUBTS
+    assert where.update(lost(COUNT)) is Estimate.LOST
     words = []
     for number in range(confirm):
         x = to + 2.0 * number
-        words.append(where.believe(seen_at(WAY.along, x)))
+        words.append(where.update(seen_at(WAY.along, x)))
         if number < confirm - 1:
             assert where.along == pytest.approx(30.0 + 2.0 * number)
             where.move(2.0)
-    assert words == [Word.DOUBTS] * (confirm - 1) + [Word.MOVED]
+    assert words == [Estimate.DOUBTS] * (confirm - 1) + [Estimate.MOVED]
     assert where.along == pytest.approx(x, abs=0.3)
     assert (where.doubts, where.losses, where.agreements) == (0, 0, 1)
 
 
 def test_a_view_that_agrees_puts_right_a_share() -> None:
-    where = Whereabouts(WAY, TRUST, 30.0)
-    assert where.believe(seen_at(WAY.along, 31.0, width=0.1)) is Word.AGREES
+    where = ProgressFilter(WAY, TRUST, 30.0)
+    assert where.update(seen_at(WAY.along, 31.0, width=0.1)) is Estimate.AGREES
     assert where.along == pytest.approx(30.0 + TRUST.share * 1.0, abs=1e-3)
 
 
 def test_a_belief_that_says_lost_agrees_to_nothing() -> None:
-    where = Whereabouts(WAY, Trust(sure=0.1), 30.0)
-    assert where.believe(seen_at(WAY.along, 30.0, lost=0.6)) is Word.LOST
-    assert where.believe(seen_at(WAY.along, 30.0, lost=0.4)) is Word.AGREES
+    where = ProgressFilter(WAY, ProgressSettings(sure=0.1), 30.0)
+    assert where.update(seen_at(WAY.along, 30.0, lost=0.6)) is Estimate.LOST
+    assert where.update(seen_at(WAY.along, 30.0, lost=0.4)) is Estimate.AGREES
 
 
 def test_it_is_lost_after_so_many_views_that_say_so() -> None:
     where = settled(30.0)
     for number in range(1, 6):
-        assert where.believe(lost(COUNT)) is Word.LOST
+        assert where.update(lost(COUNT)) is Estimate.LOST
         assert where.losses == number
         assert where.lost == (number >= TRUST.lost)
         assert where.agreements == 0
-    where.believe(seen_at(WAY.along, 30.0))
+    where.update(seen_at(WAY.along, 30.0))
     assert not where.lost
     assert where.agreements == 1
 
@@ -138,14 +138,14 @@ def test_a_place_that_is_not_on_the_way_is_none() -> None:
     """The map has places that the way does not lead through: to be there is to be lost."""
     part = way(20.0)
     whole = np.arange(0.0, 60.5, 1.0)
-    where = Whereabouts(part, TRUST, 5.0)
-    assert where.believe(seen_at(whole, 5.0)) is Word.AGREES
-    assert where.believe(seen_at(whole, 40.0)) is Word.LOST
-    assert where.believe(seen_at(whole, 15.0)) is Word.DOUBTS
+    where = ProgressFilter(part, TRUST, 5.0)
+    assert where.update(seen_at(whole, 5.0)) is Estimate.AGREES
+    assert where.update(seen_at(whole, 40.0)) is Estimate.LOST
+    assert where.update(seen_at(whole, 15.0)) is Estimate.DOUBTS
 
 
 def test_the_odometer_alone_carries_it_on() -> None:
-    where = Whereabouts(WAY, TRUST, 3.0)
+    where = ProgressFilter(WAY, TRUST, 3.0)
     for _ in range(100):
         where.move(0.1)
     assert where.along == pytest.approx(13.0)
@@ -157,11 +157,11 @@ def test_a_position_that_views_told_is_their_mean_at_first() -> None:
     right, off = places[30], places[31]
     where = settled(5.0)
     for _ in range(TRUST.confirm):
-        word = where.believe(seen_at(WAY.along, off, width=0.05))
-    assert word is Word.MOVED
+        word = where.update(seen_at(WAY.along, off, width=0.05))
+    assert word is Estimate.MOVED
     assert where.along == pytest.approx(off, abs=1e-3)
     for number in range(2, 12):
         before = where.along
-        where.believe(seen_at(WAY.along, right, width=0.05))
+        where.update(seen_at(WAY.along, right, width=0.05))
         share = max(1 / number, TRUST.share)
         assert where.along == pytest.approx(before + share * (right - before), abs=2e-3)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from junitparser import JUnitXml
 
-from refseq.missions.path import Way
+from refseq.missions.path import MissionPath
 from refseq.missions.plan import Order, Plan
 from refseq.planar import Pose
 from scenarios.campaign.campaign import Quiet, run_campaign
@@ -242,7 +242,7 @@ def test_turns_that_an_ideal_robot_makes_too() -> None:
 def test_where_an_order_may_begin_is_told_by_where_the_reference_really_was() -> None:
     """A way round a corner, driven with an odometer that counts a tenth too much."""
     places = np.array([[0.0, 0], [2, 0], [4, 0], [4, 2]])
-    way = Way(np.arange(4), np.array([0, 2.2, 4.4, 6.6]), ("MN", "", "MT:90", "MN"), ())
+    way = MissionPath(np.arange(4), np.array([0, 2.2, 4.4, 6.6]), ("MN", "", "MT:90", "MN"), ())
     ground = GroundTruth(way, places)
     plan = Plan(way, (Order(0.0, "MN", ""), Order(4.4, "MT:90", ""), Order(4.4, "MN", "")), 6.6)
     assert ground.where(plan, 0).tolist() == [[0, 0], [2, 0], [4, 0]]

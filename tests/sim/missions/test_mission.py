@@ -23,7 +23,7 @@ from refseq.missions import (
     as_learnt,
     compiled,
     parse_mission,
-    way_along,
+    path_along,
 )
 from refseq.planar import Pose
 from refseq.view import View
@@ -109,7 +109,7 @@ def there(offices: World, learnt: ReferenceSequence) -> tuple[DrivenMission, lis
     """A mission to the end, with a wait and a call at the first door and a photograph at the end."""
     called: list[View] = []
     errands = [Errand(tasks=(Wait(3.0), Call("count"))), Errand(tasks=(Photograph("end"), Call("count")))]
-    plan = compiled(parse_mission("[LD_LA3]"), way_along(learnt), WEST, errands)
+    plan = compiled(parse_mission("[LD_LA3]"), path_along(learnt), WEST, errands)
     done = run(offices, plan, learnt, calls={"count": called.append})
     return done, called, [seen.view for seen in done.seen]
 
@@ -157,7 +157,7 @@ def test_no_motion_between_views_is_lost(there: tuple[DrivenMission, list[View],
 
 
 def test_the_same_mission_is_the_same_bit_for_bit(offices: World, learnt: ReferenceSequence) -> None:
-    plan = compiled(parse_mission("[LI6]"), way_along(learnt))
+    plan = compiled(parse_mission("[LI6]"), path_along(learnt))
     one, same, other = (run(offices, plan, learnt, seed=seed) for seed in (5, 5, 6))
     assert one.track.tobytes() == same.track.tobytes()
     assert one.executor.log == same.executor.log
@@ -167,7 +167,7 @@ def test_the_same_mission_is_the_same_bit_for_bit(offices: World, learnt: Refere
 
 
 def test_by_the_odometer_alone_no_view_is_taken(offices: World, learnt: ReferenceSequence) -> None:
-    done = run(offices, compiled(parse_mission("[LI6]"), way_along(learnt)), None)
+    done = run(offices, compiled(parse_mission("[LI6]"), path_along(learnt)), None)
     assert done.executor.status is Status.COMPLETED
     assert done.seen == ()
     assert math.dist(done.track[-1, 1:3], at(learnt.poses[6])) < 0.3
@@ -177,7 +177,7 @@ def test_by_the_odometer_alone_no_view_is_taken(offices: World, learnt: Referenc
 
 
 def test_a_closed_door_is_refused(offices: World, learnt: ReferenceSequence) -> None:
-    done = run(offices, compiled(parse_mission("[LDMC]"), way_along(learnt)), learnt)
+    done = run(offices, compiled(parse_mission("[LDMC]"), path_along(learnt)), learnt)
     assert done.executor.status is Status.FAILED
     assert done.executor.why.startswith("MC:left failed: door ")
     assert done.executor.why.endswith("closed")
@@ -187,7 +187,7 @@ def test_a_closed_door_is_refused(offices: World, learnt: ReferenceSequence) -> 
 
 def test_past_the_first_door_and_through_the_second(offices: World, learnt: ReferenceSequence) -> None:
     """The first is closed, and the second the only one that is open."""
-    done = run(offices, compiled(parse_mission("[LD_LDMC]"), way_along(learnt)), learnt)
+    done = run(offices, compiled(parse_mission("[LD_LDMC]"), path_along(learnt)), learnt)
     assert [number for number, _ in done.executor.switches] == [0, 1, 2], told(done)
     assert done.touched == ()
     assert done.executor.status is Status.COMPLETED, told(done)
@@ -198,7 +198,7 @@ def test_past_the_first_door_and_through_the_second(offices: World, learnt: Refe
 def test_calls_and_behaviours_that_are_not_there_are_refused_before_it_moves(
     offices: World, learnt: ReferenceSequence
 ) -> None:
-    way = way_along(learnt)
+    way = path_along(learnt)
     plan = Plan(way, as_learnt(way).orders, way.length, (Call("nobody"),))
     with pytest.raises(SimError, match=r"^call 'nobody': no such function; valid are count$"):
         run(offices, plan, learnt, calls={"count": lambda view: None})
@@ -213,7 +213,7 @@ def test_calls_and_behaviours_that_are_not_there_are_refused_before_it_moves(
 
 
 def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: ReferenceSequence) -> None:
-    plan = as_learnt(way_along(learnt))
+    plan = as_learnt(path_along(learnt))
 
     def each(executor: Executor, bench: Bench) -> None:
         if 5.0 <= bench.time < 10.0:
@@ -233,7 +233,7 @@ def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: ReferenceSeque
 
 
 def test_a_mission_that_takes_too_long_is_aborted(offices: World, learnt: ReferenceSequence) -> None:
-    done = run(offices, as_learnt(way_along(learnt)), None, timeout=3.0)
+    done = run(offices, as_learnt(path_along(learnt)), None, timeout=3.0)
     assert done.executor.status is Status.ABORTED
     assert done.executor.why == "not over after 3 s"
 
@@ -246,6 +246,6 @@ def test_what_it_is_pushed_against_is_told(offices: World, learnt: ReferenceSequ
             pushed.append(True)
             bench.place(Pose(bench.pose.x + 0.5, 1.2 - bench.robot.shape.half_width + 0.03, 0.0))
 
-    done = run(offices, as_learnt(way_along(learnt)), None, each=each, timeout=4.0)
+    done = run(offices, as_learnt(path_along(learnt)), None, each=each, timeout=4.0)
     assert done.touched
     assert any("left" in name for name in done.touched)

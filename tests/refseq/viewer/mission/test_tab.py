@@ -135,11 +135,11 @@ def test_lanes_tell_what_was_done_in_its_order(
         name: [state for (state,) in values(recording, f"/mission/doing/{name}", "StateChange:state", "time")]
         for name in ("status", "behaviour", "step", "task")
     }
+    to_landmark = ["travelling", "approaching"]
     assert [state for state, before in zip(lane["status"], ["", *lane["status"]], strict=False) if state != before] == [
-        "running",
-        "at a task",
-        "running",
-        "completed",
+        *(*to_landmark, "at a task"),
+        *(*to_landmark, "manoeuvring"),
+        *(*to_landmark, "completed"),
     ]
     heads = [entry.what.partition(": ")[0] for entry in made[0].log]
     begun = [head for head in heads if head.startswith("M") and not head.endswith(" done")]
@@ -226,7 +226,7 @@ def test_who_knows_nothing_of_the_world_is_shown_without_a_plan(tmp_path: Path) 
 
 def test_steps_are_marked_where_the_mission_is(made: tuple[Executor, list[Belief], MissionRecord]) -> None:
     record = made[2]
-    task = next(instant for instant in record.instants if instant.status is Status.TASK)
+    task = next(instant for instant in record.instants if instant.status is Status.AT_TASK)
     lines = steps_text(record.plan, task).split("\n")
     assert lines[0] == "at a task: wait 2 s, photograph 'here'"
     (marked,) = [line for line in lines if "▶" in line]

@@ -1,0 +1,72 @@
+"""Orders of a plan as they are carried out: the one in force, those it runs into, and the tasks still due."""
+
+from refseq.missions.plan import Order, Plan
+from refseq.missions.tasks import Task
+
+
+class Agenda:
+    """The order in force, by its ``number`` in the plan; ``switches`` are the orders begun so far, each with its time.
+
+    ``due`` are tasks by the order that they belong to.
+    """
+
+    def __init__(self, plan: Plan, start: float) -> None:
+        self.plan = plan
+        self.number = plan.order_at(start) if start > 0 else 0  # of several that begin at the start the first one
+        self.due = {number: order.tasks for number, order in enumerate(plan.orders) if order.tasks}
+        self.switches: list[tuple[int, float]] = []
+
+    @property
+    def order(self) -> Order:
+        """The order in force."""
+        return self.plan.orders[self.number]
+
+    @property
+    def last(self) -> int:
+        """The last of the orders that are the present one over again: at their landmarks it goes on without a stop."""
+        orders, last = self.plan.orders, self.number
+        while last + 1 < len(orders) and _continues(orders[last], orders[last + 1]):
+            last += 1
+        return last
+
+    @property
+    def at_end(self) -> bool:
+        """True where no order follows."""
+        return self.number + 1 == len(self.plan.orders)
+
+    @property
+    def end(self) -> float:
+        """Where something else begins [m along the way]."""
+        return self.plan.end_of(self.last)
+
+    @property
+    def target(self) -> str:
+        """What begins there."""
+        after = self.last + 1
+        return self.plan.orders[after].why if after < len(self.plan.orders) else "the goal"
+
+    def begin(self, number: int, time: float) -> None:
+        """Put an order in force at a time [s]."""
+        self.number = number
+        self.switches.append((number, time))
+
+    def order_for(self, along: float, near: float) -> int | None:
+        """The order to take up at a place [m along the way]; None behind the last one.
+
+        An order that ends by itself was begun elsewhere: where its place is more than ``near`` [m] behind the robot, it
+        is left out.
+        """
+        orders = self.plan.orders
+        first = self.plan.order_at(along)
+        taken_up = (n for n in range(first, len(orders)) if orders[n].travels or along - orders[n].at <= near)
+        return next(taken_up, None)
+
+
+def tasks_of(plan: Plan) -> tuple[Task, ...]:
+    """All tasks of a plan, those at its goal last."""
+    return (*(task for order in plan.orders for task in order.tasks), *plan.tasks)
+
+
+def _continues(order: Order, after: Order) -> bool:
+    """True where an order only goes on with the one before."""
+    return order.travels and after.behaviour == order.behaviour and not after.tasks

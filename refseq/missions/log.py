@@ -1,0 +1,25 @@
+"""The log of a mission: a line for each switch and for all that does not go as it should."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Level(StrEnum):
+    """How much a line of the log matters: all is well; something is not as it should be; the mission ends by it."""
+
+    INFO = "INFO"
+    WARN = "WARN"
+    ERROR = "ERROR"
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A line of the log: when [s], where the robot believed itself to be [m along its way], and what happened."""
+
+    time: float
+    along: float
+    what: str
+    level: Level = Level.INFO
+
+    def __str__(self) -> str:
+        return f"{self.time:7.1f} s {self.along:7.1f} m  {self.what}"
