@@ -108,7 +108,7 @@ def normalised_entropy(distribution: NDArray[np.float64]) -> float:
     return entropy(distribution) / np.log(len(distribution)) if len(distribution) > 1 else 0.0
 
 
-class Localiser(Protocol):
+class LocaliserProtocol(Protocol):
     """Anything that the bench can judge: ours, the baselines, a user's own class."""
 
     def reset(self) -> None:

@@ -16,8 +16,7 @@ import typer
 from typer.core import TyperGroup
 
 from refseq.logs.mcap import RecordingWriter
-from refseq.map.file import save_map
-from refseq.map.sequence import learn
+from refseq.map.learning import learn
 from scenarios.campaign.declare.assignment import LAMP, ODOMETRY
 from scenarios.campaign.declare.cases import find, names
 from scenarios.campaign.pages.tables import blocks
@@ -98,7 +97,7 @@ def drives(tmp_path_factory) -> Path:
             for view in views:
                 writer.write(view, view.truth)
         if name == "reference":
-            save_map(learn(views), folder / "map.refseq")
+            learn(views).save(folder / "map.refseq")
     return folder
 
 

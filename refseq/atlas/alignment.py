@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from refseq.atlas.similarity import Translation
 from refseq.inference.chain.forward import smooth
-from refseq.map.localiser import ChainTracker
+from refseq.map.stages import ChainTracker
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ def align(translation: Translation, seed: int = 0) -> Alignment:
     """
     to = translation.to
     tracker = ChainTracker(to, replace(to.profile.chain, exit_at_ends=True))
-    observations = [tracker.observation(sighting) for sighting in translation.sightings(seed=seed)]
+    observations = [tracker.observation(measured) for measured in translation.measurements(seed=seed)]
     posteriors = smooth(observations, tracker.chain)
     return Alignment(
         places=np.array([int(np.argmax(posterior.places)) for posterior in posteriors]),

@@ -1,4 +1,4 @@
-"""Merging sequences into an atlas: what two of them share is kept in one of them (4.4.2, Algorithm 2; card M5, M8)."""
+"""Merging maps: what two of their paths share is kept in one of them (4.4.2, Algorithm 2; card M5, M8)."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -6,19 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas, Path, beside, check_names
 from refseq.atlas.overlap import Overlap, OverlapSettings, overlaps
-from refseq.atlas.similarity import check_comparable
 from refseq.errors import MapError
+from refseq.map.map import Map, beside
+from refseq.map.path import MapPath
 from refseq.map.reduction import reduced
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.sequence import ReferenceSequence, check_comparable
 
 
 @dataclass(frozen=True, slots=True)
 class Decision:
     """A stretch that two sequences seem to share, by the places' numbers in the sequences as they were learnt.
 
-    ``one`` is the sequence that was in the atlas, ``other`` the one that is added; ``first`` and ``second`` are the
+    ``one`` is the sequence that was in the map, ``other`` the one that is added; ``first`` and ``second`` are the
     stretches, first and last place. ``joined`` says whether they were made one, and ``why`` why or why not.
     """
 
@@ -49,51 +49,56 @@ def leave_it(decision: Decision) -> Decision:
 
 @dataclass(frozen=True)
 class Merged:
-    """An atlas and how it came about."""
+    """A map and how it came about."""
 
-    atlas: Atlas
+    map: Map
     decisions: tuple[Decision, ...]
 
 
-def merge(
-    names: Sequence[str],
-    sequences: Sequence[ReferenceSequence],
+def merge(maps: Sequence[Map], settings: OverlapSettings | None = None) -> Map:
+    """Merge maps into one: what two of their paths share is kept in one sequence, and both run through it.
+
+    The first may be of several paths, all others are of one. Raises ``MapError`` for no map, for paths of equal names,
+    and for maps of other features or settings.
+    """
+    return merge_maps(maps, settings).map
+
+
+def merge_maps(
+    maps: Sequence[Map],
     settings: OverlapSettings | None = None,
     confirm: Confirm = leave_it,
     wishes: Sequence[Decision] = (),
 ) -> Merged:
-    """Add sequences to one another in their order; the last of them may be added later, to the same effect.
+    """Add maps to one another in their order, as ``merge`` does; the last may be added later, to the same effect.
 
     ``wishes`` are decisions of a person that hold whatever is found: joins made or refused, and joins that nobody would
-    have proposed. Raises ``MapError`` for none, for equal names, for maps of other features or settings, and for wishes
-    about views that there are not.
+    have proposed. Raises ``MapError`` as ``merge`` does, and for wishes about views that there are not.
     """
-    beside(names, sequences)  # what is wrong with the last is told before the first is merged
-    atlas, decisions = beside(names[:1], sequences[:1]), list[Decision]()
-    for name, sequence in zip(names[1:], sequences[1:], strict=True):
-        grown = added(atlas, name, sequence, settings, confirm, wishes)
-        atlas = grown.atlas
+    beside(maps)  # what is wrong with the last is told before the first is merged
+    map_, decisions = maps[0], list[Decision]()
+    for new in maps[1:]:
+        grown = added(map_, new, settings, confirm, wishes)
+        map_ = grown.map
         decisions.extend(grown.decisions)
-    return Merged(atlas, tuple(decisions))
+    return Merged(map_, tuple(decisions))
 
 
 def added(
-    atlas: Atlas,
-    name: str,
-    sequence: ReferenceSequence,
+    map_: Map,
+    new: Map,
     settings: OverlapSettings | None = None,
     confirm: Confirm = leave_it,
     wishes: Sequence[Decision] = (),
 ) -> Merged:
-    """An atlas with one more sequence, compared with each that is there, in their order.
+    """A map with one more path, the ``new`` map's, compared with each sequence that is there, in their order.
 
     What it shares with one of them is taken out of the longer of the two, counted in places as they were learnt. Raises
-    ``MapError`` as ``merge`` does.
+    ``MapError`` as ``merge_maps`` does, and for a new map of several paths.
     """
-    check_names([*(path.name for path in atlas.paths), name])
-    check_comparable(atlas.sequences[0], sequence)
-    merging, decisions = _Merging(atlas, beside([name], [sequence])), list[Decision]()
-    for number in range(len(atlas.sequences)):
+    check_comparable(map_.sequences[0], new.sequence)
+    merging, decisions = _Merging(beside([map_, new])), list[Decision]()
+    for number in range(len(map_.sequences)):
         if not (pair := merging.pair(number)):
             continue
         found = overlaps(*pair, settings)
@@ -103,7 +108,7 @@ def added(
             told.append(wish)
         merging.join(number, [overlap for overlap, decision in zip(found, told, strict=True) if decision.joined])
         decisions.extend(told)
-    return Merged(merging.atlas(), tuple(decisions))
+    return Merged(merging.map(), tuple(decisions))
 
 
 def wished(decision: Decision, wishes: Sequence[Decision]) -> Decision:
@@ -113,13 +118,12 @@ def wished(decision: Decision, wishes: Sequence[Decision]) -> Decision:
 
 
 class _Merging:
-    """An atlas and a sequence that is added to it, while places are taken out of either; the new one is the last."""
+    """A map while places are taken out of one sequence or another; the last is the new one."""
 
-    def __init__(self, atlas: Atlas, new: Atlas) -> None:
-        self._names = [*atlas.names, *new.names]
-        self._held: list[ReferenceSequence | None] = [*atlas.sequences, *new.sequences]
-        last = replace(new.paths[0], sequences=new.paths[0].sequences + len(atlas.sequences))
-        self._paths = [*atlas.paths, last]
+    def __init__(self, map_: Map) -> None:
+        self._names = map_.names
+        self._held: list[ReferenceSequence | None] = list(map_.sequences)
+        self._paths = list(map_.paths)
 
     def pair(self, number: int) -> tuple[ReferenceSequence, ReferenceSequence] | None:
         """What a sequence and the new one still hold; None if either holds nothing."""
@@ -177,18 +181,18 @@ class _Merging:
         number[kept] = np.arange(len(kept))
         self._paths = [_moved(path, longer, shorter, stands_for, number) for path in self._paths]
 
-    def atlas(self) -> Atlas:
-        """The atlas as it is now; sequences that hold nothing any more are left out."""
+    def map(self) -> Map:
+        """The map as it is now; sequences that hold nothing any more are left out."""
         left = [number for number, held in enumerate(self._held) if held]
         number = np.full(len(self._held), -1)
         number[left] = np.arange(len(left))
-        return Atlas(
+        return Map(
             names=tuple(self._names[n] for n in left),
             sequences=tuple(held for held in self._held if held),
             paths=tuple(replace(path, sequences=number[path.sequences]) for path in self._paths),
         )
 
-    def _path(self, number: int) -> Path:
+    def _path(self, number: int) -> MapPath:
         return next(path for path in self._paths if path.name == self._names[number])
 
     def _length(self, number: int) -> int:
@@ -204,7 +208,7 @@ def _nearest(along: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.
     return np.asarray(np.abs(along[None, :] - at[:, None]).argmin(axis=1))
 
 
-def _moved(path: Path, giver: int, keeper: int, stands_for: NDArray[np.intp], number: NDArray[np.intp]) -> Path:
+def _moved(path: MapPath, giver: int, keeper: int, stands_for: NDArray[np.intp], number: NDArray[np.intp]) -> MapPath:
     """A path after some of the giver's places became the keeper's, and its others got new numbers."""
     there = path.sequences == giver
     old = path.places[there]

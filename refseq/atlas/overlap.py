@@ -123,7 +123,7 @@ def told_by(there: Translation, back: Translation) -> Told:
 
     @cache
     def likelihoods(sensor: str) -> tuple[NDArray[np.float64], ...]:
-        return tuple(np.array([seen.likelihood for seen in way.sightings(sensors=[sensor])]) for way in (there, back))
+        return tuple(np.array([one.likelihood for one in way.measurements(sensors=[sensor])]) for way in (there, back))
 
     def told(sensor: str, pairs: NDArray[np.intp]) -> NDArray[np.float64]:
         to, fro = likelihoods(sensor)

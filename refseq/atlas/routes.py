@@ -1,4 +1,4 @@
-"""Shortest routes over an atlas: along which of its paths a robot comes from one place to another.
+"""Shortest routes over a map: along which of its paths a robot comes from one place to another.
 
 Paths are driven one way only. What a camera sees on the way back is another path, which has to be learnt; a robot
 cannot be led along one backwards.
@@ -16,8 +16,9 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas, Path
 from refseq.errors import MapError
+from refseq.map.map import Map
+from refseq.map.path import MapPath
 
 CHANGE = 5.0
 """What a change of paths must save to be worth it [m]; a choice: the length of the shortest stretch that is joined.
@@ -28,7 +29,7 @@ path to path and gain that much, on paper, at every hop.
 
 
 class NoRouteError(MapError):
-    """The atlas is as it should be, but no path leads on from one place to the other."""
+    """The map is as it should be, but no path leads on from one place to the other."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Leg:
 class Route:
     """The way from a place to another: its ``legs`` one after the other, and the ``places`` that it runs through.
 
-    ``places`` (n,) are counted through all sequences (``Atlas.numbered``), start and goal among them; each leg begins
+    ``places`` (n,) are counted through all sequences (``Map.numbered``), start and goal among them; each leg begins
     at the place where the last one ended. To where one is already there is one place and no leg.
     """
 
@@ -58,7 +59,7 @@ class Route:
         return math.fsum(leg.length for leg in self.legs)
 
 
-def shortest_route(atlas: Atlas, start: int, goal: int, *, change: float = CHANGE) -> Route:
+def shortest_route(map_: Map, start: int, goal: int, *, change: float = CHANGE) -> Route:
     """The shortest route from a place to another, both counted through all sequences.
 
     A change of paths counts as much as ``change`` more metres, so that a route stays on a path unless leaving it is
@@ -66,31 +67,31 @@ def shortest_route(atlas: Atlas, start: int, goal: int, *, change: float = CHANG
     below 0, ``NoRouteError`` where no path leads from the one to the other.
     """
     for place in (start, goal):
-        if not 0 <= place < len(atlas):
-            raise MapError(f"place {place} is unknown; valid is 0 to {len(atlas) - 1}")
+        if not 0 <= place < len(map_):
+            raise MapError(f"place {place} is unknown; valid is 0 to {len(map_) - 1}")
     if not (math.isfinite(change) and change >= 0):
         raise MapError(f"change is {change} m; valid is 0 or more")
     try:
-        nodes = nx.dijkstra_path(_journeys(atlas, change), start, goal)
+        nodes = nx.dijkstra_path(_journeys(map_, change), start, goal)
     except nx.NetworkXNoPath:
-        names = place_name(atlas, start), place_name(atlas, goal)
+        names = place_name(map_, start), place_name(map_, goal)
         raise NoRouteError(f"no path leads from {names[0]} to {names[1]}: paths are driven one way only") from None
-    positions = [n - len(atlas) for n in nodes if n >= len(atlas)]
-    at = np.concatenate([atlas.numbered(path) for path in atlas.paths])
+    positions = [n - len(map_) for n in nodes if n >= len(map_)]
+    at = np.concatenate([map_.numbered(path) for path in map_.paths])
     places = [place for place, _ in groupby([start, *at[positions].tolist()])]
-    return Route(np.array(places, np.intp), _legs(atlas, nodes))
+    return Route(np.array(places, np.intp), _legs(map_, nodes))
 
 
-def place_of(atlas: Atlas, name: str) -> int:
+def place_of(map_: Map, name: str) -> int:
     """The place that people call PATH:VIEW, as ``east:3``: where view 3 of that path lies, counted through.
 
     Views are numbered as the path was learnt, from 0. Raises ``MapError`` for what is no such name, a path that the
-    atlas does not have, and a view that the path does not have.
+    map does not have, and a view that the path does not have.
     """
-    paths = {path.name: path for path in atlas.paths}
+    paths = {path.name: path for path in map_.paths}
     found = re.fullmatch(r"(.+):(-?[0-9]{1,9})", name, re.DOTALL)
     if found is None:
-        raise MapError(f"place {name!r} is no PATH:VIEW; valid is a path and a view of it: {atlas.paths[0].name}:0")
+        raise MapError(f"place {name!r} is no PATH:VIEW; valid is a path and a view of it: {map_.paths[0].name}:0")
     path, view = found[1], int(found[2])
     if path not in paths:
         raise MapError(f"place {name!r}: path {path!r} is unknown; valid are {', '.join(paths)}")
@@ -98,30 +99,30 @@ def place_of(atlas: Atlas, name: str) -> int:
         raise MapError(
             f"place {name!r}: path {path!r} has {len(paths[path])} views; valid is 0 to {len(paths[path]) - 1}"
         )
-    return int(atlas.numbered(paths[path])[view])
+    return int(map_.numbered(paths[path])[view])
 
 
-def place_name(atlas: Atlas, place: int) -> str:
+def place_name(map_: Map, place: int) -> str:
     """A place as people call it: by the first path through it, and its first view there."""
-    for path in atlas.paths:
-        if len(views := np.flatnonzero(atlas.numbered(path) == place)):
+    for path in map_.paths:
+        if len(views := np.flatnonzero(map_.numbered(path) == place)):
             return f"{path.name}:{views[0]}"
-    return f"place {place}"  # of an atlas made by hand, where no path runs through it
+    return f"place {place}"  # of a map made by hand, where no path runs through it
 
 
-def _journeys(atlas: Atlas, change: float) -> nx.DiGraph:
+def _journeys(map_: Map, change: float) -> nx.DiGraph:
     """What can be done next, and what it costs [m].
 
-    Nodes are the atlas's places, and after them the positions of all paths, path behind path: a place twice on a path,
+    Nodes are the map's places, and after them the positions of all paths, path behind path: a place twice on a path,
     as where a robot dawdled, is two positions. On board is free; off costs a change, for the last leg too, of which
     every route has one.
     """
     graph = nx.DiGraph()
-    graph.add_nodes_from(range(len(atlas)))
-    first = len(atlas)
-    for path in atlas.paths:
+    graph.add_nodes_from(range(len(map_)))
+    first = len(map_)
+    for path in map_.paths:
         positions = range(first, first + len(path))
-        places = atlas.numbered(path).tolist()
+        places = map_.numbered(path).tolist()
         graph.add_weighted_edges_from(zip(places, positions, [0.0] * len(path), strict=True))
         graph.add_weighted_edges_from(zip(positions, places, [change] * len(path), strict=True))
         steps = zip(pairwise(positions), np.diff(path.along).tolist(), strict=True)
@@ -130,18 +131,18 @@ def _journeys(atlas: Atlas, change: float) -> nx.DiGraph:
     return graph
 
 
-def _legs(atlas: Atlas, nodes: list[int]) -> tuple[Leg, ...]:
+def _legs(map_: Map, nodes: list[int]) -> tuple[Leg, ...]:
     """The runs of positions between the places of a journey."""
-    ends = np.cumsum([len(atlas), *map(len, atlas.paths)])
+    ends = np.cumsum([len(map_), *map(len, map_.paths)])
     legs = []
-    for on_board, run in groupby(nodes, key=lambda node: node >= len(atlas)):
+    for on_board, run in groupby(nodes, key=lambda node: node >= len(map_)):
         if on_board:
             positions = list(run)
             number = int(np.searchsorted(ends, positions[0], side="right")) - 1
             first, last = positions[0] - int(ends[number]), positions[-1] - int(ends[number])
-            legs.append(_leg(atlas.paths[number], first, last))
+            legs.append(_leg(map_.paths[number], first, last))
     return tuple(legs)
 
 
-def _leg(path: Path, first: int, last: int) -> Leg:
+def _leg(path: MapPath, first: int, last: int) -> Leg:
     return Leg(path.name, first, last, float(path.along[last] - path.along[first]))

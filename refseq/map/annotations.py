@@ -1,8 +1,8 @@
-"""What a mission needs of a path beside its places: how each was left, and the doors along it (appendix C; X2, X3)."""
+"""Annotations of a path for missions: what was done at each place, and the doors along it (appendix C; X2, X3)."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from enum import StrEnum
 from typing import Any
 
@@ -25,7 +25,7 @@ SIGHTINGS = 2
 """So many views must have seen a door: a choice; what only one takes for a door is mostly a gap between things."""
 
 
-class Side(StrEnum):
+class DoorSide(StrEnum):
     """Where a door is, for a robot on its path."""
 
     LEFT = "left"
@@ -41,18 +41,18 @@ class PathDoor:
     """
 
     along: float
-    side: Side
+    side: DoorSide
     width: float
     passable: bool
 
     @property
     def beside(self) -> str:
         """Where it is, in words."""
-        return "ahead" if self.side is Side.AHEAD else f"on the {self.side}"
+        return "ahead" if self.side is DoorSide.AHEAD else f"on the {self.side}"
 
 
 @dataclass(frozen=True, slots=True)
-class Guide:
+class Annotations:
     """``behaviours`` say what the robot did from each place on, empty: it went on as before; ``doors`` by ``along``.
 
     Where nothing is known of how a path was driven there are no behaviours at all.
@@ -61,59 +61,44 @@ class Guide:
     behaviours: tuple[str, ...] = ()
     doors: tuple[PathDoor, ...] = ()
 
-    def kept(self, places: NDArray[np.intp]) -> "Guide":
-        """The guide of a path that keeps only some places, rising: what began at one that goes begins at the next."""
-        if not self.behaviours:
-            return self
-        behaviours, first = [], 0
-        for place in places.tolist():
-            told = [one for one in self.behaviours[first : place + 1] if one]
-            behaviours.append(told[-1] if told else "")
-            first = place + 1
-        return replace(self, behaviours=tuple(behaviours))
-
-    def since(self, start: float) -> "Guide":
-        """The guide of a path that is counted from ``start`` [m] on."""
-        return replace(self, doors=tuple(replace(door, along=door.along - start) for door in self.doors))
-
     def to_dict(self) -> dict[str, Any]:
         """As JSON holds it."""
         return {"behaviours": list(self.behaviours), "doors": [asdict(door) for door in self.doors]}
 
     @classmethod
-    def from_dict(cls, content: Any) -> "Guide":
+    def from_dict(cls, content: Any) -> "Annotations":
         """The inverse of ``to_dict``. Raises ``ValueError`` for what is none."""
         if not isinstance(content, dict) or set(content) != {"behaviours", "doors"}:
-            raise ValueError("guide is no table of behaviours and doors")
+            raise ValueError("annotations are no table of behaviours and doors")
         behaviours, doors = content["behaviours"], content["doors"]
         if not isinstance(behaviours, list) or not all(isinstance(one, str) for one in behaviours):
-            raise ValueError("guide: behaviours are no list of texts")
+            raise ValueError("annotations: behaviours are no list of texts")
         if not isinstance(doors, list):
-            raise ValueError("guide: doors are no list")
+            raise ValueError("annotations: doors are no list")
         return cls(tuple(behaviours), tuple(map(_door, doors)))
 
 
 def _door(content: Any) -> PathDoor:
     if not isinstance(content, Mapping) or set(content) != {field.name for field in fields(PathDoor)}:
-        raise ValueError("guide: a door is no table of along, side, width and passable")
+        raise ValueError("annotations: a door is no table of along, side, width and passable")
     numbers = content["along"], content["width"]
     if not all(isinstance(one, int | float) and -FARTHEST < one < FARTHEST for one in numbers):
-        raise ValueError("guide: a door's along and width are no numbers")
+        raise ValueError("annotations: a door's along and width are no numbers")
     if not isinstance(content["passable"], bool):
-        raise ValueError(f"guide: a door's passable is {content['passable']!r}; valid is true or false")
-    return PathDoor(float(numbers[0]), Side(content["side"]), float(numbers[1]), content["passable"])
+        raise ValueError(f"annotations: a door's passable is {content['passable']!r}; valid is true or false")
+    return PathDoor(float(numbers[0]), DoorSide(content["side"]), float(numbers[1]), content["passable"])
 
 
-def guide_of(views: Sequence[View]) -> Guide:
+def annotations_of(views: Sequence[View]) -> Annotations:
     """What the views of a drive tell, one place a view."""
     told = tuple(view.behaviour for view in views)
-    return Guide(told if any(told) else (), tuple(doors_along(views)))
+    return Annotations(told if any(told) else (), tuple(doors_along(views)))
 
 
 def doors_along(views: Sequence[View]) -> list[PathDoor]:
     """Doors that the scans of a drive show, in the order in which the robot passes them."""
     tracks: list[_Track] = []
-    for sighting in _sightings(views):
+    for sighting in _doors_in(views):
         track = next((track for track in tracks if track.shows(sighting)), None)
         if track is None:
             tracks.append(_Track([sighting]))
@@ -124,11 +109,11 @@ def doors_along(views: Sequence[View]) -> list[PathDoor]:
 
 
 @dataclass(frozen=True, slots=True)
-class _Sighting:
+class _DoorInView:
     """A door in a view: where its middle is in the odometer's frame (2,) [m], and how far ahead of the laser [m]."""
 
     centre: NDArray[np.float64]
-    side: Side
+    side: DoorSide
     ahead: float
     along: float
     door: Door
@@ -138,9 +123,9 @@ class _Sighting:
 class _Track:
     """Sightings that are of one door, in the order of the views."""
 
-    sightings: list[_Sighting]
+    sightings: list[_DoorInView]
 
-    def shows(self, other: _Sighting) -> bool:
+    def shows(self, other: _DoorInView) -> bool:
         """Whether another sighting is of this door: by the last one, as the odometer drifts."""
         last = self.sightings[-1]
         return last.side is other.side and math.dist(last.centre, other.centre) < SAME
@@ -153,7 +138,7 @@ class _Track:
         return PathDoor(nearest.along, nearest.side, width, nearest.door.passable)
 
 
-def _sightings(views: Sequence[View]) -> Iterator[_Sighting]:
+def _doors_in(views: Sequence[View]) -> Iterator[_DoorInView]:
     pose, along = Pose(0.0, 0.0, 0.0), 0.0
     for number, view in enumerate(views):
         if number:
@@ -161,13 +146,13 @@ def _sightings(views: Sequence[View]) -> Iterator[_Sighting]:
         for door in find_doors(view.scan, LANDMARK) if view.scan is not None else ():
             side = _side(door)
             if side is not None and door.distance < NEAR:
-                yield _Sighting(in_world(door.centre, pose), side, door.centre[0], along + door.centre[0], door)
+                yield _DoorInView(in_world(door.centre, pose), side, door.centre[0], along + door.centre[0], door)
 
 
-def _side(door: Door) -> Side | None:
+def _side(door: Door) -> DoorSide | None:
     """Where a door is; None for one behind, and for one that lies ahead, but not on the way."""
     if abs(door.heading) > 3 * math.pi / 4:
         return None
     if abs(door.heading) >= math.pi / 4:
-        return Side.LEFT if door.heading > 0 else Side.RIGHT
-    return Side.AHEAD if abs(door.centre[1]) < door.width / 2 else None
+        return DoorSide.LEFT if door.heading > 0 else DoorSide.RIGHT
+    return DoorSide.AHEAD if abs(door.centre[1]) < door.width / 2 else None

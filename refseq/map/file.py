@@ -1,18 +1,11 @@
-"""The ``.refseq`` file: one reference sequence, with a format version and a checksum of every array.
+"""Format 4 of the ``.refseq`` file: which header and arrays describe a map, and whether they make one.
 
-A zip archive of ``map.json`` and ``.npy`` arrays. Reading parses numbers and JSON, nothing else: nothing in a file is
-ever executed or unpickled.
+The header holds the profile, a table for each sequence and one for each path; the arrays of the n-th of either are
+named ``sequences/n/…`` and ``paths/n/…``.
 """
 
-import hashlib
-import io
-import json
 import math
-import struct
-import zipfile
-import zlib
-from collections.abc import Mapping
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -20,59 +13,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import MapError
-from refseq.features import make_extractor
-from refseq.files import replace_bytes
+from refseq.features import Extractor
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.map.annotations import Guide
+from refseq.map.annotations import Annotations
+from refseq.map.archive import Arrays
+from refseq.map.extractors import make_extractor
+from refseq.map.path import MapPath
 from refseq.map.profile import Profile
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.sequence import ReferenceSequence, check_comparable
 from refseq.planar import Pose
 
-FORMAT = "refseq-map"
-VERSION = 3
-HEADER = "map.json"
-ATLAS = "atlas.json"
-"""What takes the header's place in an atlas."""
-EPOCH = (1980, 1, 1, 0, 0, 0)  # zip's earliest date: the same map gives the same bytes
-DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError, EOFError, ValueError, OverflowError)
-"""What ``zipfile`` raises for bytes that make no archive; RuntimeError includes methods that it does not know."""
+PATH_ARRAYS = ("along", "sequences", "places")
+
+Parts = tuple[tuple[str, ...], tuple[ReferenceSequence, ...], tuple[MapPath, ...]]
+"""Names of the sequences, sequences and paths: the fields of a ``Map``."""
 
 
-def save_map(sequence: ReferenceSequence, path: Path) -> None:
-    """Write a map, replacing ``path`` in one step. Raises ``MapError`` when it cannot be written."""
-    write_archive(path, map_bytes(sequence))
-
-
-def write_archive(path: Path, content: bytes) -> None:
-    """Replace a file in one step. Raises ``MapError`` when it cannot be written."""
-    try:
-        replace_bytes(path, content)
-    except OSError as error:
-        raise MapError(f"{path}: cannot be written: {error.strerror}") from error
-
-
-def map_bytes(sequence: ReferenceSequence) -> bytes:
-    """A map as the content of its file: the same map gives the same bytes."""
-    arrays = _arrays(sequence)
-    encoded = {name: encode(array) for name, array in arrays.items()}
-    header = {
-        "format": FORMAT,
-        "version": VERSION,
-        "profile": sequence.profile.to_dict(),
-        "blocks": {key: len(block) for key, block in sequence.matrix.blocks.items()},
-        "metadata": dict(sequence.metadata),
-        "guide": sequence.guide.to_dict(),
-        "sha256": {name: hashlib.sha256(content).hexdigest() for name, content in encoded.items()},
+def described(
+    names: Sequence[str], sequences: Sequence[ReferenceSequence], paths: Sequence[MapPath]
+) -> tuple[dict[str, Any], Arrays]:
+    """Header and arrays of a map."""
+    header: dict[str, Any] = {
+        "profile": sequences[0].profile.to_dict(),
+        "sequences": [
+            {
+                "name": name,
+                "blocks": {key: len(block) for key, block in sequence.matrix.blocks.items()},
+                "metadata": dict(sequence.metadata),
+            }
+            for name, sequence in zip(names, sequences, strict=True)
+        ],
+        "paths": [{"name": path.name, "annotations": path.annotations.to_dict()} for path in paths],
     }
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(zipfile.ZipInfo(HEADER, EPOCH), json.dumps(header, indent=1))
-        for name, content in encoded.items():
-            archive.writestr(zipfile.ZipInfo(f"{name}.npy", EPOCH), content, zipfile.ZIP_DEFLATED)
-    return buffer.getvalue()
+    arrays: dict[str, NDArray[Any]] = {}
+    for number, sequence in enumerate(sequences):
+        arrays |= {f"sequences/{number}/{name}": array for name, array in _arrays_of(sequence).items()}
+    for number, path in enumerate(paths):
+        arrays |= {f"paths/{number}/{name}": getattr(path, name) for name in PATH_ARRAYS}
+    return header, arrays
 
 
-def _arrays(sequence: ReferenceSequence) -> dict[str, NDArray[Any]]:
+def _arrays_of(sequence: ReferenceSequence) -> Arrays:
     poses = [(p.x, p.y, p.heading) if p else (math.nan,) * 3 for p in sequence.poses]
     arrays: dict[str, NDArray[Any]] = {
         "pointers": sequence.matrix.pointers,
@@ -85,97 +66,115 @@ def _arrays(sequence: ReferenceSequence) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def encode(array: NDArray[Any]) -> bytes:
-    """An array as the content of a ``.npy`` file."""
-    buffer = io.BytesIO()
-    np.lib.format.write_array(buffer, np.ascontiguousarray(array), allow_pickle=False)
-    return buffer.getvalue()
-
-
-def load_map(path: Path) -> ReferenceSequence:
-    """Read a map. Raises ``MapError`` for a file that is none, is damaged, or is of another format version."""
-    return read_map(path, path)
-
-
-def read_map(file: Path | io.BytesIO, path: Path) -> ReferenceSequence:
-    """Read a map from a file, or from the content of one; ``path`` is where errors say that it is."""
-    try:
-        with zipfile.ZipFile(file) as archive:
-            header = _header(archive, path)
-            arrays = {name: read_array(archive, name, digest, path) for name, digest in header["sha256"].items()}
-    except OSError as error:
-        raise MapError(f"{path}: cannot be read: {error.strerror}") from error
-    except DAMAGE as error:
-        raise MapError(f"{path}: is not a .refseq map, or is damaged: {error}") from error
-    try:
-        return _sequence(header, arrays)
-    except KeyError as error:
-        raise MapError(f"{path}: {HEADER} and arrays do not make a map: {error} is missing") from error
-    except (ValueError, TypeError, IndexError, MapError) as error:
-        raise MapError(f"{path}: {HEADER} and arrays do not make a map: {error}") from error
-
-
-def _header(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
-    if ATLAS in archive.namelist():
-        raise MapError(f"{path}: is an atlas of several sequences; valid is a map of one")
-    try:
-        header = json.loads(archive.read(HEADER))
-    except (KeyError, ValueError) as error:
-        raise MapError(f"{path}: is not a .refseq map: {HEADER} is missing or no JSON") from error
-    if not isinstance(header, dict) or header.get("format") != FORMAT:
-        raise MapError(f"{path}: is not a .refseq map: {HEADER} has no format {FORMAT!r}")
-    if header.get("version") != VERSION:
-        raise MapError(f"{path}: is of map format version {header.get('version')!r}; valid is {VERSION}: learn it anew")
-    for name in ("profile", "blocks", "metadata"):
-        if not isinstance(header.get(name), dict):
-            raise MapError(f"{path}: {HEADER}: {name} is no table")
-    digests = header.get("sha256")
-    if not isinstance(digests, dict) or not all(isinstance(digest, str) for digest in digests.values()):
-        raise MapError(f"{path}: {HEADER}: sha256 is no table of checksums")
-    return header
-
-
-def read_array(archive: zipfile.ZipFile, name: str, digest: str, path: Path) -> NDArray[Any]:
-    """An array of an archive. Raises ``MapError`` where it is missing, damaged, or not of numbers."""
-    try:
-        content = archive.read(f"{name}.npy")
-    except KeyError as error:
-        raise MapError(f"{path}: array {name} is missing") from error
-    if hashlib.sha256(content).hexdigest() != digest:
-        raise MapError(f"{path}: array {name} does not match its checksum: the file is damaged")
-    try:
-        array: NDArray[Any] = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
-    except ValueError as error:
-        raise MapError(f"{path}: array {name} is no array of numbers: {error}") from error
-    return array
-
-
-def _sequence(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> ReferenceSequence:
+def read_parts(header: Mapping[str, Any], arrays: Arrays) -> Parts:
+    """The parts of a map by its header and arrays. Raises ``KeyError``, ``ValueError`` and the like for none."""
+    if not isinstance(header["profile"], dict):
+        raise ValueError("profile is no table")
     profile = Profile.from_dict(header["profile"])
-    along = np.asarray(arrays["along"], np.float64)
-    if along.ndim != 1 or not len(along) or not np.isfinite(along).all() or (np.diff(along) < 0).any():
-        raise ValueError("along is no list of distances that do not fall")
-    sizes = {str(key): int(size) for key, size in header["blocks"].items()}
+    tables = {what: _tables(header, what) for what in ("sequences", "paths")}
+    names = tuple(table["name"] for table in tables["sequences"])
+    sequences = tuple(
+        _sequence(table, _under(f"sequences/{number}/", arrays), profile)
+        for number, table in enumerate(tables["sequences"])
+    )
+    paths = tuple(_path(table, f"paths/{number}", arrays) for number, table in enumerate(tables["paths"]))
+    _check(names, sequences, paths)
+    return names, sequences, paths
+
+
+def _tables(header: Mapping[str, Any], what: str) -> list[dict[str, Any]]:
+    tables = header[what]
+    if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
+        raise ValueError(f"{what} is no list of tables, at least one")
+    names = [table["name"] for table in tables]
+    if not all(isinstance(name, str) for name in names):
+        raise ValueError(f"{what}: a name is no text")
+    if twice := [name for number, name in enumerate(names) if name in names[:number]]:
+        raise ValueError(f"{what}: name {twice[0]!r} is there twice")
+    return tables
+
+
+def _under(prefix: str, arrays: Arrays) -> Arrays:
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+
+
+def _sequence(table: Mapping[str, Any], arrays: Arrays, profile: Profile) -> ReferenceSequence:
+    for name in ("blocks", "metadata"):
+        if not isinstance(table[name], dict):
+            raise ValueError(f"{name} is no table")
+    along = _distances(arrays["along"], "along")
+    sizes = {str(key): int(size) for key, size in table["blocks"].items()}
     matrix = IncidenceMatrix.from_rows(arrays["pointers"], arrays["places"], len(along), sizes)
-    extractors = []
-    for key, size in sizes.items():
-        prefix = f"features/{key}/"
-        state = {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
-        extractor = make_extractor(key, profile, state)
-        if extractor.size != size:
-            raise ValueError(f"{key} has {extractor.size} features; the matrix has {size} rows for it")
-        extractors.append(extractor)
+    extractors = tuple(_extractor(key, size, arrays, profile) for key, size in sizes.items())
     poses = tuple(None if math.isnan(row[0]) else Pose(*row) for row in arrays["poses"].tolist())
     if len(poses) != len(along):
         raise ValueError(f"{len(poses)} poses for {len(along)} places")
-    metadata = {str(key): str(value) for key, value in header["metadata"].items()}
-    guide = guide_in(header, len(along))
-    return ReferenceSequence(matrix, tuple(extractors), along, poses, profile, MappingProxyType(metadata), guide)
+    metadata = {str(key): str(value) for key, value in table["metadata"].items()}
+    return ReferenceSequence(matrix, extractors, along, poses, profile, MappingProxyType(metadata))
 
 
-def guide_in(table: Mapping[str, Any], places: int) -> Guide:
-    """The guide of a path of so many places; maps from before there were guides have none. Raises ``ValueError``."""
-    guide = Guide.from_dict(table["guide"]) if "guide" in table else Guide()
-    if guide.behaviours and len(guide.behaviours) != places:
-        raise ValueError(f"guide: {len(guide.behaviours)} behaviours for {places} places")
-    return guide
+def _extractor(key: str, size: int, arrays: Arrays, profile: Profile) -> Extractor:
+    extractor = make_extractor(key, profile, _under(f"features/{key}/", arrays))
+    if extractor.size != size:
+        raise ValueError(f"{key} has {extractor.size} features; the matrix has {size} rows for it")
+    return extractor
+
+
+def _path(table: Mapping[str, Any], stem: str, arrays: Arrays) -> MapPath:
+    along, sequences, places = (arrays[f"{stem}/{name}"] for name in PATH_ARRAYS)
+    annotations = Annotations.from_dict(table["annotations"])
+    if annotations.behaviours and len(annotations.behaviours) != len(along):
+        raise ValueError(f"annotations: {len(annotations.behaviours)} behaviours for {len(along)} places")
+    return MapPath(table["name"], _distances(along, stem), _whole(sequences, stem), _whole(places, stem), annotations)
+
+
+def _distances(array: NDArray[Any], what: str) -> NDArray[np.float64]:
+    if array.ndim != 1 or not len(array) or array.dtype.kind not in "fiu":
+        raise ValueError(f"{what} is no list of distances")
+    along = array.astype(np.float64)
+    if not np.isfinite(along).all() or (np.diff(along) < 0).any():
+        raise ValueError(f"{what} is no list of distances that do not fall")
+    return along
+
+
+def _whole(array: NDArray[Any], what: str) -> NDArray[np.intp]:
+    if array.ndim != 1 or not np.issubdtype(array.dtype, np.integer):
+        raise ValueError(f"{what} is no list of whole numbers")
+    return array.astype(np.intp)
+
+
+def _check(names: Sequence[str], sequences: Sequence[ReferenceSequence], paths: Sequence[MapPath]) -> None:
+    """Raise ``ValueError`` for parts that are each right but not together."""
+    for name, sequence in zip(names, sequences, strict=True):
+        try:
+            check_comparable(sequences[0], sequence)
+        except MapError as error:
+            raise ValueError(f"sequence {name!r}: {error}") from error
+    for path in paths:
+        _check_path(path, np.array([len(sequence) for sequence in sequences]))
+    for number, name in enumerate(names):
+        _check_own(paths, number, name, len(sequences[number]))
+
+
+def _check_path(path: MapPath, sizes: NDArray[np.intp]) -> None:
+    """Raise ``ValueError`` where a path runs through places that sequences of so many do not have."""
+    if not len(path.along) == len(path.sequences) == len(path.places):
+        raise ValueError(f"path {path.name!r} has lists of unequal length")
+    if (outside := path.sequences[(path.sequences < 0) | (path.sequences >= len(sizes))]).size:
+        raise ValueError(f"path {path.name!r} runs through sequence {int(outside[0])}, which is not there")
+    if (outside := path.places[(path.places < 0) | (path.places >= sizes[path.sequences])]).size:
+        raise ValueError(f"path {path.name!r} runs through place {int(outside[0])}, which is not there")
+
+
+def _check_own(paths: Sequence[MapPath], number: int, name: str, count: int) -> None:
+    """Raise ``ValueError`` where a sequence's own path does not run through its places, each once and in their order.
+
+    Merging keeps to that: places go to ever shorter sequences, so that none comes back to one that gave it away.
+    """
+    own = [path.places[path.sequences == number] for path in paths if path.name == name]
+    if not own:
+        raise ValueError(f"sequence {name!r} has no path")
+    if (missed := np.setdiff1d(np.arange(count), own[0])).size:
+        raise ValueError(f"path {name!r} does not run through place {int(missed[0])} of its sequence")
+    if len(own[0]) > count or (np.diff(own[0]) <= 0).any():
+        raise ValueError(f"path {name!r} runs through places of its sequence more than once, or not in their order")

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features import Extractor, make_extractor
+from refseq.features import Extractor
+from refseq.map.extractors import make_extractor
 from refseq.map.sequence import ReferenceSequence
 
 
@@ -29,7 +30,6 @@ def reduced(sequence: ReferenceSequence, places: NDArray[np.intp]) -> ReferenceS
         extractors=tuple(extractors),
         along=sequence.along[places],
         poses=tuple(sequence.poses[place] for place in places),
-        guide=sequence.guide.kept(places),
     )
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas, Path
 from refseq.atlas.routes import Route
-from refseq.map.annotations import Guide, PathDoor
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.annotations import PathDoor
+from refseq.map.map import Map
+from refseq.map.path import MapPath
 
 
 @dataclass(frozen=True)
@@ -32,15 +32,17 @@ class MissionPath:
         return float(self.along[-1])
 
 
-def path_along(sequence: ReferenceSequence) -> MissionPath:
-    """A whole reference sequence."""
-    return _way(np.arange(len(sequence)), sequence.along, sequence.guide)
+def path_along(map_: Map, path: MapPath | None = None) -> MissionPath:
+    """A whole path of a map, by default the first."""
+    path = path or map_.paths[0]
+    behaviours = path.annotations.behaviours or ("",) * len(path)
+    return MissionPath(map_.numbered(path), path.along, behaviours, path.annotations.doors)
 
 
-def path_of(atlas: Atlas, route: Route) -> MissionPath:
-    """A route through an atlas; where it changes paths, it goes on as that path was driven there."""
-    paths = {path.name: path for path in atlas.paths}
-    legs = [_leg(atlas, paths[leg.path], leg.first, leg.last) for leg in route.legs]
+def path_of(map_: Map, route: Route) -> MissionPath:
+    """A route through a map; where it changes paths, it goes on as that path was driven there."""
+    paths = {path.name: path for path in map_.paths}
+    legs = [_leg(map_, paths[leg.path], leg.first, leg.last) for leg in route.legs]
     return joined(legs) if legs else MissionPath(route.places, np.zeros(len(route.places)), ("",), ())
 
 
@@ -60,16 +62,11 @@ def joined(legs: Sequence[MissionPath]) -> MissionPath:
     return whole
 
 
-def _leg(atlas: Atlas, path: Path, first: int, last: int) -> MissionPath:
-    whole = _way(atlas.numbered(path), path.along, path.guide)
+def _leg(map_: Map, path: MapPath, first: int, last: int) -> MissionPath:
+    whole = path_along(map_, path)
     views = slice(first, last + 1)
     start, end = whole.along[[first, last]].tolist()
     behaviours = list(whole.behaviours[views])
     behaviours[0] = next((one for one in reversed(whole.behaviours[: first + 1]) if one), "")
     doors = tuple(replace(door, along=door.along - start) for door in whole.doors if start <= door.along <= end)
     return MissionPath(whole.places[views], whole.along[views] - start, tuple(behaviours), doors)
-
-
-def _way(places: NDArray[np.intp], along: NDArray[np.float64], guide: Guide) -> MissionPath:
-    doors = guide.since(float(along[0])).doors
-    return MissionPath(places, along - along[0], guide.behaviours or ("",) * len(places), doors)

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
-from refseq.map.annotations import PathDoor, Side
+from refseq.map.annotations import DoorSide, PathDoor
 from refseq.missions.behaviour_codes import GOING_ON, code_of, travels
 from refseq.missions.language import Action, Behaviour, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import MissionPath
@@ -276,7 +276,7 @@ def _words(action: Action, door: PathDoor | None) -> str:
         case Behaviour.TURN:
             return f"{action.behaviour}:{action.turn}"
         case Behaviour.CROSS_DOOR:
-            return f"{action.behaviour}:{door.side if door else Side.AHEAD}"
+            return f"{action.behaviour}:{door.side if door else DoorSide.AHEAD}"
         case Behaviour.FOLLOW_WALL:
             return WALL
         case _:

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas
 from refseq.errors import RefseqError
+from refseq.map.map import Map
 from refseq.map.sequence import ReferenceSequence
 from refseq.planar import Pose
 from refseq.view import View
@@ -37,13 +37,12 @@ class Places:
                 raise RefseqError(f"{count} {what} for {len(self.poses)} poses; valid is one each, or none")
 
     @classmethod
-    def of(cls, learnt: Atlas | ReferenceSequence, views: Sequence[View] = ()) -> "Places":
-        """The places of a map or an atlas; ``views`` are of the drives it was learnt from, where they fit its places.
+    def of(cls, map_: Map, views: Sequence[View] = ()) -> "Places":
+        """The places of a map; ``views`` are of the drives it was learnt from, where they fit its places.
 
         A map that was reduced or merged has other places than its drive had views: those pictures are left out.
         """
-        sequences = (learnt,) if isinstance(learnt, ReferenceSequence) else learnt.sequences
-        return cls(learnt.poses, sequences, views if len(views) == len(learnt) else ())
+        return cls(map_.poses, map_.sequences, views if len(views) == len(map_) else ())
 
     @classmethod
     def along(cls, views: Sequence[View]) -> "Places":

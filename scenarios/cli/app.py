@@ -215,26 +215,24 @@ def learn(
     seed: Chance = 1,
 ) -> None:
     """Make a reference sequence, the map, of a first drive."""
-    from refseq.map.file import save_map
+    from refseq.map.learning import learn as learn_map
     from refseq.map.profile import profile_named
-    from refseq.map.sequence import learn as learn_sequence
 
     check_output(output)
     chosen = profile_named(profile)
     drive = read_drive(recording, views, thin, seed if odometry_noise else None)
-    sequence = learn_sequence(
+    map_ = learn_map(
         drive.views,
         sensors=words(sensors, "sensors"),
         features=words(features, "features"),
         profile=chosen,
         metadata={**drive.metadata, "source": recording.name},
     )
-    save_map(sequence, output)
-    length = float(sequence.along[-1])
+    map_.save(output)
     say(
         out,
-        f"{output}: {len(sequence)} places over {length:.1f} m, {sequence.matrix.N} features of "
-        f"{', '.join(sorted(sequence.sensors))}",
+        f"{output}: {len(map_)} places over {map_.paths[0].length:.1f} m, {map_.sequence.matrix.N} features of "
+        f"{', '.join(sorted(map_.sensors))}",
     )
 
 
@@ -257,7 +255,7 @@ def matrix(
     """Describe a map's incidence matrix and what it tells about the place, and draw it."""
     import numpy as np
 
-    from refseq.map.file import load_map
+    from refseq.map.map import Map
     from scenarios.maps.matrix import (
         check_picture,
         draw,
@@ -271,7 +269,7 @@ def matrix(
     if output is not None:
         check_output(output)
         check_picture(output)
-    found = load_map(map_file).matrix
+    found = Map.load(map_file).sequence.matrix
     title = f"{map_file.name}: {found.N} features at {found.K} places"
     rows = summaries(found, np.random.default_rng(seed))
     out.print(statistics_table(title, rows))
@@ -344,7 +342,7 @@ def report(
     from worlds.plans.load import load_plan, world_names
 
     check_output(output)
-    comparison = read_comparison(map_file, query, beliefs, reference, views, thin, several=True)
+    comparison = read_comparison(map_file, query, beliefs, reference, views, thin)
     world = str(comparison.reference_metadata.get("world", ""))
     outline = outline_of(load_plan(world)) if world in world_names() else None
     with writing(output):

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from refseq.logs.beliefs import write_beliefs
-from refseq.map.file import save_map
+from refseq.map.learning import learn
 from refseq.map.profile import THESIS, Profile
-from refseq.map.sequence import learn
 from refseq.viewer.belief_log import Layer
 from refseq.viewer.localise_tab import LocaliseTab
 from refseq.viewer.places import Places
@@ -61,9 +60,9 @@ def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]
     first = replace(demo.reference, seed=seed)
     reference = record(first, home / "reference.mcap", step(f"drive at {first.light}"))
     step("learn")
-    sequence = learn(reference.views, profile=demo.profile, metadata=reference.metadata)
-    save_map(sequence, home / "map.refseq")
-    places = Places.of(sequence, reference.views)
+    map_ = learn(reference.views, profile=demo.profile, metadata=reference.metadata)
+    map_.save(home / "map.refseq")
+    places = Places.of(map_, reference.views)
     comparisons = []
     for index, light in enumerate(demo.lights):
         place = home if index == 0 else home / light.replace(":", "-")
@@ -71,7 +70,7 @@ def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]
             replace(first, light=light, seed=seed + QUERY_SEEDS), place / "query.mcap", step(f"drive at {light}")
         )
         step("localise")
-        comparison = compare(f"{first.light} → {light}", sequence, query, reference=reference.views)
+        comparison = compare(f"{first.light} → {light}", map_, query, reference=reference.views)
         write_beliefs(place / "beliefs.parquet", query.views, comparison.beliefs, query.metadata)
         layer = Layer("beliefs", tuple(comparison.beliefs), places)
         tabs: list[Tab] = [ReferenceTab(places), LocaliseTab(query.views, [layer], {layer.name: comparison.beliefs})]

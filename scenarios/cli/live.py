@@ -18,9 +18,9 @@ from scenarios.errors import ScenarioError
 if TYPE_CHECKING:
     import rerun as rr
 
-    from refseq.atlas.atlas import Atlas
     from refseq.belief import Stage
     from refseq.logs import Recording
+    from refseq.map.map import Map
     from scenarios.drives.live import LiveRun
     from scenarios.drives.record import Drive
     from scenarios.scoring.comparison import Comparison
@@ -91,7 +91,7 @@ class LiveAsked:
 
 def localised_live(
     name: str,
-    atlas: "Atlas",
+    map_: "Map",
     asked: LiveAsked,
     stages: "Sequence[Stage]",
     sensors: Sequence[str] | None,
@@ -104,20 +104,22 @@ def localised_live(
     """
     # Before Rerun is imported: it tells what goes wrong in several lines of its own.
     os.environ.setdefault("RUST_LOG", "off")
+    from refseq.map.localiser import StagedLocaliser
     from refseq.viewer.belief_log import Layer
     from refseq.viewer.places import Places
-    from scenarios.drives.evaluate import answers_in_atlas
-    from scenarios.drives.live import LiveRun, answering, sensors_for, watching
+    from scenarios.drives.evaluate import comparison_of
+    from scenarios.drives.live import LiveRun, sensors_for, watching
 
-    chosen = sensors_for(atlas, sensors)
-    drive = asked.drive(chosen, str(atlas.sequences[0].metadata.get("robot", "robuter")))
+    chosen = sensors_for(map_, sensors)
+    drive = asked.drive(chosen, str(map_.sequences[0].metadata.get("robot", "robuter")))
     title = f"{name} ← {drive.world} at {drive.light}"
-    layer = Layer("map", tuple(stage.value for stage in stages), Places.of(atlas))
-    run = LiveRun(answering(atlas, stages, sensors, seed), layer.places)
+    layer = Layer("map", tuple(stage.value for stage in stages), Places.of(map_))
+    localiser = StagedLocaliser(map_, stages=stages, sensors=sensors, seed=seed)
+    run = LiveRun(localiser.update, layer.places)
     with ended_in_one_line(asked.record or Path("the drive")), _screen(title, asked) as stream:
         run.watch = watching(stream, title, drive, layer)
         recording = _driven(drive, asked, run)
-        tell(answers_in_atlas(title, atlas, recording, run.beliefs))
+        tell(comparison_of(title, map_, recording, run.beliefs))
 
 
 def _driven(drive: "Drive", asked: LiveAsked, run: "LiveRun") -> "Recording":

@@ -9,7 +9,7 @@ import typer
 from scenarios.cli.console import err, out, print_results, say, share_of
 from scenarios.cli.live import LiveAsked, localised_live
 from scenarios.cli.options import AtLeast, Chance, MapOrAtlas, Noise, Sensors, Thin, Views
-from scenarios.drives.inputs import check_output, read_atlas, read_drive, stages, words
+from scenarios.drives.inputs import check_output, read_drive, stages, words
 
 if TYPE_CHECKING:
     from scenarios.drives.evaluate import StageResult
@@ -92,7 +92,8 @@ def localise(
     that hold 76 and 51 places, 0 to 75 are the first one's and 76 to 126 the second's.
     """
     from refseq.logs.beliefs import write_beliefs
-    from scenarios.drives.evaluate import compare_in_atlas, is_one_map, results
+    from refseq.map.map import Map
+    from scenarios.drives.evaluate import compare, results
     from scenarios.scoring.sequence_recall import sequence_recall_table
 
     if output is not None:
@@ -100,7 +101,7 @@ def localise(
     asked = LiveAsked(live, light, change, robot, route, drive_seed, every, script, keys, record, save, connect, serve)
     asked.check(query, {"views": views, "thin": thin, "odometry-noise": odometry_noise or None})
     wanted, chosen = stages(stage), words(sensors, "sensors")
-    atlas = read_atlas(map_file)
+    map_ = Map.load(map_file)
     found: list[StageResult] = []
 
     def tell(comparison: "Comparison") -> None:
@@ -110,15 +111,15 @@ def localise(
             say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
         found.extend(results([comparison]))
         print_results(comparison.name, found, [comparison])
-        if not is_one_map(atlas):
-            out.print(sequence_recall_table(atlas, comparison.beliefs))
+        if not map_.has_one_path:
+            out.print(sequence_recall_table(map_, comparison.beliefs))
 
     if query is None:
-        localised_live(map_file.name, atlas, asked, wanted, chosen, seed, tell)
+        localised_live(map_file.name, map_, asked, wanted, chosen, seed, tell)
     else:
         drive = read_drive(query, views, thin, seed + 1 if odometry_noise else None)
         name = f"{map_file.name} ← {query.name}"
-        tell(compare_in_atlas(name, atlas, drive, stages=wanted, sensors=chosen, seed=seed))
+        tell(compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed))
     judge(found, at_least)
 
 

@@ -13,7 +13,7 @@ from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     from refseq.atlas.merge import Decision
-    from refseq.map.sequence import ReferenceSequence
+    from refseq.map.map import Map
 
 Least = Annotated[float, typer.Option(metavar="M", help="Shortest stretch that is joined [m].")]
 SIMILARITY_EXAMPLES = """Examples:
@@ -39,9 +39,8 @@ def similarity(
     least: Least = 5.0,
 ) -> None:
     """Compare the views of two maps, and tell which stretches they share; nothing is merged."""
-    from refseq.atlas.merge import merge as merged
+    from refseq.atlas.merge import merge_maps
     from refseq.atlas.overlap import OverlapSettings
-    from refseq.map.file import load_map
     from scenarios.maps.joins import decision_table
     from scenarios.maps.matrix import check_picture
     from scenarios.maps.similarity import draw, similarity_of, write_arrays
@@ -53,10 +52,10 @@ def similarity(
         check_picture(output)
     if arrays is not None and arrays.suffix != ".npz":
         raise ScenarioError(f"{arrays}: is no name for arrays; valid is one that ends in .npz")
-    first, second = load_map(one), load_map(other)
-    _check_maps(first, [(other, second)])
-    decisions = merged([one.stem, other.stem], [first, second], OverlapSettings(least=least)).decisions
-    found = similarity_of(one.stem, first, other.stem, second)
+    first, second = _of_one_path(one), _of_one_path(other)
+    _check_maps(first, {other: second})
+    decisions = merge_maps([first, second], OverlapSettings(least=least)).decisions
+    found = similarity_of(first, second)
     if decisions:
         out.print(decision_table(decisions))
     else:
@@ -86,10 +85,9 @@ def merge(
     least: Least = 5.0,
 ) -> None:
     """Merge maps into an atlas: what two of them share is kept in one of them, and linked."""
-    from refseq.atlas.file import load_atlas, save_atlas
-    from refseq.atlas.merge import added, leave_it
+    from refseq.atlas.merge import leave_it, merge_maps
     from refseq.atlas.overlap import OverlapSettings
-    from refseq.map.file import load_map
+    from refseq.map.map import Map
     from scenarios.maps.joins import decision_table, read_decisions, write_decisions
 
     for path in (output, *([log] if log else [])):
@@ -98,33 +96,41 @@ def merge(
         raise ScenarioError(f"{log}: is the atlas and the log at once; valid are two files")
     wishes = read_decisions(decisions) if decisions else []
     settings = OverlapSettings(least=least)
-    atlas = load_atlas(maps[0])
-    sequences = [(path.stem, load_map(path)) for path in maps[1:]]
-    before = len(atlas) + sum(len(sequence) for _, sequence in sequences)
-    _check_names([path.name for path in atlas.paths], [name for name, _ in sequences], wishes)
-    _check_maps(atlas.sequences[0], list(zip(maps[1:], (sequence for _, sequence in sequences), strict=True)))
-    _check_wishes({path.name: len(path) for path in atlas.paths} | {n: len(s) for n, s in sequences}, wishes)
-    told: list[Decision] = []
-    for name, sequence in sequences:
-        merged = added(atlas, name, sequence, settings, ask if confirm else leave_it, wishes)
-        atlas = merged.atlas
-        told.extend(merged.decisions)
+    first = Map.load(maps[0])
+    others = {path: _of_one_path(path) for path in maps[1:]}
+    every = [first, *others.values()]
+    views = {path.name: len(path) for one in every for path in one.paths}
+    _check_names([path.name for one in every for path in one.paths], wishes)
+    _check_maps(first, others)
+    _check_wishes(views, wishes)
+    found = merge_maps(every, settings, ask if confirm else leave_it, wishes)
+    told = found.decisions
     if log is not None:
         write_decisions(log, told)
-    save_atlas(atlas, output)
+    found.map.save(output)
     if told:
         out.print(decision_table(told))
     say(
         out,
-        f"{output}: {len(atlas.paths)} paths, {len(atlas)} places of {before}, {len(atlas.links)} links, "
+        f"{output}: {len(found.map.paths)} paths, {len(found.map)} places of {sum(map(len, every))}, "
+        f"{len(found.map.links)} links, "
         f"{sum(decision.joined for decision in told)} of {len(told)} stretches joined",
     )
 
 
-def _check_names(there: Sequence[str], new: Sequence[str], wishes: "Sequence[Decision]") -> None:
-    from refseq.atlas.atlas import check_names
+def _of_one_path(path: Path) -> "Map":
+    from refseq.errors import MapError
+    from refseq.map.map import Map
 
-    known = [*there, *new]
+    found = Map.load(path)
+    if not found.has_one_path:
+        raise MapError(f"{path}: is a map of several paths; valid is a map of one")
+    return found
+
+
+def _check_names(known: Sequence[str], wishes: "Sequence[Decision]") -> None:
+    from refseq.map.map import check_names
+
     check_names(known)
     for wish in wishes:
         for name in (wish.one, wish.other):
@@ -132,14 +138,14 @@ def _check_names(there: Sequence[str], new: Sequence[str], wishes: "Sequence[Dec
                 raise ScenarioError(f"decisions: sequence {name!r} is unknown; valid are {', '.join(known)}")
 
 
-def _check_maps(first: "ReferenceSequence", others: "Sequence[tuple[Path, ReferenceSequence]]") -> None:
+def _check_maps(first: "Map", others: "Mapping[Path, Map]") -> None:
     """Tell which file does not go with the first before any is merged."""
-    from refseq.atlas.similarity import check_comparable
     from refseq.errors import MapError
+    from refseq.map.sequence import check_comparable
 
-    for path, sequence in others:
+    for path, other in others.items():
         try:
-            check_comparable(first, sequence)
+            check_comparable(first.sequences[0], other.sequence)
         except MapError as error:
             raise MapError(f"{path}: {error}") from error
 

@@ -8,12 +8,12 @@ import typer
 from scenarios.cli.console import err, out, say
 from scenarios.cli.lamp import EXAMPLES as LAMP_EXAMPLES
 from scenarios.cli.lamp import lamp
-from scenarios.drives.inputs import assignments, check_folder, read_atlas, writing
+from scenarios.drives.inputs import assignments, check_folder, writing
 from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from refseq.atlas.atlas import Atlas
-    from refseq.missions import MissionPath, Plan
+    from refseq.map.map import Map
+    from refseq.missions import Plan, MissionPath
     from scenarios.missions.file import Asked
 
 NOT_COMPLETED = 1
@@ -69,7 +69,7 @@ def plan(
     landmark: Landmark = None,
 ) -> None:
     """Compile a mission for the way that a map knows, and print what the robot is to do from where on."""
-    way, compiled = _compiled(read_atlas(map_file), mission_text, start, goal, landmark)
+    way, compiled = _compiled(Map.load(map_file), mission_text, start, goal, landmark)
     print_doors(way)
     say(out, f"{mission_text}: {len(compiled.orders)} orders over {compiled.goal:.1f} m")
     for line in str(compiled).split("\n"):
@@ -115,10 +115,10 @@ def run(
 
     if strip is not None and output is None:
         raise ScenarioError("--strip is left in a folder; valid is to name one as well: --output")
-    atlas = read_atlas(map_file)
-    _, compiled = _compiled(atlas, mission_text, start, goal, landmark)
+    map_ = Map.load(map_file)
+    _, compiled = _compiled(map_, mission_text, start, goal, landmark)
     trip = MissionTrip.from_map(
-        atlas,
+        map_,
         world=world,
         light=light,
         change=change,
@@ -132,7 +132,7 @@ def run(
     )
     if output is not None:
         check_folder(output)
-    made = run_trip(trip, atlas, compiled, tell=lambda entry: say(out, str(entry)))
+    made = run_trip(trip, map_, compiled, tell=lambda entry: say(out, str(entry)))
     if output is not None:
         with writing(output):
             output.mkdir(parents=True, exist_ok=True)
@@ -146,7 +146,7 @@ def run(
 
 
 def _compiled(
-    atlas: "Atlas", text: str, start: str | None, goal: str | None, landmark: list[str] | None
+    map_: "Map", text: str, start: str | None, goal: str | None, landmark: list[str] | None
 ) -> "tuple[MissionPath, Plan]":
     """The way, and the mission for it."""
     from refseq.missions import as_learnt
@@ -155,22 +155,22 @@ def _compiled(
     asked: Asked | None = None if text == LEARNT else asked_for(text, _places(landmark))
     if asked is None and landmark:
         raise ScenarioError(f"--landmark goes with a mission of landmarks; valid is to say which, instead of {LEARNT}")
-    way = _way(atlas, start, goal)
+    way = _way(map_, start, goal)
     return way, as_learnt(way) if asked is None else asked.for_way(way)
 
 
-def _way(atlas: "Atlas", start: str | None, goal: str | None) -> "MissionPath":
+def _way(map_: "Map", start: str | None, goal: str | None) -> "MissionPath":
     from refseq.atlas.routes import place_of, shortest_route
     from refseq.missions import path_of
 
-    first = atlas.paths[0]
-    if goal is None and start is None and len(atlas.paths) == 1:
+    first = map_.paths[0]
+    if goal is None and start is None and map_.has_one_path:
         goal = f"{first.name}:{len(first) - 1}"
     if goal is None:
-        names = ", ".join(path.name for path in atlas.paths)
+        names = ", ".join(path.name for path in map_.paths)
         raise ScenarioError(f"nobody says where to; valid is --to PATH:VIEW, a view of {names}")
-    begin = place_of(atlas, start or f"{first.name}:0")
-    return path_of(atlas, shortest_route(atlas, begin, place_of(atlas, goal)))
+    begin = place_of(map_, start or f"{first.name}:0")
+    return path_of(map_, shortest_route(map_, begin, place_of(map_, goal)))
 
 
 def _places(texts: list[str] | None) -> dict[str, float | str]:

@@ -18,17 +18,17 @@ EXAMPLES = """Examples:
 
 
 def route(
-    atlas: Annotated[Path, typer.Argument(metavar="ATLAS", help="An atlas (.refseq), or a map.")],
+    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="A map (.refseq).")],
     start: Annotated[
         str, typer.Argument(metavar="START", help="Where from: PATH:VIEW, a path and a view of it, from 0: east:3.")
     ],
     goal: Annotated[str, typer.Argument(metavar="GOAL", help="Where to, named likewise.")],
 ) -> None:
     """Find the shortest route between two places of an atlas; paths are driven one way only. Exit 1 if none leads."""
-    from refseq.atlas.file import load_atlas
     from refseq.atlas.routes import NoRouteError, place_of, shortest_route
+    from refseq.map.map import Map
 
-    loaded = load_atlas(atlas)
+    loaded = Map.load(map_file)
     ends = place_of(loaded, start), place_of(loaded, goal)
     try:
         found = shortest_route(loaded, *ends)

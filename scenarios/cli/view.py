@@ -12,16 +12,16 @@ import typer
 
 from scenarios.cli.console import out, say
 from scenarios.cli.options import Thin, Views
-from scenarios.drives.inputs import check_folder, check_output, read_atlas, read_drive, writing
+from scenarios.drives.inputs import check_folder, check_output, read_drive, writing
 from scenarios.drives.viewer_recording import is_recorded, name_of, record_at
 from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     import rerun as rr
 
-    from refseq.atlas.atlas import Atlas
     from refseq.belief import Belief
     from refseq.logs import Recording
+    from refseq.map.map import Map
     from refseq.view import View
     from refseq.viewer.localise_tab import LocaliseTab
     from refseq.viewer.places import Places
@@ -169,6 +169,7 @@ class _Files:
 
 def read_shown(files: Sequence[Path], reference: Path | None, views: str | None, thin: float | None) -> Shown:
     """Read what the files hold. Raises ``ScenarioError`` for files that do not belong together."""
+    from refseq.map.map import Map
     from refseq.viewer.localise_tab import LocaliseTab
 
     if len(files) == 1 and is_recorded(files[0]):
@@ -177,7 +178,7 @@ def read_shown(files: Sequence[Path], reference: Path | None, views: str | None,
         record = record_at(files[0])
         return Recorded(name_of(record), (), path=record)
     found = _Files.sorted_out(files)
-    learnt = [read_atlas(path) for path in found.maps]
+    learnt = [Map.load(path) for path in found.maps]
     first = read_drive(reference, None, None).views if reference else ()
     if not found.recordings:
         return Shown(files[0].name, _map_tabs(learnt[0], _places(found.maps[0], learnt[0], reference, first)))
@@ -191,14 +192,14 @@ def read_shown(files: Sequence[Path], reference: Path | None, views: str | None,
 def _localised(
     name: str,
     files: _Files,
-    learnt: "Sequence[Atlas]",
+    learnt: "Sequence[Map]",
     reference: "tuple[Path | None, Sequence[View]]",
     drive: "Recording",
 ) -> Shown:
     from refseq.viewer.belief_log import Layer, beside
     from refseq.viewer.localise_tab import LocaliseTab
 
-    places = [_places(path, atlas, *reference) for path, atlas in zip(files.maps, learnt, strict=True)]
+    places = [_places(path, map_, *reference) for path, map_ in zip(files.maps, learnt, strict=True)]
     answers, layers = {}, []
     for number, table in enumerate(files.tables):
         which = number if len(learnt) > 1 else 0
@@ -208,10 +209,10 @@ def _localised(
     return Shown(name, tabs, LocaliseTab(drive.views, beside(layers), answers))
 
 
-def _beliefs(name: str, table: Path, learnt: "Atlas", drive: "Recording") -> "Mapping[str, Sequence[Belief]]":
+def _beliefs(name: str, table: Path, learnt: "Map", drive: "Recording") -> "Mapping[str, Sequence[Belief]]":
     """The answers of a table. Raises ``ScenarioError`` for those that fit neither drive nor map."""
     from refseq.logs.beliefs import read_beliefs
-    from scenarios.drives.evaluate import answers_in_atlas
+    from scenarios.drives.evaluate import comparison_of
 
     if not table.is_file():
         raise ScenarioError(f"{table}: is no file; valid is a table of beliefs (.parquet)")
@@ -219,12 +220,12 @@ def _beliefs(name: str, table: Path, learnt: "Atlas", drive: "Recording") -> "Ma
     if not found:
         raise ScenarioError(f"{table}: holds no belief; valid is one a view of the recording")
     try:
-        return answers_in_atlas(name, learnt, drive, found).beliefs
+        return comparison_of(name, learnt, drive, found).beliefs
     except ScenarioError as error:
         raise ScenarioError(f"{table}: {error}") from error
 
 
-def _places(path: Path, learnt: "Atlas", reference: Path | None, views: "Sequence[View]") -> "Places":
+def _places(path: Path, learnt: "Map", reference: Path | None, views: "Sequence[View]") -> "Places":
     """The places of a map, with the pictures of its drive."""
     from refseq.viewer.places import Places
 
@@ -237,7 +238,7 @@ def _places(path: Path, learnt: "Atlas", reference: Path | None, views: "Sequenc
 
 
 def _map_tabs(
-    learnt: "Atlas",
+    learnt: "Map",
     places: "Places",
     views: "Sequence[View]" = (),
     answers: "Mapping[str, Sequence[Belief]] | None" = None,
@@ -245,10 +246,9 @@ def _map_tabs(
     """What there is to see of a map; of an atlas its paths too."""
     from refseq.viewer.atlas.tab import AtlasTab
     from refseq.viewer.reference_tab import ReferenceTab
-    from scenarios.drives.evaluate import is_one_map
 
     tabs: list[Tab] = [ReferenceTab(places, learnt.names)]
-    if not is_one_map(learnt):
+    if not learnt.has_one_path:
         tabs.append(AtlasTab(learnt, views, answers or {}))
     return tabs
 

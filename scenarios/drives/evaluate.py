@@ -1,15 +1,16 @@
-"""Localising a drive in a map, or in an atlas, and scoring the answers: what the commands and the demo share."""
+"""Localising a drive in a map, and scoring the answers: what the commands and the demo share."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from refseq.atlas.atlas import Atlas
-from refseq.atlas.localiser import localise_in
+import numpy as np
+
 from refseq.belief import LOST_ABOVE, Belief, Stage
 from refseq.errors import MapError
 from refseq.logs import Recording
-from refseq.map.localiser import check_among, localise
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.localiser import localise
+from refseq.map.map import Map
+from refseq.map.matcher import check_among
 from refseq.view import View
 from scenarios.scoring.comparison import Comparison, Drives, shared_methods
 from scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
@@ -21,7 +22,7 @@ TOLERANCES = (WIDE, NARROW)
 
 def compare(
     name: str,
-    sequence: ReferenceSequence,
+    map_: Map,
     query: Recording,
     *,
     reference: Sequence[View] | None = None,
@@ -33,83 +34,38 @@ def compare(
 
     Raises ``MapError`` for a sensor that the map does not have, and when the drive has none of those that are wanted.
     """
-    _check_sensors(name, sequence, query, sensors)
-    beliefs = localise(sequence, query.views, stages=stages, sensors=sensors, seed=seed)
-    by_method: dict[str, Sequence[Belief]] = {stage: beliefs[stage] for stage in stages}
-    return Comparison(
-        name, reference or places_as_views(sequence), sequence.metadata, query.views, query.metadata, by_method
-    )
-
-
-def compare_in_atlas(
-    name: str,
-    atlas: Atlas,
-    query: Recording,
-    *,
-    stages: Sequence[Stage] = tuple(Stage),
-    sensors: Sequence[str] | None = None,
-    seed: int = 0,
-) -> Comparison:
-    """Localise every view of ``query`` in an atlas; one of a single map answers as ``compare`` does, bit for bit.
-
-    Raises ``MapError`` as ``compare`` does.
-    """
-    if is_one_map(atlas):
-        return compare(name, atlas.sequences[0], query, stages=stages, sensors=sensors, seed=seed)
-    _check_sensors(name, atlas.sequences[0], query, sensors)  # all have the same, or they would make no atlas
-    beliefs = localise_in(atlas, query.views, stages=stages, sensors=sensors, seed=seed)
-    return answers_in_atlas(name, atlas, query, {stage: beliefs[stage] for stage in stages})
-
-
-def answers_in_atlas(
-    name: str,
-    atlas: Atlas,
-    query: Recording,
-    beliefs: Mapping[str, Sequence[Belief]],
-    reference: Sequence[View] | None = None,
-) -> Comparison:
-    """Put together answers about the places of an atlas: those of all sequences, one behind the other.
-
-    Its drives are the sequences, each as long as the places that it still holds. ``reference`` are the places' views
-    with images, where they are at hand. Raises ``ScenarioError`` for answers that do not fit atlas or query.
-    """
-    drives = None if is_one_map(atlas) else Drives(atlas.names, tuple(map(len, atlas.sequences)))
-    views = reference or [view for sequence in atlas.sequences for view in places_as_views(sequence)]
-    return Comparison(name, views, _metadata(atlas), query.views, query.metadata, beliefs, drives)
-
-
-def is_one_map(atlas: Atlas) -> bool:
-    """Whether it is what a map alone would be read as: one sequence, and the path that it was learnt from."""
-    return len(atlas.sequences) == len(atlas.paths) == 1
-
-
-def _metadata(atlas: Atlas) -> Mapping[str, str]:
-    """What is known of the drives, by key; where they differ, what each says, commas between."""
-    if is_one_map(atlas):
-        return atlas.sequences[0].metadata
-    values: dict[str, dict[str, None]] = {}
-    for sequence in atlas.sequences:
-        for key, value in sequence.metadata.items():
-            values.setdefault(key, {})[str(value)] = None
-    return {key: ", ".join(all_) for key, all_ in values.items()}
-
-
-def _check_sensors(name: str, sequence: ReferenceSequence, query: Recording, sensors: Sequence[str] | None) -> None:
-    check_among(sensors or (), sequence.sensors)
-    wanted = sensors or sequence.sensors
+    check_among(sensors or (), map_.sensors)
+    wanted = sensors or map_.sensors
     if not query.sensors & frozenset(wanted):
         raise MapError(
             f"{name}: the drive's sensors ({', '.join(sorted(query.sensors)) or 'none'}) have none in common with the "
             f"map's; valid are {', '.join(sorted(wanted))}"
         )
+    beliefs = localise(map_, query.views, stages=stages, sensors=sensors, seed=seed)
+    return comparison_of(name, map_, query, {stage: beliefs[stage] for stage in stages}, reference)
 
 
-def places_as_views(sequence: ReferenceSequence) -> tuple[View, ...]:
+def comparison_of(
+    name: str,
+    map_: Map,
+    query: Recording,
+    beliefs: Mapping[str, Sequence[Belief]],
+    reference: Sequence[View] | None = None,
+) -> Comparison:
+    """Put together answers about the places of a map: those of all its sequences, one behind the other.
+
+    Its drives are the sequences, each as long as the places that it still holds. ``reference`` are the places' views
+    with images, where they are at hand. Raises ``ScenarioError`` for answers that do not fit map or query.
+    """
+    drives = Drives(map_.names, tuple(map(len, map_.sequences)))
+    views = reference or places_as_views(map_)
+    return Comparison(name, views, map_.metadata, query.views, query.metadata, beliefs, drives)
+
+
+def places_as_views(map_: Map) -> tuple[View, ...]:
     """The map's places as views that have no sensor, only the true pose: all that scoring needs."""
-    steps = [0.0, *(sequence.along[1:] - sequence.along[:-1])]
-    return tuple(
-        View(time=0.0, distance=float(step), truth=pose) for step, pose in zip(steps, sequence.poses, strict=True)
-    )
+    steps = np.concatenate([np.diff(sequence.along, prepend=sequence.along[0]) for sequence in map_.sequences])
+    return tuple(View(time=0.0, distance=float(step), truth=pose) for step, pose in zip(steps, map_.poses, strict=True))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,13 +8,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
-from zipfile import is_zipfile
 
 from scenarios.drives.selection import stretch
 from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from refseq.atlas.atlas import Atlas
     from refseq.belief import Stage
     from refseq.logs import Recording
     from scenarios.scoring.comparison import Comparison
@@ -96,16 +94,6 @@ def read_drive(path: Path, views: str | None, thin: float | None, noise_seed: in
     return replace(recording, views=kept)
 
 
-def read_atlas(path: Path, *, several: bool = True) -> "Atlas":
-    """Read an atlas, or a map as an atlas of that one; without ``several`` nothing but a map will do."""
-    from refseq.atlas.atlas import beside
-    from refseq.atlas.file import load_atlas
-    from refseq.map.file import load_map
-
-    # What is no archive at all is told of in the words of the commands that take maps only.
-    return load_atlas(path) if several and is_zipfile(path) else beside([path.stem], [load_map(path)])
-
-
 def read_comparison(
     map_file: Path,
     query: Path,
@@ -113,25 +101,24 @@ def read_comparison(
     reference: Path | None,
     views: str | None,
     thin: float | None,
-    *,
-    several: bool = False,
 ) -> "Comparison":
-    """A localised drive put together again from its files; ``several``: the map may be an atlas."""
+    """A localised drive put together again from its files."""
     from refseq.logs.beliefs import read_beliefs
-    from scenarios.drives.evaluate import answers_in_atlas, is_one_map
+    from refseq.map.map import Map
+    from scenarios.drives.evaluate import comparison_of
 
     if not beliefs.is_file():
         raise ScenarioError(f"{beliefs}: is no file; valid is a table of beliefs (.parquet)")
-    atlas = read_atlas(map_file, several=several)
-    if reference is not None and not is_one_map(atlas):
+    map_ = Map.load(map_file)
+    if reference is not None and not map_.has_one_path:
         raise ScenarioError(
-            f"{reference}: has the pictures of one drive, {map_file} is an atlas of several; valid is no reference"
+            f"{reference}: has the pictures of one drive, {map_file} is a map of several; valid is no reference"
         )
     drive, answers = read_drive(query, views, thin), read_beliefs(beliefs)
     if not answers:
         raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of {query}")
     places = read_drive(reference, None, None).views if reference else None
     try:
-        return answers_in_atlas(f"{map_file.name} ← {query.name}", atlas, drive, answers, places)
+        return comparison_of(f"{map_file.name} ← {query.name}", map_, drive, answers, places)
     except ScenarioError as error:
         raise ScenarioError(f"{beliefs}: {error}") from error

@@ -3,15 +3,13 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
 
 import rerun as rr
 import rerun.blueprint as rrb
 
-from refseq.atlas.atlas import Atlas
-from refseq.atlas.localiser import AtlasMatcher, atlas_tracker
 from refseq.belief import LOST_ABOVE, Belief, Stage
-from refseq.map.localiser import Matcher, check_among, tracker_for
+from refseq.map.map import Map
+from refseq.map.matcher import check_among
 from refseq.planar import Pose
 from refseq.view import LASER, View
 from refseq.viewer.belief_log import Layer
@@ -20,7 +18,6 @@ from refseq.viewer.localise_tab import localise_layout
 from refseq.viewer.places import Places
 from refseq.viewer.recording import send_layout
 from refseq.viewer.scene import Extent, Scene
-from scenarios.drives.evaluate import is_one_map
 from scenarios.drives.record import Drive, plan_of, sensors_of
 from sim.cameras.camera import CameraModel
 from sim.cameras.library import load_camera
@@ -31,32 +28,6 @@ LIVE = rr.ChunkBatcherConfig(flush_tick=0.2)
 
 Answer = Callable[[View], Mapping[Stage, Belief]]
 """Answers to a view, at all stages that were asked for, from it and those before."""
-
-
-def answering(atlas: Atlas, stages: Sequence[Stage], sensors: Sequence[str] | None, seed: int) -> Answer:
-    """A localiser of a map or an atlas that is asked view by view, and answers as ``refseq localise`` does."""
-    if not is_one_map(atlas):
-        return _stages(AtlasMatcher(atlas, sensors=sensors, seed=seed), {s: atlas_tracker(s, atlas) for s in stages})
-    sequence = atlas.sequences[0]
-    return _stages(Matcher(sequence, sensors=sensors, seed=seed), {s: tracker_for(s, sequence) for s in stages})
-
-
-class _Matching(Protocol):
-    def match(self, view: View) -> Any: ...
-
-
-class _Tracking(Protocol):
-    def update(self, seen: Any, /) -> Belief: ...
-
-
-def _stages(matcher: _Matching, trackers: Mapping[Stage, _Tracking]) -> Answer:
-    """Match each view once, for all stages."""
-
-    def answer(view: View) -> Mapping[Stage, Belief]:
-        seen = matcher.match(view)
-        return {stage: tracker.update(seen) for stage, tracker in trackers.items()}
-
-    return answer
 
 
 @dataclass
@@ -98,11 +69,10 @@ def status(view: View, count: int, answers: Mapping[Stage, Belief], places: Plac
     return f"{told}, {math.dist((pose.x, pose.y), (view.truth.x, view.truth.y)):.1f} m off"
 
 
-def sensors_for(atlas: Atlas, asked: Sequence[str] | None) -> tuple[str, ...]:
+def sensors_for(map_: Map, asked: Sequence[str] | None) -> tuple[str, ...]:
     """The sensors that a drive needs to be localised: those asked for, or all of the map's. Raises ``MapError``."""
-    known = atlas.sequences[0].sensors
-    check_among(asked or (), known)
-    return tuple(sorted(asked or known))
+    check_among(asked or (), map_.sensors)
+    return tuple(sorted(asked or map_.sensors))
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from refseq.atlas.merge import Decision
 from refseq.atlas.similarity import view_similarity
 from refseq.files import replacing_at
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.map import Map
 from scenarios.maps.matrix import DPI, PICTURES
 
 WIDE = 11.0
@@ -33,9 +33,10 @@ class Similarity:
     back: NDArray[np.float64]
 
 
-def similarity_of(one: str, first: ReferenceSequence, other: str, second: ReferenceSequence) -> Similarity:
-    """Compare two maps both ways. Raises ``MapError`` for maps of other features or settings."""
-    return Similarity(one, other, view_similarity(first, second), view_similarity(second, first))
+def similarity_of(one: Map, other: Map) -> Similarity:
+    """Compare two maps of one path both ways. Raises ``MapError`` for maps of other features or settings."""
+    there, back = view_similarity(one.sequence, other.sequence), view_similarity(other.sequence, one.sequence)
+    return Similarity(one.names[0], other.names[0], there, back)
 
 
 def write_arrays(path: Path, found: Similarity) -> None:

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from refseq.atlas.localiser import localise_in
-from refseq.belief import Belief, Localiser, Stage
+from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.map.localiser import localise, smoothed
 from refseq.map.profile import PROFILES
 from refseq.view import View
@@ -71,43 +70,35 @@ def answers(
 
 
 class InMap:
-    """Our own localiser with a profile, in the map of one drive."""
+    """Our own localiser with a profile, in a map of all drives; ``maps`` are theirs as they were learnt.
 
-    merging: Merging | None = None
-
-    def __init__(self, profile: str, drive: Reference) -> None:
-        self.maps = self.sequences = (drive.sequence(profile),)
-
-    def answers(self, query: Sequence[View], stages: Sequence[Stage], seed: int) -> Mapping[Stage, list[Belief]]:
-        """What each stage answers to the query views."""
-        return localise(self.sequences[0], query, stages=stages, seed=seed)
-
-    def in_hindsight(self, query: Sequence[View], seed: int) -> list[Belief]:
-        """What the chain answers in the light of the whole drive."""
-        return smoothed(self.sequences[0], query, seed=seed)
-
-
-class InAtlas:
-    """Our own localiser with a profile, in an atlas of several drives; ``maps`` are theirs as they were learnt."""
+    ``merging`` tells how those of several became one, None where there is one.
+    """
 
     def __init__(self, profile: str, drives: Mapping[str, Reference], *, merging: bool) -> None:
-        self.maps = tuple(drive.sequence(profile) for drive in drives.values())
-        self._atlas, self.merging = merged_drives(list(drives), self.maps, merging)
-        self.sequences = self._atlas.sequences
+        self.maps = tuple(drive.map(profile).named(name) for name, drive in drives.items())
+        self.map = self.maps[0]
+        self.merging: Merging | None = None
+        if len(self.maps) > 1:
+            self.map, self.merging = merged_drives(self.maps, merging)
 
     def answers(self, query: Sequence[View], stages: Sequence[Stage], seed: int) -> Mapping[Stage, list[Belief]]:
         """What each stage answers to the query views, by the views that were learnt."""
-        found = localise_in(self._atlas, query, stages=stages, seed=seed)
-        return {stage: [by_views(self._atlas, belief) for belief in beliefs] for stage, beliefs in found.items()}
+        found = localise(self.map, query, stages=stages, seed=seed)
+        return {stage: [by_views(self.map, belief) for belief in beliefs] for stage, beliefs in found.items()}
+
+    def in_hindsight(self, query: Sequence[View], seed: int) -> list[Belief]:
+        """What the chain answers in the light of the whole drive."""
+        return smoothed(self.map, query, seed=seed)
 
 
 class Learnt:
     """Several methods that have learnt the same ``drives``, each by its name.
 
-    Of one drive our own localiser has the map, of several an atlas, with ``merging`` after what they share was taken
-    out. All others have several drives one behind the other, as one on which the robot was carried from each end to the
-    next start. Answers are about the views of all drives, one behind the other. ``ours`` are by profile, ``localisers``
-    all others by name. Raises ``MisbehavedError`` where a user's localiser fails.
+    Our own localiser has one map of all, of several drives with ``merging`` after what they share was taken out. All
+    others have several drives one behind the other, as one on which the robot was carried from each end to the next
+    start. Answers are about the views of all drives, one behind the other. ``ours`` are by profile, ``localisers`` all
+    others by name. Raises ``MisbehavedError`` where a user's localiser fails.
     """
 
     def __init__(
@@ -117,11 +108,8 @@ class Learnt:
         first, *further = drives.values()
         drive = first if not further else Reference([view for one in drives.values() for view in one.views])
         profiles = dict.fromkeys(name.split("/")[0] for name in methods if name in (*STAGED, *HINDSIGHT))
-        self.ours: dict[str, InMap | InAtlas] = {
-            profile: InAtlas(profile, drives, merging=merging) if further else InMap(profile, first)
-            for profile in profiles
-        }
-        self.localisers: dict[str, Localiser] = {
+        self.ours = {profile: InMap(profile, drives, merging=merging) for profile in profiles}
+        self.localisers: dict[str, LocaliserProtocol] = {
             name: PluginLocaliser(name, drive.views) if is_plugin(name) else BASELINES[name](drive)
             for name in methods
             if name not in (*STAGED, *HINDSIGHT)
@@ -139,7 +127,7 @@ class Learnt:
         for profile, one in self.ours.items():
             beliefs = one.answers(query, self._stages(profile), self._seed)
             found |= {f"{profile}/{stage}": answers for stage, answers in beliefs.items()}
-            if (hindsight := f"{profile}/hindsight") in self._methods and isinstance(one, InMap):
+            if (hindsight := f"{profile}/hindsight") in self._methods and one.map.has_one_path:
                 found[hindsight] = one.in_hindsight(query, self._seed)
         return {name: found[name] for name in self._methods}
 
@@ -147,7 +135,7 @@ class Learnt:
         return [stage for stage in Stage if f"{profile}/{stage}" in self._methods]
 
 
-def run(localisers: Mapping[str, Localiser], views: Iterable[View]) -> dict[str, list[Belief]]:
+def run(localisers: Mapping[str, LocaliserProtocol], views: Iterable[View]) -> dict[str, list[Belief]]:
     """Ask several localisers about the same views, one view after the other, so that they can share what it costs."""
     found: dict[str, list[Belief]] = {name: [] for name in localisers}
     for localiser in localisers.values():

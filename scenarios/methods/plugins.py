@@ -1,8 +1,8 @@
 """Localisers that users bring: a class by ``package.module:Class``, or by the name of an entry point.
 
-The class is made with the reference drive's views and fits ``refseq.belief.Localiser``: ``reset()``, ``update(view)``.
-It is given views without their true poses, whose arrays cannot be written to, and each of its answers is looked at.
-Until it is asked none of its code is run: what hangs or breaks in it does so in the process that asks it.
+The class is made with the reference drive's views and fits ``refseq.belief.LocaliserProtocol``: ``reset()`` and
+``update(view)``. It is given views without their true poses, whose arrays cannot be written to, and each of its answers
+is looked at. Until it is asked none of its code is run: what hangs or breaks in it does so in the process that asks it.
 """
 
 import importlib
@@ -21,7 +21,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Localiser
+from refseq.belief import Belief, LocaliserProtocol
 from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.imports.closure import ROOMS, ROOT, closure_of, spec_of
@@ -32,7 +32,7 @@ from scenarios.methods.plugin_sources import top_names
 GROUP = "refseq.localisers"
 """Group of entry points."""
 
-LocaliserFactory = Callable[[Sequence[View]], Localiser]
+LocaliserFactory = Callable[[Sequence[View]], LocaliserProtocol]
 T = TypeVar("T")
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -114,7 +114,7 @@ class PluginLocaliser:
         self._inner = self._guarded("learning the reference drive", lambda: maker(views))
         for part in ("reset", "update"):
             if not callable(getattr(self._inner, part, None)):
-                raise MisbehavedError(f"{name} has no {part}(); valid is what fits refseq.belief.Localiser")
+                raise MisbehavedError(f"{name} has no {part}(); valid is what fits refseq.belief.LocaliserProtocol")
 
     def reset(self) -> None:
         """Forget all views seen."""

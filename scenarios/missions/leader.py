@@ -6,13 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas
-from refseq.atlas.localiser import AtlasLocaliser
 from refseq.atlas.routes import shortest_route
-from refseq.belief import Belief, Localiser, Stage
-from refseq.map.localiser import SequenceLocaliser
-from refseq.map.sequence import ReferenceSequence
-from refseq.missions import MissionPath, Plan, path_along, path_of
+from refseq.belief import Belief, LocaliserProtocol, Stage
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
+from refseq.missions import Plan, MissionPath, path_along, path_of
 from refseq.planar import Pose
 from refseq.view import View
 from scenarios.errors import ScenarioError
@@ -64,23 +62,22 @@ class GroundTruth:
 
 @dataclass(frozen=True)
 class Leader:
-    """What a method leads by: the ground, and its localiser; None for one that has none. ``maps`` are what it keeps."""
+    """What a method leads by: the ground, and its localiser; None for one that has none. ``map`` is what it keeps."""
 
     ground: GroundTruth
-    localiser: Localiser | None
-    maps: tuple[ReferenceSequence, ...]
+    localiser: LocaliserProtocol | None
+    map: Map
 
 
 def along_reference(method: str, drive: Reference, *, localised: bool, seed: int) -> Leader:
     """Along one reference drive, from its start to its end."""
-    sequence = drive.sequence(_profile(method))
-    ground = GroundTruth(path_along(sequence), positions(drive.views))
+    map_ = drive.map(_profile(method))
+    ground = GroundTruth(path_along(map_), positions(drive.views))
     if not localised:
-        return Leader(ground, None, (sequence,))
+        return Leader(ground, None, map_)
     if method in STAGED:
-        stage = Stage(method.partition("/")[2])
-        return Leader(ground, SequenceLocaliser(sequence, stage=stage, seed=seed), (sequence,))
-    return Leader(ground, _of_views(method, drive), (sequence,))
+        return Leader(ground, _staged(method, map_, seed), map_)
+    return Leader(ground, _of_views(method, drive), map_)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,42 +90,41 @@ class Journey:
     merge: bool = True
 
 
-def over_atlas(
+def over_several(
     method: str, names: Sequence[str], drives: Sequence[Reference], journey: Journey, *, localised: bool, seed: int
 ) -> Leader:
-    """Along the shortest route over several drives, merged into an atlas.
+    """Along the shortest route over several drives, merged into one map.
 
     It begins at the view nearest to the start that looks the same way: who sets the robot down says where. Raises
     ``MapError`` where no route leads to the goal.
     """
-    maps = [drive.sequence(_profile(method)) for drive in drives]
-    atlas, _ = merged_drives(names, maps, journey.merge)
+    maps = [drive.map(_profile(method)).named(name) for name, drive in zip(names, drives, strict=True)]
+    map_, _ = merged_drives(maps, journey.merge)
     views = [drive.views for drive in drives]
     number = names.index(journey.path)
-    along = maps[number].along
-    last = len(along) - 1 if journey.goal is None else int(np.abs(along - along[0] - journey.goal).argmin())
-    held = _held(atlas)
-    goal = int(atlas.numbered(atlas.paths[number])[last])
-    route = shortest_route(atlas, int(held[_nearest(views, journey.start)]), goal)
+    along = map_.paths[number].along
+    last = len(along) - 1 if journey.goal is None else int(np.abs(along - journey.goal).argmin())
+    held = _held(map_)
+    goal = int(map_.numbered(map_.paths[number])[last])
+    route = shortest_route(map_, int(held[_nearest(views, journey.start)]), goal)
     legs = [positions(views[names.index(leg.path)][leg.first : leg.last + 1]) for leg in route.legs]
     places = np.concatenate([leg[min(n, 1) :] for n, leg in enumerate(legs)]) if legs else _at(journey.start)
-    ground = GroundTruth(path_of(atlas, route), places)
+    ground = GroundTruth(path_of(map_, route), places)
     if not localised:
-        return Leader(ground, None, atlas.sequences)
+        return Leader(ground, None, map_)
     if method in STAGED:
-        stage = Stage(method.partition("/")[2])
-        return Leader(ground, AtlasLocaliser(atlas, stage=stage, seed=seed), atlas.sequences)
+        return Leader(ground, _staged(method, map_, seed), map_)
     every = Reference([view for of_drive in views for view in of_drive])
-    return Leader(ground, InPlaces(_of_views(method, every), held, len(atlas)), atlas.sequences)
+    return Leader(ground, InPlaces(_of_views(method, every), held, len(map_)), map_)
 
 
 class InPlaces:
-    """A localiser that knows the views of several drives, one behind the other, answers in the places of their atlas.
+    """A localiser that knows the views of several drives, one behind the other, answers in the places of their map.
 
     ``held`` (K,) is for each view the place that it is at, of so many.
     """
 
-    def __init__(self, inner: Localiser, held: NDArray[np.intp], places: int) -> None:
+    def __init__(self, inner: LocaliserProtocol, held: NDArray[np.intp], places: int) -> None:
         self._inner, self._held, self._places = inner, held, places
 
     def reset(self) -> None:
@@ -155,13 +151,17 @@ def _profile(method: str) -> str:
     return method.partition("/")[0] if method in STAGED else PROFILE
 
 
-def _of_views(method: str, drive: Reference) -> Localiser:
+def _staged(method: str, map_: Map, seed: int) -> Localiser:
+    return Localiser(map_, stage=Stage(method.partition("/")[2]), seed=seed)
+
+
+def _of_views(method: str, drive: Reference) -> LocaliserProtocol:
     return PluginLocaliser(method, drive.views) if is_plugin(method) else BASELINES[method](drive)
 
 
-def _held(atlas: Atlas) -> NDArray[np.intp]:
+def _held(map_: Map) -> NDArray[np.intp]:
     """For each view that was learnt, all drives' one behind the other, the place that it is at."""
-    return np.concatenate([atlas.numbered(path) for path in atlas.paths])
+    return np.concatenate([map_.numbered(path) for path in map_.paths])
 
 
 def _nearest(drives: Sequence[Sequence[View]], start: Pose) -> int:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Localiser
+from refseq.belief import Belief, LocaliserProtocol
 from refseq.missions import Executor, Plan, Status
 from refseq.missions.behaviour_codes import code_of
 from refseq.missions.lamp import Stage
@@ -53,9 +53,13 @@ class MissionBounds:
 class SensorFilter:
     """A localiser that looks at some sensors only; None: at all."""
 
-    def __init__(self, inner: Localiser, sensors: tuple[str, ...] | None) -> None:
+    def __init__(self, inner: LocaliserProtocol, sensors: tuple[str, ...] | None) -> None:
         self._inner, self._sensors = inner, sensors
         inner.reset()
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._inner.reset()
 
     def update(self, view: View) -> Belief:
         """Take the next view and answer."""

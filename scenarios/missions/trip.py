@@ -7,12 +7,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from refseq.atlas.atlas import Atlas
-from refseq.atlas.localiser import AtlasLocaliser
-from refseq.belief import Localiser
 from refseq.errors import MapError
 from refseq.files import replace_bytes, replace_text, replacing_at
-from refseq.map.localiser import SequenceLocaliser
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
 from refseq.missions import Entry, Executor, Plan
 from refseq.planar import Pose
 from refseq.view import LASER
@@ -51,7 +49,7 @@ class MissionTrip:
     @classmethod
     def from_map(
         cls,
-        atlas: Atlas,
+        map_: Map,
         *,
         world: str | None = None,
         light: str | None = None,
@@ -65,12 +63,11 @@ class MissionTrip:
         every: float = EVERY,
     ) -> "MissionTrip":
         """What is None is as in the first map's own drive. Raises ``ScenarioError``."""
-        told = atlas.sequences[0].metadata
+        told = map_.sequences[0].metadata
         for name, given in (("world", world), ("light", light), ("robot", robot)):
             if given is None and name not in told:
                 raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
-        sensors = {sensor for sequence in atlas.sequences for sensor in sequence.sensors}
-        looks = (sensors != {LASER} and not odometry) or strip is not None
+        looks = (map_.sensors != {LASER} and not odometry) or strip is not None
         kind = renderer or (told.get("renderer", "filament") if looks else RendererKind.NONE.value)
         if kind not in list(RendererKind):
             raise ScenarioError(f"renderer {kind!r} is unknown; valid are {', '.join(RendererKind)}")
@@ -97,7 +94,7 @@ class TripResult:
     record: MissionRecord
 
 
-def run_trip(trip: MissionTrip, atlas: Atlas, plan: Plan, tell: Callable[[Entry], None] | None = None) -> TripResult:
+def run_trip(trip: MissionTrip, map_: Map, plan: Plan, tell: Callable[[Entry], None] | None = None) -> TripResult:
     """Run a mission; ``tell`` hears each line of its log as it comes. Raises the rooms' own errors."""
     told, bystander = 0, None if trip.strip is None else Bystander(trip.strip)
     recorder = Recorder()
@@ -112,20 +109,15 @@ def run_trip(trip: MissionTrip, atlas: Atlas, plan: Plan, tell: Callable[[Entry]
                 tell(entry)
         told = len(executor.log)
 
-    poses = poses_of(atlas, plan)
+    poses = poses_of(map_, plan)
     ground = GroundTruth(plan.path, np.array([(pose.x, pose.y) for pose in poses]))
-    localiser = None if trip.odometry else recorder.heard(localiser_in(atlas))
-    leader = Leader(ground, localiser, atlas.sequences)
+    localiser = None if trip.odometry else recorder.heard(Localiser(map_))
+    leader = Leader(ground, localiser, map_)
     goal = None if plan.orders[-1].travels else NOWHERE
     with bench_on_way(trip, poses, plan) as bench:
         done = run_plan(bench, leader, plan, goal, sensors=None, drive=trip.drive, each=each)
     record = recorder.record(plan, ground.places, outline_of(plan_of(trip.drive)))
     return TripResult(done, () if bystander is None else tuple(bystander.frames), record)
-
-
-def localiser_in(atlas: Atlas) -> Localiser:
-    """What localises in a map, or in an atlas of several."""
-    return SequenceLocaliser(atlas.sequences[0]) if len(atlas.sequences) == 1 else AtlasLocaliser(atlas)
 
 
 def bench_on_way(trip: MissionTrip, poses: Sequence[Pose], plan: Plan) -> Bench:
@@ -144,9 +136,9 @@ def bench_on_way(trip: MissionTrip, poses: Sequence[Pose], plan: Plan) -> Bench:
     return bench
 
 
-def poses_of(atlas: Atlas, plan: Plan) -> list[Pose]:
+def poses_of(map_: Map, plan: Plan) -> list[Pose]:
     """True poses of a way's places. Raises ``MapError`` where they are not known."""
-    known = atlas.poses
+    known = map_.poses
     poses = [pose for pose in (known[place] for place in plan.path.places) if pose is not None]
     if len(poses) < len(plan.path.places):
         raise MapError("the map does not know the true poses of its places; valid is one that was learnt in a world")

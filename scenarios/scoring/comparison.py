@@ -55,7 +55,7 @@ class Comparison:
 
     def named(self, place: int) -> str:
         """A place in words, by its number; where several drives were learnt, by that in its drive: "37 of path-b"."""
-        if self.drives is None:
+        if self.drives is None or len(self.drives.names) == 1:
             return str(place)
         within = zip(self.drives.names, self.drives.stretches, strict=True)
         name, stretch = next((name, stretch) for name, stretch in within if place < stretch.stop)

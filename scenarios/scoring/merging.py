@@ -1,6 +1,6 @@
-"""Several drives made one atlas, as scorers see it: answers and joins by the views that were learnt.
+"""Several drives made one map, as scorers see it: answers and joins by the views that were learnt.
 
-The views of all drives are counted through, one drive behind the other. A place of an atlas is the view that it was
+The views of all drives are counted through, one drive behind the other. A place of the map is the view that it was
 learnt from; a view that was taken out is where the view is that holds its place now.
 """
 
@@ -12,11 +12,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas, beside
-from refseq.atlas.merge import Decision, Merged, merge
+from refseq.atlas.merge import Decision, Merged, merge_maps
 from refseq.belief import LOST, Belief
-from refseq.map.file import map_bytes
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.map import Map, beside
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,20 +55,20 @@ def _decision(content: Mapping[str, Any]) -> Decision:
     return Decision(**{**content, **pairs})
 
 
-def merged_drives(names: Sequence[str], maps: Sequence[ReferenceSequence], merging: bool) -> tuple[Atlas, Merging]:
-    """An atlas of the maps of several drives, merged or each as it is, and what became of their views."""
+def merged_drives(maps: Sequence[Map], merging: bool) -> tuple[Map, Merging]:
+    """One map of the maps of several drives, merged or each as it is, and what became of their views."""
     begin = time.perf_counter()
-    found = merge(names, maps) if merging else Merged(beside(names, maps), ())
+    found = merge_maps(maps) if merging else Merged(beside(maps), ())
     seconds = time.perf_counter() - begin
-    before, after = (sum(len(map_bytes(one)) for one in all_) for all_ in (maps, found.atlas.sequences))
-    held_by = found.atlas.held_by
-    return found.atlas, Merging(tuple(names), tuple(map(len, maps)), held_by, found.decisions, (before, after), seconds)
+    size = sum(len(one.to_bytes()) for one in maps), len(found.map.to_bytes())
+    names, lengths = tuple(one.paths[0].name for one in maps), tuple(map(len, maps))
+    return found.map, Merging(names, lengths, found.map.held_by, found.decisions, size, seconds)
 
 
-def by_views(atlas: Atlas, belief: Belief) -> Belief:
-    """A belief about an atlas' places as one about all views that were learnt: those that were taken out have none."""
-    views = atlas.learnt
-    places = np.zeros(sum(map(len, atlas.paths)))
+def by_views(map_: Map, belief: Belief) -> Belief:
+    """A belief about a map's places as one about all views that were learnt: those that were taken out have none."""
+    views = map_.learnt
+    places = np.zeros(sum(map(len, map_.paths)))
     places[views] = belief.places
     path = tuple(place if place == LOST else int(views[place]) for place in belief.path)
     return replace(belief, places=places, best=int(views[belief.best]), path=path)

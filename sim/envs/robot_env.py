@@ -92,12 +92,12 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self._settings = BenchSettings(renderer=drawing, cameras=self._cameras)
         self._acting = self._actions(actions)
         self.metadata = self.metadata | {"render_fps": round(1 / self._acting.period)}
-        self._sequence = familiar(self._worlds[0], light, robot, route) if self._task.mapped else None
+        self._map = familiar(self._worlds[0], light, robot, route) if self._task.mapped else None
         self._sensing = Sensing(
             sonars=len(self._robot.sonars),
             max_range=self._settings.laser.mode.max_range,
             cameras=self._cameras,
-            places=None if self._sequence is None else len(self._sequence),
+            places=None if self._map is None else len(self._map),
             belief=belief,
             goal=self._task.goes_to_place,
         )
@@ -117,9 +117,9 @@ class RobotEnv(gym.Env[Arrays, Any]):
     @property
     def places(self) -> NDArray[np.float64] | None:
         """The true poses of the map's places, (K, 3): x, y [m], heading [rad]; None for tasks without a map."""
-        if self._sequence is None:
+        if self._map is None:
             return None
-        return np.array([(pose.x, pose.y, pose.heading) for pose in self._sequence.poses if pose is not None])
+        return np.array([(pose.x, pose.y, pose.heading) for pose in self._map.poses if pose is not None])
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Arrays, dict[str, Any]]:
         """Set the robot down for a new episode; ``options`` are none."""
@@ -129,7 +129,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self.close()
         name = self._worlds[int(self.np_random.integers(len(self._worlds)))]
         world = world_named(name, self._light, pictured=bool(self._cameras) or self.render_mode is not None)
-        setting = EpisodeSetting(world, self._robot.name, self._settings, self._route, self._sequence)
+        setting = EpisodeSetting(world, self._robot.name, self._settings, self._route, self._map)
         self._run = BenchEpisode(self._task, setting, self.np_random)
         self._acting.reset()
         return self._observed(), self._told(Judgement(0.0, self._run.remaining))
@@ -160,8 +160,8 @@ class RobotEnv(gym.Env[Arrays, Any]):
     def _observed(self) -> Arrays:
         run = self._running
         belief = None
-        if run.following is not None and self._sequence is not None:
-            belief = run.following.belief, Known(self._sequence.along, run.episode.goal)
+        if run.following is not None and self._map is not None:
+            belief = run.following.belief, Known(self._map.sequence.along, run.episode.goal)
         images = run.bench.sense().images if self._cameras else None
         return self._sensing.observed(run.bench.scan(), run.bench.state, run.motion, belief=belief, images=images)
 

@@ -15,18 +15,19 @@ import numpy as np
 import pytest
 
 import refseq.atlas.merge
-from refseq.atlas.atlas import beside
-from refseq.atlas.localiser import AtlasLocaliser
-from refseq.atlas.merge import merge
+from refseq.atlas.merge import merge_maps
 from refseq.atlas.overlap import overlaps
 from refseq.atlas.similarity import view_similarity
 from refseq.belief import Belief, Timings
-from refseq.map.localiser import SequenceLocaliser
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser
+from refseq.map.map import beside
 from refseq.map.profile import BEST
 from refseq.map.reduction import reduced
-from refseq.map.sequence import ReferenceSequence, learn
+from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from tests.benchmarks.stopwatch import Stopwatch
+from tests.refseq.rooms import named_maps
 
 pytestmark = pytest.mark.benchmark
 CAMERAS = ("forward", "lateral")
@@ -105,10 +106,10 @@ def test_a_view_in_eight_maps_costs_less_than_two_in_one_as_long(whole: Referenc
     """What all of them need of a view is described once; words that several know are looked for in each."""
     parts = [stretch(whole, n * COUNT // 8, COUNT // 8) for n in range(8)]
     query = drive(3, QUERIES + 1, 0.7)
-    localisers: dict[str, SequenceLocaliser | AtlasLocaliser] = {
-        "one map": SequenceLocaliser(stretch(whole, 0, COUNT)),
-        "an atlas of it": AtlasLocaliser(beside(["whole"], [stretch(whole, 0, COUNT)])),
-        "an atlas of eight": AtlasLocaliser(beside(NAMES, parts)),
+    localisers: dict[str, Localiser | Localiser] = {
+        "one map": Localiser(stretch(whole, 0, COUNT)),
+        "an atlas of it": Localiser(beside(named_maps(["whole"], [stretch(whole, 0, COUNT)]))),
+        "an atlas of eight": Localiser(beside(named_maps(NAMES, parts))),
     }
     print(f"\na view among {COUNT} places [ms]: in all, and by the clock " + ", ".join(STEPS))
     costs = []
@@ -135,12 +136,12 @@ def test_merging_eight_costs_what_comparing_them_two_by_two_does(
     watch.watch(monkeypatch, refseq.atlas.merge, "overlaps", "comparing")
     unused = [replace(sequence) for sequence in maps]
     with watch.counting("the rest"):
-        merged = merge(NAMES, unused)
+        merged = merge_maps(named_maps(NAMES, unused))
     comparing, rest = (float(watch.spent[name][1]) for name in ("comparing", "the rest"))
     joins = sum(decision.joined for decision in merged.decisions)
     print(f"\neight maps of {MERGED} views, {joins} joins: {comparing:.2f} s comparing + {rest:.2f} s merging")
     print(f"their 28 pairs, each by itself: {apart:.2f} s")
     assert joins >= 5
-    assert len(merged.atlas) < 8 * MERGED
+    assert len(merged.map) < 8 * MERGED
     assert comparing + rest < 1.3 * apart
     assert rest < 0.3 * comparing

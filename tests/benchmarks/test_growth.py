@@ -23,7 +23,7 @@ from refseq.belief import Stage
 from refseq.features.extractor import Observer
 from refseq.inference.chain.emissions import Emissions
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.map.localiser import Matcher, SequenceLocaliser, tracker_for
+from refseq.map.localiser import Localiser, Matcher, tracker_for
 from refseq.map.profile import BEST, THESIS, Matching, Profile
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import Scan, View
@@ -262,7 +262,7 @@ def measured(case: Case, K: int) -> Cost:
     matching, *steps = np.median(spent, axis=0)
     matrix = sequence.matrix
     held = (matrix.pointers.nbytes + matrix.places.nbytes) / 1e6
-    localiser = SequenceLocaliser(sequence)
+    localiser = Localiser(sequence)
     tracemalloc.start()
     for view in queries()[:2]:
         belief = localiser.update(view)

@@ -21,9 +21,9 @@ from refseq.inference.matching import detection, log_ratio
 from refseq.inference.matching.log_ratio import Calibration
 from refseq.inference.matching.mixture import MixtureSettings
 from refseq.logs import read_recording
+from refseq.map.learning import learn
 from refseq.map.localiser import Matcher, tracker_for
 from refseq.map.profile import BEST, THESIS, Decoder, Matching, MethodSettings, Profile
-from refseq.map.sequence import learn
 from refseq.view import View
 from scenarios.drives.record import Drive, record
 from scenarios.scoring.comparison import Comparison

@@ -15,9 +15,10 @@ import pytest
 
 from refseq.belief import Stage, Timings
 from refseq.logs import read_recording
+from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.map.profile import PROFILES
-from refseq.map.sequence import ReferenceSequence, learn
+from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from tests.support import corridor_drive
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from refseq.belief import Belief, Stage
-from refseq.map.localiser import SequenceLocaliser
-from refseq.map.sequence import learn
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser
 from refseq.view import View
 from refseq.viewer.belief_log import Layer
 from refseq.viewer.live_logger import Watch
@@ -61,7 +61,7 @@ def watched(views: tuple[View, ...], making: float, path: Path, *, keys: bool) -
     sequence = learn(views)
     other = sequence if keys else learn(views)
     places = Places.of(other, views)
-    localisers = {stage: SequenceLocaliser(sequence, stage=stage) for stage in (Stage.CHAIN,)}
+    localisers = {stage: Localiser(sequence, stage=stage) for stage in (Stage.CHAIN,)}
     spent = Spent(making * len(views), 0.0, 0.0, 0)
     with saved(path, "cost") as stream:
         watch = Watch(stream, [Layer("own", tuple(localisers), places)])

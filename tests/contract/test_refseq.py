@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from refseq.belief import LOST, Belief, Localiser, Stage
-from refseq.features import FEATURES, Extractor, make_extractor, make_extractors
-from refseq.map.localiser import SequenceLocaliser
+from refseq.belief import LOST, Belief, LocaliserProtocol, Stage
+from refseq.features import Extractor
+from refseq.map.extractors import FEATURES, make_extractor, make_extractors
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
 from refseq.map.profile import Profile
-from refseq.map.sequence import ReferenceSequence, learn
 from refseq.view import View
 from tests.refseq.floors import Leaf, wall_with_doors
 from tests.refseq.rooms import cast
@@ -42,11 +44,11 @@ def equipped(views: list[View]) -> list[View]:
 
 
 @pytest.fixture(scope="module")
-def sequence(drives: tuple[list[View], list[View]]) -> ReferenceSequence:
+def map_(drives: tuple[list[View], list[View]]) -> Map:
     return learn(drives[0])
 
 
-def answers(localiser: Localiser, views: list[View]) -> list[Belief]:
+def answers(localiser: LocaliserProtocol, views: list[View]) -> list[Belief]:
     return [localiser.update(view) for view in views]
 
 
@@ -59,17 +61,15 @@ def equal(one: Belief, other: Belief) -> bool:
 
 
 @every_stage
-def test_a_stage_answers_with_probabilities(
-    stage: Stage, sequence: ReferenceSequence, drives: tuple[list[View], list[View]]
-) -> None:
-    places = len(sequence)
-    for number, belief in enumerate(answers(SequenceLocaliser(sequence, stage=stage), drives[1])):
+def test_a_stage_answers_with_probabilities(stage: Stage, map_: Map, drives: tuple[list[View], list[View]]) -> None:
+    places = len(map_)
+    for number, belief in enumerate(answers(Localiser(map_, stage=stage), drives[1])):
         assert belief.places.shape == (places,)
         assert (belief.places >= 0).all()
         assert belief.places.sum() == pytest.approx(1.0)
         assert 0.0 <= belief.lost <= 1.0
         assert belief.places[belief.best] == belief.places.max()
-        assert 1 <= len(belief.path) <= min(number + 1, int(sequence.profile.chain.window))
+        assert 1 <= len(belief.path) <= min(number + 1, int(map_.profile.chain.window))
         assert all(place == LOST or 0 <= place < places for place in belief.path)
         positive = belief.places[belief.places > 0]
         assert belief.entropy == pytest.approx(-np.sum(positive * np.log(positive)), abs=1e-9)
@@ -78,38 +78,36 @@ def test_a_stage_answers_with_probabilities(
 
 @every_stage
 def test_a_stage_answers_the_same_to_the_same_views_and_after_a_reset(
-    stage: Stage, sequence: ReferenceSequence, drives: tuple[list[View], list[View]]
+    stage: Stage, map_: Map, drives: tuple[list[View], list[View]]
 ) -> None:
-    localiser = SequenceLocaliser(sequence, stage=stage, seed=4)
+    localiser = Localiser(map_, stage=stage, seed=4)
     first = answers(localiser, drives[1])
     localiser.reset()
-    again, other = answers(localiser, drives[1]), answers(SequenceLocaliser(sequence, stage=stage, seed=4), drives[1])
+    again, other = answers(localiser, drives[1]), answers(Localiser(map_, stage=stage, seed=4), drives[1])
     assert all(equal(a, b) and equal(a, c) for a, b, c in zip(first, again, other, strict=True))
 
 
 @every_stage
 def test_a_stage_answers_from_the_views_up_to_now(
-    stage: Stage, sequence: ReferenceSequence, drives: tuple[list[View], list[View]]
+    stage: Stage, map_: Map, drives: tuple[list[View], list[View]]
 ) -> None:
-    whole = answers(SequenceLocaliser(sequence, stage=stage), drives[1])
-    part = answers(SequenceLocaliser(sequence, stage=stage), drives[1][:6])
+    whole = answers(Localiser(map_, stage=stage), drives[1])
+    part = answers(Localiser(map_, stage=stage), drives[1][:6])
     assert all(equal(a, b) for a, b in zip(whole[:6], part, strict=True))
 
 
 @every_stage
-def test_a_stage_never_looks_at_the_truth(
-    stage: Stage, sequence: ReferenceSequence, drives: tuple[list[View], list[View]]
-) -> None:
+def test_a_stage_never_looks_at_the_truth(stage: Stage, map_: Map, drives: tuple[list[View], list[View]]) -> None:
     blindfold = [replace(view, truth=None) for view in drives[1]]
-    seeing, blind = (answers(SequenceLocaliser(sequence, stage=stage), views) for views in (drives[1], blindfold))
+    seeing, blind = (answers(Localiser(map_, stage=stage), views) for views in (drives[1], blindfold))
     assert all(equal(a, b) for a, b in zip(seeing, blind, strict=True))
 
 
 @every_stage
 def test_a_stage_finds_the_places_of_the_drive_that_it_learnt(
-    stage: Stage, sequence: ReferenceSequence, drives: tuple[list[View], list[View]]
+    stage: Stage, map_: Map, drives: tuple[list[View], list[View]]
 ) -> None:
-    found = [belief.best for belief in answers(SequenceLocaliser(sequence, stage=stage), drives[0])]
+    found = [belief.best for belief in answers(Localiser(map_, stage=stage), drives[0])]
     # The chain starts from the Lost_Place: its first answers may still be off.
     late = range(3, len(found))
     assert np.mean([abs(found[k] - k) <= 1 for k in late]) > 0.8
@@ -117,9 +115,9 @@ def test_a_stage_finds_the_places_of_the_drive_that_it_learnt(
 
 @every_stage
 def test_a_stage_answers_to_a_view_without_any_sensor(
-    stage: Stage, sequence: ReferenceSequence, drives: tuple[list[View], list[View]]
+    stage: Stage, map_: Map, drives: tuple[list[View], list[View]]
 ) -> None:
-    localiser = SequenceLocaliser(sequence, stage=stage)
+    localiser = Localiser(map_, stage=stage)
     answers(localiser, drives[0][:3])
     belief = localiser.update(View(time=9.0, distance=0.85))
     assert np.isfinite(belief.places).all()

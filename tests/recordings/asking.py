@@ -14,9 +14,10 @@ from types import MappingProxyType
 import pytest
 
 from refseq.belief import Belief
+from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.map.profile import BEST, THESIS, Profile
-from refseq.map.sequence import ReferenceSequence, learn
+from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from scenarios.drives.inputs import read_drive
 from scenarios.scoring.comparison import Comparison

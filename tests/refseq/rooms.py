@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from refseq.features.extractor import Observer
 from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.map.map import Map
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence
 from refseq.planar import Pose
@@ -95,6 +96,17 @@ def bits_sequence(views: Sequence[View], profile: Profile | None = None) -> Refe
     matrix = IncidenceMatrix.from_columns(columns, {e.key: e.size for e in extractors})
     along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
     return ReferenceSequence(matrix, extractors, along, tuple(v.truth for v in views), profile or Profile())
+
+
+def bits_map(views: Sequence[View], profile: Profile | None = None) -> Map:
+    """The map of a drive of ``bits_drive``."""
+    return Map.of(bits_sequence(views, profile))
+
+
+def named_maps(names: Sequence[str], parts: Sequence[ReferenceSequence | Map]) -> list[Map]:
+    """Maps of one path each, by these names."""
+    maps = [part if isinstance(part, Map) else Map.of(part) for part in parts]
+    return [one.named(name) for name, one in zip(names, maps, strict=True)]
 
 
 def without(view: View, *sensors: str) -> View:

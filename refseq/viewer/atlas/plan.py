@@ -9,8 +9,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas
 from refseq.belief import Belief
+from refseq.map.map import Map
 from refseq.planar import Pose, in_world
 from refseq.viewer.atlas.marks import of_path
 from refseq.viewer.drawing.colours import BELIEVED, DIM, TRUTH
@@ -31,15 +31,15 @@ ORIGIN = "atlas/plan"
 class AtlasPlan:
     """The plan of an ``atlas`` whose places' true poses are known, otherwise there is none, with an ``outline`` [m]."""
 
-    atlas: Atlas
+    map: Map
     outline: Sequence[NDArray[np.float64]] = ()
 
     @cached_property
     def _lanes(self) -> list[NDArray[np.float64]]:
         """For each path where its views are drawn, (K, 2), not a number where the pose of the place is not known."""
         lanes = []
-        for number, path in enumerate(self.atlas.paths):
-            poses = self._poses[self.atlas.numbered(path)]
+        for number, path in enumerate(self.map.paths):
+            poses = self._poses[self.map.numbered(path)]
             right = poses[:, 2] - np.pi / 2
             shift = ASIDE * number * np.stack([np.cos(right), np.sin(right)], axis=1)
             lanes.append(north_up(poses[:, :2] + shift))
@@ -49,7 +49,7 @@ class AtlasPlan:
     def _poses(self) -> NDArray[np.float64]:
         """Pose of each place, (K, 3)."""
         nowhere = (np.nan,) * 3
-        return np.array([(p.x, p.y, p.heading) if p else nowhere for p in self.atlas.poses]).reshape(-1, 3)
+        return np.array([(p.x, p.y, p.heading) if p else nowhere for p in self.map.poses]).reshape(-1, 3)
 
     @property
     def known(self) -> bool:
@@ -116,8 +116,8 @@ class AtlasPlan:
 
     def _own(self, number: int) -> NDArray[np.bool_]:
         """Which views of a path hold their place themselves."""
-        path = self.atlas.paths[number]
-        return np.array([self.atlas.names[sequence] == path.name for sequence in path.sequences])
+        path = self.map.paths[number]
+        return np.array([self.map.names[sequence] == path.name for sequence in path.sequences])
 
 
 def _runs(lane: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:

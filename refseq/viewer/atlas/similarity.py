@@ -6,8 +6,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas, Path
 from refseq.atlas.similarity import view_similarity
+from refseq.map.map import Map
+from refseq.map.path import MapPath
 
 STEP = 2
 """Views of a stretch that two paths share lie at most so far apart in either: merging goes by the nearest place."""
@@ -24,17 +25,17 @@ class Shared:
     views: NDArray[np.intp]
 
 
-def shared_stretches(atlas: Atlas) -> list[Shared]:
+def shared_stretches(map_: Map) -> list[Shared]:
     """All stretches that two paths share, each once, by the paths' numbers."""
     found = []
-    for one, path in enumerate(atlas.paths):
-        for other in range(one + 1, len(atlas.paths)):
-            found += [Shared(one, other, views) for views in _stretches(atlas, path, atlas.paths[other])]
+    for one, path in enumerate(map_.paths):
+        for other in range(one + 1, len(map_.paths)):
+            found += [Shared(one, other, views) for views in _stretches(map_, path, map_.paths[other])]
     return found
 
 
-def _stretches(atlas: Atlas, one: Path, other: Path) -> list[NDArray[np.intp]]:
-    ours, theirs = atlas.numbered(one), atlas.numbered(other)
+def _stretches(map_: Map, one: MapPath, other: MapPath) -> list[NDArray[np.intp]]:
+    ours, theirs = map_.numbered(one), map_.numbered(other)
     pairs = np.argwhere(ours[:, None] == theirs[None, :])
     if not len(pairs):
         return []
@@ -51,12 +52,12 @@ class Mosaic:
     answers to it, under a uniform prior: the square root of its probability, as brightness.
     """
 
-    atlas: Atlas
+    map: Map
 
     @cached_property
     def first(self) -> NDArray[np.intp]:
         """Where each path's views begin, and the number of all."""
-        return np.cumsum([0, *map(len, self.atlas.paths)])
+        return np.cumsum([0, *map(len, self.map.paths)])
 
     @property
     def size(self) -> int:
@@ -84,14 +85,14 @@ class Mosaic:
 
     def grey(self) -> NDArray[np.uint8]:
         """The picture before it is coloured, place 0 of the first path in the bottom left corner."""
-        places = np.concatenate([self.atlas.numbered(path) for path in self.atlas.paths])
+        places = np.concatenate([self.map.numbered(path) for path in self.map.paths])
         whole = self._of_places()[np.ix_(places, places)].T[::-1]
         return _pooled(whole, self.unit)
 
     def _of_places(self) -> NDArray[np.uint8]:
         """Brightness of what each place, a row, is told to be among all places, (K, K)."""
-        first, sequences = self.atlas.first, self.atlas.sequences
-        found = np.empty((len(self.atlas), len(self.atlas)), np.uint8)
+        first, sequences = self.map.first, self.map.sequences
+        found = np.empty((len(self.map), len(self.map)), np.uint8)
         for i, of in enumerate(sequences):
             for j, to in enumerate(sequences):
                 alike = np.sqrt(view_similarity(of, to))

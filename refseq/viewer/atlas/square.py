@@ -10,8 +10,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas
 from refseq.atlas.merge import Decision
+from refseq.map.map import Map
 from refseq.viewer.atlas.marks import of_path, send_labels
 from refseq.viewer.atlas.similarity import Mosaic, shared_stretches
 from refseq.viewer.drawing.colours import TEXT, TRUTH, Colour
@@ -32,12 +32,12 @@ ORIGIN = "atlas/alike"
 class Square:
     """The square of an ``atlas``; of the ``decisions`` of its merging those that were refused are drawn."""
 
-    atlas: Atlas
+    map: Map
     decisions: Sequence[Decision] = ()
 
     @cached_property
     def _mosaic(self) -> Mosaic:
-        return Mosaic(self.atlas)
+        return Mosaic(self.map)
 
     def view(self) -> rrb.View:
         """The panel."""
@@ -63,7 +63,7 @@ class Square:
 
     def _send_axes(self, stream: rr.RecordingStream) -> None:
         """Borders between the paths, their names, and the numbers of some views."""
-        side, unit, paths = self._mosaic.side, self._mosaic.unit, self.atlas.paths
+        side, unit, paths = self._mosaic.side, self._mosaic.unit, self.map.paths
         edges = [float(edge) / unit for edge in self._mosaic.first]
         lines = [line for e in edges for line in (((e, 0), (e, side)), ((0, side - e), (side, side - e)))]
         stream.log(f"{ORIGIN}/borders", rr.LineStrips2D(lines, colors=TEXT, radii=-0.6), static=True)
@@ -79,13 +79,13 @@ class Square:
     @property
     def _longest(self) -> float:
         """About how wide the longest name is, in shares of the picture."""
-        return LETTER * max(len(path.name) for path in self.atlas.paths)
+        return LETTER * max(len(path.name) for path in self.map.paths)
 
     @property
     def _levels(self) -> int:
         """In how many rows the names stand below the picture, so that they do not cover each other."""
-        narrowest = min(len(path) for path in self.atlas.paths) / self._mosaic.size
-        return min(len(self.atlas.paths), max(1, math.ceil(self._longest / narrowest)))
+        narrowest = min(len(path) for path in self.map.paths) / self._mosaic.size
+        return min(len(self.map.paths), max(1, math.ceil(self._longest / narrowest)))
 
     def _ticks(self, views: int) -> range:
         """Views of a path that are told by number: a round step apart, those of all paths not too many."""
@@ -95,13 +95,13 @@ class Square:
     @cached_property
     def _joined(self) -> list[NDArray[np.float64]]:
         """A line for each stretch that two paths share, in both of the fields that are about them."""
-        stretches = shared_stretches(self.atlas)
+        stretches = shared_stretches(self.map)
         return [line for s in stretches for line in self._both(s.one, s.other, s.views[[0, -1]])]
 
     @cached_property
     def _refused(self) -> list[tuple[NDArray[np.float64], str]]:
         """A line for each stretch that was refused, in both fields, and why."""
-        number = {path.name: n for n, path in enumerate(self.atlas.paths)}
+        number = {path.name: n for n, path in enumerate(self.map.paths)}
         return [
             (line, decision.why)
             for decision in self.decisions

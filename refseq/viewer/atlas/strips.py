@@ -8,9 +8,9 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas, Path
 from refseq.belief import Belief
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.map import Map
+from refseq.map.path import MapPath
 from refseq.viewer.atlas.marks import of_path, send_labels
 from refseq.viewer.drawing.colours import BELIEVED, DIM, TEXT
 
@@ -30,31 +30,31 @@ class Strips:
     Views that a map ``before`` had, by its path's name, and the path has no more were taken out: they are dim.
     """
 
-    atlas: Atlas
-    before: Mapping[str, ReferenceSequence] = field(default_factory=dict)
+    map: Map
+    before: Mapping[str, Map] = field(default_factory=dict)
 
     @property
     def telling(self) -> bool:
         """Whether there is more to be seen than places in a row."""
-        return len(self.atlas.paths) > 1 or any(len(self._gone(path)) for path in self.atlas.paths)
+        return len(self.map.paths) > 1 or any(len(self._gone(path)) for path in self.map.paths)
 
     @property
     def _length(self) -> float:
-        return max(float(path.along[-1]) for path in self.atlas.paths) or 1.0
+        return max(float(path.along[-1]) for path in self.map.paths) or 1.0
 
     @property
     def _longest(self) -> float:
         """About how wide the longest name is, in shares of the strips' length."""
-        return LETTER * max(len(path.name) for path in self.atlas.paths)
+        return LETTER * max(len(path.name) for path in self.map.paths)
 
     @property
     def _pitch(self) -> float:
         """From one strip to the next."""
-        return HEIGHT * self._length / max(len(self.atlas.paths), 2)
+        return HEIGHT * self._length / max(len(self.map.paths), 2)
 
     def view(self) -> rrb.View:
         """The panel."""
-        low = self._pitch * (len(self.atlas.paths) - 0.1)
+        low = self._pitch * (len(self.map.paths) - 0.1)
         bounds = rrb.VisualBounds2D(
             x_range=[-(0.05 + self._longest) * self._length, 1.04 * self._length], y_range=[-0.8 * self._pitch, low]
         )
@@ -63,9 +63,9 @@ class Strips:
 
     def send(self, stream: rr.RecordingStream) -> None:
         """Log what does not change."""
-        number = {path.name: n for n, path in enumerate(self.atlas.paths)}
-        holders = [number[name] for name in self.atlas.names]
-        for row, path in enumerate(self.atlas.paths):
+        number = {path.name: n for n, path in enumerate(self.map.paths)}
+        holders = [number[name] for name in self.map.names]
+        for row, path in enumerate(self.map.paths):
             spots = self._spots(row)
             colours = [of_path(holders[sequence]) for sequence in path.sequences]
             stream.log(f"{ORIGIN}/views/{row}", rr.Points2D(spots, colors=colours, radii=-3.0), static=True)
@@ -75,31 +75,29 @@ class Strips:
             label = [(-(0.03 + self._longest / 2) * self._length, row * self._pitch - 0.03 * self._length)]
             send_labels(stream, f"{ORIGIN}/names/{row}", label, [path.name], of_path(row))
         metres = _round_metres(self._length)
-        low = self._pitch * (len(self.atlas.paths) - 0.4)
+        low = self._pitch * (len(self.map.paths) - 0.4)
         send_labels(stream, f"{ORIGIN}/metres", [(x, low) for x in metres], [f"{x:g}" for x in metres], TEXT)
 
     def send_belief(self, stream: rr.RecordingStream, belief: Belief) -> None:
         """A ring around the best place, on each path that runs through it."""
-        spots = [
-            self._spots(row)[self.atlas.numbered(path) == belief.best] for row, path in enumerate(self.atlas.paths)
-        ]
+        spots = [self._spots(row)[self.map.numbered(path) == belief.best] for row, path in enumerate(self.map.paths)]
         rings = [spot + 0.15 * self._pitch * _RING for spot in np.concatenate(spots)]
         stream.log(f"{ORIGIN}/best", rr.LineStrips2D(rings, colors=BELIEVED, radii=-1.2))
 
-    def _gone(self, path: Path) -> NDArray[np.float64]:
+    def _gone(self, path: MapPath) -> NDArray[np.float64]:
         """Where views were that a path has no more, from its first one on [m]."""
-        if path.name not in self.before or path.name not in self.atlas.names:
+        if path.name not in self.before or path.name not in self.map.names:
             return np.zeros(0)
-        own = self.atlas.names.index(path.name)
-        held = self.atlas.sequences[own].along
+        own = self.map.names.index(path.name)
+        held = self.map.sequences[own].along
         # A path begins with 0, a map that was reduced where its first place was.
         origin = held[0] - path.along[path.sequences == own][0]
-        before = self.before[path.name].along - origin
+        before = self.before[path.name].sequence.along - origin
         apart = np.abs(before[:, None] - path.along[None, :]).min(axis=1)
         return np.asarray(before[apart > SAME])
 
     def _spots(self, row: int) -> NDArray[np.float64]:
-        along = self.atlas.paths[row].along
+        along = self.map.paths[row].along
         return np.stack([along, np.full(len(along), row * self._pitch)], axis=1)
 
 

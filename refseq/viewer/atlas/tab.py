@@ -10,12 +10,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from refseq.atlas.atlas import Atlas
-from refseq.atlas.localiser import of_sequences
 from refseq.atlas.merge import Decision
 from refseq.belief import Belief
 from refseq.errors import RefseqError
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.map import Map
 from refseq.view import View
 from refseq.viewer.atlas.marks import of_path
 from refseq.viewer.atlas.plan import AtlasPlan
@@ -40,18 +38,18 @@ class AtlasTab:
     answers over other places and, when they are sent, for another number of them than views.
     """
 
-    atlas: Atlas
+    map: Map
     drive: Iterable[View] = ()
     answers: Mapping[str, Sequence[Belief]] = field(default_factory=dict)
     decisions: Sequence[Decision] = ()
-    before: Mapping[str, ReferenceSequence] = field(default_factory=dict)
+    before: Mapping[str, Map] = field(default_factory=dict)
     outline: Sequence[NDArray[np.float64]] = ()
 
     def __post_init__(self) -> None:
         for method, beliefs in self.answers.items():
-            if wrong := {len(belief.places) for belief in beliefs} - {len(self.atlas)}:
+            if wrong := {len(belief.places) for belief in beliefs} - {len(self.map)}:
                 raise RefseqError(
-                    f"method {str(method)!r}: answers over {min(wrong)} places; valid is over the {len(self.atlas)} "
+                    f"method {str(method)!r}: answers over {min(wrong)} places; valid is over the {len(self.map)} "
                     "places of the atlas"
                 )
 
@@ -62,15 +60,15 @@ class AtlasTab:
 
     @cached_property
     def _square(self) -> Square:
-        return Square(self.atlas, self.decisions)
+        return Square(self.map, self.decisions)
 
     @cached_property
     def _plan(self) -> AtlasPlan:
-        return AtlasPlan(self.atlas, self.outline)
+        return AtlasPlan(self.map, self.outline)
 
     @cached_property
     def _strips(self) -> Strips:
-        return Strips(self.atlas, self.before)
+        return Strips(self.map, self.before)
 
     # --- layout ---
 
@@ -105,7 +103,7 @@ class AtlasTab:
         if self._strips.telling:
             self._strips.send(stream)
         self._plan.send(stream)
-        table = rr.TextDocument(sizes_table(self.atlas, self.before), media_type="text/markdown")
+        table = rr.TextDocument(sizes_table(self.map, self.before), media_type="text/markdown")
         stream.log("atlas/sizes", table, static=True)
         for method in self.answers:
             self._send_series(stream, method)
@@ -119,8 +117,8 @@ class AtlasTab:
 
     def _send_series(self, stream: rr.RecordingStream, method: str) -> None:
         """Names and colours of the lines of P(sequence)."""
-        number = {path.name: n for n, path in enumerate(self.atlas.paths)}
-        for name in self.atlas.names:
+        number = {path.name: n for n, path in enumerate(self.map.paths)}
+        for name in self.map.names:
             looks = rr.SeriesLines(colors=of_path(number[name]), names=name, widths=1.5)
             stream.log(_share(method, name), looks, static=True)
         stream.log(_lost(method), rr.SeriesLines(colors=LOST, names="(lost)", widths=1.0), static=True)
@@ -138,7 +136,7 @@ class AtlasTab:
                 self._strips.send_belief(stream, belief)
 
     def _send_shares(self, stream: rr.RecordingStream, method: str, belief: Belief) -> None:
-        for name, share in zip(self.atlas.names, of_sequences(self.atlas, belief), strict=True):
+        for name, share in zip(self.map.names, self.map.sequence_probabilities(belief), strict=True):
             stream.log(_share(method, name), rr.Scalars((1 - belief.lost) * share))
         stream.log(_lost(method), rr.Scalars(belief.lost))
 

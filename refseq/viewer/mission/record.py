@@ -7,7 +7,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Localiser
+from refseq.belief import Belief, LocaliserProtocol
 from refseq.missions import Entry, Executor, Plan, Status
 from refseq.planar import Pose
 from refseq.view import View
@@ -105,7 +105,7 @@ class Recorder:
         self._began: float | None = None
         self._executor: Executor | None = None
 
-    def heard(self, localiser: Localiser) -> Localiser:
+    def heard(self, localiser: LocaliserProtocol) -> LocaliserProtocol:
         """The localiser, of which each answer is heard."""
         return _Heard(localiser, self)
 
@@ -146,7 +146,7 @@ class Recorder:
 class _Heard:
     """A localiser whose answers somebody hears."""
 
-    def __init__(self, inner: Localiser, recorder: Recorder) -> None:
+    def __init__(self, inner: LocaliserProtocol, recorder: Recorder) -> None:
         self._inner, self._recorder = inner, recorder
 
     def reset(self) -> None:

@@ -30,7 +30,7 @@ def answered(asked: Asked, references: Mapping[str, Reference], query: Sequence[
     middle = time.perf_counter()
     beliefs = learnt.answers([replace(view, truth=None) for view in query])
     end = time.perf_counter()
-    sequences = [sequence for one in learnt.ours.values() for sequence in one.sequences]
+    sequences = [sequence for one in learnt.ours.values() for sequence in one.map.sequences]
     cost = Cost(
         learn_s=_learning(learnt, middle - begin),
         answer_s=end - middle,
@@ -46,5 +46,5 @@ def _learning(learnt: Learnt, took: float) -> float:
     """How long learning took [s]: now, or when the maps were made that were at hand."""
     if not learnt.ours:
         return took
-    maps = [float(sequence.metadata[LEARNING]) for one in learnt.ours.values() for sequence in one.maps]
+    maps = [float(map_.metadata[LEARNING]) for one in learnt.ours.values() for map_ in one.maps]
     return math.fsum(maps) + math.fsum(one.merging.seconds for one in learnt.ours.values() if one.merging)

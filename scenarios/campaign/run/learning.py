@@ -2,13 +2,11 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from refseq.errors import RefseqError
 from refseq.logs import Recording
-from refseq.map.file import load_map, save_map
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.map import Map
 from refseq.view import View
 from scenarios.campaign.store.cache import MAP, Store
 from scenarios.drives.selection import only, stretch
@@ -27,18 +25,17 @@ def selected(recording: Recording, places: str | None, sensors: tuple[str, ...] 
 def kept_maps(store: Store, key_for: Callable[[str], str]) -> Shelf:
     """Maps of some views in the store, by the keys for their profiles; learnt where they are not there or damaged."""
 
-    def shelf(profile: str, views: Sequence[View]) -> ReferenceSequence:
+    def shelf(profile: str, views: Sequence[View]) -> Map:
         def make(path: Path) -> None:
             begin = time.perf_counter()
-            sequence = learn_map(profile, views)
-            took = {LEARNING: f"{time.perf_counter() - begin:.3f}"}
-            save_map(replace(sequence, metadata={**sequence.metadata, **took}), path)
+            map_ = learn_map(profile, views)
+            map_.noted({LEARNING: f"{time.perf_counter() - begin:.3f}"}).save(path)
 
         key = key_for(profile)
         try:
-            return load_map(store.make(key, MAP, make))
+            return Map.load(store.make(key, MAP, make))
         except RefseqError:
             store.discard(key)
-            return load_map(store.make(key, MAP, make))
+            return Map.load(store.make(key, MAP, make))
 
     return shelf

@@ -21,7 +21,7 @@ from scenarios.campaign.store.missions import Kept, read_mission, write_mission
 from scenarios.campaign.store.views import source_key
 from scenarios.drives.record import Drive, open_bench
 from scenarios.methods.baselines import Reference
-from scenarios.missions.leader import Journey, Leader, along_reference, over_atlas
+from scenarios.missions.leader import Journey, Leader, along_reference, over_several
 from scenarios.missions.runs import MissionResult, refused_run, run_plan, run_program
 from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from sim.bench.bench import Bench
@@ -104,7 +104,7 @@ class MissionTask(Question):
                 plan = self._plan(leader.ground.way)
                 learnt_s = time.perf_counter() - begin
                 done = self._done(bench, leader, plan)
-                known: tuple[object, ...] = (*leader.maps, leader.localiser)
+                known: tuple[object, ...] = (*leader.map.sequences, leader.localiser)
             except (MissionError, NoRouteError) as error:
                 done, known = refused_run(bench, str(error), self.assignment.goal), ()
                 learnt_s = time.perf_counter() - begin
@@ -125,7 +125,9 @@ class MissionTask(Question):
         if target is None:
             return along_reference(self.method, drives[0], localised=localised, seed=self.seed)
         journey = Journey(bench.pose, target.path, target.along, self.merge)
-        return over_atlas(self.method, names_of(self.references), drives, journey, localised=localised, seed=self.seed)
+        return over_several(
+            self.method, names_of(self.references), drives, journey, localised=localised, seed=self.seed
+        )
 
     def _plan(self, way: MissionPath) -> Plan:
         asked = self.assignment.asked

@@ -1,7 +1,7 @@
 """Other people's methods, made small, as yardsticks on the very same views.
 
-Each fits ``refseq.belief.Localiser`` and is learnt from the views of a reference drive. Their parameters were chosen
-in the world ``annex``, which is not scored, and stay as they are.
+Each fits ``refseq.belief.LocaliserProtocol`` and is learnt from the views of a reference drive. Their parameters were
+chosen in the world ``annex``, which is not scored, and stay as they are.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from refseq.belief import Localiser
-from refseq.map.sequence import ReferenceSequence
+from refseq.belief import LocaliserProtocol
+from refseq.map.map import Map
 from refseq.view import View
 from scenarios.methods.baselines.fabmap import FabMap
 from scenarios.methods.baselines.fabmap_words import WordMap
@@ -41,7 +41,7 @@ class Reference:
         """The views as VLAD."""
         return VladMap.learn(self.views, np.random.default_rng(CODEBOOK_SEED))
 
-    def sequence(self, profile: str) -> ReferenceSequence:
+    def map(self, profile: str) -> Map:
         """The views as our own localiser's map with a profile."""
         return self.shelf(profile, self.views)
 
@@ -51,8 +51,8 @@ class Reference:
         return WordMap(self.views)
 
 
-BASELINES: Mapping[str, Callable[[Reference], Localiser]] = {
-    "hamming": lambda reference: NearestColumn(reference.sequence("thesis"), reference.views),
+BASELINES: Mapping[str, Callable[[Reference], LocaliserProtocol]] = {
+    "hamming": lambda reference: NearestColumn(reference.map("thesis").sequence, reference.views),
     "vlad": lambda reference: SingleBest(reference.vlad),
     "ransac": lambda reference: RansacInliers.learn(reference.views),
     "fabmap-naive": lambda reference: FabMap(reference.words, tree=False),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import robots
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.map import Map
 from refseq.planar import Pose, relative_pose, wrap
 from robots import Twist
 from robots.behaviours import BehaviourOutcome, Senses
@@ -40,7 +40,7 @@ class EpisodeSetting:
     robot: str
     settings: BenchSettings
     route: str
-    sequence: ReferenceSequence | None = None
+    map: Map | None = None
 
 
 class BenchEpisode:
@@ -55,10 +55,10 @@ class BenchEpisode:
             setting.world, robot, route=setting.route, seed=int(rng.integers(2**32)), settings=setting.settings
         )
         self._touching = ContactCheck(self.bench)
-        places = None if setting.sequence is None else places_of(setting.sequence)
+        places = None if setting.map is None else places_of(setting.map)
         ground = TaskGround(setting.world.plan, setting.world.routes[setting.route], robot.shape, places)
         self.episode = self._with_room(task, ground, rng)
-        self.following = self._led(setting.sequence)
+        self.following = self._led(setting.map)
         self.motion = (0.0, 0.0, 0.0)
         """What the odometer counted in the last action, in the robot's frame at its begin [m, m, rad]."""
         self.outcome, self.why = BehaviourOutcome.RUNNING, ""
@@ -84,24 +84,24 @@ class BenchEpisode:
         self.bench.place(Pose(start.x, start.y, start.heading + turned))
         return self._touching.has_room
 
-    def _led(self, sequence: ReferenceSequence | None) -> Following | None:
+    def _led(self, map_: Map | None) -> Following | None:
         """Let the robot come to its start and stand, with a localiser that has followed it from where it was led."""
-        if sequence is None:
+        if map_ is None:
             self._stand()
             return None
         if self.episode.led is None:
             self._stand()
-            return Following(sequence, self.bench)
-        following = self._lead(sequence, *self.episode.led)
+            return Following(map_, self.bench)
+        following = self._lead(map_, *self.episode.led)
         self.bench.place(self.episode.start)
         self._stand()
         following.look()
         return following
 
-    def _lead(self, sequence: ReferenceSequence, begin: float, end: float) -> Following:
+    def _lead(self, map_: Map, begin: float, end: float) -> Following:
         operator = operator_for(self.bench, 0, OperatorStyle(strength=0.0))
         self.bench.place(operator.carried(begin))
-        following, until = Following(sequence, self.bench), self.bench.time + LEAD_TIME
+        following, until = Following(map_, self.bench), self.bench.time + LEAD_TIME
         while operator.progress < end and not operator.finished and self.bench.time < until:
             self.bench.drive(operator.command(self.bench.time, self.bench.pose))
             following.after_period()

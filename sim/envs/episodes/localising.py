@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 import robots
 from refseq.belief import Belief
-from refseq.map.localiser import SequenceLocaliser
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
 from refseq.map.profile import BEST
-from refseq.map.sequence import ReferenceSequence, learn
 from refseq.planar import Pose, motion_between
 from refseq.view import LASER, View
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
@@ -29,7 +30,7 @@ FAMILIAR_SEED = 20080
 
 
 @lru_cache(maxsize=8)
-def familiar(world: str, light: str, robot: str, route: str) -> ReferenceSequence:
+def familiar(world: str, light: str, robot: str, route: str) -> Map:
     """The reference sequence of one drive along a route, the same object for all who ask; takes some seconds.
 
     An operator leads the robot, as for any recording. Raises ``SimError``.
@@ -41,16 +42,16 @@ def familiar(world: str, light: str, robot: str, route: str) -> ReferenceSequenc
         return learn([one.view for one in taken], sensors=(LASER,), profile=BEST)
 
 
-def places_of(sequence: ReferenceSequence) -> NDArray[np.float64]:
+def places_of(map_: Map) -> NDArray[np.float64]:
     """Where the places truly are, (K, 2) [m]."""
-    return np.array([(pose.x, pose.y) for pose in sequence.poses if pose is not None])
+    return np.array([(pose.x, pose.y) for pose in map_.poses if pose is not None])
 
 
 class Following:
     """A localiser that is given views as the robot goes; ``belief`` is its answer to the last one."""
 
-    def __init__(self, sequence: ReferenceSequence, bench: Bench) -> None:
-        self._localiser, self._bench = SequenceLocaliser(sequence), bench
+    def __init__(self, map_: Map, bench: Bench) -> None:
+        self._localiser, self._bench = Localiser(map_), bench
         self._last: Pose | None = None
         self._odometry, self._moved = bench.odometry, Moved()
         self.look()

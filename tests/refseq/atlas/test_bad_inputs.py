@@ -3,7 +3,7 @@
 import hashlib
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
@@ -11,18 +11,18 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from refseq.atlas.atlas import Atlas, beside
-from refseq.atlas.file import load_atlas, save_atlas
-from refseq.atlas.merge import Decision, added, merge
+from refseq.atlas.merge import Decision, added, merge_maps
 from refseq.atlas.similarity import view_similarity
 from refseq.errors import MapError
-from refseq.map.file import encode, map_bytes
+from refseq.map.archive import encode
+from refseq.map.learning import learn
+from refseq.map.map import Map, beside
 from refseq.map.profile import BEST, THESIS, Profile
-from refseq.map.sequence import ReferenceSequence, learn
 from refseq.view import LASER, View
+from tests.refseq.rooms import named_maps
 from tests.support import corridor_drive
 
-SPOILT = "atlas.json and members do not make an atlas: "
+SPOILT = "map.json and arrays do not make a map: "
 OTHER_SIFT = replace(BEST, sift=replace(BEST.sift, cap=7))
 
 
@@ -32,34 +32,38 @@ def drive() -> list[View]:
 
 
 @pytest.fixture(scope="module")
-def atlas(drive: list[View]) -> Atlas:
+def atlas(drive: list[View]) -> Map:
     """Two halves of a drive, which share ten views: these are the first's."""
-    return merge(["first", "second"], [learn(drive[:20], profile=BEST), learn(drive[10:], profile=BEST)]).atlas
+    return merge_maps(
+        named_maps(["first", "second"], [learn(drive[:20], profile=BEST), learn(drive[10:], profile=BEST)])
+    ).map
 
 
 @pytest.fixture
-def saved(atlas: Atlas, tmp_path: Path) -> Path:
-    save_atlas(atlas, tmp_path / "atlas.refseq")
+def saved(atlas: Map, tmp_path: Path) -> Path:
+    atlas.save(tmp_path / "atlas.refseq")
     return tmp_path / "atlas.refseq"
 
 
 def rewritten(
     path: Path,
-    members: Mapping[str, bytes | None] = MappingProxyType({}),
+    arrays: Mapping[str, np.ndarray | None] = MappingProxyType({}),
     header: Mapping[str, object] = MappingProxyType({}),
+    names: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> None:
-    """Other members, with checksums that are right, or none of that name; and another header."""
+    """Other arrays, with checksums that are right, or none of that name; another header; other names in its tables."""
     with zipfile.ZipFile(path) as archive:
         content = {name: archive.read(name) for name in archive.namelist()}
-    table = json.loads(content.pop("atlas.json"))
-    for name, data in members.items():
-        if data is None:
-            del content[name]
-        else:
-            content[name] = data
-            table["sha256"][name] = hashlib.sha256(data).hexdigest()
+    table = json.loads(content.pop("map.json"))
+    for name, array in arrays.items():
+        del content[f"{name}.npy"]
+        if array is not None:
+            content[f"{name}.npy"] = encode(array)
+            table["sha256"][name] = hashlib.sha256(content[f"{name}.npy"]).hexdigest()
+    for what, called in names.items():
+        table[what] = [one | {"name": name} for one, name in zip(table[what], called, strict=False)]
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("atlas.json", json.dumps(table | dict(header)))
+        archive.writestr("map.json", json.dumps(table | dict(header)))
         for name, data in content.items():
             archive.writestr(name, data)
 
@@ -67,26 +71,14 @@ def rewritten(
 def error_of(path: Path) -> str:
     """What is told of a file, after its name."""
     with pytest.raises(MapError) as caught:
-        load_atlas(path)
+        Map.load(path)
     name, _, told = str(caught.value).partition(f"{path}: ")
     assert name == ""
     assert "\n" not in told
     return told
 
 
-def of_version(content: bytes, version: object, path: Path) -> bytes:
-    """A map file as one of another format version."""
-    path.write_bytes(content)
-    with zipfile.ZipFile(path) as archive:
-        members = {name: archive.read(name) for name in archive.namelist()}
-    with zipfile.ZipFile(path, "w") as archive:
-        for name, data in members.items():
-            changed = json.dumps(json.loads(data) | {"version": version}).encode() if name == "map.json" else data
-            archive.writestr(name, changed)
-    return path.read_bytes()
-
-
-# --- atlas files whose members are each right, but not together ---
+# --- files whose arrays are each right, but not together ---
 
 
 @pytest.mark.parametrize(
@@ -97,8 +89,8 @@ def of_version(content: bytes, version: object, path: Path) -> bytes:
         ("along", np.zeros(20) + 1j, "paths/1 is no list of distances"),
         ("along", np.full(20, "x"), "paths/1 is no list of distances"),
         ("along", np.zeros(20, [("a", "f8"), ("b", "i4")]), "paths/1 is no list of distances"),
-        ("along", -np.arange(20.0), "path 'second' is no list of distances that do not fall"),
-        ("along", np.full(20, np.nan), "path 'second' is no list of distances that do not fall"),
+        ("along", -np.arange(20.0), "paths/1 is no list of distances that do not fall"),
+        ("along", np.full(20, np.nan), "paths/1 is no list of distances that do not fall"),
         ("sequences", np.full(20, 2), "path 'second' runs through sequence 2, which is not there"),
         ("sequences", np.full(20, -1), "path 'second' runs through sequence -1, which is not there"),
         ("sequences", np.zeros(20), "paths/1 is no list of whole numbers"),
@@ -110,67 +102,57 @@ def of_version(content: bytes, version: object, path: Path) -> bytes:
     ],
 )
 def test_arrays_that_disagree(saved: Path, array: str, values: np.ndarray, told: str) -> None:
-    rewritten(saved, {f"paths/1/{array}.npy": encode(values)})
+    rewritten(saved, {f"paths/1/{array}": values})
     assert error_of(saved) == f"{SPOILT}{told}"
 
 
 @pytest.mark.parametrize(
-    ("header", "told"),
+    ("names", "told"),
     [
-        ({"sequences": ["first", "first"]}, "sequence 'first' is there twice"),
-        ({"paths": ["first", "first"]}, "path 'first' is there twice"),
+        ({"sequences": ["first", "first"]}, "sequences: name 'first' is there twice"),
+        ({"paths": ["first", "first"]}, "paths: name 'first' is there twice"),
         ({"sequences": ["first", "moon"]}, "sequence 'moon' has no path"),
         ({"paths": ["first"]}, "sequence 'second' has no path"),
         ({"sequences": ["second", "first"]}, "path 'second' does not run through place 0 of its sequence"),
     ],
 )
-def test_names_that_disagree(saved: Path, header: dict[str, object], told: str) -> None:
-    rewritten(saved, header=header)
+def test_names_that_disagree(saved: Path, names: dict[str, list[str]], told: str) -> None:
+    rewritten(saved, names=names)
     assert error_of(saved) == f"{SPOILT}{told}"
 
 
-def test_a_path_through_its_places_in_another_order(atlas: Atlas, saved: Path) -> None:
+def test_a_path_through_its_places_in_another_order(atlas: Map, saved: Path) -> None:
     assert (atlas.paths[0].places == np.arange(20)).all()  # it is the second that gave places away
-    rewritten(saved, {"paths/0/places.npy": encode(np.arange(20)[::-1].copy())})
+    rewritten(saved, {"paths/0/places": np.arange(20)[::-1].copy()})
     told = "path 'first' runs through places of its sequence more than once, or not in their order"
     assert error_of(saved) == f"{SPOILT}{told}"
 
 
-def test_the_atlas_itself_is_read(atlas: Atlas, saved: Path) -> None:
+def test_the_atlas_itself_is_read(atlas: Map, saved: Path) -> None:
     """So it is the changes above that are refused."""
     rewritten(saved)
-    loaded = load_atlas(saved)
+    loaded = Map.load(saved)
     assert [len(path) for path in loaded.paths] == [20, 20]
     assert len(loaded) == len(atlas) < 40
 
 
-def test_a_missing_member(saved: Path) -> None:
-    rewritten(saved, {"sequences/1.refseq": None})
-    assert error_of(saved) == f"{SPOILT}sequences/1.refseq is missing"
+def test_a_missing_array(saved: Path) -> None:
+    rewritten(saved, {"sequences/1/along": None})
+    assert error_of(saved) == "array sequences/1/along is missing"
 
 
 def test_an_array_with_another_checksum(saved: Path) -> None:
-    rewritten(saved, header={"sha256": {"sequences/0.refseq": "0" * 64}})
-    assert error_of(saved) == "sequences/0.refseq does not match its checksum: the file is damaged"
+    rewritten(saved, header={"sha256": {"sequences/0/along": "0" * 64}})
+    assert error_of(saved) == "array sequences/0/along does not match its checksum: the file is damaged"
 
 
 # --- what is of another version, or of other settings ---
 
 
-@pytest.mark.parametrize("version", [0, 2, "1", None])
-def test_an_atlas_of_another_version(saved: Path, version: object) -> None:
+@pytest.mark.parametrize("version", [0, 3, "1", None])
+def test_a_map_of_another_version(saved: Path, version: object) -> None:
     rewritten(saved, header={"version": version})
-    assert error_of(saved) == f"is of atlas format version {version!r}; valid is 1: merge anew"
-
-
-def test_a_sequence_of_another_map_version(atlas: Atlas, saved: Path, tmp_path: Path) -> None:
-    old = of_version(map_bytes(atlas.sequences[1]), 2, tmp_path / "old.refseq")
-    rewritten(saved, {"sequences/1.refseq": old})
-    with pytest.raises(MapError) as caught:
-        load_atlas(saved)
-    assert str(caught.value) == (f"{saved}/sequences/1.refseq: is of map format version 2; valid is 3: learn it anew")
-    # A map of another version is no atlas of one either.
-    assert error_of(tmp_path / "old.refseq") == "is of map format version 2; valid is 3: learn it anew"
+    assert error_of(saved) == f"is of map format version {version!r}; valid is 4: learn it anew"
 
 
 @pytest.mark.parametrize(
@@ -183,23 +165,25 @@ def test_a_sequence_of_another_map_version(atlas: Atlas, saved: Path, tmp_path: 
     ],
 )
 def test_maps_of_other_sensors_or_vocabularies(
-    drive: list[View], atlas: Atlas, saved: Path, profile: Profile, sensors: list[str] | None, told: str
+    drive: list[View], atlas: Map, saved: Path, profile: Profile, sensors: list[str] | None, told: str
 ) -> None:
     """Whether they are compared, laid side by side, merged, added or read."""
     first, unlike = learn(drive[:20], profile=BEST), learn(drive[10:], profile=profile, sensors=sensors)
     for refused in (
-        lambda: view_similarity(unlike, first),
-        lambda: beside(["a", "b"], [first, unlike]),
-        lambda: merge(["a", "b"], [first, unlike]),
-        lambda: added(atlas, "b", unlike),
+        lambda: view_similarity(unlike.sequence, first.sequence),
+        lambda: beside(named_maps(["a", "b"], [first, unlike])),
+        lambda: merge_maps(named_maps(["a", "b"], [first, unlike])),
+        lambda: added(atlas, *named_maps(["b"], [unlike])),
     ):
         with pytest.raises(MapError) as caught:
             refused()
         assert str(caught.value).startswith(told)
         assert "; valid " in str(caught.value)
         assert "\n" not in str(caught.value)
-    rewritten(saved, {"sequences/1.refseq": map_bytes(unlike)})
-    assert error_of(saved).startswith(f"{SPOILT}sequence 'second': {told}")
+    unlike_file = replace(atlas, sequences=(atlas.sequences[0], unlike.sequence))
+    if profile is BEST:  # a file has one profile
+        unlike_file.save(saved)
+        assert error_of(saved).startswith(f"{SPOILT}sequence 'second': {told}")
 
 
 def test_the_last_of_several_is_refused_before_the_first_is_merged(drive: list[View]) -> None:
@@ -209,9 +193,9 @@ def test_the_last_of_several_is_refused_before_the_first_is_merged(drive: list[V
         asked.append(decision)
         return decision
 
-    parts: list[ReferenceSequence] = [learn(views, profile=BEST) for views in (drive[:20], drive[10:])]
+    parts = [learn(views, profile=BEST) for views in (drive[:20], drive[10:])]
     with pytest.raises(MapError, match="features are walls/laser"):
-        merge(["a", "b", "c"], [*parts, learn(drive, profile=BEST, sensors=[LASER])], confirm=ask)
+        merge_maps(named_maps(["a", "b", "c"], [*parts, learn(drive, profile=BEST, sensors=[LASER])]), confirm=ask)
     assert asked == []
 
 
@@ -221,4 +205,4 @@ def test_wishes_about_views_that_are_not_there(drive: list[View], name: str) -> 
     spans = [(70, 80) if name == one else (0, 5) for one in "ab"]
     wish = Decision("a", "b", spans[0], spans[1], (0.0, 0.0), True, "")
     with pytest.raises(MapError, match=f"^views 70 to 80 of '{name}' are not there, or joined already$"):
-        merge(["a", "b"], parts, wishes=[wish])
+        merge_maps(named_maps(["a", "b"], parts), wishes=[wish])

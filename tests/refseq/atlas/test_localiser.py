@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from refseq.atlas.atlas import beside
-from refseq.atlas.localiser import AtlasLocaliser, NetworkTracker, of_sequences, sureness_of_path
-from refseq.atlas.merge import merge
+from refseq.atlas.merge import merge_maps
 from refseq.belief import Stage, Timings
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
 from refseq.inference.chain.motion import MotionSettings
-from refseq.map.localiser import SequenceLocaliser, Sighting
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map, beside
+from refseq.map.matcher import Matcher, Measurement
 from refseq.map.profile import BEST, THESIS, Profile
+from refseq.map.trackers import NetworkTracker, SurestSequence, sureness_of_path
+from tests.refseq.rooms import named_maps
 from tests.refseq.walks import Leg, Town, apart
 
 TOWN = Town()
@@ -20,11 +22,13 @@ A, B = [("A", 0, 30), ("B", 0, 30)], [("C", 0, 25), ("B", 0, 30), ("D", 0, 20)]
 
 @pytest.mark.parametrize("stage", list(Stage))
 @pytest.mark.parametrize("profile", PROFILES)
-def test_an_atlas_of_one_sequence_answers_as_the_sequence(profile: Profile, stage: Stage) -> None:
-    sequence = TOWN.learnt(A, profile=profile)
-    single, atlas = SequenceLocaliser(sequence, stage=stage), AtlasLocaliser(beside(["a"], [sequence]), stage=stage)
+def test_of_one_path_the_trackers_of_several_answer_as_its_sequence(profile: Profile, stage: Stage) -> None:
+    only = Map.of(TOWN.learnt(A, profile=profile))
+    networked = profile is BEST and stage is Stage.CHAIN
+    localiser, matcher = Localiser(only, stage=stage), Matcher(only)
+    tracker = NetworkTracker(only) if networked else SurestSequence(stage, only)
     for view in TOWN.views([("A", 5, 30), ("E", 0, 10), ("B", 10, 20)], 7):
-        one, other = single.update(view), atlas.update(view)
+        one, other = localiser.update(view), tracker.update(matcher.match(view))
         np.testing.assert_allclose(other.places, one.places, atol=1e-12)
         assert other.lost == pytest.approx(one.lost, abs=1e-9)
         assert other.best == one.best
@@ -34,7 +38,7 @@ def test_an_atlas_of_one_sequence_answers_as_the_sequence(profile: Profile, stag
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_reset_localiser_begins_anew(profile: Profile, stage: Stage) -> None:
     walks = [TOWN.learnt(A, 1, profile), TOWN.learnt([("C", 0, 30)], 2, profile)]
-    localiser, query = AtlasLocaliser(beside(["a", "c"], walks), stage=stage), TOWN.views([("C", 5, 15)], 8)
+    localiser, query = Localiser(beside(named_maps(["a", "c"], walks)), stage=stage), TOWN.views([("C", 5, 15)], 8)
     first = [localiser.update(view) for view in query]
     localiser.reset()
     for one, view in zip(first, query, strict=True):
@@ -47,23 +51,23 @@ def test_a_reset_localiser_begins_anew(profile: Profile, stage: Stage) -> None:
 def test_the_sequence_that_the_robot_is_in_is_the_most_probable(profile: Profile, least: float) -> None:
     """By entropy P(s) tells little (4.7); by Bayes' rule it is sure."""
     walks = [TOWN.learnt([(name, 0, 40)], n, profile) for n, name in enumerate("AC")]
-    atlas = beside(["a", "c"], walks)
-    localiser = AtlasLocaliser(atlas)
-    shares = [of_sequences(atlas, localiser.update(view)) for view in TOWN.views([("C", 5, 35)], 9)]
+    atlas = beside(named_maps(["a", "c"], walks))
+    localiser = Localiser(atlas)
+    shares = [atlas.sequence_probabilities(localiser.update(view)) for view in TOWN.views([("C", 5, 35)], 9)]
     assert all(share.sum() == pytest.approx(1.0) for share in shares)
     assert np.mean([share[1] for share in shares[3:]]) > least
 
 
 def test_merged_paths_are_followed_over_the_links_in_both_directions_of_a_fork() -> None:
     walks = [TOWN.learnt(A, 1, BEST), TOWN.learnt(B, 2, BEST)]
-    atlas = merge(["a", "b"], walks).atlas
+    atlas = merge_maps(named_maps(["a", "b"], walks)).map
     ways: list[list[Leg]] = [
         [*A],
         [("C", 5, 25), ("B", 0, 30), ("D", 0, 15)],
         [("A", 10, 30), ("B", 0, 30), ("D", 0, 15)],
     ]
     for way in ways:
-        localiser, right = AtlasLocaliser(atlas), []
+        localiser, right = Localiser(atlas), []
         for view in TOWN.views(way, 11):
             belief = localiser.update(view)
             right.append(belief.lost < 0.5 and apart(atlas.poses[belief.best], view.truth) <= 1.5)
@@ -71,15 +75,15 @@ def test_merged_paths_are_followed_over_the_links_in_both_directions_of_a_fork()
 
 
 def test_what_is_like_no_place_is_lost_in_all_sequences() -> None:
-    atlas = beside(["a", "b"], [TOWN.learnt(A, 1, BEST), TOWN.learnt(B, 2, BEST)])
+    atlas = beside(named_maps(["a", "b"], [TOWN.learnt(A, 1, BEST), TOWN.learnt(B, 2, BEST)]))
     tracker = NetworkTracker(atlas)
     for view in range(20):
         known = [np.where(np.arange(len(s)) == view + 3, 5.0, -1.5) for s in atlas.sequences]
         unlike = [np.full(len(s), -1.5) for s in atlas.sequences]
         pairs = zip(unlike if view >= 10 else [known[0], unlike[1]], atlas.sequences, strict=True)
-        belief = tracker.update([Sighting(np.ones(len(s)) / len(s), 1.0, Timings(), e) for e, s in pairs])
+        belief = tracker.update([Measurement(np.ones(len(s)) / len(s), 1.0, Timings(), e) for e, s in pairs])
         if view in (2, 9):
-            assert of_sequences(atlas, belief)[0] > 0.99
+            assert atlas.sequence_probabilities(belief)[0] > 0.99
             assert belief.lost < 0.01
     assert belief.lost > 0.95
 

@@ -6,14 +6,14 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from refseq.atlas.atlas import Atlas, beside
-from refseq.atlas.merge import Decision, Merged, added, merge
+from refseq.atlas.merge import Decision, Merged, added, merge_maps
 from refseq.atlas.overlap import OverlapSettings, overlaps
 from refseq.atlas.similarity import view_similarity
 from refseq.errors import MapError
+from refseq.map.map import Map, beside
 from refseq.map.profile import BEST, THESIS, Profile
 from refseq.map.sequence import ReferenceSequence
-from tests.refseq.rooms import bits_sequence
+from tests.refseq.rooms import bits_sequence, named_maps
 from tests.refseq.walks import Leg, Town, apart
 
 TOWN = Town()
@@ -21,7 +21,7 @@ A, B = [("A", 0, 30), ("B", 0, 30)], [("C", 0, 25), ("B", 0, 30), ("D", 0, 20)]
 PROFILES = [pytest.param(BEST, id="best"), pytest.param(THESIS, id="thesis")]
 
 
-def assert_true(atlas: Atlas, walks: dict[str, ReferenceSequence], within: float = 1.5) -> None:
+def assert_true(atlas: Map, walks: dict[str, ReferenceSequence], within: float = 1.5) -> None:
     """Every view of every path lies where it was made, and no place is held twice.
 
     Views next to a corner, which see what lies around it too, may be a place off: in this town, anywhere.
@@ -39,7 +39,7 @@ def assert_true(atlas: Atlas, walks: dict[str, ReferenceSequence], within: float
         assert duplicates <= 3  # at the ends of stretches
 
 
-def assert_same(one: Atlas, other: Atlas) -> None:
+def assert_same(one: Map, other: Map) -> None:
     assert one.names == other.names
     for mine, its in zip(one.sequences, other.sequences, strict=True):
         assert mine.matrix.places.tobytes() == its.matrix.places.tobytes()
@@ -71,25 +71,27 @@ def test_similarity_is_not_symmetric_and_has_a_row_a_view() -> None:
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_shared_stretch_is_taken_out_of_the_longer_sequence(profile: Profile) -> None:
     walks = {"one": TOWN.learnt(A, 1, profile), "other": TOWN.learnt(B, 2, profile)}
-    merged = merge(list(walks), list(walks.values()))
+    merged = merge_maps(named_maps(list(walks), list(walks.values())))
     (decision,) = [decision for decision in merged.decisions if decision.joined]
     # Views 30 to 59 of the one and 25 to 54 of the other are both corridor B.
     assert np.abs(np.subtract(decision.first, (30, 59))).max() <= 3
     assert np.abs(np.subtract(decision.second, (25, 54))).max() <= 3
-    assert [len(sequence) for sequence in merged.atlas.sequences] == [60, 75 - 1 - np.ptp(decision.second)]
-    assert_true(merged.atlas, walks)
-    into, out_of = merged.atlas.links
+    assert [len(sequence) for sequence in merged.map.sequences] == [60, 75 - 1 - np.ptp(decision.second)]
+    assert_true(merged.map, walks)
+    into, out_of = merged.map.links
     assert (into.path, into.start[0], into.end[0]) == (1, 1, 0)
     assert (out_of.path, out_of.start[0], out_of.end[0]) == (1, 0, 1)
 
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_the_way_back_is_another_path(profile: Profile) -> None:
-    merged = merge(
-        ["there", "back"], [TOWN.learnt([("A", 0, 40)], 1, profile), TOWN.learnt([("A", 40, 0)], 2, profile)]
+    merged = merge_maps(
+        named_maps(
+            ["there", "back"], [TOWN.learnt([("A", 0, 40)], 1, profile), TOWN.learnt([("A", 40, 0)], 2, profile)]
+        )
     )
     assert not any(decision.joined for decision in merged.decisions)
-    assert merged.atlas.links == ()
+    assert merged.map.links == ()
 
 
 def test_what_the_laser_alone_says_is_refused() -> None:
@@ -106,23 +108,23 @@ def test_what_the_laser_alone_says_is_refused() -> None:
 
 
 def test_a_name_that_is_in_the_atlas_already_is_told() -> None:
-    atlas = beside(["there"], [TOWN.learnt([("A", 0, 20)], 1, BEST)])
-    with pytest.raises(MapError, match="sequence 'there' is there twice; valid"):
-        added(atlas, "there", TOWN.learnt([("C", 0, 20)], 2, BEST))
+    atlas = beside(named_maps(["there"], [TOWN.learnt([("A", 0, 20)], 1, BEST)]))
+    with pytest.raises(MapError, match="path 'there' is there twice; valid"):
+        added(atlas, *named_maps(["there"], [TOWN.learnt([("C", 0, 20)], 2, BEST)]))
 
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_paths_that_do_not_meet_stay_as_they_are(profile: Profile) -> None:
     walks = [TOWN.learnt([(name, 0, 30)], n, profile) for n, name in enumerate("ACE")]
-    merged = merge(["a", "c", "e"], walks)
+    merged = merge_maps(named_maps(["a", "c", "e"], walks))
     assert not any(decision.joined for decision in merged.decisions)
-    assert_same(merged.atlas, beside(["a", "c", "e"], walks))
+    assert_same(merged.map, beside(named_maps(["a", "c", "e"], walks)))
 
 
 @pytest.mark.parametrize("profile", PROFILES)
 def test_a_sequence_within_another_takes_the_middle_out_of_it(profile: Profile) -> None:
     walks = {"long": TOWN.learnt(B, 1, profile), "short": TOWN.learnt([("B", 5, 25)], 2, profile)}
-    atlas = merge(list(walks), list(walks.values())).atlas
+    atlas = merge_maps(named_maps(list(walks), list(walks.values()))).map
     assert len(atlas.sequences[1]) == 20
     assert len(atlas.sequences[0]) == pytest.approx(55, abs=4)
     assert_true(atlas, walks)
@@ -130,7 +132,7 @@ def test_a_sequence_within_another_takes_the_middle_out_of_it(profile: Profile) 
 
 def test_a_sequence_merged_with_itself_holds_nothing_twice() -> None:
     one = TOWN.learnt(A, profile=BEST)
-    atlas = merge(["one", "again"], [one, one]).atlas
+    atlas = merge_maps(named_maps(["one", "again"], [one, one])).map
     assert atlas.names == ("one",)
     assert [path.name for path in atlas.paths] == ["one", "again"]
     assert np.abs(atlas.paths[1].places - np.arange(60)).max() <= 1
@@ -138,11 +140,11 @@ def test_a_sequence_merged_with_itself_holds_nothing_twice() -> None:
 
 def test_one_sequence_is_an_atlas_and_none_is_not() -> None:
     one = TOWN.learnt(A, profile=BEST)
-    merged = merge(["one"], [one])
+    merged = merge_maps(named_maps(["one"], [one]))
     assert merged.decisions == ()
-    assert_same(merged.atlas, beside(["one"], [one]))
-    with pytest.raises(MapError, match="an atlas holds no sequence; valid is at least one"):
-        merge([], [])
+    assert_same(merged.map, beside(named_maps(["one"], [one])))
+    with pytest.raises(MapError, match="a map holds no path; valid is at least one"):
+        merge_maps(named_maps([], []))
 
 
 def test_three_in_a_ring_are_joined_two_by_two() -> None:
@@ -152,11 +154,11 @@ def test_three_in_a_ring_are_joined_two_by_two() -> None:
         "z": [("C", 0, 25), ("A", 0, 25)],
     }
     walks = {name: TOWN.learnt(way, n, BEST) for n, (name, way) in enumerate(legs.items())}
-    merged = merge(list(walks), list(walks.values()))
+    merged = merge_maps(named_maps(list(walks), list(walks.values())))
     joined = {(decision.one, decision.other) for decision in merged.decisions if decision.joined}
     assert joined == {("x", "y"), ("x", "z"), ("y", "z")}
-    assert len(merged.atlas) == pytest.approx(75, abs=6)
-    assert_true(merged.atlas, walks)
+    assert len(merged.map) == pytest.approx(75, abs=6)
+    assert_true(merged.map, walks)
 
 
 @pytest.mark.parametrize("profile", PROFILES)
@@ -166,10 +168,10 @@ def test_adding_one_later_is_the_same_as_merging_all_at_once(profile: Profile) -
         TOWN.learnt(B, 2, profile),
         TOWN.learnt([("D", 0, 20), ("A", 5, 30)], 3, profile),
     ]
-    at_once = merge(["a", "b", "c"], walks)
-    first = merge(["a", "b"], walks[:2])
-    later: Merged = added(first.atlas, "c", walks[2])
-    assert_same(at_once.atlas, later.atlas)
+    at_once = merge_maps(named_maps(["a", "b", "c"], walks))
+    first = merge_maps(named_maps(["a", "b"], walks[:2]))
+    later: Merged = added(first.map, *named_maps(["c"], [walks[2]]))
+    assert_same(at_once.map, later.map)
     assert at_once.decisions == first.decisions + later.decisions
 
 
@@ -178,9 +180,9 @@ def test_a_person_has_the_last_word() -> None:
         return replace(decision, joined=False, why="a person says no")
 
     walks = [TOWN.learnt(A, 1, BEST), TOWN.learnt(B, 2, BEST)]
-    merged = merge(["a", "b"], walks, confirm=refuse)
+    merged = merge_maps(named_maps(["a", "b"], walks), confirm=refuse)
     assert [decision.why for decision in merged.decisions] == ["a person says no"]
-    assert_same(merged.atlas, beside(["a", "b"], walks))
+    assert_same(merged.map, beside(named_maps(["a", "b"], walks)))
 
 
 def test_short_stretches_are_objected_to() -> None:
@@ -193,8 +195,8 @@ def test_short_stretches_are_objected_to() -> None:
 def test_maps_that_cannot_be_compared_are_refused() -> None:
     one = TOWN.learnt(A, profile=BEST)
     with pytest.raises(MapError, match="features are bits/camera; valid are those of the first map, bits/camera, bits"):
-        merge(["a", "b"], [one, TOWN.learnt(A, profile=BEST, sensors=["camera"])])
+        merge_maps(named_maps(["a", "b"], [one, TOWN.learnt(A, profile=BEST, sensors=["camera"])]))
     with pytest.raises(MapError, match=r"profile\.features is .* valid is that of the first map"):
-        merge(["a", "b"], [one, TOWN.learnt(A, profile=THESIS)])
-    with pytest.raises(MapError, match="sequence 'a' is there twice; valid are names of their own"):
-        merge(["a", "a"], [one, one])
+        merge_maps(named_maps(["a", "b"], [one, TOWN.learnt(A, profile=THESIS)]))
+    with pytest.raises(MapError, match="path 'a' is there twice; valid are names of their own"):
+        merge_maps(named_maps(["a", "a"], [one, one]))

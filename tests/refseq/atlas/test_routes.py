@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.atlas.atlas import Atlas, Path, beside
-from refseq.atlas.merge import merge
+from refseq.atlas.merge import merge_maps
 from refseq.atlas.routes import CHANGE, Leg, NoRouteError, Route, place_name, place_of, shortest_route
 from refseq.errors import MapError
+from refseq.map.map import Map, beside
+from refseq.map.path import MapPath
 from refseq.map.profile import BEST
 from refseq.map.reduction import reduced
+from tests.refseq.rooms import named_maps
 from tests.refseq.walks import Leg as Walk
 from tests.refseq.walks import Town
 
@@ -23,21 +25,21 @@ WALK = TOWN.learnt([("A", 0, 12)], profile=BEST)
 PLACES = 6
 
 
-def atlas_of(*paths: tuple[list[int], list[float]]) -> Atlas:
+def atlas_of(*paths: tuple[list[int], list[float]]) -> Map:
     """An atlas of one sequence, and paths through its places as lists of places and of steps between them [m]."""
     held = reduced(WALK, np.arange(PLACES))
     ways = [
-        Path(f"path-{name}", np.cumsum([0.0, *steps]), np.zeros(len(places), np.intp), np.array(places, np.intp))
+        MapPath(f"path-{name}", np.cumsum([0.0, *steps]), np.zeros(len(places), np.intp), np.array(places, np.intp))
         for name, (places, steps) in zip("abcdefgh", paths, strict=False)
     ]
-    return Atlas(("path-a",), (held,), tuple(ways))
+    return Map(("path-a",), (held,), tuple(ways))
 
 
 def legs_of(found: Route) -> list[tuple[str, int, int]]:
     return [(leg.path, leg.first, leg.last) for leg in found.legs]
 
 
-def least_cost(atlas: Atlas, start: int, goal: int, change: float) -> float:
+def least_cost(atlas: Map, start: int, goal: int, change: float) -> float:
     """Cheapest sequence of rides [m], by trying all rides again and again until nothing gets cheaper (Bellman, Ford).
 
     A ride goes from any view of a path to any later one, and costs its length and a change.
@@ -56,7 +58,7 @@ def least_cost(atlas: Atlas, start: int, goal: int, change: float) -> float:
     return cost.get(goal, math.inf)
 
 
-def assert_can_be_driven(atlas: Atlas, found: Route, start: int, goal: int) -> None:
+def assert_can_be_driven(atlas: Map, found: Route, start: int, goal: int) -> None:
     """Each leg goes on along its path from where the last one ended, through the places that the route names."""
     paths = {path.name: path for path in atlas.paths}
     driven = [start]
@@ -73,7 +75,7 @@ def assert_can_be_driven(atlas: Atlas, found: Route, start: int, goal: int) -> N
 
 
 @st.composite
-def atlases(draw: st.DrawFn) -> Atlas:
+def atlases(draw: st.DrawFn) -> Map:
     paths = []
     for _ in range(draw(st.integers(1, 4))):
         places = draw(st.lists(st.integers(0, PLACES - 1), min_size=1, max_size=6))
@@ -83,7 +85,7 @@ def atlases(draw: st.DrawFn) -> Atlas:
 
 
 @given(atlases(), st.integers(0, PLACES - 1), st.integers(0, PLACES - 1), st.sampled_from([0.0, 0.5, 3.0, CHANGE]))
-def test_no_way_is_cheaper(atlas: Atlas, start: int, goal: int, change: float) -> None:
+def test_no_way_is_cheaper(atlas: Map, start: int, goal: int, change: float) -> None:
     least = least_cost(atlas, start, goal, change)
     if math.isinf(least):
         with pytest.raises(NoRouteError):
@@ -95,25 +97,25 @@ def test_no_way_is_cheaper(atlas: Atlas, start: int, goal: int, change: float) -
 
 
 def test_along_one_path_the_route_is_the_path() -> None:
-    atlas = beside(["only"], [WALK])
+    atlas = beside(named_maps(["only"], [WALK]))
     found = shortest_route(atlas, 2, 9)
     assert found.places.tolist() == list(range(2, 10))
     assert found.legs == (Leg("only", 2, 9, float(WALK.along[9] - WALK.along[2])),)
 
 
 def test_nobody_drives_a_path_backwards() -> None:
-    atlas = beside(["only"], [WALK])
+    atlas = beside(named_maps(["only"], [WALK]))
     with pytest.raises(NoRouteError, match="no path leads from only:9 to only:2: paths are driven one way only"):
         shortest_route(atlas, 9, 2)
 
 
 def test_where_one_is_already_there_is_no_leg() -> None:
-    found = shortest_route(beside(["only"], [WALK]), 4, 4)
+    found = shortest_route(beside(named_maps(["only"], [WALK])), 4, 4)
     assert (found.places.tolist(), found.legs, found.length) == ([4], (), 0.0)
 
 
 def test_between_paths_that_do_not_meet_there_is_none() -> None:
-    atlas = beside(["a", "c"], [WALK, TOWN.learnt([("C", 0, 12)], 1, BEST)])
+    atlas = beside(named_maps(["a", "c"], [WALK, TOWN.learnt([("C", 0, 12)], 1, BEST)]))
     with pytest.raises(NoRouteError, match="no path leads from a:0 to c:11"):
         shortest_route(atlas, place_of(atlas, "a:0"), place_of(atlas, "c:11"))
 
@@ -143,12 +145,12 @@ def test_a_path_that_comes_by_twice_is_cut_short() -> None:
     assert (legs_of(found), found.length) == ([("path-a", 0, 1), ("path-a", 4, 5)], 20.0)
 
 
-def merged(**legs: list[Walk]) -> Atlas:
+def merged(**legs: list[Walk]) -> Map:
     walks = {name: TOWN.learnt(way, number, BEST) for number, (name, way) in enumerate(legs.items())}
-    return merge(list(walks), list(walks.values())).atlas
+    return merge_maps(named_maps(list(walks), list(walks.values()))).map
 
 
-def routed(atlas: Atlas, start: str, goal: str) -> Route:
+def routed(atlas: Map, start: str, goal: str) -> Route:
     """A route that can be driven, between places by their names."""
     ends = place_of(atlas, start), place_of(atlas, goal)
     found = shortest_route(atlas, *ends)
@@ -156,7 +158,7 @@ def routed(atlas: Atlas, start: str, goal: str) -> Route:
     return found
 
 
-def corridors(atlas: Atlas, route: Route) -> str:
+def corridors(atlas: Map, route: Route) -> str:
     """The corridors that a route runs through, by the true poses of its places."""
     poses = [atlas.poses[place] for place in route.places]
     letters = [TOWN.corridors[round(pose.y / 100)] for pose in poses if pose]
@@ -202,7 +204,7 @@ def test_places_go_by_paths_and_views() -> None:
 
 
 def test_a_name_may_hold_a_colon() -> None:
-    assert place_of(beside(["9:30"], [WALK]), "9:30:7") == 7
+    assert place_of(beside(named_maps(["9:30"], [WALK])), "9:30:7") == 7
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,8 @@ import cv2
 import numpy as np
 import pytest
 
-from refseq.features import make_extractor
 from refseq.features.dense import DenseSettings, DenseWords, describe_patches, local_deviation
+from refseq.map.extractors import make_extractor
 from refseq.map.profile import BEST
 from refseq.view import View
 

@@ -12,27 +12,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.atlas.atlas import Atlas, beside
-from refseq.atlas.file import load_atlas, save_atlas
 from refseq.atlas.merge import merge
 from refseq.errors import MapError
 from refseq.features.doors import find_doors
 from refseq.logs import RecordingWriter, read_recording
-from refseq.map.annotations import LANDMARK, SIGHTINGS, Guide, PathDoor, Side, doors_along, guide_of
-from refseq.map.file import load_map, save_map
+from refseq.map.annotations import LANDMARK, SIGHTINGS, Annotations, DoorSide, PathDoor, annotations_of, doors_along
+from refseq.map.learning import learn
+from refseq.map.map import Map
 from refseq.map.profile import BEST
-from refseq.map.reduction import reduced
-from refseq.map.sequence import ReferenceSequence, learn
 from refseq.planar import Pose, motion_between
 from refseq.view import View
 from tests.refseq.floors import Leaf, wall_with_doors
-from tests.refseq.rooms import Wall, cast
+from tests.refseq.rooms import Wall, cast, named_maps
 from tests.support import corridor_drive
 
 LENGTH = 20.0
-doors = st.builds(PathDoor, st.floats(-5, 500), st.sampled_from(Side), st.floats(0.1, 3), st.booleans())
+doors = st.builds(PathDoor, st.floats(-5, 500), st.sampled_from(DoorSide), st.floats(0.1, 3), st.booleans())
 words = st.sampled_from(["", "MN:8", "MT:90", "MC:left", "MW:left,0.6"])
-guides = st.builds(Guide, st.lists(words, max_size=12).map(tuple), st.lists(doors, max_size=4).map(tuple))
+annotations = st.builds(Annotations, st.lists(words, max_size=12).map(tuple), st.lists(doors, max_size=4).map(tuple))
 
 
 # --- doors in scans ---
@@ -80,24 +77,24 @@ def test_doors_are_found_where_they_are(scanner: float) -> None:
     left = [(5.0, Leaf.OPEN), (9.5, Leaf.CLOSED), (14.0, Leaf.NONE)]
     right = [(7.0, Leaf.NONE), (11.0, Leaf.OPEN)]
     found = doors_along(drive(corridor(left, right), scanner))
-    true = [(x, Side.LEFT, leaf) for x, leaf in left] + [(x, Side.RIGHT, leaf) for x, leaf in right]
+    true = [(x, DoorSide.LEFT, leaf) for x, leaf in left] + [(x, DoorSide.RIGHT, leaf) for x, leaf in right]
     for x, side, leaf in true:
         (one,) = [door for door in found if abs(door.along + 1.0 + scanner - x) < 0.3 and door.side is side]
         assert one.width == pytest.approx(0.9, abs=0.1)
         assert one.passable == (leaf is not Leaf.CLOSED)
-    beside_the_way = [door for door in found if door.side is not Side.AHEAD]
+    beside_the_way = [door for door in found if door.side is not DoorSide.AHEAD]
     assert len(beside_the_way) == len(true)
     assert [door.along for door in found] == sorted(door.along for door in found)
 
 
 def test_a_corridor_without_doors_has_none() -> None:
-    assert [door for door in doors_along(drive(corridor())) if door.side is not Side.AHEAD] == []
+    assert [door for door in doors_along(drive(corridor())) if door.side is not DoorSide.AHEAD] == []
 
 
 def test_a_door_that_the_way_leads_through_is_ahead() -> None:
     wall, _ = wall_with_doors((10.0, -1.2, 10.0, 1.2), [(0.75, 1.65, Leaf.NONE)], 0.15)
     views = drive([*corridor(), *wall])
-    ahead = [door for door in doors_along(views) if door.side is Side.AHEAD]
+    ahead = [door for door in doors_along(views) if door.side is DoorSide.AHEAD]
     assert [door.along + 1.0 for door in ahead] == [pytest.approx(10.0, abs=0.3)]
     assert ahead[0].passable
 
@@ -114,44 +111,19 @@ def test_what_one_view_shows_alone_is_no_door() -> None:
 
 def test_a_guide_holds_what_views_tell() -> None:
     views = drive(corridor([(9.0, Leaf.NONE)]), told={0: "MN:5", 6: "MT:90"})
-    guide = guide_of(views)
-    assert {k: one for k, one in enumerate(guide.behaviours) if one} == {0: "MN:5", 6: "MT:90"}
-    assert len(guide.behaviours) == len(views)
-    assert list(guide.doors) == doors_along(views)
-    assert guide_of(drive(corridor())).behaviours == ()
+    found = annotations_of(views)
+    assert {k: one for k, one in enumerate(found.behaviours) if one} == {0: "MN:5", 6: "MT:90"}
+    assert len(found.behaviours) == len(views)
+    assert list(found.doors) == doors_along(views)
+    assert annotations_of(drive(corridor())).behaviours == ()
 
 
 # --- kept, counted, written ---
 
 
-@given(guides)
-def test_a_guide_goes_through_json(guide: Guide) -> None:
-    assert Guide.from_dict(json.loads(json.dumps(guide.to_dict()))) == guide
-
-
-@given(st.lists(words, min_size=1, max_size=12), st.data())
-def test_of_places_that_go_behaviours_begin_at_the_next(told: list[str], data: st.DataObject) -> None:
-    """At each place that is left, the behaviour in force is the one that was in force there before."""
-    places = sorted(data.draw(st.sets(st.integers(0, len(told) - 1), min_size=1)))
-    kept = Guide(tuple(told)).kept(np.array(places)).behaviours
-    assert len(kept) == len(places)
-    for number, place in enumerate(places):
-        assert in_force(kept, number) == in_force(tuple(told), place)
-    every = np.arange(len(told))
-    assert Guide(tuple(told)).kept(every) == Guide(tuple(told))
-    assert Guide((), (PathDoor(1.0, Side.LEFT, 0.9, True),)).kept(np.array(places)).behaviours == ()
-
-
-def in_force(told: tuple[str, ...], place: int) -> str:
-    return next((one for one in reversed(told[: place + 1]) if one), "")
-
-
-@given(guides, st.floats(-50, 50))
-def test_a_path_that_begins_later_is_counted_from_there(guide: Guide, start: float) -> None:
-    later = guide.since(start)
-    assert later.behaviours == guide.behaviours
-    assert [door.along + start for door in later.doors] == pytest.approx([door.along for door in guide.doors])
-    assert guide.since(0.0) == guide
+@given(annotations)
+def test_annotations_go_through_json(told: Annotations) -> None:
+    assert Annotations.from_dict(json.loads(json.dumps(told.to_dict()))) == told
 
 
 # --- recordings, maps, atlases ---
@@ -165,17 +137,17 @@ def told_drive(count: int = 30) -> list[View]:
 
 
 @pytest.fixture(scope="module")
-def sequence() -> ReferenceSequence:
-    views = told_drive(12)
-    learnt = learn(views, profile=BEST, features=("walls", "sectors"))
-    door = PathDoor(3.25, Side.RIGHT, 0.9, False)
-    return replace(learnt, guide=replace(learnt.guide, doors=(door,)))
+def learnt() -> Map:
+    map_ = learn(told_drive(12), profile=BEST, features=("walls", "sectors"))
+    (path,) = map_.paths
+    told = replace(path.annotations, doors=(PathDoor(3.25, DoorSide.RIGHT, 0.9, False),))
+    return replace(map_, paths=(replace(path, annotations=told),))
 
 
 @pytest.fixture(scope="module")
-def halves() -> list[ReferenceSequence]:
+def halves() -> list[Map]:
     views = told_drive()
-    return [learn(part, profile=BEST) for part in (views[:20], views[10:])]
+    return named_maps(["first", "second"], [learn(part, profile=BEST) for part in (views[:20], views[10:])])
 
 
 def test_recordings_keep_behaviours(tmp_path: Path) -> None:
@@ -188,33 +160,32 @@ def test_recordings_keep_behaviours(tmp_path: Path) -> None:
     assert not read.skipped
 
 
-def test_maps_keep_their_guide(sequence: ReferenceSequence, tmp_path: Path) -> None:
-    save_map(sequence, tmp_path / "map.refseq")
-    assert load_map(tmp_path / "map.refseq").guide == sequence.guide
-    assert sequence.guide.behaviours[0] == "MN:12"
-    less = reduced(sequence, np.array([0, 1, 5, 8, 11]))
-    assert less.guide.behaviours == ("MN:12", "", "", "MW:left,0.6,8", "")
-    assert less.guide.doors == sequence.guide.doors
+def test_maps_keep_their_annotations(learnt: Map, tmp_path: Path) -> None:
+    learnt.save(tmp_path / "map.refseq")
+    (told,) = (path.annotations for path in learnt.paths)
+    assert Map.load(tmp_path / "map.refseq").paths[0].annotations == told
+    assert told.behaviours[0] == "MN:12"
 
 
-def test_a_merged_atlas_keeps_the_guide_of_each_path(halves: list[ReferenceSequence], tmp_path: Path) -> None:
-    atlas = merge(["first", "second"], halves).atlas
-    assert len(atlas) < sum(map(len, halves)), "something was merged"
-    assert [path.guide for path in atlas.paths] == [half.guide for half in halves]
-    assert [path.guide.behaviours[0] for path in atlas.paths] == ["MN:12", ""]
-    save_atlas(atlas, tmp_path / "atlas.refseq")
-    assert [path.guide for path in load_atlas(tmp_path / "atlas.refseq").paths] == [half.guide for half in halves]
-    save_map(halves[0], tmp_path / "map.refseq")
-    assert load_atlas(tmp_path / "map.refseq").paths[0].guide == halves[0].guide
+def test_a_merged_map_keeps_the_annotations_of_each_path(halves: list[Map], tmp_path: Path) -> None:
+    told = [half.paths[0].annotations for half in halves]
+    merged = merge(halves)
+    assert len(merged) < sum(map(len, halves)), "something was merged"
+    assert [path.annotations for path in merged.paths] == told
+    assert [path.annotations.behaviours[0] for path in merged.paths] == ["MN:12", ""]
+    merged.save(tmp_path / "merged.refseq")
+    assert [path.annotations for path in Map.load(tmp_path / "merged.refseq").paths] == told
 
 
-def rewritten(path: Path, name: str, key: str, value: object) -> None:
-    """Change an entry of the header, or drop it: None."""
+def rewritten(path: Path, value: object) -> None:
+    """Change what the header says of the first path, or drop it: None."""
     with zipfile.ZipFile(path) as archive:
         members = {member: archive.read(member) for member in archive.namelist()}
-    header = json.loads(members[name])
-    header.pop(key)
-    members[name] = json.dumps(header if value is None else header | {key: value}).encode()
+    header = json.loads(members["map.json"])
+    del header["paths"][0]["annotations"]
+    if value is not None:
+        header["paths"][0]["annotations"] = value
+    members["map.json"] = json.dumps(header).encode()
     with zipfile.ZipFile(path, "w") as archive:
         for member, content in members.items():
             archive.writestr(member, content)
@@ -222,7 +193,7 @@ def rewritten(path: Path, name: str, key: str, value: object) -> None:
 
 def error_of(path: Path) -> str:
     with pytest.raises(MapError) as caught:
-        load_atlas(path)
+        Map.load(path)
     return str(caught.value)
 
 
@@ -231,52 +202,27 @@ def door(**changes: object) -> dict[str, object]:
 
 
 DAMAGED = [
-    (3, "guide is no table of behaviours and doors"),
-    ("", "guide is no table of behaviours and doors"),
-    ({"doors": []}, "guide is no table of behaviours and doors"),
-    ({"behaviours": "MN", "doors": []}, "guide: behaviours are no list of texts"),
-    ({"behaviours": [1], "doors": []}, "guide: behaviours are no list of texts"),
-    ({"behaviours": ["MN"], "doors": []}, "guide: 1 behaviours for 12 places"),
-    ({"behaviours": [], "doors": {}}, "guide: doors are no list"),
-    ({"behaviours": [], "doors": [{}]}, "guide: a door is no table of along, side, width and passable"),
-    (door(along="far"), "guide: a door's along and width are no numbers"),
-    (door(along=math.nan), "guide: a door's along and width are no numbers"),
-    (door(width=10**400), "guide: a door's along and width are no numbers"),
-    (door(width=None), "guide: a door's along and width are no numbers"),
-    (door(side="up"), "'up' is not a valid Side"),
-    (door(side=["left"]), "['left'] is not a valid Side"),
-    (door(passable="no"), "guide: a door's passable is 'no'; valid is true or false"),
+    (3, "annotations are no table of behaviours and doors"),
+    ("", "annotations are no table of behaviours and doors"),
+    ({"doors": []}, "annotations are no table of behaviours and doors"),
+    ({"behaviours": "MN", "doors": []}, "annotations: behaviours are no list of texts"),
+    ({"behaviours": [1], "doors": []}, "annotations: behaviours are no list of texts"),
+    ({"behaviours": ["MN"], "doors": []}, "annotations: 1 behaviours for 12 places"),
+    ({"behaviours": [], "doors": {}}, "annotations: doors are no list"),
+    ({"behaviours": [], "doors": [{}]}, "annotations: a door is no table of along, side, width and passable"),
+    (door(along="far"), "annotations: a door's along and width are no numbers"),
+    (door(along=math.nan), "annotations: a door's along and width are no numbers"),
+    (door(width=10**400), "annotations: a door's along and width are no numbers"),
+    (door(width=None), "annotations: a door's along and width are no numbers"),
+    (door(side="up"), "'up' is not a valid DoorSide"),
+    (door(side=["left"]), "['left'] is not a valid DoorSide"),
+    (door(passable="no"), "annotations: a door's passable is 'no'; valid is true or false"),
 ]
 
 
-@pytest.mark.parametrize(("value", "told"), DAMAGED)
-def test_damaged_guides(sequence: ReferenceSequence, tmp_path: Path, value: object, told: str) -> None:
+@pytest.mark.parametrize(("value", "told"), [*DAMAGED, (None, "'annotations' is missing")])
+def test_damaged_annotations(learnt: Map, tmp_path: Path, value: object, told: str) -> None:
     path = tmp_path / "map.refseq"
-    save_map(sequence, path)
-    rewritten(path, "map.json", "guide", value)
+    learnt.save(path)
+    rewritten(path, value)
     assert error_of(path) == f"{path}: map.json and arrays do not make a map: {told}"
-    save_atlas(beside(["a"], [sequence]), path)
-    rewritten(path, "atlas.json", "guides", [value])
-    assert error_of(path) == f"{path}: atlas.json and members do not make an atlas: {told}"
-
-
-@pytest.mark.parametrize("value", ["all", {"a": 1}, [None]])
-def test_damaged_guides_of_an_atlas(sequence: ReferenceSequence, tmp_path: Path, value: object) -> None:
-    path = tmp_path / "atlas.refseq"
-    save_atlas(beside(["a", "b"], [sequence, sequence]), path)
-    rewritten(path, "atlas.json", "guides", value)
-    message = error_of(path)
-    assert message.startswith(f"{path}: atlas.json and members do not make an atlas: guide")
-    assert "\n" not in message
-
-
-def test_files_from_before_there_were_guides(sequence: ReferenceSequence, tmp_path: Path) -> None:
-    path = tmp_path / "map.refseq"
-    save_map(sequence, path)
-    rewritten(path, "map.json", "guide", None)
-    assert load_map(path).guide == Guide()
-    save_atlas(beside(["a"], [sequence]), path)
-    rewritten(path, "atlas.json", "guides", None)
-    loaded: Atlas = load_atlas(path)
-    assert loaded.paths[0].guide == Guide()
-    np.testing.assert_array_equal(loaded.paths[0].along, sequence.along)

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from refseq.belief import Stage
 from refseq.errors import MapError
-from refseq.features import FEATURES
 from refseq.inference.matching.mixture import MixtureSettings
-from refseq.map.file import load_map, save_map
+from refseq.map.extractors import FEATURES
+from refseq.map.learning import learn
 from refseq.map.localiser import localise
+from refseq.map.map import Map
 from refseq.map.profile import BEST, Profile
-from refseq.map.sequence import ReferenceSequence, learn
 from refseq.view import LASER, View
 from tests.support import corridor_drive
 
@@ -34,7 +34,7 @@ def views() -> list[View]:
 
 
 @pytest.fixture(scope="module")
-def sequence(views: list[View]) -> ReferenceSequence:
+def learnt(views: list[View]) -> Map:
     profile = replace(Profile(), mixture=MixtureSettings(cost=0.9))
     return learn(
         views, profile=profile, metadata={"world": "Gang 1", "seed": "3"}, features=("sift", "walls", "sectors")
@@ -42,40 +42,49 @@ def sequence(views: list[View]) -> ReferenceSequence:
 
 
 @pytest.fixture
-def saved(sequence: ReferenceSequence, tmp_path: Path) -> Path:
-    save_map(sequence, tmp_path / "map.refseq")
+def saved(learnt: Map, tmp_path: Path) -> Path:
+    learnt.save(tmp_path / "map.refseq")
     return tmp_path / "map.refseq"
 
 
-def test_a_loaded_map_is_the_saved_one(sequence: ReferenceSequence, saved: Path) -> None:
-    loaded = load_map(saved)
-    assert loaded.profile == sequence.profile
-    assert loaded.metadata == sequence.metadata
-    assert loaded.poses == sequence.poses
+def test_a_loaded_map_is_the_saved_one(learnt: Map, saved: Path) -> None:
+    loaded = Map.load(saved)
+    assert loaded.profile == learnt.profile
+    assert loaded.metadata == learnt.metadata
+    assert loaded.poses == learnt.poses
     assert loaded.poses[3] is None
     assert loaded.sensors == {"forward", "lateral", LASER}
-    assert [e.key for e in loaded.extractors] == [e.key for e in sequence.extractors]
-    np.testing.assert_array_equal(loaded.along, sequence.along)
-    np.testing.assert_array_equal(loaded.emissions.similarity, sequence.emissions.similarity)
+    assert [e.key for e in loaded.sequence.extractors] == [e.key for e in learnt.sequence.extractors]
+    np.testing.assert_array_equal(loaded.sequence.along, learnt.sequence.along)
+    np.testing.assert_array_equal(loaded.paths[0].along, learnt.paths[0].along)
+    np.testing.assert_array_equal(loaded.sequence.emissions.similarity, learnt.sequence.emissions.similarity)
 
 
-def test_a_loaded_map_gives_the_same_beliefs(sequence: ReferenceSequence, saved: Path, views: list[View]) -> None:
+def test_a_path_without_a_name_is_called_as_its_file(learnt: Map, tmp_path: Path) -> None:
+    assert learnt.names == ("",)
+    for name, called in (("", "east"), ("west", "west")):
+        learnt.named(name).save(tmp_path / "east.refseq")
+        loaded = Map.load(str(tmp_path / "east.refseq"))
+        assert (loaded.names, loaded.paths[0].name) == ((called,), called)
+
+
+def test_a_loaded_map_gives_the_same_beliefs(learnt: Map, saved: Path, views: list[View]) -> None:
     query = views[1:6]
-    ours, theirs = localise(sequence, query, seed=4), localise(load_map(saved), query, seed=4)
+    ours, theirs = localise(learnt, query, seed=4), localise(Map.load(saved), query, seed=4)
     for stage in Stage:
         for one, other in zip(ours[stage], theirs[stage], strict=True):
             np.testing.assert_array_equal(one.places, other.places)
             assert (one.lost, one.best, one.path, one.entropy) == (other.lost, other.best, other.path, other.entropy)
 
 
-def test_the_same_map_gives_the_same_bytes(sequence: ReferenceSequence, saved: Path, views: list[View]) -> None:
-    save_map(load_map(saved), saved.with_name("again.refseq"))
+def test_the_same_map_gives_the_same_bytes(learnt: Map, saved: Path, views: list[View]) -> None:
+    Map.load(saved).named("").save(saved.with_name("again.refseq"))
     assert saved.with_name("again.refseq").read_bytes() == saved.read_bytes()
     with zipfile.ZipFile(saved) as archive:
         assert {member.date_time[0] for member in archive.infolist()} == {1980}  # no clock is in it
 
 
-def test_saving_is_in_one_step(sequence: ReferenceSequence, saved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_saving_is_in_one_step(learnt: Map, saved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = saved.read_bytes()
 
     def full(*_: object) -> None:
@@ -83,7 +92,7 @@ def test_saving_is_in_one_step(sequence: ReferenceSequence, saved: Path, monkeyp
 
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(MapError) as caught:
-        save_map(replace(sequence, metadata={"new": "map"}), saved)
+        learnt.noted({"new": "map"}).save(saved)
     assert str(caught.value) == f"{saved}: cannot be written: No space left on device"
     assert saved.read_bytes() == before
     assert list(saved.parent.iterdir()) == [saved]
@@ -116,7 +125,7 @@ def rewrite(path: Path, header: Callable[[Header], object] | None = None, **memb
 
 def error_of(path: Path) -> str:
     with pytest.raises(MapError) as caught:
-        load_map(path)
+        Map.load(path)
     return str(caught.value)
 
 
@@ -135,7 +144,7 @@ def test_files_that_are_no_map(tmp_path: Path) -> None:
 
 def test_another_version(saved: Path) -> None:
     rewrite(saved, lambda header: header.update(version=2))
-    assert error_of(saved) == f"{saved}: is of map format version 2; valid is 3: learn it anew"
+    assert error_of(saved) == f"{saved}: is of map format version 2; valid is 4: learn it anew"
 
 
 @pytest.mark.parametrize("share", [0.2, 0.7, 0.99])
@@ -145,21 +154,19 @@ def test_truncated(saved: Path, share: float) -> None:
     assert error_of(saved) == f"{saved}: is not a .refseq map, or is damaged: File is not a zip file"
 
 
-def loaded_or_reason(path: Path) -> tuple[ReferenceSequence | None, str]:
+def loaded_or_reason(path: Path) -> tuple[Map | None, str]:
     try:
-        return load_map(path), ""
+        return Map.load(path), ""
     except MapError as error:
         return None, str(error)
 
 
 @quick
 @given(share=st.floats(0, 1, exclude_max=True), flip=st.integers(1, 255))
-def test_damage_is_found(
-    sequence: ReferenceSequence, tmp_path_factory: pytest.TempPathFactory, share: float, flip: int
-) -> None:
+def test_damage_is_found(learnt: Map, tmp_path_factory: pytest.TempPathFactory, share: float, flip: int) -> None:
     """A flipped byte either spares all that is read or is refused in one line."""
     path = tmp_path_factory.mktemp("flip") / "map.refseq"
-    save_map(sequence, path)
+    learnt.save(path)
     content = bytearray(path.read_bytes())
     content[int(share * len(content))] ^= flip
     path.write_bytes(content)
@@ -168,28 +175,28 @@ def test_damage_is_found(
         assert refusal.startswith(f"{path}: ")
         assert "\n" not in refusal
         return
-    np.testing.assert_array_equal(loaded.matrix.places, sequence.matrix.places)
-    np.testing.assert_array_equal(loaded.along, sequence.along)
-    assert loaded.profile == sequence.profile
-    assert loaded.metadata == sequence.metadata
+    np.testing.assert_array_equal(loaded.sequence.matrix.places, learnt.sequence.matrix.places)
+    np.testing.assert_array_equal(loaded.sequence.along, learnt.sequence.along)
+    assert loaded.profile == learnt.profile
+    assert loaded.metadata == learnt.metadata
 
 
 def test_wrong_checksum(saved: Path) -> None:
     def spoil(header: Header) -> None:
-        header["sha256"]["places"] = "0" * 64  # type: ignore[index]
+        header["sha256"]["sequences/0/places"] = "0" * 64  # type: ignore[index]
 
     rewrite(saved, spoil)
-    assert error_of(saved) == f"{saved}: array places does not match its checksum: the file is damaged"
+    assert error_of(saved) == f"{saved}: array sequences/0/places does not match its checksum: the file is damaged"
 
 
 def test_missing_arrays(saved: Path) -> None:
     content = saved.read_bytes()
-    rewrite(saved, places=None)
-    assert error_of(saved) == f"{saved}: array places is missing"
+    rewrite(saved, **{"sequences/0/places": None})
+    assert error_of(saved) == f"{saved}: array sequences/0/places is missing"
     saved.write_bytes(content)
 
     def forget(header: Header) -> None:
-        del header["sha256"]["along"]  # type: ignore[attr-defined]
+        del header["sha256"]["sequences/0/along"]  # type: ignore[attr-defined]
 
     rewrite(saved, forget)
     assert error_of(saved) == f"{saved}: map.json and arrays do not make a map: 'along' is missing"
@@ -200,47 +207,50 @@ def test_a_pickled_array_is_refused_and_not_run(saved: Path, tmp_path: Path) -> 
         def __reduce__(self) -> tuple[object, ...]:
             return (Path.touch, (tmp_path / "sprung",))
 
-    rewrite(saved, along=encoded(np.array([Trap()], dtype=object), allow_pickle=True))
+    rewrite(saved, **{"sequences/0/along": encoded(np.array([Trap()], dtype=object), allow_pickle=True)})
     assert error_of(saved) == (
-        f"{saved}: array along is no array of numbers: Object arrays cannot be loaded when allow_pickle=False"
+        f"{saved}: array sequences/0/along is no array of numbers: "
+        "Object arrays cannot be loaded when allow_pickle=False"
     )
     assert not (tmp_path / "sprung").exists()
 
 
-def test_arrays_that_do_not_fit(saved: Path, sequence: ReferenceSequence) -> None:
+def test_arrays_that_do_not_fit(saved: Path, learnt: Map) -> None:
+    sequence = learnt.sequence
     places = sequence.matrix.places.copy()
     places[0] = 8
     content = saved.read_bytes()
     start = f"{saved}: map.json and arrays do not make a map: "
-    rewrite(saved, places=encoded(places))
+    rewrite(saved, **{"sequences/0/places": encoded(places)})
     assert error_of(saved) == f"{start}a feature is at place 8; valid are 0 to 7"
 
     saved.write_bytes(content)
-    rewrite(saved, pointers=encoded(sequence.matrix.pointers[:-1]))
+    rewrite(saved, **{"sequences/0/pointers": encoded(sequence.matrix.pointers[:-1])})
     n = sequence.matrix.N
     assert error_of(saved) == f"{start}pointers do not rise from 0 to {len(places)} in {n} steps"
 
     saved.write_bytes(content)
-    rewrite(saved, poses=encoded(np.zeros((5, 3))))
+    rewrite(saved, **{"sequences/0/poses": encoded(np.zeros((5, 3)))})
     assert error_of(saved) == f"{start}5 poses for 8 places"
 
     saved.write_bytes(content)
-    rewrite(saved, **{"features/sift/forward/words": encoded(np.zeros((2, 128), np.uint8))})
+    rewrite(saved, **{"sequences/0/features/sift/forward/words": encoded(np.zeros((2, 128), np.uint8))})
     size = len(sequence.matrix.blocks["sift/forward"])
     assert error_of(saved) == f"{start}sift/forward has 2 features; the matrix has {size} rows for it"
+
+
+SPOILT = "map.json and arrays do not make a map: "
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"profile": []}, "map.json: profile is no table"),
-        ({"blocks": 3}, "map.json: blocks is no table"),
-        ({"metadata": None}, "map.json: metadata is no table"),
+        ({"profile": []}, f"{SPOILT}profile is no table"),
+        ({"sequences": 3}, f"{SPOILT}sequences is no list of tables"),
+        ({"sequences": []}, f"{SPOILT}sequences is no list of tables"),
+        ({"paths": [1]}, f"{SPOILT}paths is no list of tables"),
+        ({"paths": [{"name": 3}]}, f"{SPOILT}paths: a name is no text"),
         ({"sha256": {"along": 1}}, "map.json: sha256 is no table of checksums"),
-        (
-            {"blocks": {"smell/nose": 3}},
-            "map.json and arrays do not make a map: pointers do not rise from 0 to",
-        ),
     ],
 )
 def test_headers_that_do_not_fit(saved: Path, change: Header, message: str) -> None:
@@ -248,34 +258,55 @@ def test_headers_that_do_not_fit(saved: Path, change: Header, message: str) -> N
     assert error_of(saved).startswith(f"{saved}: {message}")
 
 
-def test_an_unknown_feature(saved: Path, sequence: ReferenceSequence) -> None:
-    rewrite(saved, lambda header: header.update(blocks={"smell/nose": sequence.matrix.N}))
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"blocks": 3}, "blocks is no table"),
+        ({"metadata": None}, "metadata is no table"),
+        ({"blocks": {"smell/nose": 3}}, "pointers do not rise from 0 to"),
+    ],
+)
+def test_tables_of_a_sequence_that_do_not_fit(saved: Path, change: Header, message: str) -> None:
+    rewrite(saved, lambda header: header["sequences"][0].update(change))  # type: ignore[index]
+    assert error_of(saved).startswith(f"{saved}: {SPOILT}{message}")
+
+
+def test_an_unknown_feature(saved: Path, learnt: Map) -> None:
+    blocks = {"smell/nose": learnt.sequence.matrix.N}
+    rewrite(saved, lambda header: header["sequences"][0].update(blocks=blocks))  # type: ignore[index]
     assert error_of(saved) == (
         f"{saved}: map.json and arrays do not make a map: feature 'smell/nose' is unknown; "
         f"valid are {', '.join(FEATURES)}, a slash and a fitting sensor"
     )
 
 
+def test_files_of_the_format_before(saved: Path) -> None:
+    with zipfile.ZipFile(saved, "w") as archive:
+        archive.writestr("atlas.json", '{"format": "refseq-atlas", "version": 1}')
+    assert error_of(saved) == f"{saved}: is an atlas of map format version 3; valid is 4: learn and merge anew"
+    with zipfile.ZipFile(saved, "w") as archive:
+        archive.writestr("map.json", '{"format": "refseq-map", "version": 3, "guide": {}}')
+    assert error_of(saved) == f"{saved}: is of map format version 3; valid is 4: learn it anew"
+
+
 # --- a map of the profile best ---
 
 
 @pytest.fixture(scope="module")
-def best(views: list[View]) -> ReferenceSequence:
+def best(views: list[View]) -> Map:
     return learn(views, profile=BEST)
 
 
 @pytest.fixture
-def saved_best(best: ReferenceSequence, tmp_path: Path) -> Path:
-    save_map(best, tmp_path / "best.refseq")
+def saved_best(best: Map, tmp_path: Path) -> Path:
+    best.save(tmp_path / "best.refseq")
     return tmp_path / "best.refseq"
 
 
-def test_a_loaded_map_of_evidence_gives_the_same_beliefs(
-    best: ReferenceSequence, saved_best: Path, views: list[View]
-) -> None:
-    loaded = load_map(saved_best)
+def test_a_loaded_map_of_evidence_gives_the_same_beliefs(best: Map, saved_best: Path, views: list[View]) -> None:
+    loaded = Map.load(saved_best)
     assert loaded.profile == BEST
-    features = {key.partition("/")[0] for key in loaded.matrix.blocks}
+    features = {key.partition("/")[0] for key in loaded.sequence.matrix.blocks}
     assert features == {"sift", "dense", "walls", "doors", "boundary", "sectors"} & set(BEST.features)
     assert "dense" in features
     ours, theirs = localise(best, views), localise(loaded, views)
@@ -284,7 +315,7 @@ def test_a_loaded_map_of_evidence_gives_the_same_beliefs(
         for one, other in zip(ours[stage], theirs[stage], strict=True):
             assert one.places.tobytes() == other.places.tobytes()
             assert (one.lost, one.best, one.path, one.entropy) == (other.lost, other.best, other.path, other.entropy)
-    save_map(loaded, saved_best.with_name("again.refseq"))
+    loaded.named("").save(saved_best.with_name("again.refseq"))
     assert saved_best.with_name("again.refseq").read_bytes() == saved_best.read_bytes()
 
 
@@ -319,11 +350,11 @@ def test_a_profile_without_the_parts_of_evidence(saved_best: Path) -> None:
 
 
 @pytest.mark.parametrize("word", [-1, 10**9])
-def test_grid_words_that_there_are_not(saved_best: Path, best: ReferenceSequence, word: int) -> None:
-    (dense,) = (e for e in best.extractors if e.key == "dense/forward")
+def test_grid_words_that_there_are_not(saved_best: Path, best: Map, word: int) -> None:
+    (dense,) = (e for e in best.sequence.extractors if e.key == "dense/forward")
     words = dense.state()["words"].copy()
     words[3] = word
-    rewrite(saved_best, **{"features/dense/forward/words": encoded(words)})
+    rewrite(saved_best, **{"sequences/0/features/dense/forward/words": encoded(words)})
     assert error_of(saved_best) == (
         f"{saved_best}: map.json and arrays do not make a map: dense/forward has word {word}; valid are 0 to 6143"
     )

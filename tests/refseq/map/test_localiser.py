@@ -7,11 +7,11 @@ import pytest
 from refseq.belief import LOST, Belief, Stage
 from refseq.errors import MapError
 from refseq.inference.matching.mixture import MixtureSettings
-from refseq.map.localiser import SequenceLocaliser, localise, smoothed
+from refseq.map.localiser import Localiser, localise, smoothed
+from refseq.map.map import Map
 from refseq.map.profile import BEST, THESIS, Profile
-from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
-from tests.refseq.rooms import bits_drive, bits_sequence, without
+from tests.refseq.rooms import bits_drive, bits_map, without
 
 K = 16
 STAGES = list(Stage)
@@ -39,11 +39,11 @@ def reference() -> list[View]:
 
 
 @pytest.fixture(scope="module")
-def sequence(reference: list[View]) -> ReferenceSequence:
-    return bits_sequence(reference)
+def map_(reference: list[View]) -> Map:
+    return bits_map(reference)
 
 
-def run(localiser: SequenceLocaliser, views: Sequence[View]) -> list[Belief]:
+def run(localiser: Localiser, views: Sequence[View]) -> list[Belief]:
     return [localiser.update(view) for view in views]
 
 
@@ -54,10 +54,8 @@ def assert_same(first: Sequence[Belief], second: Sequence[Belief]) -> None:
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_the_same_drive_is_found_place_by_place(
-    sequence: ReferenceSequence, reference: list[View], stage: Stage
-) -> None:
-    beliefs = run(SequenceLocaliser(sequence, stage=stage), reference[3:12])
+def test_the_same_drive_is_found_place_by_place(map_: Map, reference: list[View], stage: Stage) -> None:
+    beliefs = run(Localiser(map_, stage=stage), reference[3:12])
     assert [belief.best for belief in beliefs] == list(range(3, 12))
     assert all(belief.lost < 0.5 for belief in beliefs)
 
@@ -67,7 +65,7 @@ def test_the_same_drive_is_found_place_by_place(
 def test_beliefs_are_what_they_promise(stage: Stage, seed: int) -> None:
     views, query = noisy_drives(seed)
     query[7] = bits_drive({"camera": np.zeros((1, 60), bool)})[0]
-    beliefs = run(SequenceLocaliser(bits_sequence(views), stage=stage), query)
+    beliefs = run(Localiser(bits_map(views), stage=stage), query)
     for t, belief in enumerate(beliefs):
         assert belief.places.shape == (len(views),)
         assert belief.places.dtype == np.float64
@@ -87,7 +85,7 @@ def test_reset_forgets_everything(stage: Stage) -> None:
     views, query = noisy_drives(1)
     # Mostly random components, so that the seed of each view shows.
     profile = replace(Profile(), mixture=MixtureSettings(components=0.3, from_views=0.3))
-    localiser = SequenceLocaliser(bits_sequence(views, profile), stage=stage)
+    localiser = Localiser(bits_map(views, profile), stage=stage)
     first = run(localiser, query[5:15])
     localiser.reset()
     assert_same(run(localiser, query[5:15]), first)
@@ -99,16 +97,16 @@ def test_reset_forgets_everything(stage: Stage) -> None:
 @pytest.mark.parametrize("stage", STAGES)
 def test_the_same_seed_gives_the_same_beliefs_and_a_whole_drive_those_of_its_views(stage: Stage) -> None:
     views, query = noisy_drives(2)
-    sequence = bits_sequence(views)
-    stepwise = run(SequenceLocaliser(sequence, stage=stage, seed=9), query)
-    assert_same(localise(sequence, query, seed=9)[stage], stepwise)
-    assert_same(run(SequenceLocaliser(bits_sequence(views), stage=stage, seed=9), query), stepwise)
+    map_ = bits_map(views)
+    stepwise = run(Localiser(map_, stage=stage, seed=9), query)
+    assert_same(localise(map_, query, seed=9)[stage], stepwise)
+    assert_same(run(Localiser(bits_map(views), stage=stage, seed=9), query), stepwise)
 
 
 def test_answers_do_not_depend_on_views_to_come() -> None:
     views, query = noisy_drives(3)
-    sequence = bits_sequence(views)
-    whole, part = localise(sequence, query), localise(sequence, query[:10])
+    map_ = bits_map(views)
+    whole, part = localise(map_, query), localise(map_, query[:10])
     for stage in STAGES:
         assert_same(whole[stage][:10], part[stage])
 
@@ -116,40 +114,40 @@ def test_answers_do_not_depend_on_views_to_come() -> None:
 def test_truth_is_not_looked_at() -> None:
     views, query = noisy_drives(4)
     bare = [View(view.time, view.images, None, view.distance) for view in query]
-    with_truth, without_truth = (localise(bits_sequence(views), drive) for drive in (query, bare))
+    with_truth, without_truth = (localise(bits_map(views), drive) for drive in (query, bare))
     for stage in STAGES:
         assert_same(with_truth[stage], without_truth[stage])
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_a_view_may_lack_sensors(sequence: ReferenceSequence, reference: list[View], stage: Stage) -> None:
+def test_a_view_may_lack_sensors(map_: Map, reference: list[View], stage: Stage) -> None:
     query = [without(view, *("front",) if k % 2 else ("side",)) for k, view in enumerate(reference)]
-    beliefs = run(SequenceLocaliser(sequence, stage=stage), query)
+    beliefs = run(Localiser(map_, stage=stage), query)
     assert [belief.best for belief in beliefs[1:]] == list(range(1, K))
 
 
-def test_a_view_without_sensors_says_nothing(sequence: ReferenceSequence, reference: list[View]) -> None:
+def test_a_view_without_sensors_says_nothing(map_: Map, reference: list[View]) -> None:
     query = [*reference[:4], without(reference[4], "front", "side"), *reference[5:8]]
-    beliefs = localise(sequence, query)
+    beliefs = localise(map_, query)
     assert beliefs[Stage.UNIFORM][4].lost == 1.0
     assert np.ptp(beliefs[Stage.UNIFORM][4].places) == 0.0
     assert beliefs[Stage.PRIOR][4].best == 4  # by the odometer
     assert [belief.best for belief in beliefs[Stage.CHAIN]] == list(range(8))
 
 
-def test_sensors_can_be_chosen(sequence: ReferenceSequence, reference: list[View]) -> None:
+def test_sensors_can_be_chosen(map_: Map, reference: list[View]) -> None:
     """With the side camera's features of other places, only the front camera is right."""
     bits = unique_bits()
     query = bits_drive({"front": bits, "side": np.roll(bits[:, ::-1], 5, axis=0)})
-    front = run(SequenceLocaliser(sequence, stage=Stage.UNIFORM, sensors=["front"]), query)
-    side = run(SequenceLocaliser(sequence, stage=Stage.UNIFORM, sensors=["side"]), query)
+    front = run(Localiser(map_, stage=Stage.UNIFORM, sensors=["front"]), query)
+    side = run(Localiser(map_, stage=Stage.UNIFORM, sensors=["side"]), query)
     assert [belief.best for belief in front] == list(range(K))
     assert [belief.best for belief in side] == [(k - 5) % K for k in range(K)]
 
 
-def test_an_unknown_sensor_is_refused(sequence: ReferenceSequence) -> None:
+def test_an_unknown_sensor_is_refused(map_: Map) -> None:
     with pytest.raises(MapError) as caught:
-        SequenceLocaliser(sequence, sensors=["front", "nose"])
+        Localiser(map_, sensors=["front", "nose"])
     assert str(caught.value) == "sensor 'nose' is not in the map; valid are front, side"
 
 
@@ -162,7 +160,7 @@ def test_context_helps() -> None:
     right = dict.fromkeys(STAGES, 0)
     for seed in range(3):
         views, query = noisy_drives(seed, features=400, flips=0.85)
-        for stage, beliefs in localise(bits_sequence(views), query).items():
+        for stage, beliefs in localise(bits_map(views), query).items():
             right[stage] += sum(abs(belief.best - k) <= 1 for k, belief in enumerate(beliefs))
     assert right[Stage.UNIFORM] + 20 < min(right[Stage.PRIOR], right[Stage.CHAIN])
     assert min(right[Stage.PRIOR], right[Stage.CHAIN]) > 0.75 * 120
@@ -174,7 +172,7 @@ def test_a_kidnapped_robot_is_found_again(stage: Stage) -> None:
     views, query = noisy_drives(5, flips=0.2)
     route = [*range(0, 10), *range(30, 40), *range(8, 18)]
     drive = [View(float(t), query[k].images, None, 1.0) for t, k in enumerate(route)]
-    beliefs = run(SequenceLocaliser(bits_sequence(views), stage=stage), drive)
+    beliefs = run(Localiser(bits_map(views), stage=stage), drive)
     errors = np.abs(np.array([belief.best for belief in beliefs]) - route)
     for last in (10, 20, 30):
         assert (errors[last - 6 : last] <= 1).mean() > 0.8
@@ -184,7 +182,7 @@ def test_where_nothing_is_known_the_chain_becomes_lost_and_comes_back() -> None:
     """Blank views: the odometer carries the belief until it is too wide; then the path is at a Lost_Place."""
     views, _ = noisy_drives(6)
     blank = [View(float(t), {"camera": np.zeros((1, 60), np.uint8)}, None, 1.0) for t in range(12)]
-    beliefs = localise(bits_sequence(views), [*views[:8], *blank, *views[22:34]], stages=[Stage.CHAIN])[Stage.CHAIN]
+    beliefs = localise(bits_map(views), [*views[:8], *blank, *views[22:34]], stages=[Stage.CHAIN])[Stage.CHAIN]
     lost = [belief.lost for belief in beliefs]
     assert max(lost[2:8]) < 0.5
     assert [belief.best for belief in beliefs[8:11]] == [8, 9, 10]
@@ -194,18 +192,18 @@ def test_where_nothing_is_known_the_chain_becomes_lost_and_comes_back() -> None:
     assert [belief.best for belief in beliefs[-6:]] == list(range(28, 34))
 
 
-def test_a_standing_and_a_reversing_robot_are_not_lost(sequence: ReferenceSequence, reference: list[View]) -> None:
+def test_a_standing_and_a_reversing_robot_are_not_lost(map_: Map, reference: list[View]) -> None:
     route = [4, 5, 5, 5, 6, 5, 4, 4]
     steps = [0.0, *np.diff(route).astype(float)]
     drive = [View(float(t), reference[k].images, None, steps[t]) for t, k in enumerate(route)]
-    for beliefs in localise(sequence, drive).values():
+    for beliefs in localise(map_, drive).values():
         assert [belief.best for belief in beliefs] == route
         assert all(belief.lost < 0.5 for belief in beliefs)
 
 
 def test_a_map_of_one_place() -> None:
     views = bits_drive({"camera": np.ones((1, 4), bool)})
-    for beliefs in localise(bits_sequence(views), [views[0], views[0]]).values():
+    for beliefs in localise(bits_map(views), [views[0], views[0]]).values():
         for belief in beliefs:
             assert list(belief.places) == [1.0]
             assert (belief.best, belief.entropy) == (0, 0.0)
@@ -228,7 +226,7 @@ def images(views: Sequence[View]) -> np.ndarray:
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_evidence_finds_the_same_drive_place_by_place(reference: list[View], stage: Stage) -> None:
-    beliefs = run(SequenceLocaliser(bits_sequence(reference, BEST), stage=stage), reference[3:12])
+    beliefs = run(Localiser(bits_map(reference, BEST), stage=stage), reference[3:12])
     assert [belief.best for belief in beliefs] == list(range(3, 12))
     assert all(belief.lost < 0.5 for belief in beliefs)
 
@@ -239,7 +237,7 @@ def test_beliefs_by_evidence_are_what_they_promise(stage: Stage, seed: int) -> N
     views, query = noisy_drives(seed)
     query[7] = bits_drive({"camera": np.zeros((1, 60), bool)})[0]
     query[9] = without(query[9], "camera")
-    beliefs = run(SequenceLocaliser(bits_sequence(views, BEST), stage=stage), query)
+    beliefs = run(Localiser(bits_map(views, BEST), stage=stage), query)
     for belief in beliefs:
         assert belief.places.shape == (len(views),)
         assert belief.places.sum() == pytest.approx(1.0)
@@ -247,13 +245,13 @@ def test_beliefs_by_evidence_are_what_they_promise(stage: Stage, seed: int) -> N
         assert 0 <= belief.lost <= 1
         assert belief.best == np.argmax(belief.places)
         assert belief.path in ((belief.best,), (LOST,))
-    assert_same(run(SequenceLocaliser(bits_sequence(views, BEST), stage=stage, seed=5), query), beliefs)  # no chance
-    assert_same(localise(bits_sequence(views, BEST), query)[stage], beliefs)
+    assert_same(run(Localiser(bits_map(views, BEST), stage=stage, seed=5), query), beliefs)  # no chance
+    assert_same(localise(bits_map(views, BEST), query)[stage], beliefs)
 
 
 def test_evidence_of_a_view_without_sensors_says_nothing(reference: list[View]) -> None:
     query = [*reference[:4], without(reference[4], "front", "side"), *reference[5:8]]
-    beliefs = localise(bits_sequence(reference, BEST), query)
+    beliefs = localise(bits_map(reference, BEST), query)
     assert beliefs[Stage.UNIFORM][4].lost == pytest.approx(BEST.chain.lost_at_start)  # as probable as before the view
     np.testing.assert_allclose(beliefs[Stage.UNIFORM][4].places, 1 / K)
     assert [belief.best for belief in beliefs[Stage.PRIOR]] == list(range(8))
@@ -264,11 +262,11 @@ def test_a_view_is_lost_as_bayes_says_of_its_evidence() -> None:
     """A share of the prior is elsewhere, where evidence is 1; the rest is spread over the places."""
     views, query = noisy_drives(4)
     elsewhere = BEST.chain.lost_at_start
-    sequence = bits_sequence(views, BEST)
+    map_ = bits_map(views, BEST)
     for view in query[:20]:
         ids = {"bits/camera": np.flatnonzero(view.images["camera"])}
-        joint = (1 - elsewhere) * np.exp(sequence.log_ratio_model.log_ratios(ids)) / len(views)
-        belief = SequenceLocaliser(sequence, stage=Stage.UNIFORM).update(view)
+        joint = (1 - elsewhere) * np.exp(map_.sequence.log_ratio_model.log_ratios(ids)) / len(views)
+        belief = Localiser(map_, stage=Stage.UNIFORM).update(view)
         np.testing.assert_allclose(belief.places, joint / joint.sum())
         assert belief.lost == pytest.approx(elsewhere / (elsewhere + joint.sum()))
 
@@ -280,7 +278,7 @@ def test_p_lost_rises_in_views_from_elsewhere_and_falls_on_the_path(seed: int) -
     strange = np.random.default_rng(seed).random((14, 250)) < 0.12
     bits = images(query)
     drive = bits_drive({"camera": np.concatenate([bits[:14], strange, bits[24:38]])})
-    beliefs = localise(bits_sequence(views, BEST), drive, stages=[Stage.UNIFORM, Stage.CHAIN])
+    beliefs = localise(bits_map(views, BEST), drive, stages=[Stage.UNIFORM, Stage.CHAIN])
     single, chain = (np.array([belief.lost for belief in beliefs[stage]]) for stage in (Stage.UNIFORM, Stage.CHAIN))
     before, among, after = slice(4, 14), slice(16, 28), slice(32, 42)
     assert np.median(single[among]) > 1.5 * np.median(single[before])
@@ -299,10 +297,10 @@ def test_a_sensor_that_misleads_at_random_spoils_little() -> None:
     for seed in range(4):
         views, query = noisy_drives(seed, features=200)
         repeats, misleading = repeating_drives(seed)
-        sequence = bits_sequence(bits_drive({"good": images(views), "bad": repeats}), BEST)
+        map_ = bits_map(bits_drive({"good": images(views), "bad": repeats}), BEST)
         drive = bits_drive({"good": images(query), "bad": misleading})
         for name, sensors in (("both", None), ("good", ["good"]), ("bad", ["bad"])):
-            beliefs = localise(sequence, drive, sensors=sensors, stages=[Stage.CHAIN])[Stage.CHAIN]
+            beliefs = localise(map_, drive, sensors=sensors, stages=[Stage.CHAIN])[Stage.CHAIN]
             right[name] += sum(abs(belief.best - k) <= 1 for k, belief in enumerate(beliefs))
     assert right["bad"] < 0.3 * 160
     assert right["good"] > 0.95 * 160
@@ -312,7 +310,7 @@ def test_a_sensor_that_misleads_at_random_spoils_little() -> None:
 @pytest.mark.parametrize("places", [1, 2, 4])
 def test_evidence_in_maps_too_short_for_places_elsewhere(places: int) -> None:
     views = bits_drive({"camera": np.eye(places, 4, dtype=bool)})
-    for beliefs in localise(bits_sequence(views, BEST), [views[0], views[-1]]).values():
+    for beliefs in localise(bits_map(views, BEST), [views[0], views[-1]]).values():
         for belief in beliefs:
             assert belief.places.sum() == pytest.approx(1)
             assert np.isfinite([belief.lost, belief.entropy]).all()
@@ -327,14 +325,14 @@ def test_the_smoothed_answer_knows_what_came_later(profile: Profile) -> None:
     views, query = noisy_drives(2)
     blank = bits_drive({"camera": np.zeros((3, 60), bool)})
     drive = [*(replace(b, distance=q.distance) for b, q in zip(blank, query[5:8], strict=True)), *query[8:20]]
-    sequence = bits_sequence(views, profile)
-    hindsight = smoothed(sequence, drive)
+    map_ = bits_map(views, profile)
+    hindsight = smoothed(map_, drive)
     np.testing.assert_allclose([belief.best for belief in hindsight[3:]], range(8, 20), atol=1)
     assert [belief.best for belief in hindsight[:3]] == [5, 6, 7] or min(b.lost for b in hindsight[:3]) > 0.5
     for belief in hindsight:
         assert belief.places.sum() == pytest.approx(1.0)
         assert 0 <= belief.lost <= 1
     if profile is BEST:  # whose filter sums over all paths as well: at the last view nothing came later
-        (last,) = run(SequenceLocaliser(sequence), drive)[-1:]
+        (last,) = run(Localiser(map_), drive)[-1:]
         np.testing.assert_allclose(hindsight[-1].places, last.places, atol=1e-12)
         assert hindsight[-1].lost == pytest.approx(last.lost, abs=1e-12)

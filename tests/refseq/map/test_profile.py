@@ -4,9 +4,9 @@ from dataclasses import replace
 import pytest
 
 from refseq.errors import MapError
-from refseq.features import FEATURES
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.matching.mixture import MixtureSettings
+from refseq.map.extractors import FEATURES
 from refseq.map.profile import BEST, PROFILES, RENAMED, THESIS, Decoder, Matching, Profile, profile_named
 
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from refseq.errors import MapError
-from refseq.features import FEATURES, make_extractor, make_extractors
+from refseq.map.extractors import FEATURES, make_extractor, make_extractors
+from refseq.map.learning import learn
 from refseq.map.profile import Profile
-from refseq.map.sequence import learn
 from refseq.view import LASER, View
 from tests.support import corridor_drive
 
@@ -20,8 +20,11 @@ def views() -> list[View]:
 
 
 def test_a_drive_becomes_places(views: list[View]) -> None:
-    sequence = learn(views, metadata={"world": "x"})
-    assert len(sequence) == 6
+    map_ = learn(views, metadata={"world": "x"})
+    sequence = map_.sequence
+    assert len(map_) == len(sequence) == 6
+    assert map_.has_one_path
+    assert map_.paths[0].along == pytest.approx(sequence.along)
     assert sequence.sensors == {"forward", "lateral", LASER}
     laser = {"walls/laser", "doors/laser", "boundary/laser", "hu/laser"}
     assert {e.key for e in sequence.extractors} == {"sift/forward", "sift/lateral"} | laser
@@ -44,22 +47,22 @@ def test_only_the_sensors_asked_for(views: list[View]) -> None:
 
 def test_a_view_may_lack_a_sensor(views: list[View]) -> None:
     gappy = [replace(view, scan=None) if k == 2 else view for k, view in enumerate(views)]
-    sequence = learn(gappy, features=("boundary",))
+    sequence = learn(gappy, features=("boundary",)).sequence
     assert [len(ids) > 0 for ids in sequence.matrix.columns()] == [True, True, False, True, True, True]
 
 
 def test_places_lie_along_the_path_also_when_the_robot_reversed(views: list[View]) -> None:
     back = [replace(view, distance=d) for view, d in zip(views, (9.0, 1.0, -0.5, 0.0, 1.0, -2.0), strict=True)]
-    assert list(learn(back, sensors=[LASER]).along) == [0.0, 1.0, 1.5, 1.5, 2.5, 4.5]
+    assert list(learn(back, sensors=[LASER]).sequence.along) == [0.0, 1.0, 1.5, 1.5, 2.5, 4.5]
 
 
 def test_emissions_are_the_sequence_compared_with_itself(views: list[View]) -> None:
-    sequence = learn(views)
+    sequence = learn(views).sequence
     similarity = sequence.emissions.similarity
     assert similarity.sum(axis=1) == pytest.approx(1.0)
     assert (np.diag(similarity) >= similarity.max(axis=1) - 1e-12).all()
     assert similarity[2, 2] > 2 * similarity[2, 5]
-    np.testing.assert_array_equal(similarity, learn(views).emissions.similarity)
+    np.testing.assert_array_equal(similarity, learn(views).sequence.emissions.similarity)
 
 
 @pytest.mark.parametrize(

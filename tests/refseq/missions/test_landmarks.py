@@ -9,7 +9,7 @@ from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.chain.viterbi import best_path
 from refseq.inference.matching.information import feature_information
 from refseq.map.localiser import localise
-from tests.refseq.rooms import bits_drive, bits_sequence
+from tests.refseq.rooms import bits_drive, bits_map, bits_sequence
 
 CORNER, DOOR, WALL = range(3)
 TABLE = np.array(
@@ -32,7 +32,7 @@ def test_the_table_is_the_incidence_matrix() -> None:
 def test_one_look_cannot_tell_doors_from_doors() -> None:
     """Perceptual aliasing: the posterior of a view is the same at all places with its landmark, and only there high."""
     for view, row in ((VIEWS[2], TABLE[DOOR]), (VIEWS[0], TABLE[WALL]), (VIEWS[1], TABLE[CORNER])):
-        (belief,) = localise(bits_sequence(VIEWS), [view], stages=[Stage.UNIFORM])[Stage.UNIFORM]
+        (belief,) = localise(bits_map(VIEWS), [view], stages=[Stage.UNIFORM])[Stage.UNIFORM]
         assert np.ptp(belief.places[row]) == pytest.approx(0.0)
         assert belief.places[row].min() > belief.places[~row].max()
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.map.annotations import PathDoor, Side
+from refseq.map.annotations import DoorSide, PathDoor
 from refseq.missions.language import MissionError, parse_mission
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import BEFORE_DOOR, Errand, Landmarks, Order, Plan, as_learnt, compiled
@@ -16,11 +16,11 @@ from tests.refseq.missions.on_a_line import way
 TOLD = {0: "MN:12", 12: "MT:-90", 13: "MW:left,0.8,18"}
 
 
-def door(along: float, side: Side = Side.LEFT) -> PathDoor:
+def door(along: float, side: DoorSide = DoorSide.LEFT) -> PathDoor:
     return PathDoor(along, side, 0.9, True)
 
 
-DOORS = (door(5.2), door(9.0, Side.RIGHT), door(20.4, Side.AHEAD))
+DOORS = (door(5.2), door(9.0, DoorSide.RIGHT), door(20.4, DoorSide.AHEAD))
 WAY = way(30.0, told=TOLD, doors=DOORS)
 PLACES = Landmarks({"LA3": "end", "LA0": "start", "LA1": 12.0, "LO2": 16.5, "LA9": 31.0, "LA8": "middle"})
 
@@ -128,14 +128,14 @@ def test_a_crossing_that_was_learnt_is_begun_where_it_was() -> None:
 
 def test_the_step_before_a_door_is_not_overtaken() -> None:
     """Crossing begins before the door, but not before what was asked for last."""
-    of = way(20.0, doors=(door(9.6), door(10.5, Side.RIGHT)))
+    of = way(20.0, doors=(door(9.6), door(10.5, DoorSide.RIGHT)))
     got = plan("[LD_LDMC]", of, [Errand(tasks=(Wait(2.0),)), Errand()])
     assert shown(got) == [(0.0, "MN"), (9.6, "MN"), (9.6, "MC:right")]
     assert got.orders[1].tasks == (Wait(2.0),)
 
 
 def test_doors_across_from_each_other_are_two() -> None:
-    of = way(20.0, doors=(door(9.0), door(9.0, Side.RIGHT), door(15.0)))
+    of = way(20.0, doors=(door(9.0), door(9.0, DoorSide.RIGHT), door(15.0)))
     assert [order.why for order in plan("[LD_LD_LDMN]", of).orders[1:]] == [
         "LD: door on the left, 9.0 m",
         "LD: door on the right, 9.0 m",
@@ -162,8 +162,10 @@ mixed = st.lists(st.one_of(st.none(), st.integers(0, 30)), min_size=1, max_size=
 """Steps: at the next door, or at a place [m]."""
 
 
-@given(st.lists(st.tuples(st.integers(0, 30), st.sampled_from(Side)), max_size=6, unique=True), mixed)
-def test_doors_are_matched_one_to_one_in_their_order(doors: list[tuple[int, Side]], steps: list[int | None]) -> None:
+@given(st.lists(st.tuples(st.integers(0, 30), st.sampled_from(DoorSide)), max_size=6, unique=True), mixed)
+def test_doors_are_matched_one_to_one_in_their_order(
+    doors: list[tuple[int, DoorSide]], steps: list[int | None]
+) -> None:
     """As the first of all choices of doors, tried one by one, in which all landmarks come behind each other."""
     of = way(30.0, doors=[door(float(at), side) for at, side in sorted(doors)])
     text = "_".join(f"LA{number}MN" if at is not None else "LDMN" for number, at in enumerate(steps))

@@ -11,7 +11,7 @@ import pytest
 from refseq.belief import Belief, Stage
 from refseq.errors import RefseqError
 from refseq.logs.beliefs import read_beliefs, write_beliefs
-from refseq.map.sequence import learn
+from refseq.map.learning import learn
 from refseq.planar import Pose
 from refseq.view import Scan, View
 from refseq.viewer.belief_log import Layer, beside

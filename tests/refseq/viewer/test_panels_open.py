@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from rerun.experimental import ViewerClient
 
-from refseq.atlas.localiser import localise_in
-from refseq.atlas.merge import merge
+from refseq.atlas.merge import merge_maps
 from refseq.belief import Belief, Stage
+from refseq.map.localiser import localise
 from refseq.map.profile import BEST
 from refseq.missions import Executor, as_learnt
 from refseq.planar import Pose
@@ -24,6 +24,7 @@ from refseq.viewer.recording import write_recording
 from refseq.viewer.sinks import free_port
 from refseq.viewer.tab import Tab
 from tests.refseq.missions.on_a_line import Line, right, way
+from tests.refseq.rooms import named_maps
 from tests.refseq.viewer.readback import views_of
 from tests.refseq.walks import Town
 
@@ -31,9 +32,9 @@ from tests.refseq.walks import Town
 def an_atlas() -> Tab:
     town = Town(density=8.0)
     walks = [town.learnt(legs, n, BEST) for n, legs in enumerate([[("A", 0, 15), ("B", 0, 20)], [("B", 0, 25)]])]
-    atlas = merge(["a", "b"], walks).atlas
+    atlas = merge_maps(named_maps(["a", "b"], walks)).map
     drive = town.views([("A", 5, 15), ("B", 0, 10)], 9)
-    answers = {str(stage): found for stage, found in localise_in(atlas, drive, stages=[Stage.CHAIN]).items()}
+    answers = {str(stage): found for stage, found in localise(atlas, drive, stages=[Stage.CHAIN]).items()}
     return AtlasTab(atlas, drive, answers)
 
 

@@ -4,14 +4,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from refseq.atlas.atlas import beside
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.map.sequence import ReferenceSequence, learn
+from refseq.map.learning import learn
+from refseq.map.map import beside
+from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from refseq.viewer.drawing.incidence import HEIGHT, bands, features_a_place, incidence_picture
 from refseq.viewer.places import Places
 from refseq.viewer.recording import write_recording
 from refseq.viewer.reference_tab import ReferenceTab
+from tests.refseq.rooms import named_maps
 from tests.refseq.viewer.readback import empty_views, entities, rows, values, verified
 from tests.support import corridor_comparison
 
@@ -64,7 +66,7 @@ def test_features_of_each_place_are_the_matrix_s(sequence: ReferenceSequence, tm
 
 
 def test_an_atlas_shows_each_of_its_sequences(sequence: ReferenceSequence, views: list[View], tmp_path: Path) -> None:
-    atlas = beside(["there", "back/again"], [sequence, learn(views[:5])])
+    atlas = beside(named_maps(["there", "back/again"], [sequence, learn(views[:5])]))
     tab = ReferenceTab(Places.of(atlas), atlas.names)
     write_recording(tmp_path / "atlas.rrd", [tab], name="atlas")
     assert empty_views(tab.layout(), tmp_path / "atlas.rrd") == []

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from refseq.logs import read_recording
-from refseq.map.sequence import learn
+from refseq.map.learning import learn
 from robots import Twist
 from scenarios.drives.record import Drive, Interrupted, record
 from scenarios.drives.teleop import TeleopDrive, record_by_hand

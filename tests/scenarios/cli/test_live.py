@@ -18,8 +18,7 @@ STAGES = ("uniform", "prior", "chain")
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a plan and the map of its laser."""
-    from refseq.map.file import save_map
-    from refseq.map.sequence import learn
+    from refseq.map.learning import learn
     from scenarios.drives.record import Drive, record
     from sim.drives.recorder import Trigger
     from sim.rendering.render import RendererKind
@@ -29,7 +28,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     plan.write_text(SMALL.format(top="", end=""))
     drive = Drive(world=str(plan), renderer=RendererKind.NONE, trigger=Trigger(distance=0.3))
     recording = record(drive, home / "first.mcap")
-    save_map(learn(recording.views, metadata=recording.metadata), home / "map.refseq")
+    learn(recording.views, metadata=recording.metadata).save(home / "map.refseq")
     (home / "keys.txt").write_text("0.5 forward\n6 left 0.1\n8 forward 0.3 right 0.1\n12 stop\n")
     return home
 
@@ -77,16 +76,16 @@ def test_what_is_shown_is_what_is_believed(here: Path, refseq: Refseq) -> None:
 
 
 def test_no_panel_of_a_live_drive_stays_empty(desk: Path, refseq: Refseq, here: Path) -> None:
+    from refseq.map.map import Map
     from refseq.viewer.belief_log import Layer
     from refseq.viewer.places import Places
-    from scenarios.drives.inputs import read_atlas
     from scenarios.drives.live import LiveTab, scene_ahead
     from scenarios.drives.record import Drive
     from sim.rendering.render import RendererKind
 
     assert refseq(*LIVE, "--every", "0.5", "--save", "live.rrd").code == 0
     drive = Drive(world="small.toml", renderer=RendererKind.NONE, sensors=("laser",))
-    layer = Layer("map", STAGES, Places.of(read_atlas(here / "map.refseq")))
+    layer = Layer("map", STAGES, Places.of(Map.load(here / "map.refseq")))
     assert empty_views(LiveTab(scene_ahead(drive, layer.places), [layer]).layout(), here / "live.rrd") == []
 
 

@@ -7,26 +7,24 @@ from io import StringIO
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
 
-from refseq.atlas.atlas import beside
-from refseq.atlas.file import load_atlas, save_atlas
-from refseq.atlas.localiser import AtlasLocaliser, localise_in
-from refseq.atlas.merge import merge
+from refseq.atlas.merge import merge_maps
 from refseq.belief import LOST_ABOVE, Stage
 from refseq.errors import MapError
-from refseq.logs import Recording, RecordingWriter, read_recording
+from refseq.logs import RecordingWriter, read_recording
 from refseq.logs.beliefs import read_beliefs
-from refseq.map.file import load_map, save_map
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser, localise
+from refseq.map.map import Map, beside
 from refseq.map.profile import BEST
-from refseq.map.sequence import learn
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.drives.evaluate import compare, compare_in_atlas, places_as_views
+from scenarios.drives.evaluate import compare, places_as_views
 from scenarios.scoring.comparison import Drives
 from scenarios.scoring.sequence_recall import answers_by_path, sequence_recall_table
+from tests.refseq.rooms import named_maps
 from tests.scenarios.conftest import Refseq
 from tests.support import certain, corridor_drive
 
@@ -48,10 +46,9 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     drive = corridor_drive(np.random.default_rng(1), count=44, size=96)
     west = learn(drive[: SHARED.stop], profile=BEST, metadata={"world": "hallway", "route": "west"})
     east = learn(drive[SHARED.start :], profile=BEST, metadata={"world": "hallway", "route": "east"})
-    save_map(west, folder / "west.refseq")
-    save_map(east, folder / "east.refseq")
-    save_atlas(merge(["west", "east"], [west, east]).atlas, folder / "atlas.refseq")
-    save_atlas(beside(["west"], [west]), folder / "one.refseq")
+    west.save(folder / "west.refseq")
+    east.save(folder / "east.refseq")
+    merge_maps(named_maps(["west", "east"], [west, east])).map.save(folder / "atlas.refseq")
     query = corridor_drive(np.random.default_rng(2), count=44, size=96, brightness=0.8)
     write(folder / "query.mcap", query[-QUERY:])
     write(folder / "blind.mcap", [replace(view, images={}) for view in query[-QUERY:]])
@@ -79,7 +76,7 @@ def test_a_drive_is_localised_in_an_atlas(refseq: Refseq, here: Path) -> None:
     answer = refseq(*words.split())
     assert (answer.code, answer.err) == (0, "")
     assert answer.out.startswith(f"beliefs.parquet: beliefs of {QUERY} views\natlas.refseq ← query.mcap: {QUERY} views")
-    atlas, beliefs = load_atlas(here / "atlas.refseq"), read_beliefs(here / "beliefs.parquet")
+    atlas, beliefs = Map.load(here / "atlas.refseq"), read_beliefs(here / "beliefs.parquet")
     assert list(beliefs) == [Stage.UNIFORM, Stage.CHAIN]
     for stage in beliefs:
         assert [len(belief.places) for belief in beliefs[stage]] == [len(atlas)] * QUERY
@@ -103,21 +100,6 @@ def test_below_what_is_asked_is_exit_code_1_after_all_was_told(refseq: Refseq, h
     assert answer.err.startswith("below what was asked: 0.0 %")
 
 
-@pytest.mark.parametrize("stage", [Stage.UNIFORM, Stage.CHAIN])
-def test_an_atlas_of_one_map_answers_as_the_map_bit_for_bit(refseq: Refseq, here: Path, stage: Stage) -> None:
-    answers = [
-        refseq("localise", name, "query.mcap", "--stage", stage, "--views", "0:6", "-o", f"{name}.parquet")
-        for name in ("west.refseq", "one.refseq")
-    ]
-    assert [answer.code for answer in answers] == [0, 0]
-    assert answers[0].out.replace("west.refseq", "one.refseq").split() == answers[1].out.split()
-    assert "says lost" not in answers[1].out
-    one, other = (pq.read_table(here / f"{name}.parquet") for name in ("west.refseq", "one.refseq"))
-    told = [name for name in one.column_names if name not in ("features_s", "matching_s", "mixture_s", "chain_s")]
-    assert len(told) == len(one.column_names) - 4
-    assert one.select(told).equals(other.select(told))
-
-
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -133,10 +115,10 @@ def test_an_atlas_of_one_map_answers_as_the_map_bit_for_bit(refseq: Refseq, here
         ("localise query.mcap query.mcap", "query.mcap: is not a .refseq map, or is damaged"),
         ("localise cut.refseq query.mcap", "cut.refseq: is not a .refseq map, or is damaged"),
         ("localise spoilt.refseq query.mcap", "spoilt.refseq"),
-        ("matrix atlas.refseq", "atlas.refseq: is an atlas of several sequences; valid is a map of one"),
+        ("matrix atlas.refseq", "the map holds 2 paths, west, east; valid is a map of one"),
         (
             "report atlas.refseq query.mcap right.parquet --reference query.mcap -o x.html",
-            "query.mcap: has the pictures of one drive, atlas.refseq is an atlas of several; valid is no reference",
+            "query.mcap: has the pictures of one drive, atlas.refseq is a map of several; valid is no reference",
         ),
         (
             "report atlas.refseq query.mcap wrong.parquet -o x.html",
@@ -175,45 +157,32 @@ def test_a_report_shows_which_sequence_was_recognised(refseq: Refseq, here: Path
 
 
 def test_a_comparison_in_an_atlas_has_its_places_as_reference_views(here: Path) -> None:
-    atlas, query = load_atlas(here / "atlas.refseq"), read_recording(here / "query.mcap")
-    found = compare_in_atlas("a ← q", atlas, query, stages=(Stage.UNIFORM,))
+    atlas, query = Map.load(here / "atlas.refseq"), read_recording(here / "query.mcap")
+    found = compare("a ← q", atlas, query, stages=(Stage.UNIFORM,))
     first, second = map(len, atlas.sequences)
     assert found.drives == Drives(("west", "east"), (first, second))
     assert tuple(view.truth for view in found.reference_views) == atlas.poses
     for stretch, sequence in zip(found.stretches, atlas.sequences, strict=True):
-        assert tuple(found.reference_views[stretch]) == places_as_views(sequence)
+        assert tuple(found.reference_views[stretch]) == places_as_views(Map.of(sequence))
     assert found.reference_metadata == {"world": "hallway", "route": "west, east"}
     assert found.query_metadata["light"] == "18:00"
 
 
-def test_a_map_read_as_an_atlas_is_compared_as_the_map(here: Path) -> None:
-    atlas, query = load_atlas(here / "west.refseq"), read_recording(here / "query.mcap")
-    query = Recording(query.views[:3], query.metadata)
-    one = compare("a ← q", load_map(here / "west.refseq"), query)
-    other = compare_in_atlas("a ← q", atlas, query)
-    assert other.drives is None
-    assert other.reference_views == one.reference_views
-    assert other.reference_metadata == one.reference_metadata
-    for stage, beliefs in one.beliefs.items():
-        for a, b in zip(beliefs, other.beliefs[stage], strict=True):
-            assert (a.places.tobytes(), a.lost, a.best, a.path) == (b.places.tobytes(), b.lost, b.best, b.path)
-
-
 def test_only_the_sensors_asked_for_are_used(here: Path) -> None:
     """The same as a localiser of these sensors, and not the same as one of all."""
-    atlas, views = load_atlas(here / "atlas.refseq"), read_recording(here / "query.mcap").views[:4]
-    found = localise_in(atlas, views, stages=(Stage.CHAIN,), sensors=("laser",))[Stage.CHAIN]
-    localiser = AtlasLocaliser(atlas, sensors=("laser",))
+    atlas, views = Map.load(here / "atlas.refseq"), read_recording(here / "query.mcap").views[:4]
+    found = localise(atlas, views, stages=(Stage.CHAIN,), sensors=("laser",))[Stage.CHAIN]
+    localiser = Localiser(atlas, sensors=("laser",))
     for belief, view in zip(found, views, strict=True):
         assert belief.places.tobytes() == localiser.update(view).places.tobytes()
-    with_all = localise_in(atlas, views, stages=(Stage.CHAIN,))[Stage.CHAIN]
+    with_all = localise(atlas, views, stages=(Stage.CHAIN,))[Stage.CHAIN]
     assert any(a.places.tobytes() != b.places.tobytes() for a, b in zip(found, with_all, strict=True))
     with pytest.raises(MapError, match=r"^sensor 'sonar' is not in the map; valid are "):
-        localise_in(atlas, views, sensors=("sonar",))
+        localise(atlas, views, sensors=("sonar",))
 
 
 def test_views_are_counted_at_their_sequence_and_at_every_path_through_their_place(here: Path) -> None:
-    atlas = load_atlas(here / "atlas.refseq")
+    atlas = Map.load(here / "atlas.refseq")
     size = len(atlas)
     lost = certain(size, 0, lost=0.9)
     runs = [
@@ -230,8 +199,8 @@ def test_views_are_counted_at_their_sequence_and_at_every_path_through_their_pla
 
 
 def test_a_path_without_a_sequence_of_its_own_and_odd_names_are_told(here: Path) -> None:
-    west = load_map(here / "west.refseq")
-    atlas = beside(["[red]west"], [west])
+    west = Map.load(here / "west.refseq")
+    atlas = beside(named_maps(["[red]west"], [west]))
     way = replace(atlas.paths[0], name="again")
     atlas = replace(atlas, paths=(*atlas.paths, way))
     beliefs = {"a/chain": [certain(len(west), 3), certain(len(west), 4), certain(len(west), 4, lost=0.8)]}

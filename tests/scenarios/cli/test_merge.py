@@ -8,11 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from refseq.atlas.file import load_atlas
 from refseq.atlas.merge import Decision
-from refseq.map.file import load_map, save_map
+from refseq.map.learning import learn
+from refseq.map.map import Map
 from refseq.map.profile import BEST, THESIS
-from refseq.map.sequence import learn
 from refseq.view import LASER
 from scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
 from tests.scenarios.conftest import Refseq
@@ -24,11 +23,11 @@ def maps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Maps of the two halves of a drive, which share 12 views, and some that do not go with them."""
     folder = tmp_path_factory.mktemp("maps")
     drive = corridor_drive(np.random.default_rng(1), count=44, size=96)
-    save_map(learn(drive[:28], profile=BEST), folder / "west.refseq")
-    save_map(learn(drive[16:], profile=BEST), folder / "east.refseq")
-    save_map(learn(drive[:5], profile=THESIS), folder / "thesis.refseq")
-    save_map(learn(drive[:5], profile=BEST, sensors=["forward", LASER]), folder / "one-eye.refseq")
-    save_map(learn(drive[:5], profile=replace(BEST, sift=replace(BEST.sift, cap=7))), folder / "seven.refseq")
+    learn(drive[:28], profile=BEST).save(folder / "west.refseq")
+    learn(drive[16:], profile=BEST).save(folder / "east.refseq")
+    learn(drive[:5], profile=THESIS).save(folder / "thesis.refseq")
+    learn(drive[:5], profile=BEST, sensors=["forward", LASER]).save(folder / "one-eye.refseq")
+    learn(drive[:5], profile=replace(BEST, sift=replace(BEST.sift, cap=7))).save(folder / "seven.refseq")
     (folder / "cut.refseq").write_bytes((folder / "east.refseq").read_bytes()[:5000])
     return folder
 
@@ -48,7 +47,7 @@ DECISIONS: Sequence[Decision] = (
 def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
     answer = refseq("merge", "west.refseq", "east.refseq", "-o", "atlas.refseq", "--log", "joins.toml")
     assert (answer.code, answer.err) == (0, "")
-    atlas = load_atlas(here / "atlas.refseq")
+    atlas = Map.load(here / "atlas.refseq")
     # Of the last 12 views of the one and the first 12 of the other one dozen is left, but for a view at either end.
     assert 42 <= len(atlas) <= 46
     links = len(atlas.links)
@@ -69,11 +68,11 @@ def test_a_person_refuses_and_adds_joins_by_the_file(refseq: Refseq, here: Path)
     answer = refseq("merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "no.toml")
     assert answer.code == 0
     assert "refused" in answer.out
-    assert len(load_atlas(here / "two.refseq")) == 56
+    assert len(Map.load(here / "two.refseq")) == 56
     write_decisions(here / "yes.toml", [refuse, Decision("west", "east", (0, 5), (20, 25), (0, 0), True, "")])
     answer = refseq("merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "yes.toml")
     assert answer.code == 0
-    assert len(load_atlas(here / "two.refseq")) == 50
+    assert len(Map.load(here / "two.refseq")) == 50
 
 
 def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
@@ -88,7 +87,7 @@ def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
     ("words", "told"),
     [
         ("west.refseq none.refseq -o x.refseq", "none.refseq: cannot be read: No such file or directory"),
-        ("west.refseq west.refseq -o x.refseq", "sequence 'west' is there twice; valid are names of their own"),
+        ("west.refseq west.refseq -o x.refseq", "path 'west' is there twice; valid are names of their own"),
         ("west.refseq thesis.refseq -o x.refseq", "thesis.refseq: features are sift/forward"),
         ("west.refseq one-eye.refseq -o x.refseq", "one-eye.refseq: features are sift/forward, dense/forward, walls"),
         ("west.refseq east.refseq seven.refseq -o x.refseq", "seven.refseq: profile.sift"),
@@ -169,10 +168,10 @@ def test_decisions_about_what_is_not_there(
 def test_a_map_that_does_not_go_with_the_others_is_refused_before_any_is_merged(
     refseq: Refseq, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def merged(*_: object) -> None:
+    def begun(*_: object) -> None:
         pytest.fail("a merge was begun")
 
-    monkeypatch.setattr("refseq.atlas.merge.added", merged)
+    monkeypatch.setattr("refseq.atlas.merge.added", begun)
     answer = refseq("merge", "west.refseq", "east.refseq", "one-eye.refseq", "-o", "x.refseq")
     assert answer.code == 2
     assert answer.err.startswith("error: one-eye.refseq: features are ")
@@ -233,7 +232,7 @@ def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, he
             "west.refseq east.refseq --arrays alike.mat",
             "alike.mat: is no name for arrays; valid is one that ends in .npz",
         ),
-        ("west.refseq west.refseq", "sequence 'west' is there twice"),
+        ("west.refseq west.refseq", "path 'west' is there twice"),
     ],
 )
 def test_what_cannot_be_compared_is_told(refseq: Refseq, here: Path, words: str, told: str) -> None:
@@ -244,4 +243,4 @@ def test_what_cannot_be_compared_is_told(refseq: Refseq, here: Path, words: str,
 
 
 def test_a_map_is_still_a_map(here: Path) -> None:
-    assert len(load_map(here / "west.refseq")) == 28
+    assert len(Map.load(here / "west.refseq")) == 28

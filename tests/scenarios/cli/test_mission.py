@@ -4,13 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from refseq.atlas.atlas import beside
-from refseq.atlas.file import save_atlas
-from refseq.map.file import load_map, save_map
+from refseq.map.learning import learn
+from refseq.map.map import Map, beside
 from refseq.map.profile import BEST
-from refseq.map.sequence import learn
 from scenarios.drives.record import Drive, record
 from sim.rendering.render import RendererKind
+from tests.refseq.rooms import named_maps
 from tests.refseq.viewer.readback import same, values, verified
 from tests.scenarios.conftest import Refseq
 
@@ -23,8 +22,8 @@ def maps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("maps")
     drive = record(BY_LASER, folder / "offices.mcap")
     sequence = learn(drive.views, profile=BEST, metadata=drive.metadata)
-    save_map(sequence, folder / "offices.refseq")
-    save_atlas(beside(["east", "again"], [sequence, sequence]), folder / "atlas.refseq")
+    sequence.save(folder / "offices.refseq")
+    beside(named_maps(["east", "again"], [sequence, sequence])).save(folder / "atlas.refseq")
     return folder
 
 
@@ -91,8 +90,8 @@ def test_who_is_not_told_where_he_begins_fails_by_the_odometer_alone(refseq: Ref
 def test_in_an_atlas_one_says_where_to(refseq: Refseq, here: Path) -> None:
     answer = refseq("mission", "plan", "atlas.refseq", "--from", "again:2", "--to", "again:9")
     assert answer.code == 0
-    sequence = load_map(here / "offices.refseq")
-    length = sequence.along[9] - sequence.along[2]
+    sequence = Map.load(here / "offices.refseq")
+    length = sequence.paths[0].along[9] - sequence.paths[0].along[2]
     assert f"learnt: 1 orders over {length:.1f} m" in answer.out
 
 

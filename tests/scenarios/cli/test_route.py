@@ -6,15 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from refseq.atlas.atlas import beside
-from refseq.atlas.file import save_atlas
-from refseq.atlas.merge import merge
+from refseq.atlas.merge import merge_maps
 from refseq.atlas.routes import Leg, Route
-from refseq.map.file import save_map
+from refseq.map.learning import learn
+from refseq.map.map import beside
 from refseq.map.profile import BEST
-from refseq.map.sequence import learn
 from scenarios.cli.console import out
 from scenarios.cli.route import leg_table
+from tests.refseq.rooms import named_maps
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive
 
@@ -27,9 +26,9 @@ def maps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("maps")
     drive = corridor_drive(np.random.default_rng(1), count=44, spacing=SPACING, size=96)
     names, halves = ["west", "east"], [learn(drive[:28], profile=BEST), learn(drive[16:], profile=BEST)]
-    save_atlas(merge(names, halves).atlas, folder / "atlas.refseq")
-    save_atlas(beside(names, halves), folder / "apart.refseq")
-    save_map(halves[0], folder / "west.refseq")
+    merge_maps(named_maps(names, halves)).map.save(folder / "atlas.refseq")
+    beside(named_maps(names, halves)).save(folder / "apart.refseq")
+    halves[0].save(folder / "west.refseq")
     (folder / "text.refseq").write_text("no map")
     return folder
 

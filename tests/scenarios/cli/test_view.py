@@ -13,18 +13,16 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from refseq.atlas.atlas import beside
-from refseq.atlas.file import save_atlas
-from refseq.atlas.localiser import localise_in
 from refseq.belief import Belief, Stage
 from refseq.logs import RecordingWriter
 from refseq.logs.beliefs import write_beliefs
-from refseq.map.file import save_map
+from refseq.map.learning import learn
 from refseq.map.localiser import localise
-from refseq.map.sequence import learn
+from refseq.map.map import beside
 from refseq.planar import Pose
 from refseq.view import View
 from refseq.viewer.sinks import free_port
+from tests.refseq.rooms import named_maps
 from tests.refseq.viewer.readback import entities, values, verified
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_comparison
@@ -50,13 +48,13 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     record(home / "first.mcap", tuple(drives.reference_views))
     record(home / "second.mcap", tuple(drives.query_views))
     sequence = learn(drives.reference_views)
-    save_map(sequence, home / "map.refseq")
-    atlas = beside(["there", "again"], [sequence, learn(drives.query_views)])
-    save_atlas(atlas, home / "atlas.refseq")
+    sequence.save(home / "map.refseq")
+    atlas = beside(named_maps(["there", "again"], [sequence, learn(drives.query_views)]))
+    atlas.save(home / "atlas.refseq")
     answers = by_name(localise(sequence, drives.query_views))
     write_beliefs(home / "all.parquet", drives.query_views, answers)
     write_beliefs(home / "prior.parquet", drives.query_views, {Stage.PRIOR: answers[Stage.PRIOR]})
-    write_beliefs(home / "atlas.parquet", drives.query_views, by_name(localise_in(atlas, drives.query_views)))
+    write_beliefs(home / "atlas.parquet", drives.query_views, by_name(localise(atlas, drives.query_views)))
     return home
 
 

@@ -6,7 +6,8 @@ import pytest
 from refseq.belief import Stage
 from refseq.errors import MapError
 from refseq.logs import Recording
-from refseq.map.sequence import ReferenceSequence, learn
+from refseq.map.learning import learn
+from refseq.map.map import Map
 from refseq.view import View
 from scenarios.drives.evaluate import compare, places_as_views, results
 from scenarios.scoring.path_geometry import NARROW, WIDE
@@ -19,7 +20,7 @@ def drive() -> list[View]:
 
 
 @pytest.fixture(scope="module")
-def laser_map(drive: list[View]) -> ReferenceSequence:
+def laser_map(drive: list[View]) -> Map:
     return learn(drive, sensors=("laser",), features=("walls", "sectors"), metadata={"light": "16:00"})
 
 
@@ -27,7 +28,7 @@ def without_scan(views: list[View]) -> Recording:
     return Recording(tuple(replace(view, scan=None) for view in views))
 
 
-def test_a_drive_without_any_of_the_maps_sensors_is_told(laser_map: ReferenceSequence, drive: list[View]) -> None:
+def test_a_drive_without_any_of_the_maps_sensors_is_told(laser_map: Map, drive: list[View]) -> None:
     with pytest.raises(
         MapError,
         match=r"^a ← b: the drive's sensors \(forward, lateral\) have none in common with the map's; valid are laser$",
@@ -35,7 +36,7 @@ def test_a_drive_without_any_of_the_maps_sensors_is_told(laser_map: ReferenceSeq
         compare("a ← b", laser_map, without_scan(drive))
 
 
-def test_a_sensor_that_the_map_lacks_is_told_as_such(laser_map: ReferenceSequence, drive: list[View]) -> None:
+def test_a_sensor_that_the_map_lacks_is_told_as_such(laser_map: Map, drive: list[View]) -> None:
     with pytest.raises(MapError, match=r"^sensor 'forward' is not in the map; valid are laser$"):
         compare("a ← b", laser_map, Recording(tuple(drive)), sensors=("forward",))
 
@@ -46,7 +47,7 @@ def test_a_wanted_sensor_that_the_drive_lacks_is_told(drive: list[View]) -> None
         compare("a ← b", sequence, without_scan(drive), sensors=("laser",))
 
 
-def test_a_drive_is_localised_at_the_stages_asked_for(laser_map: ReferenceSequence, drive: list[View]) -> None:
+def test_a_drive_is_localised_at_the_stages_asked_for(laser_map: Map, drive: list[View]) -> None:
     query = Recording(tuple(drive), {"light": "18:00"})
     found = compare("a ← b", laser_map, query, stages=(Stage.CHAIN, Stage.UNIFORM))
     assert set(found.beliefs) == {Stage.UNIFORM, Stage.CHAIN}
@@ -57,7 +58,7 @@ def test_a_drive_is_localised_at_the_stages_asked_for(laser_map: ReferenceSequen
     assert not any(view.sensors for view in found.reference_views)
 
 
-def test_places_stand_where_the_map_has_them(laser_map: ReferenceSequence) -> None:
+def test_places_stand_where_the_map_has_them(laser_map: Map) -> None:
     views = places_as_views(laser_map)
     assert tuple(view.truth for view in views) == laser_map.poses
     assert np.cumsum([view.distance for view in views]) == pytest.approx(laser_map.along)

@@ -8,8 +8,8 @@ import pytest
 import robots
 from refseq.belief import Stage
 from refseq.logs import Recording, read_recording
+from refseq.map.learning import learn
 from refseq.map.localiser import localise
-from refseq.map.sequence import learn
 from refseq.view import View
 from scenarios.drives.record import Drive, Interrupted, Progress, check_sensors, open_bench, record
 from scenarios.errors import ScenarioError

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from refseq.logs import read_recording
-from refseq.map.sequence import learn
+from refseq.map.learning import learn
 from scenarios.drives.record import Drive, record
 from scenarios.errors import ScenarioError
 from sim.bench.faults import Kidnap
@@ -42,11 +42,11 @@ def test_a_drive_by_behaviours_tells_of_them(drive: Drive, tmp_path: Path) -> No
     assert tuple(view.behaviour for view in read.views if view.behaviour) == WORDS
     assert json.loads(read.metadata["behaviours"]) == list(WORDS)
     assert len(heard) == len(read.views)
-    assert learn(read.views).guide.behaviours == tuple(view.behaviour for view in read.views)
+    assert learn(read.views).paths[0].annotations.behaviours == tuple(view.behaviour for view in read.views)
     led = record(replace(drive, behaviours=()), tmp_path / "led.mcap")
     assert {view.behaviour for view in led.views} == {""}
     assert "behaviours" not in led.metadata
-    assert learn(led.views).guide.behaviours == ()
+    assert learn(led.views).paths[0].annotations.behaviours == ()
 
 
 def test_the_same_seed_is_the_same_drive(drive: Drive, tmp_path: Path) -> None:

@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from refseq.belief import Belief, Stage
+from refseq.map.learning import learn
 from refseq.map.localiser import localise
-from refseq.map.profile import profile_named
-from refseq.map.sequence import learn
 from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.methods.baselines import BASELINES, Reference
@@ -36,7 +35,7 @@ def test_answers_are_those_of_each_method_alone(drives: tuple[list[View], list[V
     wanted = ("topometric", "thesis/chain", "vlad", "thesis/uniform")
     found = answers(wanted, reference, query, seed=3)
     assert tuple(found) == wanted
-    sequence = learn(reference, profile=profile_named("thesis"))
+    sequence = learn(reference, profile="thesis")
     for stage in (Stage.UNIFORM, Stage.CHAIN):
         assert same(found[f"thesis/{stage}"], localise(sequence, query, stages=(stage,), seed=3)[stage])
     for name in ("vlad", "topometric"):

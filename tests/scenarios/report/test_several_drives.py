@@ -9,16 +9,16 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from refseq.atlas.localiser import SureView
 from refseq.belief import Belief, Stage
-from refseq.map.localiser import Matcher
+from refseq.map.map import Map, beside
+from refseq.map.matcher import Matcher
 from refseq.map.profile import PROFILES
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.trackers import SureView
 from refseq.planar import Pose
 from refseq.view import View
 from scenarios.errors import ScenarioError
 from scenarios.methods.baselines import BASELINES, Reference
-from scenarios.methods.by_name import InAtlas, InMap, Learnt
+from scenarios.methods.by_name import Learnt
 from scenarios.scoring.comparison import Comparison, Drives
 from scenarios.scoring.outcome import Outcome
 from scenarios.scoring.path_geometry import WIDE, ReferencePath
@@ -215,8 +215,8 @@ OURS = ("best/chain", "best/uniform", "thesis/chain")
 def reference(legs: Sequence[Leg], seed: int) -> Reference:
     """A walk's views, and its maps by their features, which no extractor has to be asked for."""
 
-    def shelf(profile: str, _learnt: object) -> ReferenceSequence:
-        return TOWN.learnt(legs, seed, PROFILES[profile])
+    def shelf(profile: str, _learnt: object) -> Map:
+        return Map.of(TOWN.learnt(legs, seed, PROFILES[profile]))
 
     return Reference(TOWN.views(legs, seed), shelf)
 
@@ -267,7 +267,7 @@ def test_the_stages_of_a_profile_share_an_atlas_and_profiles_do_not(together: Le
     assert {name: len(one.maps) for name, one in together.ours.items()} == {"best": 2, "thesis": 2}
     for profile in ("best", "thesis"):
         held = together.mergings[f"{profile}/chain"].held_by
-        places = sum(map(len, together.ours[profile].sequences))
+        places = sum(map(len, together.ours[profile].map.sequences))
         assert places == len(set(held.tolist())) < sum(together.mergings[f"{profile}/chain"].lengths)
 
 
@@ -276,21 +276,11 @@ def test_without_merging_each_drive_keeps_all_its_places(walks: dict[str, Refere
     found = learnt.mergings["best/chain"]
     assert found.decisions == ()
     assert found.held_by.tolist() == list(range(110))
-    assert [len(one) for one in learnt.ours["best"].sequences] == list(found.lengths) == [45, 65]
-    assert found.size[0] == found.size[1]
+    assert [len(one) for one in learnt.ours["best"].map.sequences] == list(found.lengths) == [45, 65]
+    maps = learnt.ours["best"].maps
+    assert found.size == (sum(len(one.to_bytes()) for one in maps), len(beside(maps).to_bytes()))
     (beliefs,) = learnt.answers(asked).values()
     assert {len(belief.places) for belief in beliefs} == {110}
-
-
-def test_one_drive_learnt_as_an_atlas_answers_as_it_does_alone(walks: dict[str, Reference], asked: list[View]) -> None:
-    stages = tuple(Stage)
-    for profile in ("best", "thesis"):
-        alone = InMap(profile, walks["other"]).answers(asked, stages, 0)
-        atlas = InAtlas(profile, {"other": walks["other"]}, merging=True).answers(asked, stages, 0)
-        for one, other in ((a, b) for stage in stages for a, b in zip(atlas[stage], alone[stage], strict=True)):
-            assert one.best == other.best
-            assert one.places == pytest.approx(other.places, abs=1e-9)
-            assert one.lost == pytest.approx(other.lost, abs=1e-9)
 
 
 def same(one: Sequence[Belief], other: Sequence[Belief]) -> bool:
@@ -328,8 +318,8 @@ def test_a_sequence_in_which_a_view_shows_nothing_has_no_share_less_than_none(co
     for belief in learnt.answers([blank, seen])["thesis/uniform"]:
         assert (belief.places >= 0).all()
         assert belief.places.sum() == pytest.approx(1.0)
-    short = learnt.ours["thesis"].sequences[0]
-    matched = Matcher(short).match(blank)
+    short = learnt.ours["thesis"].map.sequences[0]
+    (matched,) = Matcher(Map.of(short)).match(blank)
     belief, sure = SureView(Stage.UNIFORM, short).update(matched)
     assert np.ptp(belief.places) == 0.0
     assert 0.0 <= sure < 1e-12

@@ -10,11 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.atlas.atlas import Atlas
 from refseq.belief import LOST, belief_from
-from refseq.map.file import map_bytes, save_map
+from refseq.map.map import Map
 from refseq.map.profile import BEST
-from refseq.map.sequence import ReferenceSequence
 from scenarios.scoring.merging import Merging, by_views, merged_drives
 from tests.refseq.walks import Leg, Town, apart
 
@@ -29,23 +27,23 @@ LEGS: Mapping[str, list[Leg]] = {
 
 
 @pytest.fixture(scope="module")
-def maps() -> dict[str, ReferenceSequence]:
-    return {name: TOWN.learnt(legs, seed, BEST) for seed, (name, legs) in enumerate(LEGS.items())}
+def maps() -> dict[str, Map]:
+    return {name: Map.of(TOWN.learnt(legs, seed, BEST), name) for seed, (name, legs) in enumerate(LEGS.items())}
 
 
-Found = tuple[Atlas, Merging]
+Found = tuple[Map, Merging]
 
 
 @pytest.fixture(scope="module")
-def found(maps: dict[str, ReferenceSequence]) -> Found:
-    return merged_drives(list(maps), list(maps.values()), merging=True)
+def found(maps: dict[str, Map]) -> Found:
+    return merged_drives(list(maps.values()), merging=True)
 
 
-def poses(maps: Mapping[str, ReferenceSequence]) -> list:  # type: ignore[type-arg]
+def poses(maps: Mapping[str, Map]) -> list:  # type: ignore[type-arg]
     return [pose for one in maps.values() for pose in one.poses]
 
 
-def test_each_view_is_held_by_one_that_holds_itself(found: Found, maps: dict[str, ReferenceSequence]) -> None:
+def test_each_view_is_held_by_one_that_holds_itself(found: Found, maps: dict[str, Map]) -> None:
     atlas, merging = found
     assert merging.names == tuple(maps)
     assert merging.lengths == tuple(map(len, maps.values()))
@@ -62,7 +60,7 @@ def test_each_view_is_held_by_one_that_holds_itself(found: Found, maps: dict[str
     assert not set(held[third].tolist()) & set(range(105))
 
 
-def test_the_atlas_lies_where_its_views_were_made(found: Found, maps: dict[str, ReferenceSequence]) -> None:
+def test_the_atlas_lies_where_its_views_were_made(found: Found, maps: dict[str, Map]) -> None:
     """By the poses, which nothing that merges has looked at, a place is the view that it is said to be."""
     atlas, merging = found
     true = poses(maps)
@@ -86,27 +84,27 @@ def test_views_that_hold_themselves_are_what_was_decided(found: Found) -> None:
 
 
 def test_sizes_are_those_of_the_files(
-    found: Found, maps: dict[str, ReferenceSequence], tmp_path_factory: pytest.TempPathFactory
+    found: Found, maps: dict[str, Map], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     atlas, merging = found
     folder = tmp_path_factory.mktemp("maps")
 
-    def size(sequences: Mapping[str, ReferenceSequence]) -> int:
-        for name, one in sequences.items():
-            save_map(one, folder / f"{name}.refseq")
-        return sum((folder / f"{name}.refseq").stat().st_size for name in sequences)
+    def size(files: Mapping[str, Map]) -> int:
+        for name, one in files.items():
+            one.save(folder / f"{name}.refseq")
+        return sum((folder / f"{name}.refseq").stat().st_size for name in files)
 
-    assert merging.size == (size(maps), size(dict(zip(atlas.names, atlas.sequences, strict=True))))
+    assert merging.size == (size(maps), size({"merged": atlas}))
     assert merging.size[1] < merging.size[0]
     assert merging.seconds > 0
 
 
-def test_unmerged_each_keeps_its_own(maps: dict[str, ReferenceSequence]) -> None:
-    atlas, merging = merged_drives(list(maps), list(maps.values()), merging=False)
+def test_unmerged_each_keeps_its_own(maps: dict[str, Map]) -> None:
+    atlas, merging = merged_drives(list(maps.values()), merging=False)
     assert merging.decisions == ()
     assert merging.held_by.tolist() == list(range(sum(map(len, maps.values()))))
-    assert merging.size == (sum(len(map_bytes(one)) for one in maps.values()),) * 2
-    assert atlas.sequences == tuple(maps.values())
+    assert merging.size == (sum(len(one.to_bytes()) for one in maps.values()), len(atlas.to_bytes()))
+    assert atlas.sequences == tuple(one.sequence for one in maps.values())
 
 
 # --- beliefs by views ---

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import robots
-from refseq.map.localiser import SequenceLocaliser
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
 from refseq.map.profile import BEST
-from refseq.map.sequence import ReferenceSequence, learn
 from refseq.missions import (
     Call,
     Errand,
@@ -51,7 +52,7 @@ def offices() -> World:
 
 
 @pytest.fixture(scope="module")
-def learnt(offices: World) -> ReferenceSequence:
+def learnt(offices: World) -> Map:
     """The corridor of offices as the laser saw it once."""
     with Bench(offices, robots.load("robuter"), seed=3, settings=BLIND) as bench:
         taken = list(run_and_sense(bench, [ABOUT], Trigger()))
@@ -61,7 +62,7 @@ def learnt(offices: World) -> ReferenceSequence:
 def run(
     world: World,
     plan: Plan,
-    learnt: ReferenceSequence | None,
+    learnt: Map | None,
     *,
     seed: int = 1003,
     calls: dict[str, Callable[[View], None]] | None = None,
@@ -70,7 +71,7 @@ def run(
     settings: BenchSettings = BLIND,
 ) -> DrivenMission:
     with Bench(world, robots.load("robuter"), seed=seed, settings=settings) as bench:
-        localiser = None if learnt is None else SequenceLocaliser(learnt)
+        localiser = None if learnt is None else Localiser(learnt)
         executor = Executor(plan, localised=learnt is not None)
         return run_mission(bench, executor, localiser, trigger=Trigger(), calls=calls, each=each, timeout=timeout)
 
@@ -87,16 +88,16 @@ def at(pose: Pose | None) -> tuple[float, float]:
 # --- what was learnt ---
 
 
-def test_the_doors_of_the_offices_are_found(learnt: ReferenceSequence) -> None:
+def test_the_doors_of_the_offices_are_found(learnt: Map) -> None:
     """Against the plan: the open one and the closed ones; the one that is ajar may be overlooked."""
     start = at(learnt.poses[0])[0] + LASER_AHEAD
     found: dict[str, bool] = {}
     for true in load_plan("offices").door:
-        sides = [door for door in learnt.guide.doors if door.side == true.wall]
+        sides = [door for door in learnt.paths[0].annotations.doors if door.side == true.wall]
         near = [door for door in sides if abs(door.along + start - true.at) < 0.3]
         if near:
             found[true.name] = near[0].passable
-    assert len(learnt.guide.doors) <= len(found) + 2
+    assert len(learnt.paths[0].annotations.doors) <= len(found) + 2
     found.pop("o3", None)
     assert found == {"o1": False, "o2": True, "store": False, "o4": False}
 
@@ -105,7 +106,7 @@ def test_the_doors_of_the_offices_are_found(learnt: ReferenceSequence) -> None:
 
 
 @pytest.fixture(scope="module")
-def there(offices: World, learnt: ReferenceSequence) -> tuple[DrivenMission, list[View], list[View]]:
+def there(offices: World, learnt: Map) -> tuple[DrivenMission, list[View], list[View]]:
     """A mission to the end, with a wait and a call at the first door and a photograph at the end."""
     called: list[View] = []
     errands = [Errand(tasks=(Wait(3.0), Call("count"))), Errand(tasks=(Photograph("end"), Call("count")))]
@@ -115,7 +116,7 @@ def there(offices: World, learnt: ReferenceSequence) -> tuple[DrivenMission, lis
 
 
 def test_it_gets_to_the_end_of_the_corridor(
-    learnt: ReferenceSequence, there: tuple[DrivenMission, list[View], list[View]]
+    learnt: Map, there: tuple[DrivenMission, list[View], list[View]]
 ) -> None:
     done, *_ = there
     assert done.executor.status is Status.COMPLETED, told(done)
@@ -125,7 +126,7 @@ def test_it_gets_to_the_end_of_the_corridor(
 
 
 def test_the_track_is_the_truth_and_what_was_believed(
-    learnt: ReferenceSequence, there: tuple[DrivenMission, list[View], list[View]]
+    learnt: Map, there: tuple[DrivenMission, list[View], list[View]]
 ) -> None:
     done, _, views = there
     time, x, y, _, along = done.track.T
@@ -138,10 +139,10 @@ def test_the_track_is_the_truth_and_what_was_believed(
 
 
 def test_tasks_happen_where_they_belong(
-    learnt: ReferenceSequence, there: tuple[DrivenMission, list[View], list[View]]
+    learnt: Map, there: tuple[DrivenMission, list[View], list[View]]
 ) -> None:
     done, called, _ = there
-    door = at(learnt.poses[0])[0] + learnt.guide.doors[0].along
+    door = at(learnt.poses[0])[0] + learnt.paths[0].annotations.doors[0].along
     assert [at(view.truth)[0] for view in called] == pytest.approx([door, at(learnt.poses[-1])[0]], abs=0.3)
     assert list(done.photographs) == ["end"]
     stood = np.abs(np.diff(done.track[:, 1])) < 1e-4
@@ -156,7 +157,7 @@ def test_no_motion_between_views_is_lost(there: tuple[DrivenMission, list[View],
     assert all(view.time in times for view in called)
 
 
-def test_the_same_mission_is_the_same_bit_for_bit(offices: World, learnt: ReferenceSequence) -> None:
+def test_the_same_mission_is_the_same_bit_for_bit(offices: World, learnt: Map) -> None:
     plan = compiled(parse_mission("[LI6]"), path_along(learnt))
     one, same, other = (run(offices, plan, learnt, seed=seed) for seed in (5, 5, 6))
     assert one.track.tobytes() == same.track.tobytes()
@@ -166,7 +167,7 @@ def test_the_same_mission_is_the_same_bit_for_bit(offices: World, learnt: Refere
     assert one.track.tobytes() != other.track.tobytes()
 
 
-def test_by_the_odometer_alone_no_view_is_taken(offices: World, learnt: ReferenceSequence) -> None:
+def test_by_the_odometer_alone_no_view_is_taken(offices: World, learnt: Map) -> None:
     done = run(offices, compiled(parse_mission("[LI6]"), path_along(learnt)), None)
     assert done.executor.status is Status.COMPLETED
     assert done.seen == ()
@@ -176,7 +177,7 @@ def test_by_the_odometer_alone_no_view_is_taken(offices: World, learnt: Referenc
 # --- what is refused ---
 
 
-def test_a_closed_door_is_refused(offices: World, learnt: ReferenceSequence) -> None:
+def test_a_closed_door_is_refused(offices: World, learnt: Map) -> None:
     done = run(offices, compiled(parse_mission("[LDMC]"), path_along(learnt)), learnt)
     assert done.executor.status is Status.FAILED
     assert done.executor.why.startswith("MC:left failed: door ")
@@ -185,7 +186,7 @@ def test_a_closed_door_is_refused(offices: World, learnt: ReferenceSequence) -> 
     assert np.abs(done.track[:, 2]).max() < 1.2, "it stays in the corridor"
 
 
-def test_past_the_first_door_and_through_the_second(offices: World, learnt: ReferenceSequence) -> None:
+def test_past_the_first_door_and_through_the_second(offices: World, learnt: Map) -> None:
     """The first is closed, and the second the only one that is open."""
     done = run(offices, compiled(parse_mission("[LD_LDMC]"), path_along(learnt)), learnt)
     assert [number for number, _ in done.executor.switches] == [0, 1, 2], told(done)
@@ -195,9 +196,7 @@ def test_past_the_first_door_and_through_the_second(offices: World, learnt: Refe
     assert done.track[-1, 1] == pytest.approx(12.2, abs=0.3)
 
 
-def test_calls_and_behaviours_that_are_not_there_are_refused_before_it_moves(
-    offices: World, learnt: ReferenceSequence
-) -> None:
+def test_calls_and_behaviours_that_are_not_there_are_refused_before_it_moves(offices: World, learnt: Map) -> None:
     way = path_along(learnt)
     plan = Plan(way, as_learnt(way).orders, way.length, (Call("nobody"),))
     with pytest.raises(SimError, match=r"^call 'nobody': no such function; valid are count$"):
@@ -212,7 +211,7 @@ def test_calls_and_behaviours_that_are_not_there_are_refused_before_it_moves(
 # --- on the way ---
 
 
-def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: ReferenceSequence) -> None:
+def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: Map) -> None:
     plan = as_learnt(path_along(learnt))
 
     def each(executor: Executor, bench: Bench) -> None:
@@ -232,13 +231,13 @@ def test_it_pauses_goes_on_and_is_aborted(offices: World, learnt: ReferenceSeque
     assert 13.0 <= time[-1] <= 15.0
 
 
-def test_a_mission_that_takes_too_long_is_aborted(offices: World, learnt: ReferenceSequence) -> None:
+def test_a_mission_that_takes_too_long_is_aborted(offices: World, learnt: Map) -> None:
     done = run(offices, as_learnt(path_along(learnt)), None, timeout=3.0)
     assert done.executor.status is Status.ABORTED
     assert done.executor.why == "not over after 3 s"
 
 
-def test_what_it_is_pushed_against_is_told(offices: World, learnt: ReferenceSequence) -> None:
+def test_what_it_is_pushed_against_is_told(offices: World, learnt: Map) -> None:
     pushed: list[bool] = []
 
     def each(executor: Executor, bench: Bench) -> None:

@@ -51,8 +51,7 @@ def real_file(path: Path, ending: str) -> None:
 
     from refseq.logs import RecordingWriter
     from refseq.logs.beliefs import write_beliefs
-    from refseq.map.file import save_map
-    from refseq.map.sequence import learn
+    from refseq.map.learning import learn
     from refseq.view import View
     from tests.support import certain
 
@@ -63,7 +62,7 @@ def real_file(path: Path, ending: str) -> None:
                 assert view.truth
                 writer.write(view, view.truth)
     elif ending == MAP:
-        save_map(learn(views), path)
+        learn(views).save(path)
     else:
         write_beliefs(path, views, {"any": [certain(5, k) for k in range(5)]})
 

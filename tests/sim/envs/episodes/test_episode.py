@@ -11,7 +11,7 @@ import pytest
 from gymnasium.wrappers import RecordEpisodeStatistics
 
 import sim.envs  # noqa: F401 - registers the ids
-from refseq.map.localiser import SequenceLocaliser
+from refseq.map.localiser import Localiser
 from refseq.view import View
 from sim.envs.episodes.observations import by_place
 from sim.envs.robot_env import RobotEnv
@@ -159,14 +159,14 @@ def test_who_knows_what_to_do_succeeds_and_who_does_not_mostly_fails(task: str) 
 
 def test_the_belief_is_that_of_a_localiser_that_is_given_the_same_views(monkeypatch: pytest.MonkeyPatch) -> None:
     env, views = made("ReachPlace", belief="places"), []
-    update = SequenceLocaliser.update
+    update = Localiser.update
 
-    def noted(localiser: SequenceLocaliser, view: View) -> Any:
+    def noted(localiser: Localiser, view: View) -> Any:
         views.append(view)
         return update(localiser, view)
 
     with monkeypatch.context() as watched:
-        watched.setattr(SequenceLocaliser, "update", noted)
+        watched.setattr(Localiser, "update", noted)
         env.reset(seed=3)
         for _ in range(8):
             seen, *_ = env.step(0)
@@ -174,7 +174,7 @@ def test_the_belief_is_that_of_a_localiser_that_is_given_the_same_views(monkeypa
     assert all(view.truth is None for view in views)
     assert views[2].distance == pytest.approx(0.85, abs=0.05)
     assert env._sequence is not None
-    alone = SequenceLocaliser(env._sequence)
+    alone = Localiser(env._sequence)
     beliefs = [alone.update(view) for view in views]
     np.testing.assert_array_equal(seen["belief"], by_place(beliefs[-1]))
     assert seen["belief"].sum() == pytest.approx(1.0, abs=1e-5)

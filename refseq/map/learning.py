@@ -1,0 +1,58 @@
+"""Learning a map: a first drive becomes a reference sequence, one place a view (familiarisation)."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from refseq.errors import MapError
+from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.map.annotations import annotations_of
+from refseq.map.extractors import make_extractors
+from refseq.map.map import Map
+from refseq.map.profile import THESIS, Profile, profile_named
+from refseq.map.sequence import ReferenceSequence
+from refseq.view import View
+
+
+def learn(
+    views: Sequence[View],
+    *,
+    profile: Profile | str = THESIS,
+    sensors: Sequence[str] | None = None,
+    features: Sequence[str] | None = None,
+    metadata: Mapping[str, str] | None = None,
+    name: str = "",
+) -> Map:
+    """Make a map of a drive: one path, one place a view.
+
+    ``profile`` is one of ``refseq.map.profile.PROFILES`` by its name, or one of your own. ``sensors`` are those to
+    learn, by default all that a view has; ``features`` names of ``refseq.map.extractors.FEATURES``, by default the
+    profile's. ``metadata`` say which drive it was, ``name`` is the path's; a path without one takes its file's.
+
+    Raises ``MapError`` where there is no view, where a sensor asked for is in none of them, and where the profile or a
+    feature is unknown or no feature fits the sensors.
+    """
+    chosen = profile_named(profile) if isinstance(profile, str) else profile
+    extractors = make_extractors(features or chosen.features, check_sensors(views, sensors, "the drive"), chosen)
+    columns = [
+        {extractor.key: extractor.learn(view) for extractor in extractors if extractor.sensor in view.sensors}
+        for view in views
+    ]
+    matrix = IncidenceMatrix.from_columns(columns, {extractor.key: extractor.size for extractor in extractors})
+    along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
+    poses = tuple(view.truth for view in views)
+    notes = MappingProxyType(dict(metadata or {}))
+    sequence = ReferenceSequence(matrix, extractors, along, poses, chosen, notes)
+    return Map.of(sequence, name, annotations_of(views))
+
+
+def check_sensors(views: Sequence[View], wanted: Sequence[str] | None, what: str) -> tuple[str, ...]:
+    """The sensors to use, sorted; raises ``MapError`` for one that no view has."""
+    if not views:
+        raise MapError(f"{what} holds no view; valid is at least one")
+    there = frozenset().union(*(view.sensors for view in views))
+    for sensor in wanted or ():
+        if sensor not in there:
+            raise MapError(f"sensor {sensor!r} is not in {what}; valid are {', '.join(sorted(there)) or 'none'}")
+    return tuple(sorted(set(wanted or there)))

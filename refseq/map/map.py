@@ -1,0 +1,199 @@
+"""The map: the places that were learnt, and the paths that run through them.
+
+One path is the common case. Several become one map beside each other, or merged (``refseq.atlas``): a stretch that two
+of them share is then held by one sequence, and both paths run through it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.belief import Belief
+from refseq.errors import MapError
+from refseq.inference.chain.network import Network
+from refseq.map.annotations import Annotations
+from refseq.map.archive import HEADER, pack, unpack, write_archive
+from refseq.map.file import described, read_parts
+from refseq.map.path import Link, MapPath
+from refseq.map.profile import Profile
+from refseq.map.sequence import ReferenceSequence, check_comparable
+from refseq.planar import Pose
+
+
+@dataclass(frozen=True)
+class Map:
+    """Sequences by their ``names``, with the places that each still holds, and all ``paths`` that were learnt.
+
+    A path whose places are all held by others has no sequence of its own any more. A place is numbered within its
+    sequence, or through all sequences one behind the other (``first``), as beliefs number it. All sequences have the
+    same features and settings. ``learn`` makes a map of one path, ``refseq.atlas.merge`` one of several.
+    """
+
+    names: tuple[str, ...]
+    sequences: tuple[ReferenceSequence, ...]
+    paths: tuple[MapPath, ...]
+
+    @classmethod
+    def of(cls, sequence: ReferenceSequence, name: str = "", annotations: Annotations | None = None) -> Self:
+        """A map of one path, through all places of a sequence."""
+        along = sequence.along - sequence.along[0]
+        path = MapPath(name, along, np.zeros(len(along), np.intp), np.arange(len(along)), annotations or Annotations())
+        return cls((name,), (sequence,), (path,))
+
+    @classmethod
+    def load(cls, file: Path | str) -> Self:
+        """Read a map from its file (``.refseq``). Nothing in a file is ever executed.
+
+        A path without a name is named after the file. Raises ``MapError`` for a file that is none, is damaged, or is of
+        another format version.
+        """
+        path = Path(file)
+        header, arrays = unpack(path)
+        try:
+            found = cls(*read_parts(header, arrays))
+        except KeyError as error:
+            raise MapError(f"{path}: {HEADER} and arrays do not make a map: {error} is missing") from error
+        except (ValueError, TypeError, IndexError, MapError) as error:
+            raise MapError(f"{path}: {HEADER} and arrays do not make a map: {error}") from error
+        return found if found.names != ("",) else found.named(path.stem)
+
+    def save(self, file: Path | str) -> None:
+        """Write the map, replacing ``file`` in one step. Raises ``MapError`` when it cannot be written."""
+        write_archive(Path(file), self.to_bytes())
+
+    def to_bytes(self) -> bytes:
+        """The content of the map's file: the same map gives the same bytes."""
+        return pack(*described(self.names, self.sequences, self.paths))
+
+    def __len__(self) -> int:
+        return sum(len(sequence) for sequence in self.sequences)
+
+    @property
+    def has_one_path(self) -> bool:
+        """Whether it is the map of a single drive."""
+        return len(self.paths) == 1
+
+    @property
+    def sequence(self) -> ReferenceSequence:
+        """The only sequence. Raises ``MapError`` for a map of several paths."""
+        if not self.has_one_path:
+            names = ", ".join(path.name for path in self.paths)
+            raise MapError(f"the map holds {len(self.paths)} paths, {names}; valid is a map of one")
+        return self.sequences[0]
+
+    @property
+    def profile(self) -> Profile:
+        """All sequences' settings."""
+        return self.sequences[0].profile
+
+    @property
+    def sensors(self) -> frozenset[str]:
+        """Sensors that the map can be asked with."""
+        return self.sequences[0].sensors
+
+    @cached_property
+    def metadata(self) -> Mapping[str, str]:
+        """What is known of the drives, by key; where they differ, what each says, commas between."""
+        values: dict[str, dict[str, None]] = {}
+        for sequence in self.sequences:
+            for key, value in sequence.metadata.items():
+                values.setdefault(key, {})[str(value)] = None
+        return {key: ", ".join(every) for key, every in values.items()}
+
+    def named(self, name: str) -> Self:
+        """The same map of one path by another name. Raises ``MapError`` for a map of several."""
+        return replace(self, names=(name,), sequences=(self.sequence,), paths=(replace(self.paths[0], name=name),))
+
+    def noted(self, notes: Mapping[str, str]) -> Self:
+        """The same map, and more said in its metadata."""
+        return replace(
+            self, sequences=tuple(replace(one, metadata={**one.metadata, **notes}) for one in self.sequences)
+        )
+
+    @cached_property
+    def first(self) -> NDArray[np.intp]:
+        """Number of each sequence's first place, counted through, and the number of all places: (S + 1,)."""
+        return np.cumsum([0, *map(len, self.sequences)])
+
+    def numbered(self, path: MapPath) -> NDArray[np.intp]:
+        """The places of a path, counted through all sequences, (K,)."""
+        return self.first[path.sequences] + path.places
+
+    @cached_property
+    def learnt(self) -> NDArray[np.intp]:
+        """The view that each place was learnt from, (K,), counted through all paths one behind the other."""
+        views = np.empty(len(self), np.intp)
+        start = 0
+        for path in self.paths:
+            own = self._own(path)
+            views[self.numbered(path)[own]] = start + np.flatnonzero(own)
+            start += len(path)
+        return views
+
+    def _own(self, path: MapPath) -> NDArray[np.bool_]:
+        """Which views of a path hold their place themselves, (K,)."""
+        own = np.array([name == path.name for name in self.names])
+        return np.asarray(own[path.sequences])
+
+    @property
+    def held_by(self) -> NDArray[np.intp]:
+        """For each view of all paths, one behind the other, the view whose place it is at now: mostly itself."""
+        return np.concatenate([self.learnt[self.numbered(path)] for path in self.paths])
+
+    @property
+    def poses(self) -> tuple[Pose | None, ...]:
+        """True poses of all places, where they are known: for scoring and drawing only."""
+        return tuple(pose for sequence in self.sequences for pose in sequence.poses)
+
+    @property
+    def links(self) -> tuple[Link, ...]:
+        """Where paths cross over from one sequence to another."""
+        return tuple(link for number, path in enumerate(self.paths) for link in _links(number, path))
+
+    @cached_property
+    def network(self) -> Network:
+        """The chain over all paths."""
+        places = np.concatenate([self.numbered(path) for path in self.paths])
+        return Network(tuple(path.along for path in self.paths), places, self.profile.motion, self.profile.chain)
+
+    def sequence_probabilities(self, belief: Belief) -> NDArray[np.float64]:
+        """P(s), (S,), given that the robot is in any of the sequences: what their places have of a belief, sum 1."""
+        shares: NDArray[np.float64] = np.add.reduceat(belief.places, self.first[:-1])
+        return shares
+
+
+def _links(number: int, path: MapPath) -> list[Link]:
+    steps = pairwise(zip(path.sequences.tolist(), path.places.tolist(), strict=True))
+    return [Link(number, start, end) for start, end in steps if start[0] != end[0]]
+
+
+def check_names(names: Sequence[str]) -> None:
+    """Raise ``MapError`` for a name that is there twice."""
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            raise MapError(f"path {name!r} is there twice; valid are names of their own")
+
+
+def beside(maps: Sequence[Map]) -> Map:
+    """One map of several as they are, none merged. Raises ``MapError`` for none, equal names or unlike maps."""
+    if not maps:
+        raise MapError("a map holds no path; valid is at least one")
+    check_names([path.name for one in maps for path in one.paths])
+    for one in maps:
+        check_comparable(maps[0].sequences[0], one.sequences[0])
+    first = np.cumsum([0, *(len(one.sequences) for one in maps)])
+    return Map(
+        tuple(name for one in maps for name in one.names),
+        tuple(sequence for one in maps for sequence in one.sequences),
+        tuple(
+            replace(path, sequences=path.sequences + start)
+            for one, start in zip(maps, first[:-1], strict=True)
+            for path in one.paths
+        ),
+    )

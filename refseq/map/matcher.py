@@ -1,0 +1,96 @@
+"""Matching: a view's features, compared with the places of every sequence of a map."""
+
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import softmax
+
+from refseq.belief import Timings
+from refseq.errors import MapError
+from refseq.map.map import Map
+from refseq.map.profile import Matching
+from refseq.map.sequence import ReferenceSequence
+from refseq.view import View
+
+Features = Mapping[str, NDArray[np.intp]]
+"""Ids of the features that a view shows, by extractor, each numbered from 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """A view after matching with one sequence: the likelihood of each of its places (K,), sum 1.
+
+    ``distance`` is the motion since the last view [m]; ``timings`` what matching cost. ``log_ratio`` (K,) is the
+    log-likelihood ratio of each place against being elsewhere, ``None`` where the matching does not tell; the
+    likelihood is then the same but for a factor.
+    """
+
+    likelihood: NDArray[np.float64]
+    distance: float
+    timings: Timings
+    log_ratio: NDArray[np.float64] | None = None
+
+
+class Matcher:
+    """Views to measurements, one for each sequence; what all sequences need of a view is described once.
+
+    ``sensors`` is a subset of the map's (default: all); a view that lacks one is matched by the others. Raises
+    ``MapError`` for a sensor that the map does not have.
+    """
+
+    def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
+        wanted = map_.sensors if sensors is None else frozenset(sensors)
+        check_among(wanted, map_.sensors)
+        self._sequences = map_.sequences
+        self.extractors = [tuple(e for e in one.extractors if e.sensor in wanted) for one in map_.sequences]
+        self._seed = seed
+        self._count = 0
+
+    def reset(self) -> None:
+        """Start counting views anew; the count is part of the seed."""
+        self._count = 0
+
+    def match(self, view: View) -> list[Measurement]:
+        """Compare a view with the places of every sequence."""
+        start = time.perf_counter()
+        described = {e.key: e.describe(view) for e in self.extractors[0] if e.sensor in view.sensors}
+        spent = time.perf_counter() - start
+        measured = []
+        for sequence, extractors in zip(self._sequences, self.extractors, strict=True):
+            start = time.perf_counter()
+            seen = {e.key: e.recognise(described[e.key]) for e in extractors if e.key in described}
+            timings = Timings(features=spent, matching=time.perf_counter() - start)
+            measured.append(compare(sequence, seen, view.distance, (self._seed, self._count), timings))
+            spent = 0.0  # it is the first one's
+        self._count += 1
+        return measured
+
+
+def compare(
+    sequence: ReferenceSequence, seen: Features, distance: float, seed: tuple[int, int], spent: Timings
+) -> Measurement:
+    """Compare the features of a view, ``distance`` [m] after the last one, with all places of a sequence.
+
+    ``seed`` starts the mixture's random components; ``spent`` is what finding the features took.
+    """
+    start = time.perf_counter()
+    log_ratio = None
+    if sequence.profile.method.matching is Matching.LOG_RATIO:
+        log_ratio = sequence.log_ratio_model.log_ratios(seen)
+        likelihood = softmax(log_ratio)
+    else:
+        rows = [sequence.matrix.blocks[key].start + ids for key, ids in seen.items()]
+        likelihood = sequence.match(np.concatenate([*rows, np.zeros(0, np.intp)]), seed).likelihood
+    timings = Timings(spent.features, spent.matching, mixture=time.perf_counter() - start)
+    return Measurement(likelihood, distance, timings, log_ratio)
+
+
+def check_among(wanted: Iterable[str], there: Iterable[str]) -> None:
+    """Raise ``MapError`` for the first sensor wanted that the map does not have."""
+    known = sorted(there)
+    for sensor in sorted(set(wanted)):
+        if sensor not in known:
+            raise MapError(f"sensor {sensor!r} is not in the map; valid are {', '.join(known)}")

@@ -1,0 +1,41 @@
+"""A path as it was learnt: where in the map each of its views now lies."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.map.annotations import Annotations
+
+
+@dataclass(frozen=True)
+class MapPath:
+    """A path by its ``name``: where each of the K views that were learnt along it now lies.
+
+    ``along`` (K,) is each view's odometric distance from the first [m], rising; ``sequences`` and ``places`` (K,) say
+    which sequence holds the place, and the number that it has there. For most views that is the path's own sequence.
+    ``annotations`` are what missions need of the path beside.
+    """
+
+    name: str
+    along: NDArray[np.float64]
+    sequences: NDArray[np.intp]
+    places: NDArray[np.intp]
+    annotations: Annotations = field(default_factory=Annotations)
+
+    def __len__(self) -> int:
+        return len(self.along)
+
+    @property
+    def length(self) -> float:
+        """From the first view to the last [m]."""
+        return float(self.along[-1] - self.along[0])
+
+
+@dataclass(frozen=True)
+class Link:
+    """Where a path crosses over: it goes from a place of one sequence straight on to one of another."""
+
+    path: int
+    start: tuple[int, int]
+    end: tuple[int, int]

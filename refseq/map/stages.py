@@ -1,0 +1,157 @@
+"""The thesis' three stages over one reference sequence: a single view, the motion prior, the hidden Markov chain."""
+
+import time
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit, logit, logsumexp
+
+from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings, entropy
+from refseq.inference.chain.chain import Chain, ChainSettings, Observation
+from refseq.inference.chain.forward import ForwardFilter, StatePosterior
+from refseq.inference.chain.motion import motion_prior
+from refseq.inference.chain.viterbi import Decoding, SlidingViterbi
+from refseq.map.matcher import Measurement
+from refseq.map.profile import Decoder
+from refseq.map.sequence import ReferenceSequence
+
+
+class SequenceTracker(Protocol):
+    """One stage over one sequence: measurements to beliefs."""
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+
+    def update(self, measured: Measurement) -> Belief:
+        """Take the next measurement and answer."""
+
+
+def stage_tracker(stage: Stage, sequence: ReferenceSequence) -> SequenceTracker:
+    """A fresh tracker of a stage."""
+    match stage:
+        case Stage.UNIFORM:
+            return SingleView(sequence.profile.chain.lost_at_start)
+        case Stage.PRIOR:
+            return MotionFilter(sequence)
+        case Stage.CHAIN:
+            return ChainTracker(sequence)
+
+
+class SingleView:
+    """The posterior under a uniform prior, each view for itself."""
+
+    def __init__(self, lost_at_start: float) -> None:
+        self._lost_at_start = lost_at_start
+
+    def reset(self) -> None:
+        """Nothing is kept."""
+
+    def update(self, measured: Measurement) -> Belief:
+        """The likelihood itself; with log-ratios, being lost is as probable before the view as at a drive's start."""
+        belief = posterior_belief(measured.likelihood, measured.timings)
+        if measured.log_ratio is None:
+            return belief
+        return replace(belief, lost=float(expit(logit(self._lost_at_start) - log_mean(measured.log_ratio))))
+
+
+def log_mean(log_values: NDArray[np.float64]) -> float:
+    """Logarithm of the mean of numbers given by their logarithms."""
+    return float(logsumexp(log_values) - np.log(len(log_values)))
+
+
+class MotionFilter:
+    """The mixture's posterior under the motion prior: the last posterior, moved by the odometer (2.17)."""
+
+    def __init__(self, sequence: ReferenceSequence) -> None:
+        self._along = sequence.along
+        self._settings = sequence.profile.motion
+        self._last: NDArray[np.float64] | None = None
+
+    def reset(self) -> None:
+        """The next prior is uniform."""
+        self._last = None
+
+    def update(self, measured: Measurement) -> Belief:
+        """Prior times likelihood, normalised (2.12)."""
+        posterior = measured.likelihood
+        if self._last is not None:
+            prior = motion_prior(self._last, self._along, measured.distance, self._settings)
+            posterior = under_prior(posterior, prior)
+        self._last = posterior
+        return posterior_belief(posterior, measured.timings)
+
+
+def under_prior(likelihood: NDArray[np.float64], prior: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Posterior of a likelihood under a prior (2.12), (K,)."""
+    joint = likelihood * prior
+    posterior: NDArray[np.float64] = joint / joint.sum()
+    return posterior
+
+
+def posterior_belief(posterior: NDArray[np.float64], timings: Timings) -> Belief:
+    """The belief of a posterior alone.
+
+    The mixture has no Lost_Place: it says lost only where it knows nothing at all, as after a view without features.
+    """
+    best = int(np.argmax(posterior))
+    lost = float(np.ptp(posterior) == 0 and len(posterior) > 1)
+    return Belief(posterior, lost, best, (best,), entropy(posterior), timings)
+
+
+class ChainTracker:
+    """The hidden Markov chain (H1 to H4), decoded as the profile says, from the views up to now.
+
+    Over the mixture it observes, as in Fig. 3.11c, the posterior under the motion prior, not the bare likelihood. That
+    prior must not come from the chain's own answer: a wrong answer would then confirm itself. Log-ratios need
+    no such detour: they weigh the places against being lost already. ``settings`` are by default the profile's.
+    """
+
+    def __init__(self, sequence: ReferenceSequence, settings: ChainSettings | None = None) -> None:
+        profile = sequence.profile
+        self.chain = Chain(sequence.along, profile.motion, settings or profile.chain)
+        self._filter = MotionFilter(sequence)
+        self._sequence = sequence
+        forward = profile.method.decoding is Decoder.FORWARD
+        self._decoder = ForwardFilter(self.chain) if forward else SlidingViterbi(self.chain)
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._filter.reset()
+        self._decoder.reset()
+
+    def update(self, measured: Measurement) -> Belief:
+        """Decode the views up to this measured."""
+        start = time.perf_counter()
+        decoded = self.decode(self.observation(measured))
+        return decoded_belief(decoded, replace(measured.timings, chain=time.perf_counter() - start))
+
+    def decode(self, observation: Observation) -> Decoding | StatePosterior:
+        """Take the next view as the chain sees it."""
+        return self._decoder.update(observation)
+
+    def observation(self, measured: Measurement) -> Observation:
+        """A measurement as the chain sees it."""
+        if measured.log_ratio is not None:
+            return Observation(measured.distance, measured.log_ratio, 0.0)
+        places, lost = self._sequence.emissions.log_likelihood(self._filter.update(measured).places)
+        return Observation(measured.distance, places, lost)
+
+
+def decoded_belief(decoded: Decoding | StatePosterior, timings: Timings) -> Belief:
+    """The chain's answer as a belief: places given that the robot is at one, and the share of the Lost_Places.
+
+    The forward filter knows no best path; its path is the best state of the view alone.
+    """
+    on_path = float(decoded.places.sum())
+    K = len(decoded.places)
+    places = decoded.places / on_path if on_path > 0 else np.full(K, 1 / K)
+    # A rounding error must not make the probability negative.
+    lost = min(1.0, max(0.0, 1.0 - on_path))
+    best = int(np.argmax(places))
+    if isinstance(decoded, Decoding):
+        path = tuple(state if state < K else LOST for state in decoded.path)
+    else:
+        path = (best if lost <= LOST_ABOVE else LOST,)
+    return Belief(places, lost, best, path, entropy(places), timings)

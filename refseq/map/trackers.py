@@ -1,0 +1,168 @@
+"""From sequences to the map: in which sequence the robot is, P(s), and where in it, P(k_s | s) (4.3, card M1 to M3).
+
+A map of one path answers as its sequence does. Of several, the thesis' profile localises in every sequence by itself
+and weighs the answers by how sure each of them is. Ours compares the log-ratios of all places on one scale, and filters
+over the network of all paths: P(s) is then nothing but Bayes' rule, and the links carry the belief from one sequence to
+the next.
+"""
+
+import math
+import time
+from collections import deque
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import fields, replace
+from typing import Protocol
+
+import numpy as np
+from scipy.special import gammaln
+
+from refseq.belief import Belief, Stage, Timings, belief_from, normalised_entropy
+from refseq.inference.chain.chain import Chain, Observation
+from refseq.inference.chain.forward import ForwardFilter
+from refseq.inference.chain.trajectory import trajectory_entropy
+from refseq.map.map import Map
+from refseq.map.matcher import Measurement
+from refseq.map.profile import Decoder, Matching
+from refseq.map.sequence import ReferenceSequence
+from refseq.map.stages import ChainTracker, decoded_belief, stage_tracker
+
+
+class Tracker(Protocol):
+    """One stage over all sequences: their measurements to a belief."""
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+
+    def update(self, measured: Sequence[Measurement]) -> Belief:
+        """Take the next measurement in every sequence and answer."""
+
+
+def tracker_for(stage: Stage, map_: Map) -> Tracker:
+    """A fresh tracker of a stage, as the map's profile has it."""
+    if map_.has_one_path:
+        return OnlySequence(stage, map_.sequence)
+    method = map_.profile.method
+    if stage is Stage.CHAIN and method.matching is Matching.LOG_RATIO and method.decoding is Decoder.FORWARD:
+        return NetworkTracker(map_)
+    return SurestSequence(stage, map_)
+
+
+class OnlySequence:
+    """The answer of the one sequence that there is."""
+
+    def __init__(self, stage: Stage, sequence: ReferenceSequence) -> None:
+        self._tracker = stage_tracker(stage, sequence)
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._tracker.reset()
+
+    def update(self, measured: Sequence[Measurement]) -> Belief:
+        """Take the next measurement and answer."""
+        return self._tracker.update(measured[0])
+
+
+class SurestSequence:
+    """The thesis' way: each sequence answers by itself, and P(s) is how sure it is of its answer (4.5 to 4.8)."""
+
+    def __init__(self, stage: Stage, map_: Map) -> None:
+        chained = stage is Stage.CHAIN
+        self._answers = [SurePath(s) if chained else SureView(stage, s) for s in map_.sequences]
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        for answer in self._answers:
+            answer.reset()
+
+    def update(self, measured: Sequence[Measurement]) -> Belief:
+        """The answers of all sequences, each weighed by its P(s) (4.3)."""
+        pairs = [answer.update(one) for answer, one in zip(self._answers, measured, strict=True)]
+        beliefs, sure = zip(*pairs, strict=True)
+        total = sum(sure)
+        weights = [one / total if total > 0 else 1 / len(sure) for one in sure]
+        places = np.concatenate([w * belief.places for w, belief in zip(weights, beliefs, strict=True)])
+        lost = math.fsum(w * belief.lost for w, belief in zip(weights, beliefs, strict=True))
+        return belief_from(places, min(lost, 1.0), timings=added_up(belief.timings for belief in beliefs))
+
+
+class SureView:
+    """A sequence's answer without the chain, and 1 − H / log K_s, how sure it is (4.5, its sign as the text has it)."""
+
+    def __init__(self, stage: Stage, sequence: ReferenceSequence) -> None:
+        self._tracker = stage_tracker(stage, sequence)
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._tracker.reset()
+
+    def update(self, measured: Measurement) -> tuple[Belief, float]:
+        """Belief and sureness."""
+        belief = self._tracker.update(measured)
+        # Where all places are alike rounding may leave a hair more entropy than there can be.
+        return belief, max(0.0, 1 - normalised_entropy(belief.places))
+
+
+class SurePath:
+    """A sequence's answer by the chain, and 1 − H(trajectory) / log binom(K_s, T) over the last T views (4.7)."""
+
+    def __init__(self, sequence: ReferenceSequence) -> None:
+        self._tracker = ChainTracker(sequence)
+        self._window = deque[Observation](maxlen=int(sequence.profile.chain.window))
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._tracker.reset()
+        self._window.clear()
+
+    def update(self, measured: Measurement) -> tuple[Belief, float]:
+        """Belief and sureness."""
+        start = time.perf_counter()
+        observation = self._tracker.observation(measured)
+        self._window.append(observation)
+        decoded = self._tracker.decode(observation)
+        sure = sureness_of_path(self._window, self._tracker.chain)
+        return decoded_belief(decoded, replace(measured.timings, chain=time.perf_counter() - start)), sure
+
+
+def sureness_of_path(window: Collection[Observation], chain: Chain) -> float:
+    """1 − H(trajectory | views) / log binom(K, T) for T views (4.7), at least 0.
+
+    The normaliser counts the ways to choose T of K places, so that paths of all lengths compare. There are more
+    trajectories than that, through Lost_Places and standing still: what is as unsure as that is simply not sure. Where
+    there is one way or none, K ≤ T, it is that for half as many.
+    """
+    T = min(len(window), max(chain.K // 2, 1))
+    ways = float(gammaln(chain.K + 1) - gammaln(T + 1) - gammaln(chain.K - T + 1))
+    if ways <= 0:
+        return 1.0
+    return max(0.0, 1 - trajectory_entropy(window, chain) / ways)
+
+
+class NetworkTracker:
+    """The forward filter over the network of all paths; P(s) is what the places of a sequence have of the belief."""
+
+    def __init__(self, map_: Map) -> None:
+        self._network, self._count = map_.network, len(map_)
+        self._filter = ForwardFilter(self._network)
+
+    def reset(self) -> None:
+        """Forget all views seen."""
+        self._filter.reset()
+
+    def update(self, measured: Sequence[Measurement]) -> Belief:
+        """Filter the views up to this one."""
+        start = time.perf_counter()
+        places = self._network.places
+        log_ratio = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
+        posterior = self._filter.update(Observation(measured[0].distance, log_ratio[places], 0.0))
+        at = np.asarray(np.bincount(places, posterior.places, self._count), np.float64)
+        spent = Timings(chain=time.perf_counter() - start)
+        timings = added_up([spent, *(one.timings for one in measured)])
+        return decoded_belief(replace(posterior, places=at), timings)
+
+
+def added_up(timings: Iterable[Timings]) -> Timings:
+    """What steps took in all."""
+    found = list(timings)
+    names = [field.name for field in fields(Timings)]
+    return Timings(**{name: math.fsum(getattr(one, name) for one in found) for name in names})
