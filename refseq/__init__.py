@@ -1,5 +1,92 @@
-"""The localiser and its files: views, features, incidence matrix, mixture, chain, maps and logs; never MuJoCo.
+"""The localiser of the bench: it learns a map of a drive, and finds later views in it.
 
-Import from the modules: ``refseq.map.sequence``, ``refseq.map.localiser``, ``refseq.logs``, ``refseq.map.file``.
-Nothing is imported here, so that a machine that lacks a package can still be asked what it lacks.
+A robot is led along a path once. ``read_recording`` gives the views of that drive, ``learn`` makes a map of them, and a
+``Localiser`` answers to each later view with a belief: a probability for every place of the map, and one for being lost.
+
+    from pathlib import Path
+    from refseq import Localiser, Map, learn, read_recording
+
+    map_ = learn(read_recording(Path("reference.mcap")).views, profile="best")
+    map_.save("map.refseq")
+
+    localiser = Localiser(Map.load("map.refseq"))
+    for view in read_recording(Path("query.mcap")).views:
+        belief = localiser.update(view)
+        print(belief.best, round(belief.lost, 2))
+
+Several maps become one with ``merge``: stretches that their paths share are kept once. Lengths are in metres, times in
+seconds, angles in radians. Input that cannot be used raises ``RefseqError``, whose message is one line.
+
+Names are imported when they are first asked for, so that a machine that lacks a package can still be told which.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from refseq.atlas.merge import merge
+    from refseq.belief import Belief, LocaliserProtocol, Stage
+    from refseq.errors import LogError, MapError, RefseqError
+    from refseq.logs import Recording, RecordingWriter, read_recording
+    from refseq.map.learning import learn
+    from refseq.map.localiser import Localiser, localise
+    from refseq.map.map import Map
+    from refseq.map.profile import Profile
+    from refseq.planar import Pose
+    from refseq.view import Scan, View
+
+__all__ = [
+    "Belief",
+    "Localiser",
+    "LocaliserProtocol",
+    "LogError",
+    "Map",
+    "MapError",
+    "Pose",
+    "Profile",
+    "Recording",
+    "RecordingWriter",
+    "RefseqError",
+    "Scan",
+    "Stage",
+    "View",
+    "learn",
+    "localise",
+    "merge",
+    "read_recording",
+]
+
+_HOMES = {
+    "Belief": "refseq.belief",
+    "Localiser": "refseq.map.localiser",
+    "LocaliserProtocol": "refseq.belief",
+    "LogError": "refseq.errors",
+    "Map": "refseq.map.map",
+    "MapError": "refseq.errors",
+    "Pose": "refseq.planar",
+    "Profile": "refseq.map.profile",
+    "Recording": "refseq.logs",
+    "RecordingWriter": "refseq.logs",
+    "RefseqError": "refseq.errors",
+    "Scan": "refseq.view",
+    "Stage": "refseq.belief",
+    "View": "refseq.view",
+    "learn": "refseq.map.learning",
+    "localise": "refseq.map.localiser",
+    "merge": "refseq.atlas.merge",
+    "read_recording": "refseq.logs",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'refseq' has no attribute {name!r}")
+    found = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    """The public names, imported or not."""
+    return sorted({*globals(), *__all__})

@@ -13,7 +13,7 @@ from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     from refseq.map.map import Map
-    from refseq.missions import Plan, MissionPath
+    from refseq.missions import MissionPath, Plan
     from scenarios.missions.file import Asked
 
 NOT_COMPLETED = 1

@@ -10,7 +10,7 @@ from refseq.atlas.routes import shortest_route
 from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
-from refseq.missions import Plan, MissionPath, path_along, path_of
+from refseq.missions import MissionPath, Plan, path_along, path_of
 from refseq.planar import Pose
 from refseq.view import View
 from scenarios.errors import ScenarioError

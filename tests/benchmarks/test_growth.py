@@ -23,9 +23,12 @@ from refseq.belief import Stage
 from refseq.features.extractor import Observer
 from refseq.inference.chain.emissions import Emissions
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.map.localiser import Localiser, Matcher, tracker_for
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
+from refseq.map.matcher import Matcher
 from refseq.map.profile import BEST, THESIS, Matching, Profile
 from refseq.map.sequence import ReferenceSequence
+from refseq.map.trackers import tracker_for
 from refseq.view import Scan, View
 
 pytestmark = pytest.mark.benchmark
@@ -252,17 +255,18 @@ def measured(case: Case, K: int) -> Cost:
     """Every view by every stage, once each; then the first view again, for its memory."""
     sequence = drawn_map(K, case.blocks, case.profile)
     reckoned = once(sequence)
-    matcher = Matcher(sequence)
-    trackers = [tracker_for(stage, sequence) for stage in Stage]
+    map_ = Map.of(sequence)
+    matcher = Matcher(map_)
+    trackers = [tracker_for(stage, map_) for stage in Stage]
     spent = []
     for view in queries():
-        sighting = []
-        matching = processor_milliseconds(lambda view=view, to=sighting: to.append(matcher.match(view)))
-        spent.append([matching, *(processor_milliseconds(lambda t=t, s=sighting[0]: t.update(s)) for t in trackers)])
+        measured = []
+        matching = processor_milliseconds(lambda view=view, to=measured: to.append(matcher.match(view)))
+        spent.append([matching, *(processor_milliseconds(lambda t=t, m=measured[0]: t.update(m)) for t in trackers)])
     matching, *steps = np.median(spent, axis=0)
     matrix = sequence.matrix
     held = (matrix.pointers.nbytes + matrix.places.nbytes) / 1e6
-    localiser = Localiser(sequence)
+    localiser = Localiser(map_)
     tracemalloc.start()
     for view in queries()[:2]:
         belief = localiser.update(view)

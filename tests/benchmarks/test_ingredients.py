@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from refseq.belief import Stage
-from refseq.features import Observed
+from refseq.belief import Timings
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.matching import detection, log_ratio
@@ -22,8 +21,10 @@ from refseq.inference.matching.log_ratio import Calibration
 from refseq.inference.matching.mixture import MixtureSettings
 from refseq.logs import read_recording
 from refseq.map.learning import learn
-from refseq.map.localiser import Matcher, tracker_for
+from refseq.map.matcher import Features, compare
 from refseq.map.profile import BEST, THESIS, Decoder, Matching, MethodSettings, Profile
+from refseq.map.sequence import ReferenceSequence
+from refseq.map.stages import ChainTracker
 from refseq.view import View
 from scenarios.drives.record import Drive, record
 from scenarios.scoring.comparison import Comparison
@@ -63,7 +64,7 @@ class Seen:
     reference: tuple[View, ...]
     learnt: Profile
     queries: Mapping[str, tuple[View, ...]]
-    observed: Mapping[str, list[Mapping[str, Observed]]]
+    observed: Mapping[str, list[Features]]
 
 
 class Trial:
@@ -71,7 +72,7 @@ class Trial:
 
     def __init__(self, drives: Mapping[str, tuple[View, ...]]) -> None:
         self._drives = drives
-        self._seen: dict[Profile, list[tuple[Seen, Matcher]]] = {}
+        self._seen: dict[Profile, list[tuple[Seen, ReferenceSequence]]] = {}
 
     def comparisons(self, profile: Profile) -> list[Comparison]:
         """The answers of a profile's chain to every drive, from its start and from a third of the way on."""
@@ -80,27 +81,39 @@ class Trial:
         )
         if features not in self._seen:
             self._seen[features] = [self._look(name, features) for name in REFERENCES]
-        return [one for seen, matcher in self._seen[features] for one in answers(seen, matcher, profile)]
+        return [one for seen, sequence in self._seen[features] for one in answers(seen, sequence, profile)]
 
-    def _look(self, name: str, features: Profile) -> tuple[Seen, Matcher]:
-        matcher = Matcher(learn(self._drives[name], profile=features))
+    def _look(self, name: str, features: Profile) -> tuple[Seen, ReferenceSequence]:
+        sequence = learn(self._drives[name], profile=features).sequence
         queries = {query: self._drives[query] for query in QUERIES}
-        observed = {query: [matcher.observe(view) for view in views] for query, views in queries.items()}
-        return Seen(self._drives[name], features, queries, observed), matcher
+        observed = {
+            query: [
+                {e.key: e.observe(view).ids for e in sequence.extractors if e.sensor in view.sensors} for view in views
+            ]
+            for query, views in queries.items()
+        }
+        return Seen(self._drives[name], features, queries, observed), sequence
 
 
-def answers(seen: Seen, matcher: Matcher, profile: Profile) -> list[Comparison]:
+def answers(seen: Seen, everything: ReferenceSequence, profile: Profile) -> list[Comparison]:
     """As a map of the profile's own features would answer: the blocks of the others are left out."""
-    everything = matcher.sequence
     kept = tuple(e for e in everything.extractors if e.key.split("/")[0] in profile.features)
     sequence = replace(everything, extractors=kept, profile=profile)
     found = []
     for name, views in seen.queries.items():
         for first in (0, len(views) // 3):
-            asked, tracker = Matcher(sequence), tracker_for(Stage.CHAIN, sequence)
+            tracker = ChainTracker(sequence)
             beliefs = [
-                tracker.update(asked.compare({e.key: shown[e.key] for e in kept if e.key in shown}, view.distance))
-                for view, shown in zip(views[first:], seen.observed[name][first:], strict=True)
+                tracker.update(
+                    compare(
+                        sequence,
+                        {e.key: shown[e.key] for e in kept if e.key in shown},
+                        view.distance,
+                        (0, number),
+                        Timings(),
+                    )
+                )
+                for number, (view, shown) in enumerate(zip(views[first:], seen.observed[name][first:], strict=True))
             ]
             found.append(Comparison(name, seen.reference, {}, views[first:], {}, {"it": beliefs}))
     return found

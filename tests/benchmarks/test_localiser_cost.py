@@ -17,8 +17,8 @@ from refseq.belief import Stage, Timings
 from refseq.logs import read_recording
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
+from refseq.map.map import Map
 from refseq.map.profile import PROFILES
-from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from tests.support import corridor_drive
 
@@ -52,10 +52,10 @@ def spotted(view: View, noise: np.random.Generator, brightness: float) -> View:
     return replace(view, images=images)
 
 
-def milliseconds(sequence: ReferenceSequence, views: list[View]) -> tuple[dict[str, float], float]:
+def milliseconds(map_: Map, views: list[View]) -> tuple[dict[str, float], float]:
     """Median cost of a view by step, and the clocks' share of the whole run, which answers at the chain's stage."""
     start = time.perf_counter()
-    beliefs = localise(sequence, views, stages=(Stage.CHAIN,))[Stage.CHAIN]
+    beliefs = localise(map_, views, stages=(Stage.CHAIN,))[Stage.CHAIN]
     whole = time.perf_counter() - start
     costs = {step: 1e3 * float(np.median([getattr(belief.timings, step) for belief in beliefs])) for step in STEPS}
     return costs, sum(belief.timings.total for belief in beliefs) / whole
@@ -69,13 +69,13 @@ def test_the_cost_of_a_view(name: str, drives: tuple[list[View], list[View]]) ->
     print("places  features of map  " + "  ".join(f"{step:>8}" for step in STEPS) + "     total  after extraction")
     found = []
     for count in (len(reference) // 2, len(reference)):
-        sequence = learn(reference[:count], profile=PROFILES[name])
-        localise(sequence, query[:1])  # what is reckoned once for a map, before the first view
-        costs, share = milliseconds(sequence, query[:QUERIES])
+        map_ = learn(reference[:count], profile=PROFILES[name])
+        localise(map_, query[:1])  # what is reckoned once for a map, before the first view
+        costs, share = milliseconds(map_, query[:QUERIES])
         total = sum(costs.values())
         after = (total - costs["features"]) / costs["features"]
         numbers = "  ".join(f"{costs[step]:8.2f}" for step in STEPS)
-        print(f"{count:6d}  {sequence.matrix.N:15d}  {numbers}  {total:8.2f}  {100 * after:14.1f} %")
+        print(f"{count:6d}  {map_.sequence.matrix.N:15d}  {numbers}  {total:8.2f}  {100 * after:14.1f} %")
         # What is told is what it takes: nothing of weight is left out of the clocks.
         assert 0.7 < share <= 1
         assert after < 0.5, "most of a view's time is its images'"

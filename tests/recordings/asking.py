@@ -16,8 +16,8 @@ import pytest
 from refseq.belief import Belief
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
+from refseq.map.map import Map
 from refseq.map.profile import BEST, THESIS, Profile
-from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from scenarios.drives.inputs import read_drive
 from scenarios.scoring.comparison import Comparison
@@ -54,11 +54,9 @@ def ask(
     return [Comparison(name, reference, {}, query, {}, _answers(maps, query)) for query in queries]
 
 
-def _answers(maps: Mapping[str, ReferenceSequence], query: Sequence[View]) -> dict[str, list[Belief]]:
+def _answers(maps: Mapping[str, Map], query: Sequence[View]) -> dict[str, list[Belief]]:
     return {
-        f"{label}/{stage}": beliefs
-        for label, sequence in maps.items()
-        for stage, beliefs in localise(sequence, query).items()
+        f"{label}/{stage}": beliefs for label, map_ in maps.items() for stage, beliefs in localise(map_, query).items()
     }
 
 

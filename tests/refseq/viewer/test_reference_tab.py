@@ -6,8 +6,7 @@ import pytest
 
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.map.learning import learn
-from refseq.map.map import beside
-from refseq.map.sequence import ReferenceSequence
+from refseq.map.map import Map, beside
 from refseq.view import View
 from refseq.viewer.drawing.incidence import HEIGHT, bands, features_a_place, incidence_picture
 from refseq.viewer.places import Places
@@ -27,22 +26,20 @@ def views() -> Any:
 
 
 @pytest.fixture(scope="module")
-def sequence(views: Any) -> ReferenceSequence:
+def learnt(views: Any) -> Map:
     return learn(views)
 
 
-def test_a_map_alone_fills_every_view(sequence: ReferenceSequence, tmp_path: Path) -> None:
-    tab = ReferenceTab(Places.of(sequence), ("corridor",))
+def test_a_map_alone_fills_every_view(learnt: Map, tmp_path: Path) -> None:
+    tab = ReferenceTab(Places.of(learnt), ("corridor",))
     write_recording(tmp_path / "map.rrd", [tab], name="map")
     assert empty_views(tab.layout(), tmp_path / "map.rrd") == []
     assert verified(tmp_path / "map.rrd")
     assert not any(entity.startswith("/reference/frames") for entity in entities(tmp_path / "map.rrd"))
 
 
-def test_a_map_with_its_drive_shows_frames_and_scans_too(
-    sequence: ReferenceSequence, views: list[View], tmp_path: Path
-) -> None:
-    tab = ReferenceTab(Places.of(sequence, views))
+def test_a_map_with_its_drive_shows_frames_and_scans_too(learnt: Map, views: list[View], tmp_path: Path) -> None:
+    tab = ReferenceTab(Places.of(learnt, views))
     write_recording(tmp_path / "map.rrd", [tab], name="map")
     assert empty_views(tab.layout(), tmp_path / "map.rrd") == []
     for entity in ("/reference/frames/forward", "/reference/frames/lateral"):
@@ -51,22 +48,22 @@ def test_a_map_with_its_drive_shows_frames_and_scans_too(
     assert [time.total_seconds() for time, _ in times] == [view.time for view in views]
 
 
-def test_features_of_each_place_are_the_matrix_s(sequence: ReferenceSequence, tmp_path: Path) -> None:
-    write_recording(tmp_path / "map.rrd", [ReferenceTab(Places.of(sequence))], name="map")
-    columns = sequence.matrix.columns()
+def test_features_of_each_place_are_the_matrix_s(learnt: Map, tmp_path: Path) -> None:
+    write_recording(tmp_path / "map.rrd", [ReferenceTab(Places.of(learnt))], name="map")
+    columns = learnt.sequence.matrix.columns()
     shown = 0
-    for key, block in sequence.matrix.blocks.items():
+    for key, block in learnt.sequence.matrix.blocks.items():
         part = key.replace("/", r"\/")
         found = values(tmp_path / "map.rrd", f"/reference/features/{part}", "Scalars:scalars", "view")
         assert found == [[sum(feature in block for feature in column)] for column in columns]
         shown += int(np.sum(found))
     (bars,) = values(tmp_path / "map.rrd", "/reference/bars", "BarChart:values")
     assert bars[0]["buffer"] == [len(column) for column in columns]
-    assert shown == len(sequence.matrix.places)
+    assert shown == len(learnt.sequence.matrix.places)
 
 
-def test_an_atlas_shows_each_of_its_sequences(sequence: ReferenceSequence, views: list[View], tmp_path: Path) -> None:
-    atlas = beside(named_maps(["there", "back/again"], [sequence, learn(views[:5])]))
+def test_an_atlas_shows_each_of_its_sequences(learnt: Map, views: list[View], tmp_path: Path) -> None:
+    atlas = beside(named_maps(["there", "back/again"], [learnt, learn(views[:5])]))
     tab = ReferenceTab(Places.of(atlas), atlas.names)
     write_recording(tmp_path / "atlas.rrd", [tab], name="atlas")
     assert empty_views(tab.layout(), tmp_path / "atlas.rrd") == []

@@ -92,7 +92,7 @@ def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
         ("west.refseq one-eye.refseq -o x.refseq", "one-eye.refseq: features are sift/forward, dense/forward, walls"),
         ("west.refseq east.refseq seven.refseq -o x.refseq", "seven.refseq: profile.sift"),
         ("west.refseq east.refseq cut.refseq -o x.refseq", "cut.refseq: is not a .refseq map, or is damaged"),
-        ("cut.refseq west.refseq -o x.refseq", "cut.refseq: is not a .refseq file, or is damaged"),
+        ("cut.refseq west.refseq -o x.refseq", "cut.refseq: is not a .refseq map, or is damaged"),
         (
             "west.refseq east.refseq -o x.refseq --log x.refseq",
             "x.refseq: is the atlas and the log at once; valid are two files",

@@ -61,7 +61,7 @@ def test_a_drive_is_localised_at_the_stages_asked_for(laser_map: Map, drive: lis
 def test_places_stand_where_the_map_has_them(laser_map: Map) -> None:
     views = places_as_views(laser_map)
     assert tuple(view.truth for view in views) == laser_map.poses
-    assert np.cumsum([view.distance for view in views]) == pytest.approx(laser_map.along)
+    assert np.cumsum([view.distance for view in views]) == pytest.approx(laser_map.sequence.along)
 
 
 def test_results_pool_the_views_of_all_seeds_and_say_how_often_lost() -> None:

@@ -115,9 +115,7 @@ def there(offices: World, learnt: Map) -> tuple[DrivenMission, list[View], list[
     return done, called, [seen.view for seen in done.seen]
 
 
-def test_it_gets_to_the_end_of_the_corridor(
-    learnt: Map, there: tuple[DrivenMission, list[View], list[View]]
-) -> None:
+def test_it_gets_to_the_end_of_the_corridor(learnt: Map, there: tuple[DrivenMission, list[View], list[View]]) -> None:
     done, *_ = there
     assert done.executor.status is Status.COMPLETED, told(done)
     assert math.dist(done.track[-1, 1:3], at(learnt.poses[-1])) < 0.2
@@ -138,9 +136,7 @@ def test_the_track_is_the_truth_and_what_was_believed(
     assert [entry.time for entry in done.executor.log] == sorted(entry.time for entry in done.executor.log)
 
 
-def test_tasks_happen_where_they_belong(
-    learnt: Map, there: tuple[DrivenMission, list[View], list[View]]
-) -> None:
+def test_tasks_happen_where_they_belong(learnt: Map, there: tuple[DrivenMission, list[View], list[View]]) -> None:
     done, called, _ = there
     door = at(learnt.poses[0])[0] + learnt.paths[0].annotations.doors[0].along
     assert [at(view.truth)[0] for view in called] == pytest.approx([door, at(learnt.poses[-1])[0]], abs=0.3)

@@ -173,8 +173,8 @@ def test_the_belief_is_that_of_a_localiser_that_is_given_the_same_views(monkeypa
     assert len(views) > 3
     assert all(view.truth is None for view in views)
     assert views[2].distance == pytest.approx(0.85, abs=0.05)
-    assert env._sequence is not None
-    alone = Localiser(env._sequence)
+    assert env._map is not None
+    alone = Localiser(env._map)
     beliefs = [alone.update(view) for view in views]
     np.testing.assert_array_equal(seen["belief"], by_place(beliefs[-1]))
     assert seen["belief"].sum() == pytest.approx(1.0, abs=1e-5)
