@@ -1,7 +1,8 @@
 """The localiser of the bench: it learns a map of a drive, and finds later views in it.
 
-A robot is led along a path once. ``read_recording`` gives the views of that drive, ``learn`` makes a map of them, and a
-``Localiser`` answers to each later view with a belief: a probability for every place of the map, and one for being lost.
+A robot is led along a path once. ``read_recording`` gives the views of that drive, ``learn`` makes a map of them, and
+a ``Localiser`` answers to each later view with a belief: a probability for every place of the map, and one for being
+lost.
 
     from pathlib import Path
     from refseq import Localiser, Map, learn, read_recording
@@ -21,7 +22,7 @@ Names are imported when they are first asked for, so that a machine that lacks a
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from refseq.atlas.merge import merge
@@ -57,36 +58,27 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Belief": "refseq.belief",
-    "Localiser": "refseq.map.localiser",
-    "LocaliserProtocol": "refseq.belief",
-    "LogError": "refseq.errors",
-    "Map": "refseq.map.map",
-    "MapError": "refseq.errors",
-    "Pose": "refseq.planar",
-    "Profile": "refseq.map.profile",
-    "Recording": "refseq.logs",
-    "RecordingWriter": "refseq.logs",
-    "RefseqError": "refseq.errors",
-    "Scan": "refseq.view",
-    "Stage": "refseq.belief",
-    "View": "refseq.view",
-    "learn": "refseq.map.learning",
-    "localise": "refseq.map.localiser",
-    "merge": "refseq.atlas.merge",
-    "read_recording": "refseq.logs",
+    "atlas.merge": ("merge",),
+    "belief": ("Belief", "LocaliserProtocol", "Stage"),
+    "errors": ("LogError", "MapError", "RefseqError"),
+    "logs": ("Recording", "RecordingWriter", "read_recording"),
+    "map.learning": ("learn",),
+    "map.localiser": ("Localiser", "localise"),
+    "map.map": ("Map",),
+    "map.profile": ("Profile",),
+    "planar": ("Pose",),
+    "view": ("Scan", "View"),
 }
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 
-def __getattr__(name: str) -> Any:
-    """Import a public name from its module."""
-    if name not in _HOMES:
-        raise AttributeError(f"module 'refseq' has no attribute {name!r}")
-    found = getattr(import_module(_HOMES[name]), name)
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
     globals()[name] = found
     return found
 
 
 def __dir__() -> list[str]:
-    """The public names, imported or not."""
     return sorted({*globals(), *__all__})

@@ -95,6 +95,11 @@ class Trial:
         return Seen(self._drives[name], features, queries, observed), sequence
 
 
+def shown(sequence: ReferenceSequence, view: View) -> Features:
+    """The known features that a view shows."""
+    return {e.key: e.observe(view).ids for e in sequence.extractors if e.sensor in view.sensors}
+
+
 def answers(seen: Seen, everything: ReferenceSequence, profile: Profile) -> list[Comparison]:
     """As a map of the profile's own features would answer: the blocks of the others are left out."""
     kept = tuple(e for e in everything.extractors if e.key.split("/")[0] in profile.features)
@@ -107,13 +112,13 @@ def answers(seen: Seen, everything: ReferenceSequence, profile: Profile) -> list
                 tracker.update(
                     compare(
                         sequence,
-                        {e.key: shown[e.key] for e in kept if e.key in shown},
+                        {e.key: ids[e.key] for e in kept if e.key in ids},
                         view.distance,
                         (0, number),
                         Timings(),
                     )
                 )
-                for number, (view, shown) in enumerate(zip(views[first:], seen.observed[name][first:], strict=True))
+                for number, (view, ids) in enumerate(zip(views[first:], seen.observed[name][first:], strict=True))
             ]
             found.append(Comparison(name, seen.reference, {}, views[first:], {}, {"it": beliefs}))
     return found
