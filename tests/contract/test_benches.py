@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, lru_cache
 
 import mujoco
 import numpy as np
@@ -37,6 +37,18 @@ worlds_and_robots = pytest.mark.parametrize(
 @cache
 def built(name: str, light: str) -> World:
     return build_world(load_plan(name), light_named(light), seed=0)
+
+
+@lru_cache(maxsize=1)
+def built_again(name: str) -> World:
+    """The same world, put up once more."""
+    return build_world(load_plan(name), light_named(LIGHTS[0]), seed=0)
+
+
+@lru_cache(maxsize=1)
+def busy(name: str) -> World:
+    """The world on a day when much has changed."""
+    return build_world(changed(load_plan(name), change_named("busy"), seed=3), light_named(LIGHTS[0]), seed=0)
 
 
 def model_of(world: str, light: str, robot: str) -> mujoco.MjModel:
@@ -81,7 +93,7 @@ def test_light_changes_what_is_seen_and_nothing_that_is_touched(world: str, robo
 @worlds_and_robots
 def test_the_same_seed_builds_the_same_bench(world: str, robot: str) -> None:
     models, scans = [], []
-    for one in (built(world, LIGHTS[0]), build_world(load_plan(world), light_named(LIGHTS[0]), seed=0)):
+    for one in (built(world, LIGHTS[0]), built_again(world)):
         with Bench(one, robots.load(robot), seed=5, settings=BLIND) as bench:
             models.append(bench.model)
             scan = bench.sense().scan
@@ -138,9 +150,7 @@ def test_every_route_can_be_driven_to_its_end_without_touching_a_thing(world: st
     ],
 )
 def test_on_a_busy_day_the_robot_still_has_room(world: str, robot: str) -> None:
-    plan = changed(load_plan(world), change_named("busy"), seed=3)
-    place = build_world(plan, light_named(LIGHTS[0]), seed=0)
-    with Bench(place, robots.load(robot), seed=1, settings=BLIND) as bench:
+    with Bench(busy(world), robots.load(robot), seed=1, settings=BLIND) as bench:
         operator, touched = operator_for(bench, 1), set()
         while not operator.finished and bench.time < 60.0:
             bench.drive(operator.command(bench.time, bench.pose))

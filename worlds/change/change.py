@@ -84,6 +84,8 @@ def changed(plan: FloorPlan, change: Change, seed: int) -> FloorPlan:
 
     What results is checked as every plan is, and nothing that has changed stands in the way of a robot on a route.
     """
+    if change == Change():
+        return plan
     for kind, alter in _CHANGES.items():
         plan = alter(plan, getattr(change, kind), seed)
     return checked(plan, f"{plan.name}, changed as {change.as_text()} by seed {seed}")

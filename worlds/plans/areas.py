@@ -5,12 +5,11 @@ walls' own coordinates. Around any other walls it is the smallest rectangle.
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from worlds.arrays import Floats
 from worlds.plans.schema import FloorPlan, Wall
@@ -33,9 +32,10 @@ class Rectangle:
         """Its centre, (2,) [m]."""
         return (self.low + self.high) / 2
 
-    def holds(self, point: ArrayLike) -> bool:
+    def holds(self, point: Sequence[float] | Floats) -> bool:
         """Whether ``point`` (2,) lies in it or on its edge."""
-        return bool(np.all(np.less_equal(self.low, point)) and np.all(np.less_equal(point, self.high)))
+        x, y = point
+        return bool(self.low[0] <= x <= self.high[0] and self.low[1] <= y <= self.high[1])
 
 
 def rectangles(plan: FloorPlan) -> tuple[Rectangle, ...]:
@@ -74,6 +74,6 @@ def enclosing(plan: FloorPlan) -> tuple[Wall, ...]:
     return walls if straight and all(count == 2 for count in corners.values()) else ()
 
 
-def inside(plan: FloorPlan, point: ArrayLike) -> bool:
+def inside(plan: FloorPlan, point: Sequence[float] | Floats) -> bool:
     """Whether ``point`` (2,) lies on the ground between the walls."""
     return any(r.holds(point) for r in rectangles(plan))

@@ -4,6 +4,7 @@ import re
 import tomllib
 import types
 import typing
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -37,8 +38,13 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
     if str(name_or_path) not in world_names():
         known = f"{', '.join(world_names())}, corridor:SEED (a whole number from 0)"
         raise PlanError(f"unknown world '{name_or_path}'; known are {known}, or a path ending in .toml")
-    text = (resources.files("worlds") / "library" / f"{name_or_path}.toml").read_text(encoding="utf-8")
-    return parse_plan(text, f"{name_or_path}.toml")
+    return _of_library(f"{name_or_path}.toml")
+
+
+@cache
+def _of_library(file: str) -> FloorPlan:
+    """Read a plan that comes with this package, once: plans are frozen, and a campaign asks for the same few."""
+    return parse_plan((resources.files("worlds") / "library" / file).read_text(encoding="utf-8"), file)
 
 
 def parse_plan(text: str, file: str = "plan.toml") -> FloorPlan:
