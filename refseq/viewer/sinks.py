@@ -178,7 +178,7 @@ def check_display() -> None:
 def _start(*words: str) -> "subprocess.Popen[bytes]":
     """Start Rerun as a process that outlives this one, without a word on the terminal."""
     return subprocess.Popen(
-        [sys.executable, "-m", "rerun", *words],
+        [sys.executable, "-m", "rerun_cli", *words],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
@@ -210,10 +210,13 @@ def _ended(process: "subprocess.Popen[bytes]", recording: str) -> RefseqError | 
 
 def _stop(process: "subprocess.Popen[bytes]") -> None:
     """End Rerun: the process that was started and the one that it started itself."""
-    with suppress(ProcessLookupError):
-        if sys.platform == "win32":
-            process.terminate()
-        else:
+    if sys.platform == "win32":
+        process.terminate()
+    with suppress(ProcessLookupError, subprocess.TimeoutExpired):
+        if sys.platform != "win32":
             os.killpg(process.pid, signal.SIGTERM)
-    with suppress(subprocess.TimeoutExpired):
         process.wait(ANSWER)
+        end = time.monotonic() + ANSWER
+        while sys.platform != "win32" and time.monotonic() < end:
+            os.killpg(process.pid, 0)  # fails when the group is gone
+            time.sleep(0.02)

@@ -74,5 +74,5 @@ def same(one: Path, other: Path) -> bool:
 
 
 def _rrd(*words: str | Path) -> bool:
-    run = subprocess.run([sys.executable, "-m", "rerun", "rrd", *words], capture_output=True, check=False)
+    run = subprocess.run([sys.executable, "-m", "rerun_cli", "rrd", *words], capture_output=True, check=False)
     return run.returncode == 0

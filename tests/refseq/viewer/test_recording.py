@@ -1,5 +1,3 @@
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +8,7 @@ from rerun.chunk import RrdReader
 from refseq.view import View
 from refseq.viewer.recording import write_recording
 from refseq.viewer.timelines import Moment, moments_of, set_moment
+from tests.refseq.viewer.readback import same, verified
 
 pytestmark = pytest.mark.filterwarnings("error")  # Rerun only warns about data that it cannot take
 
@@ -30,26 +29,21 @@ class Numbers:
             stream.log(f"{self.name}/line", rr.Scalars(number))
 
 
-def rerun(*words: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "rerun", *words], capture_output=True, text=True, check=False)
-
-
 def test_every_tab_is_in_one_recording_with_one_layout(tmp_path: Path) -> None:
     path = tmp_path / "two.rrd"
     write_recording(path, [Numbers("one"), Numbers("other")], name="two tabs")
     reader = RrdReader(path)
     assert len(reader.recordings()) == len(reader.blueprints()) == 1
     assert {"/one/line", "/other/line"} <= {chunk.entity_path for chunk in reader.stream()}
-    assert rerun("rrd", "verify", path).returncode == 0
+    assert verified(path)
 
 
 def test_same_input_twice_compares_equal(tmp_path: Path) -> None:
     for name in ("a.rrd", "b.rrd"):
         write_recording(tmp_path / name, [Numbers("one", 50), Numbers("other")], name="twice")
     write_recording(tmp_path / "c.rrd", [Numbers("one", 49), Numbers("other")], name="twice")
-    same = rerun("rrd", "compare", tmp_path / "a.rrd", tmp_path / "b.rrd")
-    assert same.returncode == 0, same.stderr
-    assert rerun("rrd", "compare", tmp_path / "a.rrd", tmp_path / "c.rrd").returncode != 0
+    assert same(tmp_path / "a.rrd", tmp_path / "b.rrd")
+    assert not same(tmp_path / "a.rrd", tmp_path / "c.rrd")
 
 
 def test_three_time_lines_tell_the_same_moments(tmp_path: Path) -> None:
