@@ -14,7 +14,7 @@ from refseq.view import View
 from refseq.viewer.drawing import colours
 from refseq.viewer.drawing.colours import Colour
 from refseq.viewer.drawing.history import History
-from refseq.viewer.drawing.keypoints import Keypoints, Marked
+from refseq.viewer.drawing.keypoints import Keypoints, MarkedKeypoints
 from refseq.viewer.drawing.pictures import drawing, frame
 from refseq.viewer.drawing.plane import Points, circle, north_up
 from refseq.viewer.places import Places
@@ -33,7 +33,7 @@ def part(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class Layer:
+class LocaliserLayer:
     """A localiser by its ``name``, with the ``methods`` that it answers by: stages, which are words, or others.
 
     ``shade`` is its own colour where several are shown beside each other (``beside``).
@@ -75,7 +75,7 @@ class Layer:
         return colours.STAGES[method] if method in colours.STAGES else colours.other(own.index(method))
 
 
-def beside(layers: Sequence[Layer]) -> list[Layer]:
+def beside(layers: Sequence[LocaliserLayer]) -> list[LocaliserLayer]:
     """Localisers with colours of their own, if there are several."""
     if len(layers) < 2:
         return list(layers)
@@ -85,7 +85,7 @@ def beside(layers: Sequence[Layer]) -> list[Layer]:
 class BeliefLog:
     """Logs the answers of one localiser; the caller sets the moment. ``expect`` is the number of views, if known."""
 
-    def __init__(self, stream: rr.RecordingStream, layer: Layer, *, expect: int | None = None) -> None:
+    def __init__(self, stream: rr.RecordingStream, layer: LocaliserLayer, *, expect: int | None = None) -> None:
         self._stream, self._layer, self._places = stream, layer, layer.places
         self._keypoints = Keypoints(layer.places)
         self._worded = self._keypoints.cameras()
@@ -148,7 +148,7 @@ class BeliefLog:
             if camera in self._worded:
                 self._log_keys(camera, self._keypoints.marked(view, camera, belief.best))
 
-    def _log_keys(self, camera: str, marked: Marked | None) -> None:
+    def _log_keys(self, camera: str, marked: MarkedKeypoints | None) -> None:
         path = self._layer.path("keys", camera)
         if marked is None:
             self._stream.log(path, rr.Clear(recursive=True))

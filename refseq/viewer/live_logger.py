@@ -10,27 +10,27 @@ from refseq.features.doors import DoorSettings
 from refseq.features.walls import WallSettings
 from refseq.map.profile import Profile
 from refseq.view import View
-from refseq.viewer.belief_log import BeliefLog, Layer
+from refseq.viewer.belief_log import BeliefLog, LocaliserLayer
 from refseq.viewer.drive_log import DriveLog
-from refseq.viewer.timelines import Moment, set_moment
+from refseq.viewer.timelines import TimePoint, set_time_point
 
 
-class Watch:
+class LiveLogger:
     """Logs a drive and the answers to it, one view after the other: to the end of a file, or live.
 
     ``layers`` are the localisers that answer, one or several; ``expect`` is the number of views, if known. ``framed``:
     true poses are known, or those of a map (``DriveLog``). Without ``drive`` nothing but the answers is logged. Neither
     pictures nor scans are kept.
 
-    >>> watch = Watch(stream, [Layer("thesis", tuple(Stage), Places.of(sequence, reference.views))])
+    >>> logger = LiveLogger(stream, [LocaliserLayer("thesis", tuple(Stage), Places.of(sequence, reference.views))])
     >>> for view in views:
-    ...     watch.update(view, {"thesis": {stage: localiser.update(view) for stage, localiser in localisers.items()}})
+    ...     logger.update(view, {"thesis": {stage: localiser.update(view) for stage, localiser in localisers.items()}})
     """
 
     def __init__(
         self,
         stream: rr.RecordingStream,
-        layers: Sequence[Layer] = (),
+        layers: Sequence[LocaliserLayer] = (),
         *,
         framed: bool = True,
         drive: bool = True,
@@ -51,7 +51,7 @@ class Watch:
     def update(self, view: View, beliefs: Mapping[str, Mapping[str, Belief]] | None = None) -> None:
         """Log the next view, and what each localiser believes by each of its methods."""
         self._distance += abs(view.distance) if self._view else 0.0
-        set_moment(self._stream, Moment(self._view, view.time, self._distance))
+        set_time_point(self._stream, TimePoint(self._view, view.time, self._distance))
         pose = self._drive.update(view) if self._drive else view.truth
         for name, answers in (beliefs or {}).items():
             self._log_of(name).update(view, answers, pose)
@@ -63,7 +63,7 @@ class Watch:
         return self._beliefs[name]
 
 
-def _settings(layers: Sequence[Layer]) -> tuple[WallSettings, DoorSettings]:
+def _settings(layers: Sequence[LocaliserLayer]) -> tuple[WallSettings, DoorSettings]:
     """How walls and doors are found: as the first map does it."""
     profile = next((sequence.profile for layer in layers for sequence in layer.places.sequences), None) or Profile()
     return profile.walls, profile.doors

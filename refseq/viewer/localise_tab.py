@@ -10,10 +10,10 @@ import rerun.blueprint as rrb
 from refseq.belief import Belief, Stage
 from refseq.errors import RefseqError
 from refseq.view import View
-from refseq.viewer.belief_log import Layer
+from refseq.viewer.belief_log import LocaliserLayer
 from refseq.viewer.drawing.history import HEIGHT, WIDTH
 from refseq.viewer.drawing.keypoints import Keypoints
-from refseq.viewer.live_logger import Watch
+from refseq.viewer.live_logger import LiveLogger
 from refseq.viewer.scene import Scene, scene_of
 
 Answers = Mapping[str, Sequence[Belief]]
@@ -30,7 +30,7 @@ class LocaliseTab:
     """
 
     views: Iterable[View]
-    layers: Sequence[Layer] = ()
+    layers: Sequence[LocaliserLayer] = ()
     answers: Mapping[str, Answers] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -54,23 +54,23 @@ class LocaliseTab:
 
     def send(self, stream: rr.RecordingStream) -> None:
         """Log view by view."""
-        self._send(Watch(stream, self.layers, framed=self.scene.framed, expect=self.scene.count), self.layers)
+        self._send(LiveLogger(stream, self.layers, framed=self.scene.framed, expect=self.scene.count), self.layers)
 
     def send_drive(self, stream: rr.RecordingStream) -> None:
         """Log the drive alone, without any answer to it."""
-        self._send(Watch(stream, framed=self.scene.framed), ())
+        self._send(LiveLogger(stream, framed=self.scene.framed), ())
 
-    def send_layer(self, stream: rr.RecordingStream, layer: Layer) -> None:
+    def send_layer(self, stream: rr.RecordingStream, layer: LocaliserLayer) -> None:
         """Log what one localiser answers, without the drive."""
-        self._send(Watch(stream, [layer], drive=False, expect=self.scene.count), [layer])
+        self._send(LiveLogger(stream, [layer], drive=False, expect=self.scene.count), [layer])
 
-    def _send(self, watch: Watch, layers: Sequence[Layer]) -> None:
+    def _send(self, logger: LiveLogger, layers: Sequence[LocaliserLayer]) -> None:
         for number, view in enumerate(self.views):
             asked = {layer.name: self.answers[layer.name] for layer in layers}
-            watch.update(view, {name: {m: b[number] for m, b in methods.items()} for name, methods in asked.items()})
+            logger.update(view, {name: {m: b[number] for m, b in methods.items()} for name, methods in asked.items()})
 
 
-def _check(layer: Layer, method: str, beliefs: Sequence[Belief], count: int) -> None:
+def _check(layer: LocaliserLayer, method: str, beliefs: Sequence[Belief], count: int) -> None:
     """Raise ``RefseqError`` for answers that do not fit the views or the places."""
     places = len(layer.places)
     sizes = {len(belief.places) for belief in beliefs} | {places}
@@ -85,7 +85,7 @@ def _check(layer: Layer, method: str, beliefs: Sequence[Belief], count: int) -> 
 # --- layout ---
 
 
-def localise_layout(scene: Scene, layers: Sequence[Layer]) -> rrb.Container:
+def localise_layout(scene: Scene, layers: Sequence[LocaliserLayer]) -> rrb.Container:
     """Cameras and laser on top, the plan as a strip, beliefs below; a plan that is no strip goes on top."""
     plan = list(_plan(scene, layers))
     wide = scene.extent is not None and scene.extent.wide
@@ -100,7 +100,7 @@ def localise_layout(scene: Scene, layers: Sequence[Layer]) -> rrb.Container:
     return rrb.Vertical(*(row for row, _ in rows), row_shares=[share for _, share in rows])
 
 
-def _cameras(scene: Scene, layers: Sequence[Layer]) -> Iterator[rrb.View]:
+def _cameras(scene: Scene, layers: Sequence[LocaliserLayer]) -> Iterator[rrb.View]:
     """Each camera with its keys, and beside it the picture of the place that each localiser believes in."""
     first = layers[0] if layers else None
     for camera in scene.cameras:
@@ -130,7 +130,7 @@ def _laser(scene: Scene) -> Iterator[rrb.View]:
         yield rrb.Spatial2DView(origin="laser", name="laser: walls, doors", visual_bounds=bounds)
 
 
-def _plan(scene: Scene, layers: Sequence[Layer]) -> Iterator[rrb.View]:
+def _plan(scene: Scene, layers: Sequence[LocaliserLayer]) -> Iterator[rrb.View]:
     """The plan, as wide as the path; of several localisers the first shows its places, all show where they believe."""
     if scene.extent is None:
         return
@@ -142,7 +142,7 @@ def _plan(scene: Scene, layers: Sequence[Layer]) -> Iterator[rrb.View]:
     yield rrb.Spatial2DView(origin="plan", contents=["$origin/**", *hidden], name=name, visual_bounds=bounds)
 
 
-def _beliefs(layers: Sequence[Layer]) -> rrb.Container:
+def _beliefs(layers: Sequence[LocaliserLayer]) -> rrb.Container:
     """A row for each localiser, its methods side by side; P(lost) and entropy beside all."""
     rows = [
         rrb.Horizontal(*(_posterior(layer, method, len(layers) > 1) for method in layer.methods)) for layer in layers
@@ -152,7 +152,7 @@ def _beliefs(layers: Sequence[Layer]) -> rrb.Container:
     return rrb.Horizontal(rrb.Vertical(*rows), lines, column_shares=[columns, 1.2])
 
 
-def _posterior(layer: Layer, method: str, several: bool) -> rrb.Container | rrb.View:
+def _posterior(layer: LocaliserLayer, method: str, several: bool) -> rrb.Container | rrb.View:
     """All beliefs so far, and below them the belief of now, for which several localisers leave no room."""
     bounds = rrb.VisualBounds2D(x_range=[0, WIDTH], y_range=[0, HEIGHT])
     history = rrb.Spatial2DView(
@@ -166,7 +166,7 @@ def _posterior(layer: Layer, method: str, several: bool) -> rrb.Container | rrb.
     return rrb.Vertical(history, bars, row_shares=[2.2, 1.0])
 
 
-def _lines(group: str, layers: Sequence[Layer]) -> rrb.View:
+def _lines(group: str, layers: Sequence[LocaliserLayer]) -> rrb.View:
     """Lines of all methods; of several localisers only of the method that each of them is shown by."""
     several = len(layers) > 1
     contents = [layer.path(f"/{group}", layer.foremost) for layer in layers] if several else ["$origin/**"]

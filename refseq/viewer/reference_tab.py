@@ -16,7 +16,7 @@ from refseq.viewer.drawing.pictures import drawing, frame
 from refseq.viewer.drawing.plane import ROBOT, circle, north_up, returns, robot_up
 from refseq.viewer.places import Places
 from refseq.viewer.scene import Extent, Scene, scene_of
-from refseq.viewer.timelines import Moment, set_moment
+from refseq.viewer.timelines import TimePoint, set_time_point
 
 LABELS = 150
 """Room for names beside an incidence matrix [pixels]."""
@@ -83,21 +83,21 @@ class ReferenceTab:
         self._send_path(stream)
         counts = list(self._counts())
         for place, moment in enumerate(self._moments()):
-            set_moment(stream, moment)
+            set_time_point(stream, moment)
             self._send_view(stream, place)
             self._send_now(stream, place)
             if counts:
                 for key, number in counts[place].items():
                     stream.log(f"reference/features/{part(key)}", rr.Scalars(number))
 
-    def _moments(self) -> Iterator[Moment]:
+    def _moments(self) -> Iterator[TimePoint]:
         """Places as moments: by their numbers and distances, and by the drive's time where that is known."""
         views, sequences = self.places.views, self.places.sequences
         along = [along for sequence in sequences for along in sequence.along.tolist()]
         if not along:
             along = np.cumsum([0.0, *(abs(view.distance) for view in views[1:])]).tolist()
         for place, distance in enumerate(along):
-            yield Moment(place, views[place].time if views else None, distance)
+            yield TimePoint(place, views[place].time if views else None, distance)
 
     def _counts(self) -> Iterator[dict[str, int]]:
         """Numbers of features of each place, by extractor."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose, after_motion
 from refseq.view import View
-from refseq.viewer.belief_log import Layer
+from refseq.viewer.belief_log import LocaliserLayer
 from refseq.viewer.drawing.plane import ORIGIN
 
 MARGIN = 2.0
@@ -60,7 +60,7 @@ class Scene:
     sizes: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
 
-def scene_of(views: Iterable[View], layers: Sequence[Layer] = ()) -> Scene:
+def scene_of(views: Iterable[View], layers: Sequence[LocaliserLayer] = ()) -> Scene:
     """Look at a drive once, from its first view to its last."""
     sizes: dict[str, tuple[int, int]] = {}
     truths: list[Pose | None] = []

@@ -21,4 +21,4 @@ class Tab(Protocol):
         """Panels of the tab."""
 
     def send(self, stream: rr.RecordingStream) -> None:
-        """Log all data of the tab, view by view, with ``timelines.set_moment`` before each; it keeps none."""
+        """Log all data of the tab, view by view, with ``timelines.set_time_point`` before each; it keeps none."""

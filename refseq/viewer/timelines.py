@@ -12,7 +12,7 @@ VIEW, TIME, DISTANCE = "view", "time", "distance_cm"
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class TimePoint:
     """When something was: the ``view``'s number, its ``time`` [s], and the ``distance`` travelled up to it [m].
 
     A map's places have no time: ``None``.
@@ -23,15 +23,15 @@ class Moment:
     distance: float
 
 
-def moments_of(views: Iterable[View]) -> Iterator[Moment]:
+def time_points_of(views: Iterable[View]) -> Iterator[TimePoint]:
     """The moment of each view of a drive; a robot that reverses travels on."""
     travelled = 0.0
     for number, view in enumerate(views):
         travelled += abs(view.distance) if number else 0.0
-        yield Moment(number, view.time, travelled)
+        yield TimePoint(number, view.time, travelled)
 
 
-def set_moment(stream: rr.RecordingStream, moment: Moment) -> None:
+def set_time_point(stream: rr.RecordingStream, moment: TimePoint) -> None:
     """What is logged from here on is of this moment; ``stream.reset_time()`` ends that."""
     stream.reset_time()
     stream.set_time(VIEW, sequence=moment.view)

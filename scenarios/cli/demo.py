@@ -7,7 +7,7 @@ from pathlib import Path
 from refseq.logs.beliefs import write_beliefs
 from refseq.map.learning import learn
 from refseq.map.profile import THESIS, Profile
-from refseq.viewer.belief_log import Layer
+from refseq.viewer.belief_log import LocaliserLayer
 from refseq.viewer.localise_tab import LocaliseTab
 from refseq.viewer.places import Places
 from refseq.viewer.recording import write_recording
@@ -72,7 +72,7 @@ def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]
         step("localise")
         comparison = compare(f"{first.light} → {light}", map_, query, reference=reference.views)
         write_beliefs(place / "beliefs.parquet", query.views, comparison.beliefs, query.metadata)
-        layer = Layer("beliefs", tuple(comparison.beliefs), places)
+        layer = LocaliserLayer("beliefs", tuple(comparison.beliefs), places)
         tabs: list[Tab] = [ReferenceTab(places), LocaliseTab(query.views, [layer], {layer.name: comparison.beliefs})]
         write_recording(place / "demo.rrd", tabs, name=comparison.name, active=1)
         comparisons.append(comparison)

@@ -105,19 +105,19 @@ def localised_live(
     # Before Rerun is imported: it tells what goes wrong in several lines of its own.
     os.environ.setdefault("RUST_LOG", "off")
     from refseq.map.localiser import StagedLocaliser
-    from refseq.viewer.belief_log import Layer
+    from refseq.viewer.belief_log import LocaliserLayer
     from refseq.viewer.places import Places
     from scenarios.drives.evaluate import comparison_of
-    from scenarios.drives.live import LiveRun, sensors_for, watching
+    from scenarios.drives.live import LiveRun, live_logger, sensors_for
 
     chosen = sensors_for(map_, sensors)
     drive = asked.drive(chosen, str(map_.sequences[0].metadata.get("robot", "robuter")))
     title = f"{name} ← {drive.world} at {drive.light}"
-    layer = Layer("map", tuple(stage.value for stage in stages), Places.of(map_))
+    layer = LocaliserLayer("map", tuple(stage.value for stage in stages), Places.of(map_))
     localiser = StagedLocaliser(map_, stages=stages, sensors=sensors, seed=seed)
     run = LiveRun(localiser.update, layer.places)
     with ended_in_one_line(asked.record or Path("the drive")), _screen(title, asked) as stream:
-        run.watch = watching(stream, title, drive, layer)
+        run.logger = live_logger(stream, title, drive, layer)
         recording = _driven(drive, asked, run)
         tell(comparison_of(title, map_, recording, run.beliefs))
 

@@ -196,7 +196,7 @@ def _localised(
     reference: "tuple[Path | None, Sequence[View]]",
     drive: "Recording",
 ) -> Shown:
-    from refseq.viewer.belief_log import Layer, beside
+    from refseq.viewer.belief_log import LocaliserLayer, beside
     from refseq.viewer.localise_tab import LocaliseTab
 
     places = [_places(path, map_, *reference) for path, map_ in zip(files.maps, learnt, strict=True)]
@@ -204,7 +204,7 @@ def _localised(
     for number, table in enumerate(files.tables):
         which = number if len(learnt) > 1 else 0
         answers[table.stem] = _beliefs(name, table, learnt[which], drive)
-        layers.append(Layer(table.stem, tuple(answers[table.stem]), places[which]))
+        layers.append(LocaliserLayer(table.stem, tuple(answers[table.stem]), places[which]))
     tabs = _map_tabs(learnt[0], places[0], drive.views, answers[files.tables[0].stem])
     return Shown(name, tabs, LocaliseTab(drive.views, beside(layers), answers))
 

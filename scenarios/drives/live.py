@@ -12,8 +12,8 @@ from refseq.map.map import Map
 from refseq.map.matcher import check_among
 from refseq.planar import Pose
 from refseq.view import LASER, View
-from refseq.viewer.belief_log import Layer
-from refseq.viewer.live_logger import Watch
+from refseq.viewer.belief_log import LocaliserLayer
+from refseq.viewer.live_logger import LiveLogger
 from refseq.viewer.localise_tab import localise_layout
 from refseq.viewer.places import Places
 from refseq.viewer.recording import send_layout
@@ -34,12 +34,12 @@ Answer = Callable[[View], Mapping[Stage, Belief]]
 class LiveRun:
     """Hears of the views of a drive as they are taken: answers, shows, and keeps what scoring needs.
 
-    ``watch`` shows it, None: nobody looks; ``told`` hears how it stands in a line. ``layer`` names the localiser there.
+    ``logger`` shows it, None: nobody looks; ``told`` hears how it stands in a line. ``layer`` names the localiser there.
     """
 
     answer: Answer
     places: Places
-    watch: Watch | None = None
+    logger: LiveLogger | None = None
     layer: str = "map"
     told: Callable[[str], None] | None = None
     views: list[View] = field(default_factory=list)
@@ -52,8 +52,8 @@ class LiveRun:
         for stage, belief in answers.items():
             self.beliefs.setdefault(stage, []).append(belief)
         self.views.append(replace(view, images={}, scan=None))
-        if self.watch is not None:
-            self.watch.update(view, {self.layer: {stage.value: belief for stage, belief in answers.items()}})
+        if self.logger is not None:
+            self.logger.update(view, {self.layer: {stage.value: belief for stage, belief in answers.items()}})
         if self.told is not None:
             self.told(status(view, count, answers, self.places))
 
@@ -80,7 +80,7 @@ class LiveTab:
     """The viewer's tab for a drive that is yet to come: its layout; the data come view by view."""
 
     scene: Scene
-    layers: Sequence[Layer]
+    layers: Sequence[LocaliserLayer]
 
     @property
     def name(self) -> str:
@@ -108,10 +108,10 @@ def scene_ahead(drive: Drive, places: Places) -> Scene:
     )
 
 
-def watching(stream: rr.RecordingStream, name: str, drive: Drive, layer: Layer) -> Watch:
+def live_logger(stream: rr.RecordingStream, name: str, drive: Drive, layer: LocaliserLayer) -> LiveLogger:
     """What shows a drive that is yet to come in a stream; the layout is sent at once."""
     send_layout(stream, [LiveTab(scene_ahead(drive, layer.places), [layer])], name=name)
-    return Watch(stream, [layer])
+    return LiveLogger(stream, [layer])
 
 
 def _corners(drive: Drive) -> list[Pose]:

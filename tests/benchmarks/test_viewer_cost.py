@@ -16,8 +16,8 @@ from refseq.belief import Belief, Stage
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.view import View
-from refseq.viewer.belief_log import Layer
-from refseq.viewer.live_logger import Watch
+from refseq.viewer.belief_log import LocaliserLayer
+from refseq.viewer.live_logger import LiveLogger
 from refseq.viewer.places import Places
 from refseq.viewer.recording import saved
 from scenarios.drives.record import Drive, record
@@ -64,12 +64,12 @@ def watched(views: tuple[View, ...], making: float, path: Path, *, keys: bool) -
     localisers = {stage: Localiser(sequence, stage=stage) for stage in (Stage.CHAIN,)}
     spent = Spent(making * len(views), 0.0, 0.0, 0)
     with saved(path, "cost") as stream:
-        watch = Watch(stream, [Layer("own", tuple(localisers), places)])
+        logger = LiveLogger(stream, [LocaliserLayer("own", tuple(localisers), places)])
         for view in views:
             start = time.perf_counter()
             beliefs = {stage.value: localiser.update(view) for stage, localiser in localisers.items()}
             middle = time.perf_counter()
-            watch.update(view, {"own": beliefs})
+            logger.update(view, {"own": beliefs})
             spent.localising += middle - start
             spent.logging += time.perf_counter() - middle
     spent.size = path.stat().st_size
@@ -99,17 +99,17 @@ LONG_DRIVE = """
 import resource, sys
 from pathlib import Path
 from tests.benchmarks.test_viewer_cost import long_drive, long_answers, PLACES
-from refseq.viewer.belief_log import Layer
+from refseq.viewer.belief_log import LocaliserLayer
 from refseq.viewer.places import Places
 from refseq.viewer.recording import saved
-from refseq.viewer.live_logger import Watch
+from refseq.viewer.live_logger import LiveLogger
 from refseq.planar import Pose
 count, path = int(sys.argv[1]), Path(sys.argv[2])
 places = Places([Pose(0.85 * k, 0.0, 0.0) for k in range(PLACES)])
 with saved(path, "long") as stream:
-    watch = Watch(stream, [Layer("own", ("chain",), places)], expect=count)
+    logger = LiveLogger(stream, [LocaliserLayer("own", ("chain",), places)], expect=count)
     for view, belief in zip(long_drive(count), long_answers(count)):
-        watch.update(view, {"own": {"chain": belief}})
+        logger.update(view, {"own": {"chain": belief}})
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3, path.stat().st_size / 1e6)
 """
 

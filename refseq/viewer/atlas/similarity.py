@@ -17,7 +17,7 @@ MOST_PIXELS = 4096
 
 
 @dataclass(frozen=True)
-class Shared:
+class SharedStretch:
     """A stretch of places that two paths run through: ``views`` (n, 2) are the numbers in ``one`` and in ``other``."""
 
     one: int
@@ -25,12 +25,12 @@ class Shared:
     views: NDArray[np.intp]
 
 
-def shared_stretches(map_: Map) -> list[Shared]:
+def shared_stretches(map_: Map) -> list[SharedStretch]:
     """All stretches that two paths share, each once, by the paths' numbers."""
     found = []
     for one, path in enumerate(map_.paths):
         for other in range(one + 1, len(map_.paths)):
-            found += [Shared(one, other, views) for views in _stretches(map_, path, map_.paths[other])]
+            found += [SharedStretch(one, other, views) for views in _stretches(map_, path, map_.paths[other])]
     return found
 
 

@@ -21,7 +21,7 @@ from refseq.viewer.atlas.sizes import sizes_table
 from refseq.viewer.atlas.square import Square
 from refseq.viewer.atlas.strips import Strips
 from refseq.viewer.drawing.colours import LOST
-from refseq.viewer.timelines import Moment, moments_of, set_moment
+from refseq.viewer.timelines import TimePoint, set_time_point, time_points_of
 
 WIDE = 2.5
 """A plan this many times wider than high goes above the others, over their whole width."""
@@ -123,8 +123,8 @@ class AtlasTab:
             stream.log(_share(method, name), looks, static=True)
         stream.log(_lost(method), rr.SeriesLines(colors=LOST, names="(lost)", widths=1.0), static=True)
 
-    def _send_view(self, stream: rr.RecordingStream, view: View, moment: Moment) -> None:
-        set_moment(stream, moment)
+    def _send_view(self, stream: rr.RecordingStream, view: View, moment: TimePoint) -> None:
+        set_time_point(stream, moment)
         self._plan.send_pose(stream, view.truth)
         for method, beliefs in self.answers.items():
             if moment.view < len(beliefs):  # else it is told when all views are counted
@@ -141,10 +141,10 @@ class AtlasTab:
         stream.log(_lost(method), rr.Scalars(belief.lost))
 
 
-def _with_moments(views: Iterable[View]) -> Iterator[tuple[View, Moment]]:
+def _with_moments(views: Iterable[View]) -> Iterator[tuple[View, TimePoint]]:
     """Each view and its moment, in one pass."""
     one, two = tee(views)
-    return zip(one, moments_of(two), strict=True)
+    return zip(one, time_points_of(two), strict=True)
 
 
 def _part(name: str) -> str:

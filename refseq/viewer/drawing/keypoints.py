@@ -12,7 +12,7 @@ from refseq.view import View
 from refseq.viewer.places import Places
 
 
-class Marked(NamedTuple):
+class MarkedKeypoints(NamedTuple):
     """Points of a picture [pixels]: ``matched`` (m, 2) are words of the place, ``unmatched`` (n, 2) are not."""
 
     matched: NDArray[np.float32]
@@ -30,7 +30,7 @@ class Keypoints:
         """Cameras whose words the map knows."""
         return frozenset(e.sensor for s in self.places.sequences for e in s.extractors if isinstance(e, SiftWords))
 
-    def marked(self, view: View, camera: str, place: int) -> Marked | None:
+    def marked(self, view: View, camera: str, place: int) -> MarkedKeypoints | None:
         """The keys of a view's picture, by the words of ``place``; ``None`` without picture or words.
 
         If the map's own extractor has just looked at this very picture, as when a localiser of this map is at work,
@@ -44,7 +44,7 @@ class Keypoints:
         points, descriptors = words.drawn(image)
         block = sequence.matrix.blocks[key]
         there = np.isin(words.vocabulary.find(descriptors) + block.start, self._words(sequence)[number])
-        return Marked(points[there], points[~there])
+        return MarkedKeypoints(points[there], points[~there])
 
     def _words(self, sequence: ReferenceSequence) -> list[NDArray[np.intp]]:
         """Features of each place of a sequence, unpacked when one is first asked for."""

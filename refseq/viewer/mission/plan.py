@@ -11,7 +11,7 @@ from refseq.planar import Pose, in_world
 from refseq.viewer.drawing.colours import BELIEVED, DIM, REFERENCE, SCAN, TEXT, TRUTH
 from refseq.viewer.drawing.plane import ROBOT, circle, north_up, returns
 from refseq.viewer.drawing.trail import Trail
-from refseq.viewer.mission.record import Glance, Instant, MissionRecord
+from refseq.viewer.mission.record import Instant, LocalisedView, MissionRecord
 from refseq.viewer.scene import Extent
 
 ORIGIN = "mission/plan"
@@ -77,15 +77,15 @@ class MissionPlan:
             ring = circle(0.6) + self._spot(instant.along)
             stream.log(f"{ORIGIN}/believed", rr.LineStrips2D([ring], colors=BELIEVED, radii=-1.5))
 
-    def send_glance(self, stream: rr.RecordingStream, glance: Glance, trail: Trail) -> None:
+    def send_view(self, stream: rr.RecordingStream, seen: LocalisedView, trail: Trail) -> None:
         """What was seen there, how likely each place of the way is, and the path up to there."""
-        pose = glance.instant.truth
+        pose = seen.instant.truth
         if pose is not None:
-            scan = north_up(in_world(returns(glance.view), pose))
+            scan = north_up(in_world(returns(seen.view), pose))
             stream.log(f"{ORIGIN}/scan", rr.Points2D(scan, colors=SCAN, radii=-0.8))
             stream.log(f"{ORIGIN}/path", rr.LineStrips2D([north_up(trail.points)], colors=TRUTH, radii=-0.6))
         if len(self.record.places):
-            belief = glance.belief
+            belief = seen.belief
             shares = (1 - belief.lost) * belief.places[self.record.plan.path.places]
             likely = shares > LIKELY
             sizes = 0.08 + 0.5 * np.sqrt(shares[likely])

@@ -57,7 +57,7 @@ class Instant:
 
 
 @dataclass(frozen=True)
-class Glance:
+class LocalisedView:
     """A view on the way, without its images, what was believed of it, and its ``frames``, by camera."""
 
     instant: Instant
@@ -67,7 +67,7 @@ class Glance:
 
 
 @dataclass(frozen=True)
-class Line:
+class LogLine:
     """A line of the log, how far the odometer had gone by then [m], and the number of the last view, None without."""
 
     entry: Entry
@@ -85,8 +85,8 @@ class MissionRecord:
 
     plan: Plan
     instants: Sequence[Instant]
-    glances: Sequence[Glance]
-    log: Sequence[Line]
+    views: Sequence[LocalisedView]
+    log: Sequence[LogLine]
     places: NDArray[np.float64]
     outline: Sequence[NDArray[np.float64]] = ()
 
@@ -99,15 +99,15 @@ class Recorder:
 
     def __init__(self) -> None:
         self._instants: list[Instant] = []
-        self._glances: list[Glance] = []
-        self._log: list[Line] = []
+        self._views: list[LocalisedView] = []
+        self._log: list[LogLine] = []
         self._seen: list[tuple[View, Belief, dict[str, rr.EncodedImage]]] = []
         self._began: float | None = None
         self._executor: Executor | None = None
 
     def heard(self, localiser: LocaliserProtocol) -> LocaliserProtocol:
         """The localiser, of which each answer is heard."""
-        return _Heard(localiser, self)
+        return _RecordingLocaliser(localiser, self)
 
     def saw(self, view: View, belief: Belief) -> None:
         """A view was taken, and this is believed of it."""
@@ -122,7 +122,7 @@ class Recorder:
         for view, belief, frames in self._seen:
             # The first view is taken before anything moves, when the mission's clock begins.
             self._began = view.time if self._began is None else self._began
-            self._glances.append(Glance(replace(now, time=view.time - self._began), view, belief, frames))
+            self._views.append(LocalisedView(replace(now, time=view.time - self._began), view, belief, frames))
         self._seen.clear()
         self._hear(executor)
 
@@ -135,15 +135,15 @@ class Recorder:
             if last.unlike(self._instants[-1]):
                 self._instants.append(last)
             self._hear(self._executor)
-        return MissionRecord(plan, tuple(self._instants), tuple(self._glances), tuple(self._log), places, outline)
+        return MissionRecord(plan, tuple(self._instants), tuple(self._views), tuple(self._log), places, outline)
 
     def _hear(self, executor: Executor) -> None:
-        view = len(self._glances) - 1 if self._glances else None
+        view = len(self._views) - 1 if self._views else None
         new = executor.log[len(self._log) :]
-        self._log += [Line(entry, executor.travelled, view) for entry in new]
+        self._log += [LogLine(entry, executor.travelled, view) for entry in new]
 
 
-class _Heard:
+class _RecordingLocaliser:
     """A localiser whose answers somebody hears."""
 
     def __init__(self, inner: LocaliserProtocol, recorder: Recorder) -> None:

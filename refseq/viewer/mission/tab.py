@@ -12,7 +12,7 @@ from refseq.missions import Plan, Status, Task
 from refseq.viewer.drawing.colours import BELIEVED, LOST, MATCHED, REFERENCE, TRUTH, Colour
 from refseq.viewer.drawing.trail import Trail
 from refseq.viewer.mission.plan import MissionPlan
-from refseq.viewer.mission.record import Glance, Instant, MissionRecord
+from refseq.viewer.mission.record import Instant, LocalisedView, MissionRecord
 from refseq.viewer.timelines import DISTANCE, TIME, VIEW
 
 STANDING = "stands"
@@ -48,7 +48,7 @@ class MissionTab:
 
     @cached_property
     def _cameras(self) -> list[str]:
-        return sorted({camera for glance in self.record.glances for camera in glance.frames})
+        return sorted({camera for seen in self.record.views for camera in seen.frames})
 
     @property
     def _to_go(self) -> tuple[float, float]:
@@ -78,7 +78,7 @@ class MissionTab:
                 plot_legend=_NONE,
             )
         ]
-        if self.record.glances:
+        if self.record.views:
             curves.append(
                 rrb.TimeSeriesView(
                     origin="mission/lost",
@@ -111,14 +111,14 @@ class MissionTab:
             _set(stream, instant.time, instant.travelled)
             self._send_instant(stream, instant)
         trail = Trail()
-        for number, glance in enumerate(self.record.glances):
-            if glance.instant.truth is not None:
-                trail.add(glance.instant.truth)
-            _set(stream, glance.instant.time, glance.instant.travelled, number)
-            self._send_instant(stream, glance.instant)
-            self._send_glance(stream, glance, trail)
+        for number, seen in enumerate(self.record.views):
+            if seen.instant.truth is not None:
+                trail.add(seen.instant.truth)
+            _set(stream, seen.instant.time, seen.instant.travelled, number)
+            self._send_instant(stream, seen.instant)
+            self._send_view(stream, seen, trail)
         for instant in self.record.instants[-1:]:  # the end is to be seen on the line of views, too
-            _set(stream, instant.time, instant.travelled, len(self.record.glances) or None)
+            _set(stream, instant.time, instant.travelled, len(self.record.views) or None)
             self._send_instant(stream, instant)
         for line in self.record.log:
             _set(stream, line.entry.time, line.travelled, line.view)
@@ -127,7 +127,7 @@ class MissionTab:
     def _send_looks(self, stream: rr.RecordingStream) -> None:
         """Names and colours."""
         stream.log("mission/to_go", rr.SeriesLines(colors=BELIEVED, names="to go [m]", widths=1.5), static=True)
-        if self.record.glances:
+        if self.record.views:
             stream.log("mission/lost", rr.SeriesLines(colors=LOST, names="P(lost)", widths=1.5), static=True)
         names = [status.value for status in STATUS]
         stream.log(
@@ -137,7 +137,7 @@ class MissionTab:
     def _send_doing(self, stream: rr.RecordingStream) -> None:
         """What was done, wherever it changes: a lane each of status, order, behaviour and tasks, and the steps."""
         before: Instant | None = None
-        views = [glance.instant.time for glance in self.record.glances]
+        views = [seen.instant.time for seen in self.record.views]
         for instant in self.record.instants:
             if before is not None and not instant.unlike(before):
                 continue
@@ -159,10 +159,10 @@ class MissionTab:
         self._plan.send_instant(stream, instant)
         stream.log("mission/to_go", rr.Scalars(self.record.plan.goal - instant.along))
 
-    def _send_glance(self, stream: rr.RecordingStream, glance: Glance, trail: Trail) -> None:
-        self._plan.send_glance(stream, glance, trail)
-        stream.log("mission/lost", rr.Scalars(glance.belief.lost))
-        for camera, frame in glance.frames.items():
+    def _send_view(self, stream: rr.RecordingStream, seen: LocalisedView, trail: Trail) -> None:
+        self._plan.send_view(stream, seen, trail)
+        stream.log("mission/lost", rr.Scalars(seen.belief.lost))
+        for camera, frame in seen.frames.items():
             stream.log(f"mission/camera/{camera}", frame)
 
 

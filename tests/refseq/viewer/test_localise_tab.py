@@ -14,7 +14,7 @@ from refseq.logs.beliefs import read_beliefs, write_beliefs
 from refseq.map.learning import learn
 from refseq.planar import Pose
 from refseq.view import Scan, View
-from refseq.viewer.belief_log import Layer, beside
+from refseq.viewer.belief_log import LocaliserLayer, beside
 from refseq.viewer.layers import write_layers
 from refseq.viewer.localise_tab import Answers, LocaliseTab
 from refseq.viewer.places import Places
@@ -32,7 +32,7 @@ def comparison() -> Any:
 
 
 def tab_of(reference: Sequence[View], views: Sequence[View], answers: Answers, name: str = "one") -> LocaliseTab:
-    return LocaliseTab(views, [Layer(name, tuple(answers), Places.along(reference))], {name: answers})
+    return LocaliseTab(views, [LocaliserLayer(name, tuple(answers), Places.along(reference))], {name: answers})
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +143,7 @@ def test_keys_are_matched_where_the_picture_is_that_of_the_believed_place(tmp_pa
     wrong = [certain(COUNT, (t + COUNT // 2) % COUNT) for t in range(COUNT)]
     shares = []
     for name, answers in (("right", right), ("wrong", wrong)):
-        tab = LocaliseTab(views, [Layer(name, ("x",), places)], {name: {"x": answers}})
+        tab = LocaliseTab(views, [LocaliserLayer(name, ("x",), places)], {name: {"x": answers}})
         write_recording(tmp_path / f"{name}.rrd", [tab], name=name)
         counts = [
             sum(len(points) for points in of_views(tmp_path / f"{name}.rrd", path, "Points2D:positions"))
@@ -222,7 +222,7 @@ def test_layers_make_one_recording_with_what_a_single_file_holds(tmp_path: Path,
     places = Places.along(comparison.reference_views)
     other = {"mine": [certain(COUNT, t) for t in range(COUNT)]}
     answers: dict[str, Answers] = {"one": comparison.beliefs, "other": other}
-    layers = beside([Layer(name, tuple(methods), places) for name, methods in answers.items()])
+    layers = beside([LocaliserLayer(name, tuple(methods), places) for name, methods in answers.items()])
     tab = LocaliseTab(comparison.query_views, layers, answers)
     paths = write_layers(tmp_path, tab, name="beside")
     write_recording(tmp_path / "whole.rrd", [tab], name="beside")
@@ -257,4 +257,4 @@ def test_answers_that_do_not_fit_are_refused(comparison: Any) -> None:
     ):
         tab_of(comparison.reference_views, comparison.query_views, {Stage.CHAIN: short})
     with pytest.raises(RefseqError, match="answers by no method"):
-        Layer("none", (), Places.along(comparison.reference_views))
+        LocaliserLayer("none", (), Places.along(comparison.reference_views))

@@ -7,7 +7,7 @@ from rerun.chunk import RrdReader
 
 from refseq.view import View
 from refseq.viewer.recording import write_recording
-from refseq.viewer.timelines import Moment, moments_of, set_moment
+from refseq.viewer.timelines import TimePoint, set_time_point, time_points_of
 from tests.refseq.viewer.readback import same, verified
 
 pytestmark = pytest.mark.filterwarnings("error")  # Rerun only warns about data that it cannot take
@@ -25,7 +25,7 @@ class Numbers:
 
     def send(self, stream: rr.RecordingStream) -> None:
         for number in range(self.count):
-            set_moment(stream, Moment(number, 2.0 * number, 0.85 * number))
+            set_time_point(stream, TimePoint(number, 2.0 * number, 0.85 * number))
             stream.log(f"{self.name}/line", rr.Scalars(number))
 
 
@@ -57,7 +57,7 @@ def test_three_time_lines_tell_the_same_moments(tmp_path: Path) -> None:
 
 def test_a_robot_that_reverses_travels_on() -> None:
     drive = [View(0.0, distance=9.0), View(2.0, distance=1.0), View(5.0, distance=-0.5)]
-    assert list(moments_of(drive)) == [Moment(0, 0.0, 0.0), Moment(1, 2.0, 1.0), Moment(2, 5.0, 1.5)]
+    assert list(time_points_of(drive)) == [TimePoint(0, 0.0, 0.0), TimePoint(1, 2.0, 1.0), TimePoint(2, 5.0, 1.5)]
 
 
 def test_a_tab_that_fails_leaves_the_old_file(tmp_path: Path) -> None:

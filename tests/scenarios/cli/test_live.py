@@ -77,7 +77,7 @@ def test_what_is_shown_is_what_is_believed(here: Path, refseq: Refseq) -> None:
 
 def test_no_panel_of_a_live_drive_stays_empty(desk: Path, refseq: Refseq, here: Path) -> None:
     from refseq.map.map import Map
-    from refseq.viewer.belief_log import Layer
+    from refseq.viewer.belief_log import LocaliserLayer
     from refseq.viewer.places import Places
     from scenarios.drives.live import LiveTab, scene_ahead
     from scenarios.drives.record import Drive
@@ -85,7 +85,7 @@ def test_no_panel_of_a_live_drive_stays_empty(desk: Path, refseq: Refseq, here: 
 
     assert refseq(*LIVE, "--every", "0.5", "--save", "live.rrd").code == 0
     drive = Drive(world="small.toml", renderer=RendererKind.NONE, sensors=("laser",))
-    layer = Layer("map", STAGES, Places.of(Map.load(here / "map.refseq")))
+    layer = LocaliserLayer("map", STAGES, Places.of(Map.load(here / "map.refseq")))
     assert empty_views(LiveTab(scene_ahead(drive, layer.places), [layer]).layout(), here / "live.rrd") == []
 
 
@@ -141,16 +141,16 @@ def test_without_a_display_it_is_told_what_else_there_is(
 
 
 def test_an_interrupted_drive_keeps_its_recording(here: Path, refseq: Refseq, monkeypatch: pytest.MonkeyPatch) -> None:
-    from refseq.viewer.live_logger import Watch
+    from refseq.viewer.live_logger import LiveLogger
 
-    update = Watch.update
+    update = LiveLogger.update
 
-    def stop(self: Watch, *words: object) -> None:
+    def stop(self: LiveLogger, *words: object) -> None:
         update(self, *words)  # type: ignore[arg-type]
         if self._view == 3:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(Watch, "update", stop)
+    monkeypatch.setattr(LiveLogger, "update", stop)
     answer = refseq(*LIVE, "--every", "0.3", "--save", "live.rrd", "--record", "q.mcap")
     assert answer.code == 130
     assert answer.err.strip().endswith("q.mcap is readable and holds all views up to now, 3")

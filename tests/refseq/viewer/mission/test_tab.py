@@ -122,9 +122,9 @@ def test_views_lie_on_all_three_lines(made: tuple[Executor, list[Belief], Missio
     assert [view for view, _ in rows(recording, entity, "Points2D:positions", "view")] == list(range(len(said)))
     times = [time.total_seconds() for time, _ in rows(recording, entity, "Points2D:positions", "time")]
     assert times[0] == 0.0
-    np.testing.assert_allclose(np.diff(times), np.diff([glance.view.time for glance in record.glances]), atol=1e-6)
+    np.testing.assert_allclose(np.diff(times), np.diff([seen.view.time for seen in record.views]), atol=1e-6)
     gone = [distance for distance, _ in rows(recording, entity, "Points2D:positions", "distance_cm")]
-    np.testing.assert_allclose(gone, [100 * glance.instant.travelled for glance in record.glances], atol=0.5)
+    np.testing.assert_allclose(gone, [100 * seen.instant.travelled for seen in record.views], atol=0.5)
     assert len(values(recording, "/mission/camera/camera", "EncodedImage:blob", "view")) == len(said)
 
 
