@@ -34,7 +34,7 @@ Answer = Callable[[View], Mapping[Stage, Belief]]
 class LiveRun:
     """Hears of the views of a drive as they are taken: answers, shows, and keeps what scoring needs.
 
-    ``logger`` shows it, None: nobody looks; ``told`` hears how it stands in a line. ``layer`` names the localiser there.
+    ``logger`` shows it, None: nobody looks; ``told`` is called with a line a view. ``layer`` names the localiser there.
     """
 
     answer: Answer
