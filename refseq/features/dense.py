@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observer
+from refseq.features.extractor import BaseExtractor
 from refseq.features.sift import DESCRIPTOR_SIZE
 from refseq.view import View
 
@@ -42,7 +42,7 @@ class DenseSettings:
     seed: int = 2011
 
 
-class DenseWords(Observer):
+class DenseWords(BaseExtractor):
     """Words of one camera's image, ``columns`` · ``rows`` · ``codes`` of them in every view."""
 
     def __init__(self, camera: str, settings: DenseSettings, words: NDArray[np.int64] | None = None) -> None:
@@ -107,14 +107,14 @@ class DenseWords(Observer):
         return ids
 
 
-class Patches(NamedTuple):
+class GridPatches(NamedTuple):
     """Patches of an image that show something: which they are, (n,), row by row from the top left, and (n, 128)."""
 
     numbers: NDArray[np.int64]
     descriptors: NDArray[np.uint8]
 
 
-def describe_patches(sift: cv2.SIFT, image: NDArray[np.uint8], settings: DenseSettings) -> Patches:
+def describe_patches(sift: cv2.SIFT, image: NDArray[np.uint8], settings: DenseSettings) -> GridPatches:
     """Upright SIFT descriptors of the grid's patches, those without contrast left out."""
     height = max(1, round(settings.width * image.shape[0] / image.shape[1]))
     reduced = np.asarray(cv2.resize(image, (settings.width, height), interpolation=cv2.INTER_AREA), np.uint8)
@@ -125,9 +125,9 @@ def describe_patches(sift: cv2.SIFT, image: NDArray[np.uint8], settings: DenseSe
     # An angle is given, for without one the descriptor would be turned to no direction in particular.
     keys = [cv2.KeyPoint(float(x[n % len(x)]), float(y[n // len(x)]), settings.patch, 0.0) for n in shown]
     if not keys:
-        return Patches(shown, np.zeros((0, DESCRIPTOR_SIZE), np.uint8))
+        return GridPatches(shown, np.zeros((0, DESCRIPTOR_SIZE), np.uint8))
     _, descriptors = sift.compute(reduced, keys)
-    return Patches(shown, np.asarray(descriptors, np.uint8))
+    return GridPatches(shown, np.asarray(descriptors, np.uint8))
 
 
 def local_deviation(image: NDArray[np.uint8], side: int) -> NDArray[np.float32]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.special import betainc
 
 from refseq.features.scan_bits import ScanBits
-from refseq.features.walls import Lines, WallSettings, count_bits, find_lines
+from refseq.features.walls import ScanLines, WallSettings, count_bits, find_lines
 from refseq.view import Scan
 
 COUNTS = (1, 2)
@@ -56,7 +56,7 @@ class DoorSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Door:
+class DetectedDoor:
     """An opening, in the scanner's frame.
 
     ``centre`` and ``width`` [m]; ``heading`` [rad], in which one goes straight through and away; ``probability`` that
@@ -80,8 +80,8 @@ class Door:
         return math.atan2(self.centre[1], self.centre[0])
 
 
-class _Side(NamedTuple):
-    """What stands on one side of an opening, outward from it.
+class _OpeningSide(NamedTuple):
+    """One side of an opening, outward from it.
 
     The opening ends at ``at`` along the wall's line, from its middle [m]; the wall goes on from there for ``wall`` [m],
     or not at all (0) at a corner, where the side wall is ``off`` [rad] from square.
@@ -92,7 +92,7 @@ class _Side(NamedTuple):
     off: float
 
 
-def find_doors(scan: Scan, settings: DoorSettings, walls: WallSettings | None = None) -> list[Door]:
+def find_doors(scan: Scan, settings: DoorSettings, walls: WallSettings | None = None) -> list[DetectedDoor]:
     """Doors more probable than ``settings.probability``, most probable first; ``walls`` rule how lines are found.
 
     Beams without return are left out: glass gives none, either. Two walls may tell of the same door: the more probable
@@ -102,7 +102,7 @@ def find_doors(scan: Scan, settings: DoorSettings, walls: WallSettings | None = 
     return doors_in(find_lines(scan, walls), scan, settings, walls)
 
 
-def doors_in(lines: Lines, scan: Scan, settings: DoorSettings, walls: WallSettings) -> list[Door]:
+def doors_in(lines: ScanLines, scan: Scan, settings: DoorSettings, walls: WallSettings) -> list[DetectedDoor]:
     """As ``find_doors``, where the scan's ``lines`` are known already."""
     lines = lines[lines.length >= settings.wall]
     points = scan.points[np.isfinite(scan.ranges)]
@@ -111,7 +111,7 @@ def doors_in(lines: Lines, scan: Scan, settings: DoorSettings, walls: WallSettin
         for start, end, centre, direction in zip(lines.start, lines.end, lines.centre, lines.direction, strict=True)
         for door in _doors_beside((start, end), centre, direction, points, settings, walls.gap)
     ]
-    doors: list[Door] = []
+    doors: list[DetectedDoor] = []
     for door in sorted(found, key=lambda door: -door.probability):
         if all(math.dist(door.centre, other.centre) > other.width / 2 for other in doors):
             doors.append(door)
@@ -125,7 +125,7 @@ def _doors_beside(
     points: NDArray[np.float64],
     settings: DoorSettings,
     gap: float,
-) -> Iterator[Door]:
+) -> Iterator[DetectedDoor]:
     """Doors at an end of one wall, or in it: its end points, and a point and the direction of its line."""
     # The beams turn to the left, so that what is behind the wall is to the right of its direction.
     away = np.array([direction[1], -direction[0]])
@@ -144,7 +144,7 @@ def _doors_beside(
         if probability > settings.probability:
             x, y = centre + (right.at - left.at) / 2 * direction
             passable = _free(from_left, width, settings) >= settings.clearance
-            yield Door((float(x), float(y)), width, math.atan2(away[1], away[0]), probability, passable)
+            yield DetectedDoor((float(x), float(y)), width, math.atan2(away[1], away[0]), probability, passable)
 
 
 def _runs(behind: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
@@ -156,7 +156,9 @@ def _runs(behind: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
         yield before, last + 1
 
 
-def _side(chain: NDArray[np.float64], inner: NDArray[np.float64], settings: DoorSettings, gap: float) -> _Side | None:
+def _side(
+    chain: NDArray[np.float64], inner: NDArray[np.float64], settings: DoorSettings, gap: float
+) -> _OpeningSide | None:
     """What stands on one side: ``chain`` (n, 2) are the points from the opening on, ``inner`` the last one behind it.
 
     None where that is not known: something in front hides where the opening ends.
@@ -169,13 +171,13 @@ def _side(chain: NDArray[np.float64], inner: NDArray[np.float64], settings: Door
     at = float(chain[0, 0])
     if on >= 2 and (wall := float(chain[on - 1, 0]) - at) >= settings.jamb:
         # The wall ends somewhere between the last beam that met it and the next.
-        return _Side(at - float(chain[1, 0] - at) / 2, wall, 0.0)
+        return _OpeningSide(at - float(chain[1, 0] - at) / 2, wall, 0.0)
     aside = chain[max(0, on - 1) :] - chain[max(0, on - 1)]
     x, y = aside[min(int(np.searchsorted(np.hypot(*aside.T), settings.side)), len(aside) - 1)]
-    return _Side(at, 0.0, abs(math.atan2(x, -y)))
+    return _OpeningSide(at, 0.0, abs(math.atan2(x, -y)))
 
 
-def _shape(left: _Side, right: _Side, settings: DoorSettings) -> float:
+def _shape(left: _OpeningSide, right: _OpeningSide, settings: DoorSettings) -> float:
     """How probably a gap of such a width with such sides is a door."""
     width = left.at + right.at
     outside = max(0.0, settings.narrow - width, width - settings.wide) / settings.margin

@@ -58,7 +58,7 @@ class Observed:
         self.matching = matching
 
 
-class Observer(ABC):
+class BaseExtractor(ABC):
     """What all extractors have in common: to observe is to describe and to recognise."""
 
     @abstractmethod

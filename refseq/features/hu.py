@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.boundary import outline
-from refseq.features.extractor import Observer
+from refseq.features.extractor import BaseExtractor
 from refseq.features.vocabulary import Vocabulary
 from refseq.view import LASER, Scan, View
 
@@ -44,7 +44,7 @@ def log_scaled(moments: NDArray[np.float64], floor: float) -> NDArray[np.float64
     return np.sign(moments) * np.log10(1 + np.abs(moments) / floor)
 
 
-class HuMoments(Observer):
+class HuMoments(BaseExtractor):
     """At most one bit a scan: the stored moments that its own are nearest to, if they are near enough."""
 
     key = "hu/laser"

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observer
+from refseq.features.extractor import BaseExtractor
 from refseq.view import LASER, Scan, View
 
 
-class ScanBits(Observer):
+class ScanBits(BaseExtractor):
     """An extractor whose features are bits that a scan sets, of a table that is fixed: nothing is learnt."""
 
     key: str

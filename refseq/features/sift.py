@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observer
+from refseq.features.extractor import BaseExtractor
 from refseq.features.vocabulary import Vocabulary
 from refseq.view import View
 
@@ -22,7 +22,7 @@ _NOWHERE = np.zeros((0, 2), np.float32)
 _NOWHERE.setflags(write=False)
 
 
-class Keys(NamedTuple):
+class SiftKeys(NamedTuple):
     """Keys of one image: ``points`` (n, 2), x and y [pixels], and ``descriptors`` (n, 128)."""
 
     points: NDArray[np.float32]
@@ -56,7 +56,7 @@ class SiftSettings:
     exact_up_to: int = 20_000
 
 
-class SiftWords(Observer):
+class SiftWords(BaseExtractor):
     """Words of a camera's image. By default keys on the full and the half-resolution image only, the thesis' choice."""
 
     def __init__(self, camera: str, settings: SiftSettings, words: NDArray[np.uint8] | None = None) -> None:
@@ -65,7 +65,7 @@ class SiftWords(Observer):
         self.settings = settings
         self.vocabulary = Vocabulary(settings.alias_distance, _NONE if words is None else words, settings.exact_up_to)
         self._sift = cv2.SIFT.create(contrastThreshold=settings.contrast)
-        self._latest: tuple[NDArray[np.uint8] | None, Keys] = (None, Keys(_NOWHERE, _NONE))
+        self._latest: tuple[NDArray[np.uint8] | None, SiftKeys] = (None, SiftKeys(_NOWHERE, _NONE))
 
     @property
     def size(self) -> int:
@@ -84,29 +84,29 @@ class SiftWords(Observer):
         """Words among descriptors."""
         return self.vocabulary.match(described)
 
-    def keys(self, image: NDArray[np.uint8]) -> Keys:
+    def keys(self, image: NDArray[np.uint8]) -> SiftKeys:
         """The strongest keys of an image, at most ``cap``; a blank image has none."""
         found = self._find(image)
         self._latest = image, found
         return found
 
-    def drawn(self, image: NDArray[np.uint8]) -> Keys:
+    def drawn(self, image: NDArray[np.uint8]) -> SiftKeys:
         """As ``keys``, for drawing: not found again if the image is the one that was looked at last."""
         latest, found = self._latest
         return found if latest is image else self.keys(image)
 
-    def _find(self, image: NDArray[np.uint8]) -> Keys:
+    def _find(self, image: NDArray[np.uint8]) -> SiftKeys:
         s = self.settings
         keys, descriptors = self._sift.detectAndCompute(halved(image) if s.halved else image, None)
         if descriptors is None:
-            return Keys(_NOWHERE, _NONE)
+            return SiftKeys(_NOWHERE, _NONE)
         octaves = np.array([_octave(key) for key in keys]) + s.halved
         used = np.flatnonzero((s.first_octave <= octaves) & (octaves <= s.last_octave))
         response = np.array([key.response for key in keys])[used]
         # A stable order keeps runs identical when two keys are equally strong.
         strongest = used[np.argsort(-response, kind="stable")[: s.cap]]
         chosen = np.asarray(descriptors[strongest], np.uint8)
-        return Keys(self._points(keys, strongest), root(chosen) if s.root else chosen)
+        return SiftKeys(self._points(keys, strongest), root(chosen) if s.root else chosen)
 
     def _points(self, keys: Sequence[cv2.KeyPoint], chosen: NDArray[np.intp]) -> NDArray[np.float32]:
         """Where the chosen keys lie in the whole image, (n, 2)."""

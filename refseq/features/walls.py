@@ -42,7 +42,7 @@ class WallSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Lines:
+class ScanLines:
     """Straight pieces of a scan, m of them, in the order in which the beams meet them.
 
     ``first`` and ``last`` (m,) are the beams of their end points ``start`` and ``end`` (m, 2) [m]; ``moments`` (m, 6)
@@ -56,7 +56,7 @@ class Lines:
     moments: NDArray[np.float64]
 
     @classmethod
-    def through(cls, points: NDArray[np.float64], first: NDArray[np.intp]) -> "Lines":
+    def through(cls, points: NDArray[np.float64], first: NDArray[np.intp]) -> "ScanLines":
         """Cut the points of a scan, (n, 2), into runs that begin at the beams ``first`` (rising, from 0 on)."""
         last = np.append(first, len(points))[1:] - 1
         x, y = points.T
@@ -66,18 +66,20 @@ class Lines:
     def __len__(self) -> int:
         return len(self.first)
 
-    def __getitem__(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> "Lines":
+    def __getitem__(self, which: NDArray[np.bool_] | NDArray[np.intp]) -> "ScanLines":
         """Some of the lines."""
-        return Lines(self.first[which], self.last[which], self.start[which], self.end[which], self.moments[which])
+        return ScanLines(self.first[which], self.last[which], self.start[which], self.end[which], self.moments[which])
 
-    def merged_with(self, others: "Lines") -> "Lines":
+    def merged_with(self, others: "ScanLines") -> "ScanLines":
         """These and others, in the order of the beams."""
         order = np.argsort(np.concatenate([self.first, others.first]))
-        return Lines(*(np.concatenate([getattr(self, f.name), getattr(others, f.name)])[order] for f in fields(self)))
+        return ScanLines(
+            *(np.concatenate([getattr(self, f.name), getattr(others, f.name)])[order] for f in fields(self))
+        )
 
-    def fused_with(self, after: "Lines") -> "Lines":
+    def fused_with(self, after: "ScanLines") -> "ScanLines":
         """One line for each of these and its fellow behind it in the scan's order."""
-        return Lines(self.first, after.last, self.start, after.end, self.moments + after.moments)
+        return ScanLines(self.first, after.last, self.start, after.end, self.moments + after.moments)
 
     @property
     def count(self) -> NDArray[np.intp]:
@@ -115,22 +117,22 @@ class Lines:
         return np.abs(_dots(self.normal, self.centre))
 
 
-def find_walls(scan: Scan, settings: WallSettings) -> Lines:
+def find_walls(scan: Scan, settings: WallSettings) -> ScanLines:
     """The walls of a scan: lines of at least ``settings.length``."""
     return walls_in(find_lines(scan, settings), settings)
 
 
-def walls_in(lines: Lines, settings: WallSettings) -> Lines:
+def walls_in(lines: ScanLines, settings: WallSettings) -> ScanLines:
     """As ``find_walls``, where the scan's ``lines`` are known already."""
     return lines[lines.length >= settings.length]
 
 
-def find_lines(scan: Scan, settings: WallSettings) -> Lines:
+def find_lines(scan: Scan, settings: WallSettings) -> ScanLines:
     """All lines of a scan, however short: both stages of Algorithm 4."""
     return fuse(grow_segments(scan, settings), settings)
 
 
-def grow_segments(scan: Scan, settings: WallSettings) -> Lines:
+def grow_segments(scan: Scan, settings: WallSettings) -> ScanLines:
     """Stage one: runs of 2 to ``points`` neighbouring points that keep their direction."""
     points = scan.points
     steps = _norms(np.diff(points, axis=0))
@@ -142,7 +144,7 @@ def grow_segments(scan: Scan, settings: WallSettings) -> Lines:
     while at < len(path):
         first.append(at)
         at = _grown(path, gaps, at, settings)
-    runs = Lines.through(points, np.array(first, np.intp))
+    runs = ScanLines.through(points, np.array(first, np.intp))
     return runs[runs.count >= 2]
 
 
@@ -162,7 +164,7 @@ def _grown(path: list[list[float]], gaps: list[float], first: int, settings: Wal
     return min(first + settings.points, len(path))
 
 
-def fuse(segments: Lines, settings: WallSettings) -> Lines:
+def fuse(segments: ScanLines, settings: WallSettings) -> ScanLines:
     """Stage two: join lines until no pair can be joined any more."""
     lines, before = segments, 0
     while len(lines) != before:
@@ -170,7 +172,7 @@ def fuse(segments: Lines, settings: WallSettings) -> Lines:
     return lines
 
 
-def _fuse_once(lines: Lines, settings: WallSettings) -> Lines:
+def _fuse_once(lines: ScanLines, settings: WallSettings) -> ScanLines:
     """Fuse each line with at most one other, short pairs first."""
     one, other = _partners(lines, settings)
     lengths = lines.length
@@ -183,7 +185,7 @@ def _fuse_once(lines: Lines, settings: WallSettings) -> Lines:
     return lines[free].merged_with(lines[one[pairs]].fused_with(lines[other[pairs]]))
 
 
-def _partners(lines: Lines, settings: WallSettings) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _partners(lines: ScanLines, settings: WallSettings) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Pairs that may fuse: each line with the next in the scan that is near, not tilted, and on the common line.
 
     The next one that fits, not only the neighbour: the thesis asks for near inner end points, and a thin thing in
@@ -204,7 +206,7 @@ def _partners(lines: Lines, settings: WallSettings) -> tuple[NDArray[np.intp], N
 
 
 def _open_between(
-    lines: Lines,
+    lines: ScanLines,
     one: NDArray[np.intp],
     other: NDArray[np.intp],
     normal: NDArray[np.float64],

@@ -25,7 +25,7 @@ HALF_DEGREE = math.pi / 360
 
 
 @dataclass(frozen=True, slots=True)
-class _Line:
+class _CarmenLine:
     """The fields of one line, with its place for messages."""
 
     path: Path
@@ -93,15 +93,15 @@ def _some(kinds: Sequence[str], most: int = 5) -> str:
     return ", ".join(named) or "none"
 
 
-def _lines(path: Path) -> Iterator[_Line]:
+def _lines(path: Path) -> Iterator[_CarmenLine]:
     with path.open(encoding="utf-8", errors="replace") as file:
         for number, text in enumerate(file, start=1):
             fields = text.split()
             if fields and not fields[0].startswith("#"):
-                yield _Line(path, number, fields)
+                yield _CarmenLine(path, number, fields)
 
 
-def _read_line(line: _Line, state: _State) -> TimedData | None:
+def _read_line(line: _CarmenLine, state: _State) -> TimedData | None:
     """Take one line into the state; a line of the front laser is returned."""
     match line.kind:
         case "FLASER":
@@ -125,7 +125,7 @@ def _read_line(line: _Line, state: _State) -> TimedData | None:
     return None
 
 
-def _flaser(line: _Line) -> TimedData:
+def _flaser(line: _CarmenLine) -> TimedData:
     n = line.count(1)
     line.expect(n + 11, n)
     truth, odometry = line.floats(n + 2, n + 5), line.floats(n + 5, n + 8)
@@ -135,7 +135,7 @@ def _flaser(line: _Line) -> TimedData:
     return _timed(line.floats(n + 8, n + 9), scan, truth=_pose(truth), odometry=_pose(odometry))
 
 
-def _laser_head(line: _Line) -> tuple[Scan, int]:
+def _laser_head(line: _CarmenLine) -> tuple[Scan, int]:
     """The part that RAWLASER and ROBOTLASER share: the scan, and the index of the field behind the remissions."""
     n = line.count(8)
     start, _, step, max_range = line.floats(2, 6)
@@ -147,14 +147,14 @@ def _laser_head(line: _Line) -> tuple[Scan, int]:
     return scan, behind_ranges + 1 + remissions
 
 
-def _robotlaser(line: _Line) -> TimedData:
+def _robotlaser(line: _CarmenLine) -> TimedData:
     scan, at = _laser_head(line)
     line.expect(at + 14, len(scan.ranges))
     poses = line.floats(at, at + 6)
     return _timed(line.floats(at + 11, at + 12), scan, truth=_pose(poses[:3]), odometry=_pose(poses[3:]))
 
 
-def _rawlaser(line: _Line, state: _State) -> TimedData:
+def _rawlaser(line: _CarmenLine, state: _State) -> TimedData:
     scan, at = _laser_head(line)
     line.expect(at + 3, len(scan.ranges))
     return _timed(line.floats(at, at + 1), scan, truth=state.truth, odometry=state.odometry)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.doors import Door, DoorSettings, find_doors
+from refseq.features.doors import DetectedDoor, DoorSettings, find_doors
 from refseq.planar import Pose, after_motion, in_world
 from refseq.view import View
 
@@ -116,7 +116,7 @@ class _DoorInView:
     side: DoorSide
     ahead: float
     along: float
-    door: Door
+    door: DetectedDoor
 
 
 @dataclass
@@ -149,7 +149,7 @@ def _doors_in(views: Sequence[View]) -> Iterator[_DoorInView]:
                 yield _DoorInView(in_world(door.centre, pose), side, door.centre[0], along + door.centre[0], door)
 
 
-def _side(door: Door) -> DoorSide | None:
+def _side(door: DetectedDoor) -> DoorSide | None:
     """Where a door is; None for one behind, and for one that lies ahead, but not on the way."""
     if abs(door.heading) > 3 * math.pi / 4:
         return None

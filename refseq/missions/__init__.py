@@ -4,7 +4,7 @@ from refseq.missions.executor import Do, Executor, ExecutorSettings
 from refseq.missions.language import (
     ADMITTED,
     Action,
-    Behaviour,
+    BehaviourCode,
     Label,
     Landmark,
     Mission,
@@ -22,7 +22,7 @@ from refseq.missions.tasks import Call, Photograph, Task, Wait
 __all__ = [
     "ADMITTED",
     "Action",
-    "Behaviour",
+    "BehaviourCode",
     "Call",
     "Do",
     "Entry",

@@ -22,7 +22,7 @@ class Verb(StrEnum):
     CROSS = "CROSS"
 
 
-class Word(StrEnum):
+class LampWord(StrEnum):
     """What a stage's numbers mean."""
 
     SPEED_BESIDE = "MV"
@@ -44,45 +44,52 @@ class Meaning:
     high: int
 
 
-WORDS: Mapping[Word, Meaning] = MappingProxyType(
+WORDS: Mapping[LampWord, Meaning] = MappingProxyType(
     {
-        Word.SPEED_BESIDE: Meaning("mm/s", 1, 1000),
-        Word.SIDE: Meaning("1 left, 2 right", 1, 2),
-        Word.RANGE: Meaning("mm", 1, 5000),
-        Word.SONAR: Meaning("number of a sonar", 0, 23),
-        Word.SPEED: Meaning("mm/s", -1000, 1000),
-        Word.TURN_RATE: Meaning("degrees/s", 1, 180),
-        Word.ANGLE: Meaning("degrees, to the left", -360, 360),
-        Word.DISTANCE: Meaning("mm", 1, 100_000),
+        LampWord.SPEED_BESIDE: Meaning("mm/s", 1, 1000),
+        LampWord.SIDE: Meaning("1 left, 2 right", 1, 2),
+        LampWord.RANGE: Meaning("mm", 1, 5000),
+        LampWord.SONAR: Meaning("number of a sonar", 0, 23),
+        LampWord.SPEED: Meaning("mm/s", -1000, 1000),
+        LampWord.TURN_RATE: Meaning("degrees/s", 1, 180),
+        LampWord.ANGLE: Meaning("degrees, to the left", -360, 360),
+        LampWord.DISTANCE: Meaning("mm", 1, 100_000),
     }
 )
 """What each word stands for; the bounds are ours."""
 
-TAKES: Mapping[Verb, tuple[Word, ...]] = MappingProxyType(
+TAKES: Mapping[Verb, tuple[LampWord, ...]] = MappingProxyType(
     {
-        Verb.BESIDE: (Word.SPEED_BESIDE, Word.SIDE, Word.RANGE, Word.SONAR),
-        Verb.MOVE: (Word.SPEED, Word.TURN_RATE, Word.ANGLE, Word.DISTANCE, Word.RANGE, Word.SONAR),
+        Verb.BESIDE: (LampWord.SPEED_BESIDE, LampWord.SIDE, LampWord.RANGE, LampWord.SONAR),
+        Verb.MOVE: (
+            LampWord.SPEED,
+            LampWord.TURN_RATE,
+            LampWord.ANGLE,
+            LampWord.DISTANCE,
+            LampWord.RANGE,
+            LampWord.SONAR,
+        ),
         Verb.CROSS: (),
     }
 )
 """Words that a verb may have."""
 
-ENDS = (Word.ANGLE, Word.DISTANCE, Word.RANGE)
+ENDS = (LampWord.ANGLE, LampWord.DISTANCE, LampWord.RANGE)
 """Words that end a stage; a ``MOVE`` has one of them."""
 
 
 @dataclass(frozen=True)
-class Stage:
+class LampStage:
     """A line of the program: its verb, and its numbers by word, in the units of ``WORDS``."""
 
     verb: Verb
-    numbers: Mapping[Word, int]
+    numbers: Mapping[LampWord, int]
 
     def __str__(self) -> str:
         return " ".join([self.verb, *(f"{word} {number}" for word, number in self.numbers.items())])
 
 
-def parse_lamp(text: str) -> tuple[Stage, ...]:
+def parse_lamp(text: str) -> tuple[LampStage, ...]:
     """Read a program; lines may be numbered, and empty ones do not count.
 
     Raises ``MissionError`` in one line, with line and column, counted from 1, and what is valid there.
@@ -90,15 +97,15 @@ def parse_lamp(text: str) -> tuple[Stage, ...]:
     lines = [(number, line) for number, line in enumerate(text.split("\n"), 1) if line.strip()]
     if not lines:
         raise MissionError("LAMP program: holds no line; valid is one stage a line: MOVE, MOVP or CROSS")
-    return tuple(_Line(number, line).stage() for number, line in lines)
+    return tuple(_LampLine(number, line).stage() for number, line in lines)
 
 
-def print_lamp(stages: tuple[Stage, ...]) -> str:
+def print_lamp(stages: tuple[LampStage, ...]) -> str:
     """The program as ``parse_lamp`` reads it, its lines numbered."""
     return "".join(f"{number}. {stage}\n" for number, stage in enumerate(stages, 1))
 
 
-class _Line:
+class _LampLine:
     """One line and its words, each with the column at which it begins."""
 
     def __init__(self, number: int, text: str) -> None:
@@ -107,7 +114,7 @@ class _Line:
         begin = numbered.end() if numbered else 0
         self._words = [(found[0], found.start()) for found in re.compile(r"\S+").finditer(text, begin)]
 
-    def stage(self) -> Stage:
+    def stage(self) -> LampStage:
         """The line as a stage."""
         if not self._words:
             self._fail(len(self._text), f"no verb; valid are {', '.join(Verb)}")
@@ -115,25 +122,25 @@ class _Line:
         if name not in list(Verb):
             self._fail(at, f"{name!r:.20} is no verb; valid are {', '.join(Verb)}")
         verb = Verb(name)
-        stage = Stage(verb, self._numbers(verb, rest))
+        stage = LampStage(verb, self._numbers(verb, rest))
         if missing := _missing(stage):
             self._fail(len(self._text), f"{verb} without {missing}")
         return stage
 
-    def _numbers(self, verb: Verb, words: list[tuple[str, int]]) -> dict[Word, int]:
-        found: dict[Word, int] = {}
+    def _numbers(self, verb: Verb, words: list[tuple[str, int]]) -> dict[LampWord, int]:
+        found: dict[LampWord, int] = {}
         for (name, at), value in zip(words[::2], [*words[1::2], None], strict=False):
             if name not in TAKES[verb]:
                 valid = ", ".join(TAKES[verb]) or "nothing"
                 self._fail(at, f"{name!r:.20} behind {verb}; valid is {valid}")
-            word = Word(name)
+            word = LampWord(name)
             if word in found:
                 self._fail(at, f"{word} is there twice; valid is once")
             text, at = value or ("", len(self._text))
             found[word] = self._value(word, text, at)
         return found
 
-    def _value(self, word: Word, text: str, at: int) -> int:
+    def _value(self, word: LampWord, text: str, at: int) -> int:
         meaning = WORDS[word]
         right = re.fullmatch(r"[-+]?[0-9]{1,7}", text, re.ASCII)
         if not right or not meaning.low <= int(text) <= meaning.high:
@@ -145,21 +152,21 @@ class _Line:
         raise MissionError(f"LAMP program, line {self._number}, column {at + 1}: {told}")
 
 
-def _missing(stage: Stage) -> str:
+def _missing(stage: LampStage) -> str:
     """What a stage lacks, and what is valid; nothing of a whole one."""
     has = stage.numbers
     if stage.verb is Verb.BESIDE:
-        lacking = [word for word in (Word.SPEED_BESIDE, Word.RANGE, Word.SONAR) if word not in has]
+        lacking = [word for word in (LampWord.SPEED_BESIDE, LampWord.RANGE, LampWord.SONAR) if word not in has]
         return f"{lacking[0]}; valid is MV, USL and SEN" if lacking else ""
     if stage.verb is Verb.CROSS:
         return ""
     if sum(word in has for word in ENDS) != 1:
         return "one end; valid is one of ANL, DIL and USL"
-    if (Word.RANGE in has) != (Word.SONAR in has):
+    if (LampWord.RANGE in has) != (LampWord.SONAR in has):
         return "its other half; valid are USL and SEN together"
-    turns = Word.ANGLE in has
-    if turns and Word.TURN_RATE not in has:
+    turns = LampWord.ANGLE in has
+    if turns and LampWord.TURN_RATE not in has:
         return "AV; valid is how fast it turns to ANL"
-    if not turns and not has.get(Word.SPEED):
+    if not turns and not has.get(LampWord.SPEED):
         return "LV; valid is how fast it goes, not 0"
     return ""

@@ -29,7 +29,7 @@ class Label(StrEnum):
     PLACE = "LA"
 
 
-class Behaviour(StrEnum):
+class BehaviourCode(StrEnum):
     """What a robot may do from a landmark on (C.1); ``MN`` carries on with what it does."""
 
     SET_POINTS = "MA"
@@ -42,14 +42,14 @@ class Behaviour(StrEnum):
 NUMBERED = (Label.IMAGE, Label.OBJECT, Label.PLACE)
 """Landmarks of which it is said which one; a door is simply the next."""
 
-_ANYWHERE = (Behaviour.CARRY_ON, Behaviour.SET_POINTS, Behaviour.TURN)
-ADMITTED: Mapping[Label, tuple[Behaviour, ...]] = MappingProxyType(
+_ANYWHERE = (BehaviourCode.CARRY_ON, BehaviourCode.SET_POINTS, BehaviourCode.TURN)
+ADMITTED: Mapping[Label, tuple[BehaviourCode, ...]] = MappingProxyType(
     {
-        Label.DOOR: (*_ANYWHERE, Behaviour.CROSS_DOOR),
+        Label.DOOR: (*_ANYWHERE, BehaviourCode.CROSS_DOOR),
         Label.IMAGE: _ANYWHERE,
         Label.OBJECT: _ANYWHERE,
         # The thesis names behaviours for the others only; if walls were not followed from a place on, they never were.
-        Label.PLACE: (*_ANYWHERE, Behaviour.FOLLOW_WALL),
+        Label.PLACE: (*_ANYWHERE, BehaviourCode.FOLLOW_WALL),
     }
 )
 """What may be done at each kind of landmark."""
@@ -70,7 +70,7 @@ class Landmark:
 class Action:
     """A behaviour; ``turn`` [degrees, one of ``TURNS``] is None for all but ``TURN``."""
 
-    behaviour: Behaviour
+    behaviour: BehaviourCode
     turn: int | None = None
 
     def __str__(self) -> str:
@@ -103,7 +103,7 @@ def parse_mission(text: str) -> Mission:
 
     Raises ``MissionError`` in one line, with the column, counted from 1, and what is valid there.
     """
-    reader = _Reader(text)
+    reader = _MissionReader(text)
     reader.expect("[", "'[', with which a mission begins")
     steps = [reader.step()]
     while reader.next_is("_"):
@@ -113,7 +113,7 @@ def parse_mission(text: str) -> Mission:
     return Mission(tuple(steps))
 
 
-class _Reader:
+class _MissionReader:
     """A text that is read from left to right."""
 
     def __init__(self, text: str) -> None:
@@ -126,7 +126,7 @@ class _Reader:
         begin = self._skipped()
         if self._text[begin : begin + 1] != "M":
             return Step(landmark)
-        behaviour = Behaviour(self._word(Behaviour, "a behaviour"))
+        behaviour = BehaviourCode(self._word(BehaviourCode, "a behaviour"))
         if behaviour not in ADMITTED[label]:
             self._fail(begin, f"{behaviour} is not done at {label}; valid are {', '.join(ADMITTED[label])}")
         return Step(landmark, Action(behaviour, self._turn(behaviour)))
@@ -164,12 +164,12 @@ class _Reader:
             self._fail(begin, f"{label} has number {digits}; valid is none: it is the next one")
         return int(digits) if digits else None
 
-    def _turn(self, behaviour: Behaviour) -> int | None:
+    def _turn(self, behaviour: BehaviourCode) -> int | None:
         begin, digits = self._at, self._digits()
-        if behaviour is Behaviour.TURN and (not digits or int(digits) not in TURNS):
+        if behaviour is BehaviourCode.TURN and (not digits or int(digits) not in TURNS):
             told = f"by {digits} degrees" if digits else "has no angle"
             self._fail(begin, f"{behaviour} {told}; valid are {', '.join(map(str, TURNS))}")
-        if behaviour is not Behaviour.TURN and digits:
+        if behaviour is not BehaviourCode.TURN and digits:
             self._fail(begin, f"{behaviour} has number {digits}; valid is none")
         return int(digits) if digits else None
 

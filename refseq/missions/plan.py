@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from refseq.map.annotations import DoorSide, PathDoor
 from refseq.missions.behaviour_codes import GOING_ON, code_of, travels
-from refseq.missions.language import Action, Behaviour, Label, Landmark, Mission, MissionError, Step
+from refseq.missions.language import Action, BehaviourCode, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import MissionPath
 from refseq.missions.tasks import Task
 
@@ -247,8 +247,8 @@ def _order(orders: Sequence[Order], learnt: Sequence[Order], at: _Matched, erran
         if not in_force.travels:
             raise MissionError(f"{at.told}: in the middle of {in_force.behaviour} nothing can be done")
         return replace(order, behaviour=in_force.behaviour)
-    if code_of(wanted) == Behaviour.CROSS_DOOR:
-        crossed = [one.at for one in learnt if code_of(one.behaviour) == Behaviour.CROSS_DOOR]
+    if code_of(wanted) == BehaviourCode.CROSS_DOOR:
+        crossed = [one.at for one in learnt if code_of(one.behaviour) == BehaviourCode.CROSS_DOOR]
         asked = max((one.at for one in orders if _asked(one)), default=0.0)
         order = replace(order, at=crossed[0] if crossed else max(at.at - BEFORE_DOOR, asked))
     return replace(order, behaviour=wanted)
@@ -263,7 +263,7 @@ def _leaves(order: Order, learnt: Sequence[Order]) -> bool:
 def _turning(behaviour: str) -> str:
     """What decides where a behaviour leads: crossing or not, and by which angle, for 270 degrees are -90."""
     code, _, angle = behaviour.partition(":")
-    return f"{code}:{float(angle) % 360:g}" if code == Behaviour.TURN else code
+    return f"{code}:{float(angle) % 360:g}" if code == BehaviourCode.TURN else code
 
 
 def _in_force(orders: Sequence[Order], at: float) -> Order:
@@ -273,11 +273,11 @@ def _in_force(orders: Sequence[Order], at: float) -> Order:
 def _words(action: Action, door: PathDoor | None) -> str:
     """An action in a robot's words."""
     match action.behaviour:
-        case Behaviour.TURN:
+        case BehaviourCode.TURN:
             return f"{action.behaviour}:{action.turn}"
-        case Behaviour.CROSS_DOOR:
+        case BehaviourCode.CROSS_DOOR:
             return f"{action.behaviour}:{door.side if door else DoorSide.AHEAD}"
-        case Behaviour.FOLLOW_WALL:
+        case BehaviourCode.FOLLOW_WALL:
             return WALL
         case _:
             return str(action.behaviour)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import rerun as rr
 
-from refseq.features.doors import Door, DoorSettings, doors_in
+from refseq.features.doors import DetectedDoor, DoorSettings, doors_in
 from refseq.features.walls import WallSettings, find_lines, walls_in
 from refseq.planar import Pose, after_motion, in_world
 from refseq.view import Scan, View
@@ -91,7 +91,7 @@ class DriveLog:
         log("plan/drive", rr.LineStrips2D([north_up(self._trail.points)], colors=[colours.TRUTH], radii=[-0.8]))
 
 
-def sill(door: Door) -> Points:
+def sill(door: DetectedDoor) -> Points:
     """The line across a door, (2, 2) [m], in the scanner's frame."""
     across = np.array([-np.sin(door.heading), np.cos(door.heading)]) * door.width / 2
     return np.array([door.centre - across, door.centre + across])

@@ -24,7 +24,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from refseq.missions import (
     ADMITTED,
-    Behaviour,
+    BehaviourCode,
     Call,
     Errand,
     Landmark,
@@ -160,7 +160,7 @@ def _step(number: int, table: _StepTable) -> tuple[Step, Errand]:
 def _in_words(at: str, behaviour: str) -> str:
     """A behaviour in a robot's words. Raises for one that is none, or not done at a landmark."""
     code, admitted = parse(behaviour).kind.code, ADMITTED[landmark_named(at).label]
-    if code not in list(Behaviour) or Behaviour(code) not in admitted:
+    if code not in list(BehaviourCode) or BehaviourCode(code) not in admitted:
         raise MissionError(f"{code} is not done at {at}; valid are {', '.join(admitted)}")
     return behaviour
 

@@ -11,7 +11,7 @@ from scenarios.library import LIBRARY
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from refseq.missions.lamp import Stage
+    from refseq.missions.lamp import LampStage
     from scenarios.robot_checks.behaviour_drive import BehaviourResult
 
 ON_THE_SPOT = 0.2
@@ -24,7 +24,7 @@ SUFFIX = ".lamp"
 class LampRun:
     """A program that a robot is to run in a world, from the start of a ``route``."""
 
-    stages: "tuple[Stage, ...]"
+    stages: "tuple[LampStage, ...]"
     world: str
     robot: str
     route: str
@@ -32,7 +32,7 @@ class LampRun:
     timeout: float
 
 
-def read_program(path: Path) -> "tuple[Stage, ...]":
+def read_program(path: Path) -> "tuple[LampStage, ...]":
     """Read a program from a file, or the library's of that name.
 
     Raises ``ScenarioError`` for a file that cannot be read, ``MissionError`` for what is no program in it.

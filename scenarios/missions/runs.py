@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from refseq.belief import Belief, LocaliserProtocol
 from refseq.missions import Executor, Plan, Status
 from refseq.missions.behaviour_codes import code_of
-from refseq.missions.lamp import Stage
+from refseq.missions.lamp import LampStage
 from refseq.planar import Pose
 from refseq.view import View
 from robots.behaviours.written import parse
@@ -168,7 +168,7 @@ def run_program(
     plan: Plan,
     goal: tuple[float, float] | None,
     *,
-    stages: Sequence[Stage],
+    stages: Sequence[LampStage],
     drive: Drive,
 ) -> MissionResult:
     """Run a LAMP program; the plan says how far it is. Where its stages ought to begin nobody knows."""

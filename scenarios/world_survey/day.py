@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from refseq.features.sift import Keys, SiftSettings, SiftWords
+from refseq.features.sift import SiftKeys, SiftSettings, SiftWords
 from scenarios.drives.record import Drive
 from scenarios.tables import TextTable
 from scenarios.world_survey.facts import lux_text
@@ -76,12 +76,12 @@ def through_the_day(day: Day, settings: SiftSettings | None = None) -> list[Reca
     ]
 
 
-def _keys(shot: Snapshot, settings: SiftSettings) -> Iterator[tuple[str, Keys]]:
+def _keys(shot: Snapshot, settings: SiftSettings) -> Iterator[tuple[str, SiftKeys]]:
     for camera, image in shot.images.items():
         yield camera, SiftWords(camera, settings).keys(image)
 
 
-def found_again(reference: Keys, other: Keys, alias_distance: float) -> float:
+def found_again(reference: SiftKeys, other: SiftKeys, alias_distance: float) -> float:
     """Share of the reference's keys whose nearest key by descriptor is the same word and lies at the same place.
 
     0 where the reference has no keys.

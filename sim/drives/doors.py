@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from refseq.features.doors import Door, DoorSettings, find_doors
+from refseq.features.doors import DetectedDoor, DoorSettings, find_doors
 from refseq.view import Scan
 from robots.signals import LaserScan
 
@@ -15,12 +15,12 @@ beams that it stops need no ``recess`` more. The robot has been sent to a door: 
 where 0.4 m of wall beside it are seen, and a leaf that has swung to this side past the square may hide the wall."""
 
 
-def doors_to_cross(scan: Scan) -> list[Door]:
+def doors_to_cross(scan: Scan) -> list[DetectedDoor]:
     """Openings and closed doors of a scan, most probable first, in the scanner's frame."""
     return find_doors(scan, TO_CROSS)
 
 
-def doors_seen(scan: LaserScan) -> Sequence[Door]:
+def doors_seen(scan: LaserScan) -> Sequence[DetectedDoor]:
     """The same for what the bench's laser sees; it gives whole scans, of which behaviours ask for less."""
     if not isinstance(scan, Scan):
         raise TypeError(f"scan is {type(scan).__name__}; valid is the {Scan.__name__} of a bench")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.missions.lamp import Stage, Verb, Word
+from refseq.missions.lamp import LampStage, LampWord, Verb
 from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
 from robots.behaviours.beside import Beside
 from robots.behaviours.dead_reckoned import DeadReckoned
@@ -31,7 +31,7 @@ SIDES = {1: WallSide.LEFT, 2: WallSide.RIGHT}
 class StageEnded:
     """How one ``stage`` ended: outcome and reason, how long it took [s], the true ``path`` (n, 3): x, y, heading."""
 
-    stage: Stage
+    stage: LampStage
     outcome: BehaviourOutcome
     why: str
     time: float
@@ -58,7 +58,7 @@ class LampEnded:
 
 def run_lamp(
     bench: Bench,
-    stages: Sequence[Stage],
+    stages: Sequence[LampStage],
     *,
     timeout: float = TIMEOUT,
     each: Callable[[BehaviourMoment], None] | None = None,
@@ -83,32 +83,34 @@ def run_lamp(
     return LampEnded(len(stages), tuple(ended))
 
 
-def behaviour_for(stage: Stage, description: RobotDescription, robot: str) -> Behaviour:
+def behaviour_for(stage: LampStage, description: RobotDescription, robot: str) -> Behaviour:
     """Make a stage's behaviour; its odometry begins where the behaviour begins. Raises as ``run_lamp``."""
     if not description.sonars:
         raise SimError(f"robot '{robot}' has no sonars, of which LAMP needs some: valid is a robot such as 'robuter'")
     has = stage.numbers
-    if has.get(Word.SONAR, 0) >= len(description.sonars):
+    if has.get(LampWord.SONAR, 0) >= len(description.sonars):
         most = len(description.sonars) - 1
-        raise SimError(f"LAMP stage '{stage}': robot '{robot}' has no sonar {has[Word.SONAR]}: valid is 0 to {most}")
+        raise SimError(
+            f"LAMP stage '{stage}': robot '{robot}' has no sonar {has[LampWord.SONAR]}: valid is 0 to {most}"
+        )
     if stage.verb is Verb.CROSS:
         return Narrow(description, patience=PATIENCE)
     until = _until(stage, description)
     if stage.verb is Verb.BESIDE:
-        side = SIDES[has[Word.SIDE]] if Word.SIDE in has else None
-        return Beside(description, has[Word.SPEED_BESIDE] / 1000, side, until, patience=PATIENCE)
-    twist = Twist(has.get(Word.SPEED, 0) / 1000, math.radians(has.get(Word.TURN_RATE, 0)))
+        side = SIDES[has[LampWord.SIDE]] if LampWord.SIDE in has else None
+        return Beside(description, has[LampWord.SPEED_BESIDE] / 1000, side, until, patience=PATIENCE)
+    twist = Twist(has.get(LampWord.SPEED, 0) / 1000, math.radians(has.get(LampWord.TURN_RATE, 0)))
     return DeadReckoned(description, twist, until, patience=PATIENCE)
 
 
-def _until(stage: Stage, description: RobotDescription) -> Until:
+def _until(stage: LampStage, description: RobotDescription) -> Until:
     """What ends a stage; the parser has seen to it that something does."""
     has = stage.numbers
-    if Word.ANGLE in has:
-        return Turned(math.radians(has[Word.ANGLE]))
-    if Word.DISTANCE in has:
-        return Gone(has[Word.DISTANCE] / 1000)
-    return Near(description, has[Word.SONAR], has[Word.RANGE] / 1000)
+    if LampWord.ANGLE in has:
+        return Turned(math.radians(has[LampWord.ANGLE]))
+    if LampWord.DISTANCE in has:
+        return Gone(has[LampWord.DISTANCE] / 1000)
+    return Near(description, has[LampWord.SONAR], has[LampWord.RANGE] / 1000)
 
 
 class _WithoutLaser:

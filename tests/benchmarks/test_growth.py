@@ -20,7 +20,7 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.belief import Stage
-from refseq.features.extractor import Observer
+from refseq.features.extractor import BaseExtractor
 from refseq.inference.chain.emissions import Emissions
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.map.localiser import Localiser
@@ -147,7 +147,7 @@ CASES = [
 
 
 @dataclass(frozen=True)
-class Drawn(Observer):
+class Drawn(BaseExtractor):
     """An extractor whose views' features were drawn beforehand; a view's time is its number."""
 
     key: str

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import Observer
+from refseq.features.extractor import BaseExtractor
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.map.map import Map
 from refseq.map.profile import Profile
@@ -47,7 +47,7 @@ def cast(
     return Scan(ranges.astype(np.float32), -np.pi / 2, step)
 
 
-class Bits(Observer):
+class Bits(BaseExtractor):
     """A sensor whose image is the row of its features itself: not zero where one is seen."""
 
     def __init__(self, sensor: str, size: int) -> None:

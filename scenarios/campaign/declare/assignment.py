@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from refseq.missions.lamp import Stage
+from refseq.missions.lamp import LampStage
 from scenarios.missions.file import Asked
 
 ODOMETRY, LAMP = "odometry", "lamp"
@@ -27,5 +27,5 @@ class Assignment:
 
     asked: Asked | None
     target: Target | None
-    stages: tuple[Stage, ...]
+    stages: tuple[LampStage, ...]
     goal: tuple[float, float] | None

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import robots
-from refseq.missions import Behaviour, Call, Label, MissionError
-from refseq.missions.lamp import Stage
+from refseq.missions import BehaviourCode, Call, Label, MissionError
+from refseq.missions.lamp import LampStage
 from scenarios.campaign.declare.assignment import LAMP, LEADERS, Target
 from scenarios.campaign.declare.schema import DriveTable, MissionScenario, MissionTable
 from scenarios.campaign.declare.sources import Source, names_of
@@ -47,7 +47,7 @@ def target_of(table: MissionTable) -> Target | None:
     return Target(found[1], None if found[2] == END else float(found[2]))
 
 
-def program_of(table: MissionTable, file: Path) -> tuple[Stage, ...]:
+def program_of(table: MissionTable, file: Path) -> tuple[LampStage, ...]:
     """The stages of the program for ``lamp``, none where there is none. Raises the rooms' own errors."""
     if table.lamp is None:
         return ()
@@ -133,7 +133,7 @@ def _check_asked(asked: Asked, table: MissionTable) -> None:
         raise ScenarioError(f"mission.string: call {name!r}: a scenario has no functions; valid are wait, photograph")
     last, errand = asked.mission.steps[-1], asked.errands[-1]
     action = errand.behaviour or str(last.action or "")
-    if action.startswith(Behaviour.CROSS_DOOR) and table.goal is None:
+    if action.startswith(BehaviourCode.CROSS_DOOR) and table.goal is None:
         raise ScenarioError(
             f"mission.goal: is missing; what {last} leads to was never learnt, valid is [x, y] in metres"
         )

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from gymnasium import spaces
 
-from refseq.features.doors import Door
+from refseq.features.doors import DetectedDoor
 from refseq.view import Scan
 from robots import RobotsError, Twist
 from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
@@ -126,7 +126,7 @@ def periods(acting: Acting, control_period: float) -> int:
     return math.ceil(acting.period / control_period - 1e-9)
 
 
-def _doors(scan: LaserScan) -> Sequence[Door]:
+def _doors(scan: LaserScan) -> Sequence[DetectedDoor]:
     """Doorways in what a bench's laser sees; it gives whole scans, of which behaviours ask for less."""
     assert isinstance(scan, Scan), "a bench gives whole scans"
     return doors_to_cross(scan)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from refseq.features.doors import Door, DoorCounts, DoorSettings, find_doors
+from refseq.features.doors import DetectedDoor, DoorCounts, DoorSettings, find_doors
 from refseq.features.walls import WallSettings
 from refseq.planar import Pose
 from refseq.view import Scan, View
@@ -22,7 +22,7 @@ def ahead(distance: float, *places: tuple[float, float, Leaf], thickness: float 
     return HALL + wall_with_doors((distance, -6.0, distance, 6.0), shifted, thickness)[0]
 
 
-def seen(walls: list[Wall], pose: Pose | None = None) -> list[Door]:
+def seen(walls: list[Wall], pose: Pose | None = None) -> list[DetectedDoor]:
     return find_doors(cast(walls, pose or Pose(0, 0, 0), rng=np.random.default_rng(0)), SETTINGS)
 
 
@@ -141,7 +141,7 @@ class Tally:
     widths: list[float] = field(default_factory=list)
     offsets: list[float] = field(default_factory=list)
 
-    def add(self, floor: Floor, pose: Pose, doors: list[Door]) -> None:
+    def add(self, floor: Floor, pose: Pose, doors: list[DetectedDoor]) -> None:
         open_ways = [way for way in floor.doorways if way.leaf is not Leaf.CLOSED]
         taken = set()
         for door in doors:
@@ -167,13 +167,13 @@ class Tally:
         return "\n".join(rows)
 
 
-def in_plan(door: Door, pose: Pose) -> NDArray[np.float64]:
+def in_plan(door: DetectedDoor, pose: Pose) -> NDArray[np.float64]:
     """A door's centre in the plan."""
     c, s = math.cos(pose.heading), math.sin(pose.heading)
     return np.array([pose.x, pose.y]) + np.array([[c, -s], [s, c]]) @ door.centre
 
 
-def is_of(door: Door, spot: NDArray[np.float64], way: Doorway) -> bool:
+def is_of(door: DetectedDoor, spot: NDArray[np.float64], way: Doorway) -> bool:
     return math.dist(spot, way.centre) < 0.25 and abs(door.width - way.width) < 0.3
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from refseq.features.walls import Lines, WallLines, WallSettings, find_walls, fuse, grow_segments
+from refseq.features.walls import ScanLines, WallLines, WallSettings, find_walls, fuse, grow_segments
 from refseq.planar import Pose
 from refseq.view import Scan, View
 from tests.refseq.floors import box, random_floor
@@ -58,7 +58,7 @@ def seen_walls(walls: Sequence[Wall], pose: Pose) -> list[Seen]:
     return found
 
 
-def on_wall(lines: Lines, wall: Seen, off: float, tilt: float) -> np.ndarray:
+def on_wall(lines: ScanLines, wall: Seen, off: float, tilt: float) -> np.ndarray:
     """Which lines lie on a wall: within ``off`` [m] and ``tilt`` [deg], and no longer than what is seen of it."""
     slope = np.arctan2(*lines.direction.T[::-1]) - wall.direction
     return (
@@ -80,7 +80,7 @@ class Tally:
     met: int = 0
     covered: list[float] = field(default_factory=list)
 
-    def add(self, lines: Lines, expected: Sequence[Seen]) -> None:
+    def add(self, lines: ScanLines, expected: Sequence[Seen]) -> None:
         on = np.array([on_wall(lines, wall, self.off, self.tilt) for wall in expected]).reshape(
             len(expected), len(lines)
         )
@@ -182,10 +182,10 @@ def test_a_round_wall_is_no_wall() -> None:
 Piece = tuple[float, float, float, float]
 
 
-def pieces(*ends: Piece) -> Lines:
+def pieces(*ends: Piece) -> ScanLines:
     """A line of six points for each (x0, x1, y0, y1)."""
     points = [np.stack([np.linspace(x0, x1, 6), np.linspace(y0, y1, 6)], axis=1) for x0, x1, y0, y1 in ends]
-    return Lines.through(np.concatenate(points), 6 * np.arange(len(ends)))
+    return ScanLines.through(np.concatenate(points), 6 * np.arange(len(ends)))
 
 
 def test_fusion_joins_what_is_alike_and_near() -> None:
@@ -210,7 +210,7 @@ def test_fit_is_that_of_all_points() -> None:
     """The moments of the parts give the same total-least-squares line as all points by their singular values."""
     rng = np.random.default_rng(2)
     points = np.stack([np.linspace(0, 4, 30), 1 + 0.5 * np.linspace(0, 4, 30)], axis=1) + rng.normal(0, 0.02, (30, 2))
-    parts = Lines.through(points, np.array([0, 11]))
+    parts = ScanLines.through(points, np.array([0, 11]))
     fused = parts[[0]].fused_with(parts[[1]])
     centre = points.mean(axis=0)
     along, normal = np.linalg.svd(points - centre)[2]

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.missions.lamp import Verb, Word, parse_lamp, print_lamp
+from refseq.missions.lamp import LampWord, Verb, parse_lamp, print_lamp
 from refseq.missions.language import MissionError
 
 ELEVEN = """\
@@ -28,7 +28,7 @@ ELEVEN = """\
 def test_the_program_of_the_thesis_is_read_and_printed() -> None:
     stages = parse_lamp(ELEVEN)
     assert [stage.verb for stage in stages].count(Verb.BESIDE) == 4
-    assert stages[4].numbers == {Word.SPEED: 20, Word.DISTANCE: 1500}
+    assert stages[4].numbers == {LampWord.SPEED: 20, LampWord.DISTANCE: 1500}
     assert stages[5].numbers == {}
     assert print_lamp(stages) == ELEVEN
 
@@ -64,9 +64,9 @@ def test_what_is_wrong_is_told(text: str, told: str) -> None:
     assert str(caught.value).removeprefix("LAMP program").lstrip(",: ") == told
 
 
-lines = st.lists(st.sampled_from([*Verb, *Word, "1", "2", "20", "90", "-5", "x", "3.", "1e9", "٣"]), max_size=8).map(
-    " ".join
-)
+lines = st.lists(
+    st.sampled_from([*Verb, *LampWord, "1", "2", "20", "90", "-5", "x", "3.", "1e9", "٣"]), max_size=8
+).map(" ".join)
 
 
 @given(st.lists(lines, max_size=4).map("\n".join) | st.text(max_size=20))

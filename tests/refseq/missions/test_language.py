@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.missions import ADMITTED, Action, Behaviour, Label, Landmark, Mission, MissionError, Step, parse_mission
+from refseq.missions import ADMITTED, Action, BehaviourCode, Label, Landmark, Mission, MissionError, Step, parse_mission
 from refseq.missions.language import NUMBERED, TURNS
 
 
@@ -17,7 +17,7 @@ def steps(draw: st.DrawFn) -> Step:
     behaviour = draw(st.none() | st.sampled_from(ADMITTED[label]))
     if behaviour is None:
         return Step(landmark)
-    return Step(landmark, Action(behaviour, draw(st.sampled_from(TURNS)) if behaviour is Behaviour.TURN else None))
+    return Step(landmark, Action(behaviour, draw(st.sampled_from(TURNS)) if behaviour is BehaviourCode.TURN else None))
 
 
 missions = st.lists(steps(), min_size=1, max_size=8).map(lambda found: Mission(tuple(found)))
@@ -26,7 +26,7 @@ missions = st.lists(steps(), min_size=1, max_size=8).map(lambda found: Mission(t
 def test_the_missions_of_the_thesis() -> None:
     door = Step(Landmark(Label.DOOR))
     assert parse_mission("[LD_LA3]") == Mission((door, Step(Landmark(Label.PLACE, 3))))
-    through = Step(Landmark(Label.DOOR), Action(Behaviour.CROSS_DOOR))
+    through = Step(Landmark(Label.DOOR), Action(BehaviourCode.CROSS_DOOR))
     assert parse_mission("[LD_LDMC]") == Mission((door, through))
 
 

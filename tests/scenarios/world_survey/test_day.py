@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from refseq.features.sift import Keys, SiftSettings, SiftWords
+from refseq.features.sift import SiftKeys, SiftSettings, SiftWords
 from scenarios.drives.record import Drive
 from scenarios.world_survey.day import SAME_PLACE, Day, Recall, day_curve, day_table, found_again, through_the_day
 from sim.rendering.drivers import vulkan_device
@@ -14,10 +14,10 @@ from tests.worlds.conftest import SMALL
 from worlds.light import light_named
 
 
-def random_keys(count: int, seed: int) -> Keys:
+def random_keys(count: int, seed: int) -> SiftKeys:
     rng = np.random.default_rng(seed)
     points = rng.uniform(0, 400, (count, 2)).astype(np.float32)
-    return Keys(points, rng.integers(0, 256, (count, 128), dtype=np.uint8))
+    return SiftKeys(points, rng.integers(0, 256, (count, 128), dtype=np.uint8))
 
 
 def test_keys_are_found_again_in_the_same_picture_and_in_no_empty_one() -> None:
@@ -32,7 +32,7 @@ def test_keys_count_by_word_and_place_as_pairs_tried_one_by_one() -> None:
     moved = known.points + rng.uniform(-4, 4, known.points.shape).astype(np.float32)
     altered = np.clip(known.descriptors + rng.normal(0, 22, (40, 128)), 0, 255).astype(np.uint8)
     order = rng.permutation(40)
-    other = Keys(moved[order], altered[order])
+    other = SiftKeys(moved[order], altered[order])
     hits = 0
     for point, descriptor in zip(*known, strict=True):
         distances = [np.linalg.norm(descriptor.astype(float) - d.astype(float)) for d in other.descriptors]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robots
-from refseq.missions.lamp import Stage, Verb, Word, parse_lamp
+from refseq.missions.lamp import LampStage, LampWord, Verb, parse_lamp
 from refseq.planar import Pose
 from robots.behaviours import BehaviourOutcome
 from robots.behaviours.beside import keeps
@@ -185,8 +185,8 @@ def test_the_same_seed_goes_the_same_way_and_another_seed_another(narrow: World)
 # --- what is wrong ---
 
 
-def stage(verb: Verb, **numbers: int) -> Stage:
-    return Stage(verb, {Word[name]: number for name, number in numbers.items()})
+def stage(verb: Verb, **numbers: int) -> LampStage:
+    return LampStage(verb, {LampWord[name]: number for name, number in numbers.items()})
 
 
 @pytest.mark.parametrize(
@@ -203,7 +203,7 @@ def stage(verb: Verb, **numbers: int) -> Stage:
     ],
 )
 def test_what_cannot_be_run_is_told_before_anything_moves(
-    bare: World, stages: tuple[Stage, ...], timeout: float, told: str
+    bare: World, stages: tuple[LampStage, ...], timeout: float, told: str
 ) -> None:
     with Bench(bare, robots.load("robuter"), settings=PERFECT) as bench:
         with pytest.raises(SimError) as caught:
