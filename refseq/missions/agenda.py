@@ -1,7 +1,6 @@
 """Orders of a plan as they are carried out: the one in force, those it runs into, and the tasks still due."""
 
 from refseq.missions.plan import Order, Plan
-from refseq.missions.tasks import Task
 
 
 class Agenda:
@@ -60,11 +59,6 @@ class Agenda:
         first = self.plan.order_at(along)
         taken_up = (n for n in range(first, len(orders)) if orders[n].travels or along - orders[n].at <= near)
         return next(taken_up, None)
-
-
-def tasks_of(plan: Plan) -> tuple[Task, ...]:
-    """All tasks of a plan, those at its goal last."""
-    return (*(task for order in plan.orders for task in order.tasks), *plan.tasks)
 
 
 def _continues(order: Order, after: Order) -> bool:
