@@ -31,6 +31,9 @@ FLUSH = 60.0
 PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, 4, 0, 0, 0, 0, 0])
 """How HTTP/2, which gRPC runs over, begins: a fixed text, and empty settings (RFC 9113, 3.4)."""
 SETTINGS = 4
+PROGRAM = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import main; sys.exit(main())")
+"""Rerun's program. ``python -m rerun`` imports the library first, which takes seconds; ``-m rerun_cli`` exits with 0
+whatever happens."""
 
 
 @contextmanager
@@ -178,7 +181,7 @@ def check_display() -> None:
 def _start(*words: str) -> "subprocess.Popen[bytes]":
     """Start Rerun as a process that outlives this one, without a word on the terminal."""
     return subprocess.Popen(
-        [sys.executable, "-m", "rerun_cli", *words],
+        [*PROGRAM, *words],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

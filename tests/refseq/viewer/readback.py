@@ -1,7 +1,6 @@
 """What a recording holds, read back from its file."""
 
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,8 @@ import numpy as np
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
+
+from refseq.viewer.sinks import PROGRAM
 
 
 def entities(path: Path) -> set[str]:
@@ -74,5 +75,5 @@ def same(one: Path, other: Path) -> bool:
 
 
 def _rrd(*words: str | Path) -> bool:
-    run = subprocess.run([sys.executable, "-m", "rerun_cli", "rrd", *words], capture_output=True, check=False)
+    run = subprocess.run([*PROGRAM, "rrd", *words], capture_output=True, check=False)
     return run.returncode == 0

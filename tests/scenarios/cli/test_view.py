@@ -21,7 +21,7 @@ from refseq.map.localiser import localise
 from refseq.map.map import beside
 from refseq.planar import Pose
 from refseq.view import View
-from refseq.viewer.sinks import free_port
+from refseq.viewer.sinks import PROGRAM, free_port
 from tests.refseq.rooms import named_maps
 from tests.refseq.viewer.readback import entities, values, verified
 from tests.scenarios.conftest import Refseq
@@ -102,7 +102,7 @@ def test_answers_shown_are_those_of_the_table(refseq: Refseq, tmp_path: Path, de
 def test_the_same_files_twice_compare_equal(refseq: Refseq, tmp_path: Path) -> None:
     for name in ("a.rrd", "b.rrd"):
         assert refseq("view", "map.refseq", "second.mcap", "all.parquet", "--save", tmp_path / name).code == 0
-    words = [sys.executable, "-m", "rerun_cli", "rrd", "compare", str(tmp_path / "a.rrd"), str(tmp_path / "b.rrd")]
+    words = [*PROGRAM, "rrd", "compare", str(tmp_path / "a.rrd"), str(tmp_path / "b.rrd")]
     assert subprocess.run(words, capture_output=True, check=False).returncode == 0
 
 
@@ -222,7 +222,7 @@ def test_every_tab_is_drawn(refseq: Refseq, tmp_path: Path, files: str) -> None:
     import cv2
 
     assert refseq("view", *files.split(), "--save", tmp_path / "a.rrd").code == 0
-    words = [sys.executable, "-m", "rerun_cli", str(tmp_path / "a.rrd"), "--headless", "--window-size", "1280x800"]
+    words = [*PROGRAM, str(tmp_path / "a.rrd"), "--headless", "--window-size", "1280x800"]
     words += ["--port", str(free_port()), "--screenshot-to", str(tmp_path / "a.png")]
     try:
         subprocess.run(words, capture_output=True, timeout=90, check=False)
