@@ -180,12 +180,12 @@ TABLES = [block for page in pages() for block in blocks(FENCE.sub("", page.text)
 
 @pytest.mark.parametrize("block", TABLES, ids=lambda block: block.name)
 def test_tables_of_figures_name_cases_of_the_library_and_are_filled(block):
-    choices = [block.form, *block.form.rows.values(), *block.form.columns.values()]
+    choices = [block.spec, *block.spec.rows.values(), *block.spec.columns.values()]
     cases = {case.name for case in find(names())}
     assert {choice.case for choice in choices} - {None} <= cases
     check_methods({choice.method for choice in choices} - {None, ODOMETRY, LAMP})
     rows = [line for line in block.body.splitlines() if line.startswith("| ")]
-    assert len(rows) == 2 + len(block.form.rows)
+    assert len(rows) == 2 + len(block.spec.rows)
     assert "*Run on " in block.body
 
 

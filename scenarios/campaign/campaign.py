@@ -16,12 +16,12 @@ from typing import Any, Protocol
 from refseq.errors import RefseqError
 from scenarios.campaign.case_types import judged
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
 from scenarios.campaign.declare.real_recordings import AbsentError
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.case_tasks import tasks_of
 from scenarios.campaign.run.tasks import Question, Task, distinct
-from scenarios.campaign.run.workers import Executor
+from scenarios.campaign.run.workers import WorkerPool
 from scenarios.campaign.store.cache import DamagedError, Store
 from scenarios.errors import ScenarioError
 
@@ -38,7 +38,7 @@ class Watcher(Protocol):
     def started(self, task: Task) -> None:
         """A worker has begun with a task."""
 
-    def ended(self, task: Task, outcome: Outcome) -> None:
+    def ended(self, task: Task, outcome: TaskOutcome) -> None:
         """A task has ended."""
 
     def noted(self, line: str) -> None:
@@ -64,7 +64,7 @@ def leave_it(_result: Judged) -> None:
 
 def run_campaign(
     cases: Sequence[Case],
-    executor: Executor,
+    executor: WorkerPool,
     store: Store,
     watcher: Watcher,
     *,
@@ -120,7 +120,7 @@ class _Campaign:
     def __init__(
         self,
         plans: Mapping[str, _Plan],
-        executor: Executor,
+        executor: WorkerPool,
         store: Store,
         watcher: Watcher,
         fresh: bool,
@@ -132,10 +132,10 @@ class _Campaign:
         self._keys = {name: plan.keys for name, plan in plans.items()}
         self._tasks = {task.key: task for task in distinct([task for plan in plans.values() for task in plan.asked])}
         self._waiting = list(self._tasks.values())
-        self._running: dict[Future[Outcome], Task] = {}
+        self._running: dict[Future[TaskOutcome], Task] = {}
         self._judging: dict[Future[Judged], _Plan] = {}
         self._deserted = False
-        self._outcomes: dict[str, Outcome] = {}
+        self._outcomes: dict[str, TaskOutcome] = {}
         self._renewed: set[str] = set()
         self._repeated: set[str] = set()
         watcher.planned(self._waiting, {name: plan.asked for name, plan in plans.items()})
@@ -167,7 +167,7 @@ class _Campaign:
             if None in needs:
                 continue
             if self._kept(task):
-                self._end(task, Outcome(Verdict.PASSED, kept=True))
+                self._end(task, TaskOutcome(Verdict.PASSED, kept=True))
             elif failed := next((need for need in needs if need and not need.good), None):
                 self._end(task, failed)
             elif len(self._running) < self._executor.workers:
@@ -206,7 +206,7 @@ class _Campaign:
             self._watcher.noted(f"{path}: is cut off; it is made anew")
         return False
 
-    def _end(self, task: Task, outcome: Outcome) -> None:
+    def _end(self, task: Task, outcome: TaskOutcome) -> None:
         if outcome.damaged and task.key not in self._repeated:
             self._repeated.add(task.key)
             self._renew(outcome.damaged, outcome.reason)

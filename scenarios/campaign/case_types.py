@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import cast
 
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import Outcome
+from scenarios.campaign.declare.outcomes import TaskOutcome
 from scenarios.campaign.declare.schema import MissionScenario
 from scenarios.campaign.judge import drives, records
 from scenarios.campaign.judge.drives import Judged
@@ -21,7 +21,7 @@ from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
 
 
 def judged(
-    case: Case, tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, Outcome], store: Store
+    case: Case, tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, TaskOutcome], store: Store
 ) -> Judged:
     """Judge a case by what its tasks left in the store; ``outcomes`` are by key, those of recordings among them."""
     if _is_mission(case):

@@ -8,11 +8,11 @@ from rich.live import Live
 from rich.text import Text
 
 from scenarios.campaign.campaign import Quiet
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run.eta import Pace, in_words
+from scenarios.campaign.run.eta import Eta, in_words
 from scenarios.campaign.run.tasks import Task, distinct
-from scenarios.campaign.run.workers import Executor
+from scenarios.campaign.run.workers import WorkerPool
 from scenarios.tables import TextTable, say
 
 STYLES: Mapping[Verdict, str] = {
@@ -28,12 +28,12 @@ FRAME = 8
 class Tally(Quiet):
     """A watcher that counts: what is planned, runs, is done or was kept, and how long the rest will take."""
 
-    def __init__(self, executor: Executor, clock: Callable[[], float] = time.monotonic) -> None:
-        self._executor, self._clock, self._pace = executor, clock, Pace()
+    def __init__(self, executor: WorkerPool, clock: Callable[[], float] = time.monotonic) -> None:
+        self._executor, self._clock, self._pace = executor, clock, Eta()
         self.tasks: dict[str, Task] = {}
         self.cases: dict[str, frozenset[str]] = {}
         self.running: dict[str, float] = {}
-        self.outcomes: dict[str, Outcome] = {}
+        self.outcomes: dict[str, TaskOutcome] = {}
         self.verdicts: dict[str, Verdict] = {}
         self.began = clock()
 
@@ -46,7 +46,7 @@ class Tally(Quiet):
         """Note when."""
         self.running[task.key] = self._clock()
 
-    def ended(self, task: Task, outcome: Outcome) -> None:
+    def ended(self, task: Task, outcome: TaskOutcome) -> None:
         """Note how, and how long it took; what was cut short tells nothing of that."""
         if task.key in self.running and outcome.good:
             self._pace.note(task, self._clock() - self.running[task.key])
@@ -90,15 +90,15 @@ class Tally(Quiet):
         )
 
 
-class Lines(Tally):
+class ProgressLines(Tally):
     """Says on a console that is no terminal what was done, a line each."""
 
-    def __init__(self, executor: Executor, console: Console) -> None:
+    def __init__(self, executor: WorkerPool, console: Console) -> None:
         super().__init__(executor)
         self._console = console
         self._told_kept = False
 
-    def ended(self, task: Task, outcome: Outcome) -> None:
+    def ended(self, task: Task, outcome: TaskOutcome) -> None:
         """Say so, of what was not kept from before."""
         super().ended(task, outcome)
         if outcome.kept:
@@ -122,7 +122,7 @@ class Lines(Tally):
 class LiveTable(Tally):
     """A table on a terminal that is drawn again and again, and gone at the end: a row a case, a line a running task."""
 
-    def __init__(self, executor: Executor, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, executor: WorkerPool, console: Console, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__(executor, clock)
         self._console = console
         self._live = Live(console=console, auto_refresh=False, transient=True)
@@ -181,6 +181,6 @@ class LiveTable(Tally):
             yield line
 
 
-def watcher_on(console: Console, executor: Executor) -> LiveTable | Lines:
+def watcher_on(console: Console, executor: WorkerPool) -> LiveTable | ProgressLines:
     """What suits a console."""
-    return LiveTable(executor, console) if console.is_terminal else Lines(executor, console)
+    return LiveTable(executor, console) if console.is_terminal else ProgressLines(executor, console)

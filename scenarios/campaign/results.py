@@ -20,7 +20,7 @@ from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.judge.records import open_record
 from scenarios.campaign.pages.index import INDEX, index_page
 from scenarios.campaign.pages.junit import write_junit
-from scenarios.campaign.pages.sweep_plot import DialShown, dial_of
+from scenarios.campaign.pages.sweep_plot import SweepPlot, sweep_plot_of
 from scenarios.campaign.run.machine import this_machine
 from scenarios.campaign.store.cache import Store
 from scenarios.campaign.store.result_file import CampaignRecord, write_result
@@ -39,7 +39,7 @@ class Results:
     def __init__(self, folder: Path, cases: Sequence[Case], store: Store) -> None:
         self.folder, self._store, self._begin = folder, store, time.monotonic()
         self._slugs = slugs(case.name for case in cases)
-        self._dials: dict[str, DialShown | None] = {}
+        self._sweep_plots: dict[str, SweepPlot | None] = {}
         self._record = CampaignRecord(
             started=datetime.now(UTC).isoformat(timespec="seconds"),
             seconds=0.0,
@@ -69,15 +69,15 @@ class Results:
         with writing(self.folder):
             write_result(self.folder, self._record)
             write_junit(self.folder, self._record)
-            replace_text(self.folder / INDEX, index_page(self._record, self._turned()))
+            replace_text(self.folder / INDEX, index_page(self._record, self._plots()))
 
-    def _turned(self) -> list[DialShown]:
-        """The dials of those scenarios of which all cases are judged; each is drawn once."""
+    def _plots(self) -> list[SweepPlot]:
+        """The sweep plots of those scenarios of which all cases are judged; each is drawn once."""
         for scenario in dict.fromkeys(case.scenario for case in self._record.cases):
             cases = [case for case in self._record.cases if case.scenario == scenario]
-            if scenario not in self._dials and all(case.verdict is not None for case in cases):
-                self._dials[scenario] = dial_of(cases)
-        return [dial for dial in self._dials.values() if dial is not None]
+            if scenario not in self._sweep_plots and all(case.verdict is not None for case in cases):
+                self._sweep_plots[scenario] = sweep_plot_of(cases)
+        return [plot for plot in self._sweep_plots.values() if plot is not None]
 
 
 def slugs(names: Iterable[str]) -> dict[str, str]:

@@ -16,7 +16,7 @@ from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.campaign.judge.drives import Judged
-    from scenarios.campaign.run.workers import Executor
+    from scenarios.campaign.run.workers import WorkerPool
     from scenarios.campaign.store.cache import Store
 
 FAILED, BROKEN, INTERRUPTED = 1, 2, 130
@@ -87,14 +87,14 @@ def run(
     """
     from scenarios.campaign.campaign import run_campaign
     from scenarios.campaign.declare.cases import find
-    from scenarios.campaign.declare.overrides import asking, with_seeds
+    from scenarios.campaign.declare.overrides import with_methods, with_seeds
     from scenarios.campaign.pages.index import INDEX
     from scenarios.campaign.progress import watcher_on
     from scenarios.campaign.results import Results
     from scenarios.campaign.store.cache import Store, default_store
     from scenarios.report.words import size_text
 
-    cases = with_seeds(asking(find(scenarios), localiser or (), words(methods, "methods")), seeds)
+    cases = with_seeds(with_methods(find(scenarios), localiser or (), words(methods, "methods")), seeds)
     store = Store(cache or default_store())
     folder = Results(output, cases, store)
     executor = _executor(workers, ray, store)
@@ -149,20 +149,20 @@ def report(
 
     `refseq scenario report out/nightly --table failures --table lost_auroc --case kidnap`
     """
-    from scenarios.campaign.pages.summary import across
-    from scenarios.campaign.pages.text_report import across_markdown, print_across, print_report, report_markdown
+    from scenarios.campaign.pages.summary import summary
+    from scenarios.campaign.pages.text_report import print_report, print_summary, report_markdown, summary_markdown
     from scenarios.campaign.store.result_file import read_result
 
     record = read_result(folder)
     if case and not table:
         raise ScenarioError("--case goes with --table; valid is to name a figure as well, as in --table success")
-    tables = [across(record, figure, case or ()) for figure in table or ()]
+    tables = [summary(record, figure, case or ()) for figure in table or ()]
     if tables:
         for one in tables:
             if markdown:
-                typer.echo(across_markdown(one))
+                typer.echo(summary_markdown(one))
             else:
-                print_across(one, out)
+                print_summary(one, out)
     elif markdown:
         typer.echo(report_markdown(record, figures=figures), nl=False)
     else:
@@ -190,7 +190,7 @@ def tables(
     `refseq scenario tables docs/results.md out/missions --table missions`
     """
     from refseq.files import replace_text
-    from scenarios.campaign.pages.tables import Runs, blocks, chosen, replaced, stale
+    from scenarios.campaign.pages.tables import CampaignRuns, blocks, replaced, selected_blocks, stale
     from scenarios.campaign.store.result_file import read_result
 
     try:
@@ -198,8 +198,8 @@ def tables(
     except (OSError, UnicodeDecodeError) as error:
         told = getattr(error, "strerror", None) or "is not UTF-8"
         raise ScenarioError(f"{page}: cannot be read: {told}; valid is a page in Markdown") from error
-    wanted = chosen(blocks(text, str(page)), table or (), str(page))
-    changed = list(stale(wanted, Runs([read_result(folder) for folder in folders])))
+    wanted = selected_blocks(blocks(text, str(page)), table or (), str(page))
+    changed = list(stale(wanted, CampaignRuns([read_result(folder) for folder in folders])))
     for block, _ in changed:
         say(out, f"{page}: table {block.name}: " + ("stands otherwise" if check else "filled"))
     say(out, f"{page}: {len(wanted) - len(changed)} of {len(wanted)} tables stood as they should")
@@ -219,7 +219,7 @@ def _cancelled_as_by_ctrl_c() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-def _executor(workers: int | None, ray: str | None, store: "Store") -> "Executor":
+def _executor(workers: int | None, ray: str | None, store: "Store") -> "WorkerPool":
     from scenarios.campaign.run.workers import LocalWorkers
 
     if ray is None:

@@ -116,7 +116,7 @@ def show(
         for line in _lines(one, store):
             say(out, line)
     if len(cases) > 1:
-        say(out, f"all {len(cases)} cases together, which share drives: {rest_of(cases, store).told}")
+        say(out, f"all {len(cases)} cases together, which share drives: {rest_of(cases, store).summary}")
 
 
 def _only(cases: "list[Case]", name: str | None) -> "list[Case]":
@@ -139,7 +139,7 @@ def _resolved(case: "Case") -> dict[str, object]:
 
 
 def _lines(case: "Case", store: "Store") -> list[str]:
-    from scenarios.campaign.declare.schema_types import form_for
+    from scenarios.campaign.declare.schema_types import schema_type_for
     from scenarios.campaign.run.estimate import rest_of
 
     scenario, localise = case.scenario, case.scenario.localise
@@ -153,9 +153,9 @@ def _lines(case: "Case", store: "Store") -> list[str]:
         f"  seeds: {', '.join(map(str, scenario.seeds))}",
         f"  methods: {', '.join(scenario.methods)}; judged: {scenario.judged}",
         f"  looked at: {', '.join(localise.sensors or ('all sensors',))}; places learnt: {scenario.places or 'all'}",
-        *form_for(scenario).told(scenario),
+        *schema_type_for(scenario).summary_lines(scenario),
         *(f"  expected: {one.text}" for one in case.expectations),
-        f"  {rest_of([case], store).told}",
+        f"  {rest_of([case], store).summary}",
         "",
     ]
 

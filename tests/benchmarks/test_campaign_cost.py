@@ -12,9 +12,9 @@ import pytest
 
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.outcomes import Outcome
+from scenarios.campaign.declare.outcomes import TaskOutcome
 from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run.workers import Executor, LocalWorkers
+from scenarios.campaign.run.workers import LocalWorkers, WorkerPool
 from scenarios.campaign.store.cache import Store
 from tests.scenarios.campaign.chores import Chore
 
@@ -39,11 +39,11 @@ class Counting(Quiet):
 
     seconds = 0.0
 
-    def ended(self, task: object, outcome: Outcome) -> None:
+    def ended(self, task: object, outcome: TaskOutcome) -> None:
         self.seconds += outcome.seconds
 
 
-def clocked(cases: Sequence[Case], executor: Executor, store: Store) -> tuple[float, list[Judged], float]:
+def clocked(cases: Sequence[Case], executor: WorkerPool, store: Store) -> tuple[float, list[Judged], float]:
     """Seconds of a campaign, what came of it, and the seconds of its tasks."""
     watcher, begin = Counting(), time.perf_counter()
     results = list(run_campaign(cases, executor, store, watcher))

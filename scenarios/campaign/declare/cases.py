@@ -11,13 +11,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from scenarios.campaign.declare.drivable import check_drive, named
-from scenarios.campaign.declare.expand import Values, put, variations
+from scenarios.campaign.declare.expand import Values, expanded, put
 from scenarios.campaign.declare.expectations import Expectation
 from scenarios.campaign.declare.real_recordings import Images, Log
 from scenarios.campaign.declare.schema import Declared, DriveTable, LogTable, SourceTable, kind_of
-from scenarios.campaign.declare.schema_types import Form, form_of
+from scenarios.campaign.declare.schema_types import SchemaType, schema_type_of
 from scenarios.campaign.declare.sources import Source
-from scenarios.campaign.declare.validation_errors import first_mistake
+from scenarios.campaign.declare.validation_errors import first_error
 from scenarios.drives.record import QUERY_SEEDS, Drive
 from scenarios.errors import ScenarioError, input_errors
 from scenarios.library import LIBRARY
@@ -117,7 +117,7 @@ def load(path: Path) -> list[Case]:
     """The cases of a scenario file. Raises ``ScenarioError`` with the file, the key and what is valid."""
     table = _table(path)
     try:
-        cases = [_case(path, name, values, put(table, values)) for name, values in variations(table.pop("vary", None))]
+        cases = [_case(path, name, values, put(table, values)) for name, values in expanded(table.pop("vary", None))]
     except input_errors() as error:
         raise ScenarioError(f"{path}: {' '.join(str(error).split())}") from error
     return cases
@@ -144,17 +144,20 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
     if not isinstance(further, list) or not all(isinstance(one, dict) for one in further):
         raise ScenarioError("further: is no list of tables; valid is [[further]], once for each further reference")
     reference = table.get("reference", {})
-    form = form_of(table)
-    table["query"] = {**form.usual, **_completed(table.get("query", {}), reference, form.own)}
+    schema_type = schema_type_of(table)
+    table["query"] = {
+        **schema_type.query_defaults,
+        **_completed(table.get("query", {}), reference, schema_type.not_inherited),
+    }
     table["further"] = [_completed(one, reference, ("faults",)) for one in further]
     try:
-        scenario = form.model.model_validate(table)
+        scenario = schema_type.model.model_validate(table)
     except ValidationError as error:
-        raise ScenarioError(first_mistake(error, form.model)) from error
-    expectations = tuple(form.expectation(text, scenario) for text in scenario.expect)
+        raise ScenarioError(first_error(error, schema_type.model)) from error
+    expectations = tuple(schema_type.expectation(text, scenario) for text in scenario.expect)
     full = f"{path.stem}/{name}" if name else path.stem
     case = Case(full, path, values, scenario, expectations)
-    _check(case, form)
+    _check(case, schema_type)
     return case
 
 
@@ -209,9 +212,9 @@ def _beside(name: str, file: Path) -> str:
 # --- what can be told before the first drive ---
 
 
-def _check(case: Case, form: Form) -> None:
+def _check(case: Case, schema_type: SchemaType) -> None:
     scenario = case.scenario
-    form.check_methods(scenario)
+    schema_type.check_methods(scenario)
     for expectation in case.expectations:
         for method in expectation.methods:
             if method not in scenario.methods:
@@ -231,4 +234,4 @@ def _check(case: Case, form: Form) -> None:
             source = case.source(side, scenario.seeds[0])
             if isinstance(source, Drive):
                 check_drive(source, scenario.localise.sensors)
-    form.check(scenario, case.file, case.sources(scenario.seeds[0])[:-1])
+    schema_type.check(scenario, case.file, case.sources(scenario.seeds[0])[:-1])

@@ -28,7 +28,7 @@ Values = Mapping[str, Any]
 """Values by their keys, which are paths into the file."""
 
 
-def variations(vary: Any) -> list[tuple[str, Values]]:
+def expanded(vary: Any) -> list[tuple[str, Values]]:
     """The cases of a ``vary`` table: a name and the values of each; one without name or values for no table at all.
 
     Raises ``ScenarioError``.

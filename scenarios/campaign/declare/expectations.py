@@ -3,7 +3,7 @@
 ``success_hmm >= 80 % over 5 seeds``, ``lost_auroc of topometric >= 0.9``, ``to_lost <= 5 m``, ``failures of best/chain
 <= 0.5 * failures of thesis/chain``. A figure's name is one of ``FIGURES``; after it may stand whose it is meant, else
 it is that of the judged method. ``_uniform``, ``_prior`` and ``_hmm`` behind a name mean the stage of the scenario's
-profile. Missions have figures of their own (``mission_expected``), and no stages. A share may be written in per cent,
+profile. Missions have figures of their own (``mission_figures``), and no stages. A share may be written in per cent,
 and behind a number may stand the figure's unit. ``over N seeds`` says of how many it has to be, at least.
 """
 
@@ -76,7 +76,7 @@ def parse(text: str, profile: str | None, known: Vocabulary = FIGURES) -> Expect
     if not found:
         raise ScenarioError(f"{text!r} is no expectation; valid is {FORM}, as in 'success_hmm >= 80 % over 5 seeds'")
     figure, method, sign, number, unit, scaled, scaled_method, other, other_method, seeds = found.groups()
-    reader = _Reader(text, profile, known)
+    reader = _ExpectationParser(text, profile, known)
     left = reader.term(figure, method)
     if scaled or other:
         factor = 1.0 if number is None else _factor(text, float(number), unit)
@@ -89,7 +89,7 @@ def parse(text: str, profile: str | None, known: Vocabulary = FIGURES) -> Expect
 
 
 @dataclass(frozen=True, slots=True)
-class _Reader:
+class _ExpectationParser:
     """Reads the parts of one text."""
 
     text: str
@@ -131,14 +131,14 @@ def _factor(text: str, number: float, unit: str | None) -> float:
     return number / 100 if unit else number
 
 
-def told(expectation: Expectation) -> str:
+def as_text(expectation: Expectation) -> str:
     """An expectation written out: ``parse`` makes the same of it."""
     right = expectation.right
-    bound = f"{right.factor!r} * {_told_term(right)}" if isinstance(right, Term) else repr(right)
-    return f"{_told_term(expectation.left)} {expectation.relation} {bound} over {expectation.seeds} seeds"
+    bound = f"{right.factor!r} * {_term_as_text(right)}" if isinstance(right, Term) else repr(right)
+    return f"{_term_as_text(expectation.left)} {expectation.relation} {bound} over {expectation.seeds} seeds"
 
 
-def _told_term(term: Term) -> str:
+def _term_as_text(term: Term) -> str:
     return term.figure if term.method is None else f"{term.figure} of {term.method}"
 
 
@@ -149,4 +149,4 @@ def about(expectation: Expectation, method: str) -> Expectation:
     if isinstance(right, Term):
         right = replace(right, method=right.method or method)
     changed = replace(expectation, left=left, right=right)
-    return changed if changed == expectation else replace(changed, text=told(changed))
+    return changed if changed == expectation else replace(changed, text=as_text(changed))

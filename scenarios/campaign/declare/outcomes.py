@@ -19,7 +19,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class TaskOutcome:
     """How a task ended, with a ``reason`` in one line where it is not ``PASSED``, and what it took [s].
 
     ``details`` are the trace of an error. ``kept`` says that it had been done before. ``damaged`` is the key of a file

@@ -1,4 +1,4 @@
-"""Asking otherwise than a scenario says: a localiser of one's own, fewer methods, other seeds."""
+"""Override what scenarios declare: localisers of a user, fewer methods, other seeds."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,7 +6,7 @@ from dataclasses import replace
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.drivable import named
 from scenarios.campaign.declare.expectations import about
-from scenarios.campaign.declare.schema_types import form_for
+from scenarios.campaign.declare.schema_types import schema_type_for
 from scenarios.errors import ScenarioError
 from scenarios.methods.by_name import written_out
 
@@ -14,7 +14,7 @@ NOBODY = "none"
 """Stands for no method, where methods are named."""
 
 
-def asking(cases: Sequence[Case], localisers: Sequence[str], methods: Sequence[str] | None) -> list[Case]:
+def with_methods(cases: Sequence[Case], localisers: Sequence[str], methods: Sequence[str] | None) -> list[Case]:
     """The same cases with ``localisers`` judged, and beside them ``methods`` only; None: those of each scenario.
 
     What an expectation says without naming a method is then meant of the first localiser, and once more of each other
@@ -24,16 +24,16 @@ def asking(cases: Sequence[Case], localisers: Sequence[str], methods: Sequence[s
     run.
     """
     judged = tuple(dict.fromkeys(localisers))
-    forms = {form_for(case.scenario) for case in cases}
+    schema_types = {schema_type_for(case.scenario) for case in cases}
     others = None if methods is None else written_out(name for name in methods if name != NOBODY)
-    for form in forms:
-        form.check_names((*judged, *(others or ())))
+    for schema_type in schema_types:
+        schema_type.check_names((*judged, *(others or ())))
     if not judged and others == ():
         raise ScenarioError("methods 'none': nobody is left to be asked; valid is to name a localiser or a method")
-    return [_asking(case, judged, others) for case in cases] if judged or methods is not None else list(cases)
+    return [_with_methods(case, judged, others) for case in cases] if judged or methods is not None else list(cases)
 
 
-def _asking(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> Case:
+def _with_methods(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> Case:
     scenario = case.scenario
     running = written_out((*(scenario.methods if others is None else others), *judged))
     # Who was judged is named, for it may not run now, and nobody else's figures are to be taken for its.
@@ -44,10 +44,10 @@ def _asking(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> 
         update={"methods": running, "judged": next(iter(judged), None)},
     )
     asked = scenario.model_copy(update={"localise": localise})
-    form = form_for(asked)
+    schema_type = schema_type_for(asked)
     with named(case.name):
-        form.check_methods(asked)
-        form.check(asked, case.file, case.sources(asked.seeds[0])[:-1])
+        schema_type.check_methods(asked)
+        schema_type.check(asked, case.file, case.sources(asked.seeds[0])[:-1])
     return replace(
         case,
         scenario=asked,

@@ -1,6 +1,6 @@
-"""The forms that a scenario may have: localising a drive, or carrying out a mission. What each may say is checked here.
+"""Types of scenarios, localising a drive or carrying out a mission, with the checks of what each may declare.
 
-What is done with a case of each form: ``scenarios.campaign.case_types``.
+What is done with a case of each kind: ``scenarios.campaign.case_types``.
 """
 
 from abc import abstractmethod
@@ -21,14 +21,14 @@ from scenarios.methods.by_name import HINDSIGHT, check_methods
 from sim.missions.mission import EVERY
 
 
-class Form(Protocol):
-    """What a scenario of a form may say."""
+class SchemaType(Protocol):
+    """What a scenario of a kind may say."""
 
     name: str
     model: type[Declared]
-    own: tuple[str, ...]
+    not_inherited: tuple[str, ...]
     """Keys that the query does not take over from the reference."""
-    usual: Mapping[str, Any]
+    query_defaults: Mapping[str, Any]
     """What the query has of these, where the file does not say."""
 
     @abstractmethod
@@ -41,24 +41,24 @@ class Form(Protocol):
 
     @abstractmethod
     def check_names(self, names: Sequence[str]) -> None:
-        """Raise ``ScenarioError`` for a method that a user names and that no scenario of this form can ask."""
+        """Raise ``ScenarioError`` for a method that a user names and that no scenario of this kind can ask."""
 
     @abstractmethod
-    def told(self, scenario: Any) -> list[str]:
-        """What only scenarios of this form declare, a line each."""
+    def summary_lines(self, scenario: Any) -> list[str]:
+        """What only scenarios of this kind declare, a line each."""
 
     @abstractmethod
     def check(self, scenario: Any, file: Path, references: Sequence[Source]) -> None:
         """Raise the rooms' own errors for what cannot be done; ``file`` is the scenario's."""
 
 
-class Localising(Form):
+class LocalisingSchema(SchemaType):
     """A query is driven, and methods are asked where the robot was."""
 
     name = "localising"
     model = Scenario
-    own = ("faults",)
-    usual: Mapping[str, Any] = MappingProxyType({})
+    not_inherited = ("faults",)
+    query_defaults: Mapping[str, Any] = MappingProxyType({})
 
     def expectation(self, text: str, scenario: Scenario) -> Expectation:
         """Of the figures of answers."""
@@ -74,7 +74,7 @@ class Localising(Form):
         """Localisers only."""
         check_methods(names)
 
-    def told(self, scenario: Scenario) -> list[str]:
+    def summary_lines(self, scenario: Scenario) -> list[str]:
         """What is right."""
         terms = scenario.score
         tolerance = f"within {terms.within:g} m and {terms.heading:g} degrees"
@@ -92,13 +92,13 @@ class Localising(Form):
             raise ScenarioError(f"localise: {method!r} knows one reference only; valid are methods without hindsight")
 
 
-class Missions(Form):
+class MissionSchema(SchemaType):
     """The robot is set down, and methods lead it."""
 
     name = "mission"
     model = MissionScenario
-    own = ("faults", "behaviours", "trigger")
-    usual: Mapping[str, Any] = MappingProxyType({"trigger": {"distance": EVERY}})
+    not_inherited = ("faults", "behaviours", "trigger")
+    query_defaults: Mapping[str, Any] = MappingProxyType({"trigger": {"distance": EVERY}})
 
     def expectation(self, text: str, scenario: MissionScenario) -> Expectation:
         """Of the figures of missions."""
@@ -112,7 +112,7 @@ class Missions(Form):
         """Localisers, and those that need none; whether there is a program, each scenario tells."""
         check_leaders(names, programmed=True)
 
-    def told(self, scenario: MissionScenario) -> list[str]:
+    def summary_lines(self, scenario: MissionScenario) -> list[str]:
         """What is to be done, and what counts as done."""
         said = scenario.mission.model_dump(mode="json", exclude_defaults=True)
         terms = scenario.score
@@ -126,14 +126,14 @@ class Missions(Form):
         check_mission(scenario, file, references)
 
 
-LOCALISING, MISSIONS = Localising(), Missions()
+LOCALISING, MISSIONS = LocalisingSchema(), MissionSchema()
 
 
-def form_of(table: Mapping[str, Any]) -> Form:
-    """The form of a file's table, by the table that only missions have."""
+def schema_type_of(table: Mapping[str, Any]) -> SchemaType:
+    """The kind of a file's table, by the table that only missions have."""
     return MISSIONS if "mission" in table else LOCALISING
 
 
-def form_for(scenario: Declared) -> Form:
-    """The form of a scenario."""
+def schema_type_for(scenario: Declared) -> SchemaType:
+    """The kind of a scenario."""
     return MISSIONS if isinstance(scenario, MissionScenario) else LOCALISING

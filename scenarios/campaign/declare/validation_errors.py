@@ -17,7 +17,7 @@ LONGEST = 60
 """Characters of what was given that are told."""
 
 
-def first_mistake(error: ValidationError, model: type[Declared]) -> str:
+def first_error(error: ValidationError, model: type[Declared]) -> str:
     """The first of pydantic's findings about a ``model`` in one line."""
     first = error.errors()[0]
     where, context = _written(first["loc"]), first.get("ctx", {})

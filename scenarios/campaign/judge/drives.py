@@ -8,7 +8,7 @@ from types import MappingProxyType
 from refseq.belief import Belief
 from refseq.view import View
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.declare.sources import names_of
 from scenarios.campaign.judge.expectations import judge
 from scenarios.campaign.run.tasks import AnswerTask, Question, answers_of, asked_views, learnt_drives
@@ -44,7 +44,7 @@ class Judged:
     costs: Mapping[str, tuple[Cost, ...]]
     digests: Mapping[str, tuple[str, ...]]
     seconds: float
-    mishaps: tuple[Outcome, ...] = ()
+    mishaps: tuple[TaskOutcome, ...] = ()
     answered: Mapping[int, tuple[AnswerTask, ...]] = field(default_factory=dict)
 
     @property
@@ -54,13 +54,13 @@ class Judged:
 
 
 def judged(
-    case: Case, tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, Outcome], store: Store
+    case: Case, tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, TaskOutcome], store: Store
 ) -> Judged:
     """Judge a case by what its tasks left in the store; ``outcomes`` are by key, those of recordings among them."""
     mishaps = mishaps_of(tasks, outcomes)
     good = {seed: tuple(task for task in of_seed if outcomes[task.key].good) for seed, of_seed in tasks.items()}
     answered = {seed: done for seed, done in good.items() if done}
-    runs = {seed: _run(case, done, store) for seed, done in answered.items()}
+    runs = {seed: _answers_of_seed(case, done, store) for seed, done in answered.items()}
     comparisons = tuple(run.comparison for run in runs.values())
     found = figures(comparisons, *tolerances(case)) if comparisons else []
     by_method = {one.method: one for one in found}
@@ -81,20 +81,20 @@ def judged(
     )
 
 
-def mishaps_of(tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, Outcome]) -> list[Outcome]:
+def mishaps_of(tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, TaskOutcome]) -> list[TaskOutcome]:
     """What did not end well, each reason once."""
     found = [outcomes[task.key] for of_seed in tasks.values() for task in of_seed]
     return list({one.reason: one for one in found if not one.good}.values())
 
 
-def reasons_of(mishaps: Sequence[Outcome], judgements: Sequence[JudgementRecord]) -> tuple[str, ...]:
+def reasons_of(mishaps: Sequence[TaskOutcome], judgements: Sequence[JudgementRecord]) -> tuple[str, ...]:
     """Why a case has its verdict, a line each."""
-    missed = [f"missed: {one.text} ({one.told})" for one in judgements if one.met is False]
+    missed = [f"missed: {one.text} ({one.explanation})" for one in judgements if one.met is False]
     open_ = [f"not judged: {one.text} ({one.reason})" for one in judgements if one.met is None]
     return (*(outcome.reason for outcome in mishaps), *missed, *open_)
 
 
-def verdict_of(mishaps: Sequence[Outcome], judgements: Sequence[JudgementRecord]) -> Verdict:
+def verdict_of(mishaps: Sequence[TaskOutcome], judgements: Sequence[JudgementRecord]) -> Verdict:
     """An error weighs more than a failure, a failure more than what was not there to be run.
 
     A case of which no expectation could be judged has not passed: fewer seeds were run, or other methods.
@@ -108,14 +108,14 @@ def verdict_of(mishaps: Sequence[Outcome], judgements: Sequence[JudgementRecord]
 
 
 def tolerances(case: Case) -> tuple[Tolerance, Tolerance]:
-    """How near an answer must be, and the narrower tolerance told beside it."""
+    """How near an answer must be: the tolerance that decides, and the narrower one."""
     asked = case.scenario.score
     heading = math.radians(asked.heading)
     return Tolerance(asked.within, heading), Tolerance(asked.narrow, heading)
 
 
 @dataclass(frozen=True)
-class _Run:
+class _SeedAnswers:
     """One seed: what was answered, what it cost, and the digest of the beliefs, by method."""
 
     comparison: Comparison
@@ -123,7 +123,7 @@ class _Run:
     digests: Mapping[str, str]
 
 
-def _run(case: Case, tasks: Sequence[AnswerTask], store: Store) -> _Run:
+def _answers_of_seed(case: Case, tasks: Sequence[AnswerTask], store: Store) -> _SeedAnswers:
     drives, query = learnt_drives(tasks[0], store), asked_views(tasks[0], store)
     mergings: dict[str, Merging] = {}
     beliefs: dict[str, Sequence[Belief]] = {}
@@ -144,7 +144,7 @@ def _run(case: Case, tasks: Sequence[AnswerTask], store: Store) -> _Run:
         Drives(names_of(tasks[0].references), tuple(len(drive.views) for drive in drives)),
         mergings,
     )
-    return _Run(comparison, costs, {method: beliefs_digest(beliefs[method]) for method in order})
+    return _SeedAnswers(comparison, costs, {method: beliefs_digest(beliefs[method]) for method in order})
 
 
 def _without_images(view: View) -> View:

@@ -7,13 +7,13 @@ from types import MappingProxyType
 
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.mission_figures import MISSION_FIGURES
-from scenarios.campaign.declare.outcomes import Outcome
+from scenarios.campaign.declare.outcomes import TaskOutcome
 from scenarios.campaign.judge.drives import Judged, mishaps_of, reasons_of, verdict_of
 from scenarios.campaign.judge.expectations import judge
 from scenarios.campaign.judge.records import mishap_records, open_record, share_record
 from scenarios.campaign.run.mission_task import MissionTask, mission_of
 from scenarios.campaign.store.cache import Store
-from scenarios.campaign.store.missions import Kept
+from scenarios.campaign.store.missions import KeptMission
 from scenarios.campaign.store.result_file import CaseRecord, MethodRecord, SeedRecord
 from scenarios.report.plot_selection import MOST
 from scenarios.scoring.missions import MissionFigures, MissionScore, mission_record, score_mission
@@ -27,7 +27,7 @@ class JudgedMissions(Judged):
     """
 
     missions: tuple[MissionFigures, ...] = ()
-    kept: Mapping[str, Mapping[int, Kept]] = field(default_factory=dict)
+    kept: Mapping[str, Mapping[int, KeptMission]] = field(default_factory=dict)
     led: Mapping[str, Mapping[int, MissionTask]] = field(default_factory=dict)
 
     @property
@@ -41,7 +41,7 @@ class JudgedMissions(Judged):
 
 
 def judged_missions(
-    case: Case, tasks: Mapping[int, Sequence[MissionTask]], outcomes: Mapping[str, Outcome], store: Store
+    case: Case, tasks: Mapping[int, Sequence[MissionTask]], outcomes: Mapping[str, TaskOutcome], store: Store
 ) -> JudgedMissions:
     """Judge a case by what its tasks left in the store; ``outcomes`` are by key, those of recordings among them."""
     mishaps = mishaps_of(tasks, outcomes)
@@ -73,7 +73,7 @@ def judged_missions(
     )
 
 
-def _score(case: Case, one: Kept) -> MissionScore:
+def _score(case: Case, one: KeptMission) -> MissionScore:
     return score_mission(one.run, case.scenario.score.within, case.scenario.score.narrow)
 
 
@@ -88,18 +88,18 @@ def missions_record(result: JudgedMissions, page: str) -> CaseRecord:
         "judgements": result.judgements,
         "mishaps": mishap_records(result.mishaps),
         "views": sum(one.views for one in result.missions),
-        "methods": tuple(_method(one, result, drawn=one.method in shown) for one in result.missions),
+        "methods": tuple(_method(one, result, plotted=one.method in shown) for one in result.missions),
         "seeds": _seeds(result),
         "seconds": result.seconds,
     }
     return open_record(result.case).model_copy(update=found)
 
 
-def _method(one: MissionFigures, result: JudgedMissions, *, drawn: bool) -> MethodRecord:
+def _method(one: MissionFigures, result: JudgedMissions, *, plotted: bool) -> MethodRecord:
     kept, terms = result.kept[one.method], result.case.scenario.score
     return MethodRecord(
         method=one.method,
-        drawn=drawn,
+        plotted=plotted,
         within_m=terms.within,
         narrow_m=terms.narrow,
         success=share_record(one.completed),

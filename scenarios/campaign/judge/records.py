@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import Outcome
-from scenarios.campaign.declare.schema_types import form_for
+from scenarios.campaign.declare.outcomes import TaskOutcome
+from scenarios.campaign.declare.schema_types import schema_type_for
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.tasks import AnswerTask
 from scenarios.campaign.store.result_file import CaseRecord, MethodRecord, MishapRecord, SeedRecord, ShareRecord
@@ -18,7 +18,7 @@ from scenarios.scoring.proportion import Proportion
 def open_record(case: Case) -> CaseRecord:
     """The record of a case that has no verdict yet."""
     return CaseRecord(
-        form=form_for(case.scenario).name,
+        schema_type=schema_type_for(case.scenario).name,
         name=case.name,
         scenario=case.file.stem,
         file=_below_here(case.file),
@@ -50,24 +50,24 @@ def case_record(result: Judged, page: str) -> CaseRecord:
         "judgements": result.judgements,
         "mishaps": mishap_records(result.mishaps),
         "views": sum(len(one.query_views) for one in result.comparisons),
-        "methods": tuple(_method(one, result, drawn=one.method in shown) for one in result.figures),
+        "methods": tuple(_method(one, result, plotted=one.method in shown) for one in result.figures),
         "seeds": _seeds(result.answered, result.comparisons),
         "seconds": result.seconds,
     }
     return open_record(result.case).model_copy(update=found)
 
 
-def mishap_records(mishaps: Sequence[Outcome]) -> tuple[MishapRecord, ...]:
+def mishap_records(mishaps: Sequence[TaskOutcome]) -> tuple[MishapRecord, ...]:
     """The records of what did not end well."""
     return tuple(MishapRecord(verdict=one.verdict, reason=one.reason, details=one.details) for one in mishaps)
 
 
-def _method(one: Figures, result: Judged, *, drawn: bool) -> MethodRecord:
+def _method(one: Figures, result: Judged, *, plotted: bool) -> MethodRecord:
     seeds = list(result.answered)
     costs = result.costs.get(one.method, ())
     return MethodRecord(
         method=one.method,
-        drawn=drawn,
+        plotted=plotted,
         within_m=one.wide.tolerance.distance,
         narrow_m=one.narrow.tolerance.distance,
         success=share_record(one.wide.success),

@@ -26,7 +26,7 @@ class ExpectationRow:
 
     verdict: str
     text: str
-    told: str
+    explanation: str
 
 
 def case_page(result: Judged, record: CaseRecord, campaign: CampaignRecord, store: Store) -> str:
@@ -50,7 +50,7 @@ def case_page(result: Judged, record: CaseRecord, campaign: CampaignRecord, stor
 def expectation_row(one: JudgementRecord) -> ExpectationRow:
     """An expectation and what decided, in words."""
     verdict = {True: Verdict.PASSED, False: Verdict.FAILED, None: Verdict.SKIPPED}[one.met]
-    return ExpectationRow(verdict.value, one.text, ("not judged: " if one.met is None else "") + one.told)
+    return ExpectationRow(verdict.value, one.text, ("not judged: " if one.met is None else "") + one.explanation)
 
 
 def _section(result: Judged, store: Store) -> Section | None:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.pages.sweep_plot import DialShown
+from scenarios.campaign.pages.sweep_plot import SweepPlot
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
 from scenarios.report.page import rendered
 from scenarios.report.words import duration_text
@@ -32,7 +32,7 @@ class IndexRow:
     seconds: str
 
 
-def index_page(record: CampaignRecord, dials: Sequence[DialShown]) -> str:
+def index_page(record: CampaignRecord, sweep_plots: Sequence[SweepPlot]) -> str:
     """The page of a campaign."""
     blocking = [case for case in record.cases if case.blocking]
     others = [case for case in record.cases if not case.blocking]
@@ -46,7 +46,7 @@ def index_page(record: CampaignRecord, dials: Sequence[DialShown]) -> str:
         ],
         campaign=record,
         seconds=duration_text(record.seconds),
-        dials=dials,
+        sweep_plots=sweep_plots,
     )
 
 
@@ -70,9 +70,9 @@ def index_row(case: CaseRecord) -> IndexRow:
         page=case.page,
         verdict=case.verdict_word,
         judged=method_label(case.judged),
-        success=judged.success.told if judged else NONE,
+        success=judged.success.text if judged else NONE,
         within=f"{judged.within_m:g} m" if judged else "",
-        success_narrow=judged.success_narrow.told if judged else NONE,
+        success_narrow=judged.success_narrow.text if judged else NONE,
         narrow=f"{judged.narrow_m:g} m" if judged else "",
         failures=judged.success.failed if judged else NONE,
         met=f"{met} of {expected}" if expected else NONE,

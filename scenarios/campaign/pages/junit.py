@@ -101,8 +101,8 @@ def _missed(judgement: JudgementRecord, case: CaseRecord) -> Failure | Skipped |
         return Skipped(_clean(f"not judged: {judgement.reason}"))
     if judgement.met:
         return None
-    failure = Failure(_clean(judgement.told), "expectation")
-    failure.text = _clean(f"{judgement.text}\n{judgement.told}\ncase: {case.name}")
+    failure = Failure(_clean(judgement.explanation), "expectation")
+    failure.text = _clean(f"{judgement.text}\n{judgement.explanation}\ncase: {case.name}")
     return failure
 
 

@@ -38,7 +38,7 @@ class OutcomeRow:
     seed: int
     method: str
     good: bool
-    told: str
+    outcome: str
     touched: str
     wrong: str
 
@@ -54,7 +54,7 @@ class OrderRow:
 
 
 @dataclass(frozen=True)
-class Shown:
+class MissionDetail:
     """A mission that is shown whole."""
 
     title: str
@@ -117,8 +117,8 @@ def _row(one: MissionFigures, result: JudgedMissions) -> PageRow:
 def _outcome(result: JudgedMissions, method: str, seed: int) -> OutcomeRow:
     run, score = result.kept[method][seed].run, result.score(method, seed)
     wrong = NONE if score.wrong is None else ", ".join(_wrong(run, score)) or "none"
-    told = outcome_words(run, score)
-    return OutcomeRow(seed, method, score.completed, told, ", ".join(run.touched) or "nothing", wrong)
+    outcome = outcome_words(run, score)
+    return OutcomeRow(seed, method, score.completed, outcome, ", ".join(run.touched) or "nothing", wrong)
 
 
 def _wrong(run: MissionRun, score: MissionScore) -> Iterator[str]:
@@ -128,7 +128,7 @@ def _wrong(run: MissionRun, score: MissionScore) -> Iterator[str]:
             yield f"{number} ({run.orders[order].behaviour}, {time:.0f} s)"
 
 
-def _shown(result: JudgedMissions) -> list[Shown]:
+def _shown(result: JudgedMissions) -> list[MissionDetail]:
     """Every mission that was not completed, and one that was: the judged method's, if there is one."""
     outline, within = _outline(result), result.case.scenario.score.within
     good = sorted(
@@ -139,12 +139,14 @@ def _shown(result: JudgedMissions) -> list[Shown]:
     return [_whole(result, method, seed, within, outline) for method, seed in chosen]
 
 
-def _whole(result: JudgedMissions, method: str, seed: int, within: float, outline: FloorOutline | None) -> Shown:
+def _whole(
+    result: JudgedMissions, method: str, seed: int, within: float, outline: FloorOutline | None
+) -> MissionDetail:
     run, score = result.kept[method][seed].run, result.score(method, seed)
     begun: dict[int, list[str]] = {}
     for number, (order, time) in enumerate(run.switches, 1):
         begun.setdefault(order, []).append(f"{number} at {time:.0f} s")
-    return Shown(
+    return MissionDetail(
         title=f"{method}, seed {seed}: {outcome_words(run, score)}",
         good=score.completed,
         plan=mission_plan(run, score, within, outline),

@@ -10,7 +10,7 @@ from scenarios.scoring.tables import NONE
 
 
 @dataclass(frozen=True)
-class Across:
+class Summary:
     """``figure`` in words by method, one cell a case."""
 
     figure: str
@@ -20,8 +20,8 @@ class Across:
 
 SHARES: Mapping[str, Callable[[MethodRecord], str]] = MappingProxyType(
     {
-        "success": lambda one: one.success.told,
-        "success_narrow": lambda one: one.success_narrow.told,
+        "success": lambda one: one.success.text,
+        "success_narrow": lambda one: one.success_narrow.text,
         "failures": lambda one: one.success.failed,
         "failures_narrow": lambda one: one.success_narrow.failed,
     }
@@ -29,7 +29,7 @@ SHARES: Mapping[str, Callable[[MethodRecord], str]] = MappingProxyType(
 """What is told of the share of right answers; all other figures go by their names in the result file."""
 
 
-def across(record: CampaignRecord, figure: str, wanted: Sequence[str] = ()) -> Across:
+def summary(record: CampaignRecord, figure: str, wanted: Sequence[str] = ()) -> Summary:
     """A figure of all methods over the cases that were judged; ``wanted`` names cases or scenarios, none: all.
 
     Raises ``ScenarioError`` for a figure or a case that the campaign does not have.
@@ -39,7 +39,7 @@ def across(record: CampaignRecord, figure: str, wanted: Sequence[str] = ()) -> A
     known = [*SHARES, *dict.fromkeys(name for case in cases for one in case.methods for name in one.figures)]
     if figure not in known:
         raise ScenarioError(f"--table {figure!r} is no figure of this campaign; valid are {', '.join(known)}")
-    return Across(
+    return Summary(
         figure=figure,
         cases=tuple(case.name for case in cases),
         rows=tuple((method, tuple(_cell(case.method(method), figure) for case in cases)) for method in methods),

@@ -1,4 +1,4 @@
-"""The dial: success over the one key that a scenario varies, light for example."""
+"""Sweep plot: success over the one key that a scenario varies, light for example."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from worlds.light import light_named
 
 
 @dataclass(frozen=True)
-class DialShown:
+class SweepPlot:
     """What one key does to the cases of a scenario: the plot, and of all methods the success at each value."""
 
     scenario: str
@@ -27,7 +27,7 @@ class DialShown:
     left_out: int
 
 
-def dial_of(cases: Sequence[CaseRecord]) -> DialShown | None:
+def sweep_plot_of(cases: Sequence[CaseRecord]) -> SweepPlot | None:
     """Success over the one key that the cases of a scenario vary; None where there is not one key, or not two cases.
 
     Cases are in the order of the axis, where it has one. The same methods are drawn as on the cases' pages where these
@@ -45,10 +45,10 @@ def dial_of(cases: Sequence[CaseRecord]) -> DialShown | None:
     shares = {method: np.array([_shares(case, method) for case in cases]) for method in methods}
     if not methods:
         return None
-    shown = _most_drawn(cases, methods)
+    shown = _most_plotted(cases, methods)
     words = tuple(case.varied_words[key] for case in cases)
     drawing = Sweep(key, words, at, {m: shares[m] for m in shown})
-    return DialShown(
+    return SweepPlot(
         scenario=cases[0].scenario,
         key=key,
         values=words,
@@ -58,8 +58,8 @@ def dial_of(cases: Sequence[CaseRecord]) -> DialShown | None:
     )
 
 
-def _most_drawn(cases: Sequence[CaseRecord], methods: Sequence[str]) -> list[str]:
-    counts = {m: sum(one.drawn for case in cases for one in case.methods if one.method == m) for m in methods}
+def _most_plotted(cases: Sequence[CaseRecord], methods: Sequence[str]) -> list[str]:
+    counts = {m: sum(one.plotted for case in cases for one in case.methods if one.method == m) for m in methods}
     chosen = sorted(methods, key=lambda method: (-counts[method], methods.index(method)))[:MOST]
     return [method for method in methods if method in chosen]
 
@@ -73,7 +73,7 @@ def _shares(case: CaseRecord, method: str) -> tuple[float, float, float]:
 
 def _cell(case: CaseRecord, method: str) -> str:
     found = case.method(method)
-    return NONE if found is None else found.success.told
+    return NONE if found is None else found.success.text
 
 
 def _positions(key: str, values: Sequence[object]) -> list[float] | None:

@@ -38,7 +38,7 @@ BLOCK = re.compile(
 )
 
 
-class Choice(BaseModel):
+class CellSpec(BaseModel):
     """What a row, a column or the whole table names of a cell."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -47,12 +47,12 @@ class Choice(BaseModel):
     show: str | None = None
 
 
-class Form(Choice):
+class TableSpec(CellSpec):
     """A table as it is declared: ``rows`` and ``columns`` by their headings, ``corner`` above the rows' headings."""
 
     corner: str = ""
-    columns: Mapping[str, Choice]
-    rows: Mapping[str, Choice]
+    columns: Mapping[str, CellSpec]
+    rows: Mapping[str, CellSpec]
 
 
 @dataclass(frozen=True)
@@ -60,14 +60,14 @@ class Block:
     """A table on a page: its name, what stands between its comments, and where that is in the page's text."""
 
     name: str
-    form: Form
+    spec: TableSpec
     body: str
     span: tuple[int, int]
     place: str
 
 
 @dataclass(frozen=True)
-class Source:
+class CellSource:
     """Where a cell's figures are from: a method's in a case of a campaign."""
 
     campaign: CampaignRecord
@@ -76,16 +76,16 @@ class Source:
 
 
 @dataclass(frozen=True)
-class Runs:
+class CampaignRuns:
     """Several campaigns; where two asked a method in the same case, the later one counts."""
 
     campaigns: Sequence[CampaignRecord]
 
     @cached_property
-    def found(self) -> Mapping[tuple[str, str], Source]:
+    def found(self) -> Mapping[tuple[str, str], CellSource]:
         """All there is, by the names of case and method."""
         return {
-            (case.name, method.method): Source(campaign, case, method)
+            (case.name, method.method): CellSource(campaign, case, method)
             for campaign in self.campaigns
             for case in campaign.cases
             for method in case.methods
@@ -127,10 +127,10 @@ def blocks(text: str, page: str) -> list[Block]:
     return found
 
 
-def _form(toml: str, place: str) -> Form:
+def _form(toml: str, place: str) -> TableSpec:
     """What the TOML declares; its lines are counted as the page's."""
     try:
-        return Form.model_validate(tomllib.loads(toml))
+        return TableSpec.model_validate(tomllib.loads(toml))
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{place}: is no TOML: {error}") from error
     except ValidationError as error:
@@ -141,7 +141,7 @@ def _form(toml: str, place: str) -> Form:
         ) from error
 
 
-def chosen(found: Sequence[Block], wanted: Sequence[str], page: str) -> list[Block]:
+def selected_blocks(found: Sequence[Block], wanted: Sequence[str], page: str) -> list[Block]:
     """The tables that are asked for by name, none: all. Raises ``ScenarioError`` for one that is not on the page."""
     names = [block.name for block in found]
     for name in wanted:
@@ -160,29 +160,29 @@ def replaced(text: str, bodies: Sequence[tuple[Block, str]]) -> str:
     return text
 
 
-def filled(block: Block, runs: Runs) -> str:
+def filled(block: Block, runs: CampaignRuns) -> str:
     """What should stand between a table's comments: the table, and a line that says of which runs it is.
 
     Raises ``ScenarioError`` for a case, a method or a figure that the runs do not have, and for a cell that lacks one
     of them or is told one twice.
     """
-    form = block.form
-    sources: list[Source] = []
+    spec = block.spec
+    sources: list[CellSource] = []
     rows = []
-    for heading, row in form.rows.items():
+    for heading, row in spec.rows.items():
         cells = [heading]
-        for title, column in form.columns.items():
+        for title, column in spec.columns.items():
             place = f"{block.place}: row {heading!r}, column {title!r}"
-            case, method, show = (_one(name, (form, row, column), place) for name in ("case", "method", "show"))
+            case, method, show = (_one(name, (spec, row, column), place) for name in ("case", "method", "show"))
             source = _source(case, method, runs, place)
             cells.append(_shown(show, source, place) if source else "")
             sources += [source] if source else []
         rows.append(cells)
-    table = markdown_table((form.corner, *form.columns), rows)
+    table = markdown_table((spec.corner, *spec.columns), rows)
     return f"{table}\n*{_origin(sources)}*\n" if sources else table
 
 
-def _one(name: str, named_by: Sequence[Choice], place: str) -> str:
+def _one(name: str, named_by: Sequence[CellSpec], place: str) -> str:
     told = [value for choice in named_by if (value := getattr(choice, name)) is not None]
     if len(told) != 1:
         how = f"is told {' and '.join(map(repr, told))}" if told else "is not told"
@@ -190,7 +190,7 @@ def _one(name: str, named_by: Sequence[Choice], place: str) -> str:
     return str(told[0])
 
 
-def _source(case: str, method: str, runs: Runs, place: str) -> Source | None:
+def _source(case: str, method: str, runs: CampaignRuns, place: str) -> CellSource | None:
     """Where a cell's figures are; None where this case, unlike others, did not ask the method."""
     for what, name, valid in (("case", case, runs.cases), ("method", method, runs.methods)):
         if name not in valid:
@@ -200,7 +200,7 @@ def _source(case: str, method: str, runs: Runs, place: str) -> Source | None:
     return runs.found.get((case, method))
 
 
-def _shown(show: str, source: Source, place: str) -> str:
+def _shown(show: str, source: CellSource, place: str) -> str:
     """A cell's text."""
     values = _values(source.method, len(source.case.seeds))
     try:
@@ -234,7 +234,7 @@ def _values(one: MethodRecord, seeds: int) -> Mapping[str, float | int | str | N
     return counts | {name: value for name, value in one.figures.items() if name.isidentifier()}
 
 
-def _origin(sources: Sequence[Source]) -> str:
+def _origin(sources: Sequence[CellSource]) -> str:
     """When and by what the figures came to be, and over how many seeds."""
     runs = [source.campaign for source in sources]
     days = sorted({run.started[:10] for run in runs})
@@ -252,7 +252,7 @@ def _span(ordered: Sequence[object]) -> str:
     return str(ordered[0]) if len(ordered) == 1 else f"{ordered[0]} to {ordered[-1]}"
 
 
-def stale(wanted: Sequence[Block], runs: Runs) -> Iterator[tuple[Block, str]]:
+def stale(wanted: Sequence[Block], runs: CampaignRuns) -> Iterator[tuple[Block, str]]:
     """The tables that do not stand as the runs have them, and what should stand there."""
     for block in wanted:
         body = filled(block, runs)

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.text import Text
 
 from scenarios.campaign.pages.index import INDEX, index_row, verdict_line
-from scenarios.campaign.pages.summary import Across, plain
+from scenarios.campaign.pages.summary import Summary, plain
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
 from scenarios.report.words import duration_text
 from scenarios.scoring.tables import NONE
@@ -55,7 +55,7 @@ def print_report(record: CampaignRecord, folder: Path, console: Console, *, figu
     say(console, f"look at {folder / INDEX}")
 
 
-def print_across(found: Across, console: Console) -> None:
+def print_summary(found: Summary, console: Console) -> None:
     """Print one figure of all methods over all cases."""
     rows = [(method, *cells) for method, cells in found.rows]
     print_whole(console, _table(found.figure, ("method", *found.cases), rows, [False] * len(rows)))
@@ -100,7 +100,7 @@ def _title(case: CaseRecord) -> str:
 
 def _figures(case: CaseRecord) -> list[tuple[str, ...]]:
     """All methods of a case: the headings, and a row each."""
-    first, shown = case.methods[0], FIGURES[case.form]
+    first, shown = case.methods[0], FIGURES[case.schema_type]
     headings = ("method", f"within {first.within_m:g} m", f"within {first.narrow_m:g} m", "failed", *shown)
     return [headings, *((one.method, *_method_cells(one, list(shown.values()))) for one in case.methods)]
 
@@ -113,7 +113,7 @@ def _method_cells(one: MethodRecord, names: Sequence[str]) -> list[str]:
 
 def _of(share: ShareRecord) -> str:
     """A share with the number of its views."""
-    return f"{share.told} of {share.of}" if share.of else NONE
+    return f"{share.text} of {share.of}" if share.of else NONE
 
 
 def report_markdown(record: CampaignRecord, *, figures: bool) -> str:
@@ -132,7 +132,7 @@ def report_markdown(record: CampaignRecord, *, figures: bool) -> str:
     return "\n".join(parts)
 
 
-def across_markdown(found: Across) -> str:
+def summary_markdown(found: Summary) -> str:
     """One figure of all methods over all cases, as a table in Markdown."""
     return markdown_table((found.figure, *found.cases), [(method, *cells) for method, cells in found.rows])
 

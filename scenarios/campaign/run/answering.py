@@ -14,7 +14,7 @@ from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
 
 
 @dataclass(frozen=True)
-class Asked:
+class AnswerRequest:
     """``methods`` that share what is dear; ``seed`` is that of their own draws, ``merge`` as in ``Learnt``."""
 
     methods: tuple[str, ...]
@@ -22,7 +22,7 @@ class Asked:
     merge: bool
 
 
-def answered(asked: Asked, references: Mapping[str, Reference], query: Sequence[View]) -> KeptAnswers:
+def answered(asked: AnswerRequest, references: Mapping[str, Reference], query: Sequence[View]) -> KeptAnswers:
     """What the methods, having learnt the references, answer to views of which they are not told the true poses."""
     forget_peak()
     begin = time.perf_counter()

@@ -53,7 +53,7 @@ class Rest:
     absent: tuple[str, ...] = ()
 
     @property
-    def told(self) -> str:
+    def summary(self) -> str:
         """All that in a line."""
         kept = (
             f"kept: {self.recordings_kept} of {self.recordings} drives, {self.answers_kept} of {self.answers} answers"

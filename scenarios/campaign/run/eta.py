@@ -6,7 +6,7 @@ from statistics import fmean
 from scenarios.campaign.run.tasks import Task
 
 
-class Pace:
+class Eta:
     """Notes how long tasks took and estimates the rest."""
 
     def __init__(self) -> None:

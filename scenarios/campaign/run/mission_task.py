@@ -17,7 +17,7 @@ from scenarios.campaign.run.tasks import Question, drive_with_files
 from scenarios.campaign.store.answers import beliefs_digest
 from scenarios.campaign.store.cache import DamagedError, Store
 from scenarios.campaign.store.keys import code_digest, key_of
-from scenarios.campaign.store.missions import Kept, read_mission, write_mission
+from scenarios.campaign.store.missions import KeptMission, read_mission, write_mission
 from scenarios.campaign.store.views import source_key
 from scenarios.drives.record import Drive, open_bench
 from scenarios.methods.baselines import Reference
@@ -49,7 +49,7 @@ class MissionTask(Question):
         return key_of(
             "mission",
             self.methods,
-            self.own,
+            self.plugins,
             *self.sources,
             self.sensors,
             self.seed,
@@ -116,7 +116,7 @@ class MissionTask(Question):
             features=None,
             peak_bytes=peak_bytes(),
         )
-        kept = Kept(done.run, cost, beliefs_digest(done.beliefs))
+        kept = KeptMission(done.run, cost, beliefs_digest(done.beliefs))
         store.make(self.key, self.ending, lambda path: write_mission(path, kept))
 
     def _leader(self, drives: Sequence[Reference], bench: Bench) -> Leader:
@@ -140,7 +140,7 @@ class MissionTask(Question):
         return run_plan(bench, leader, plan, assignment.goal, sensors=self.sensors, drive=drive)
 
 
-def mission_of(task: MissionTask, store: Store) -> Kept:
+def mission_of(task: MissionTask, store: Store) -> KeptMission:
     """What a task that is done left in the store. Raises ``DamagedError``."""
     path = store.path(task.key, task.ending)
     try:

@@ -16,8 +16,15 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
-from scenarios.campaign.run.remote_payload import Delivery, Piece, Place, carry_out, here, order_for
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
+from scenarios.campaign.run.remote_payload import (
+    NodeFingerprint,
+    PayloadFile,
+    RemoteResult,
+    carry_out,
+    here,
+    remote_task_for,
+)
 from scenarios.campaign.run.tasks import Task
 from scenarios.campaign.store.cache import Store
 from scenarios.errors import ScenarioError
@@ -56,7 +63,7 @@ class RayWorkers:
         self._ray = _connected(address)
         self._held: OrderedDict[tuple[Path, int], Any] = OrderedDict()
         self._closed = threading.Event()
-        self._flying: dict[Any, tuple[Task, Future[Outcome]]] = {}
+        self._flying: dict[Any, tuple[Task, Future[TaskOutcome]]] = {}
         try:
             _check_nodes(self._ray)
         except BaseException:
@@ -73,19 +80,19 @@ class RayWorkers:
         """Cores of all nodes that live."""
         return self._cores
 
-    def submit(self, task: Task) -> "Future[Outcome]":
+    def submit(self, task: Task) -> "Future[TaskOutcome]":
         """Have a task carried out by a node; what it makes is put into the store."""
-        answer: Future[Outcome] = Future()
+        answer: Future[TaskOutcome] = Future()
         try:
-            order = order_for(task, self._store)
+            order = remote_task_for(task, self._store)
             contents = [self._put(piece) for piece in order.pieces]
             with self._lock:
                 self._flying[self._carry_out.remote(order, *contents)] = task, answer
         except Exception as error:
-            answer.set_result(Outcome(Verdict.ERROR, f"{task.title}: {one_line(error)}"))
+            answer.set_result(TaskOutcome(Verdict.ERROR, f"{task.title}: {one_line(error)}"))
         return answer
 
-    def _put(self, piece: Piece) -> Any:
+    def _put(self, piece: PayloadFile) -> Any:
         """A file's content in the cluster's memory; the last few stay there, as many tasks read the same drive."""
         state = piece.path, piece.path.stat().st_mtime_ns  # one that was damaged is made anew under the same name
         if state not in self._held:
@@ -112,16 +119,16 @@ class RayWorkers:
                     task, answer = self._flying.pop(one)
                 answer.set_result(self._taken_in(task, one))
 
-    def _taken_in(self, task: Task, flown: Any) -> Outcome:
+    def _taken_in(self, task: Task, flown: Any) -> TaskOutcome:
         try:
-            delivery: Delivery = self._ray.get(flown)
+            delivery: RemoteResult = self._ray.get(flown)
             for name, content in delivery.files.items():
                 file = Path(name)
                 self._store.make(file.stem, file.suffix, partial(Path.write_bytes, data=content))
         except self._ray.exceptions.RayError as error:
-            return Outcome(Verdict.ERROR, f"{task.title}: Ray: {_first_line(error)}")
+            return TaskOutcome(Verdict.ERROR, f"{task.title}: Ray: {_first_line(error)}")
         except Exception as error:
-            return Outcome(Verdict.ERROR, f"{task.title}: {one_line(error)}")
+            return TaskOutcome(Verdict.ERROR, f"{task.title}: {one_line(error)}")
         return delivery.outcome
 
     def _count(self) -> None:
@@ -141,7 +148,7 @@ class RayWorkers:
         self._ray.shutdown()
 
 
-def _place() -> Place:
+def _place() -> NodeFingerprint:
     """Ray takes functions only, and ``here`` is an object that remembers what it has answered."""
     return here()
 

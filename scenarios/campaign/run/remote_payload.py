@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
-from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
 from scenarios.campaign.declare.real_recordings import DATA, Images, Log, real_path
 from scenarios.campaign.run import mission_task
 from scenarios.campaign.run.tasks import Question, RecordTask, Task, perform
@@ -25,11 +25,11 @@ from sim.rendering.drivers import vulkan_device
 from sim.rendering.render import RendererKind
 
 KEPT, REAL, FILE = "kept", "real", "file"
-"""Where a piece of freight belongs: into the store, the folder of real recordings, or anywhere as a file by itself."""
+"""Where a file of the payload belongs: the store, the folder of real recordings, or anywhere by itself."""
 
 
 @dataclass(frozen=True)
-class Piece:
+class PayloadFile:
     """Something that a task reads, and where it lies on this machine.
 
     ``name`` is that in the store, below the folder of real recordings, or the path that a drive names it by.
@@ -41,14 +41,14 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Place:
+class NodeFingerprint:
     """What a machine has that decides whether it makes the same things: code, packages, what renders."""
 
     sources: str
     packages: Mapping[str, str]
     device: str | None
 
-    def unlike(self, other: "Place") -> str:
+    def unlike(self, other: "NodeFingerprint") -> str:
         """What another machine has otherwise, in words; nothing where it is alike."""
         for name, version in self.packages.items():
             if other.packages.get(name) != version:
@@ -59,36 +59,36 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Order:
-    """A task for another machine: ``place`` is where it comes from, ``own`` the digests of users' localisers there."""
+class RemoteTask:
+    """A task for another machine, with the fingerprint of the sender and the digests of its users' localisers."""
 
     task: Task
-    place: Place
-    own: Mapping[str, str]
-    pieces: tuple[Piece, ...]
+    place: NodeFingerprint
+    plugins: Mapping[str, str]
+    pieces: tuple[PayloadFile, ...]
 
 
 @dataclass(frozen=True)
-class Delivery:
+class RemoteResult:
     """What came of an order: how it ended, and the files that it added to the store, by name."""
 
-    outcome: Outcome
+    outcome: TaskOutcome
     files: Mapping[str, bytes]
 
 
 @cache
-def here() -> Place:
+def here() -> NodeFingerprint:
     """What this machine has."""
     found = closure_of(__name__, mission_task.__name__)
-    return Place(found.digest, found.versions, vulkan_device())
+    return NodeFingerprint(found.digest, found.versions, vulkan_device())
 
 
-def order_for(task: Task, store: Store) -> Order:
+def remote_task_for(task: Task, store: Store) -> RemoteTask:
     """What is sent to have a task carried out elsewhere; what it needs is in the store."""
-    files = tuple(Piece(FILE, name, Path(name)) for name in _files_of(task.drive))
+    files = tuple(PayloadFile(FILE, name, Path(name)) for name in _files_of(task.drive))
     if isinstance(task, RecordTask):
-        return Order(task, here(), {}, files)
-    return Order(task, here(), task.own, (*files, *_views_of(task, store), *_maps_of(task, store)))
+        return RemoteTask(task, here(), {}, files)
+    return RemoteTask(task, here(), task.plugins, (*files, *_views_of(task, store), *_maps_of(task, store)))
 
 
 def _files_of(drive: Drive | None) -> list[str]:
@@ -97,49 +97,49 @@ def _files_of(drive: Drive | None) -> list[str]:
     return [name for name in named if name.endswith(".toml")]
 
 
-def _views_of(task: Question, store: Store) -> list[Piece]:
-    pieces: dict[str, Piece] = {}
+def _views_of(task: Question, store: Store) -> list[PayloadFile]:
+    pieces: dict[str, PayloadFile] = {}
     for source, key in zip(task.read, task.sources, strict=False):
         if isinstance(source, Drive):
             path = store.path(key, RECORDING)
-            found = [Piece(KEPT, path.name, path)]
+            found = [PayloadFile(KEPT, path.name, path)]
         else:
             found = _real_files(source)
         pieces |= {piece.name: piece for piece in found}
     return list(pieces.values())
 
 
-def _real_files(source: Log | Images) -> list[Piece]:
+def _real_files(source: Log | Images) -> list[PayloadFile]:
     path = real_path(source)
     if isinstance(source, Log):
-        return [Piece(REAL, source.file, path)]
+        return [PayloadFile(REAL, source.file, path)]
     folder = PurePosixPath(source.folder)
-    return [Piece(REAL, str(folder / file.name), file) for file in sorted(path.iterdir()) if file.is_file()]
+    return [PayloadFile(REAL, str(folder / file.name), file) for file in sorted(path.iterdir()) if file.is_file()]
 
 
-def _maps_of(task: Question, store: Store) -> list[Piece]:
+def _maps_of(task: Question, store: Store) -> list[PayloadFile]:
     """Maps that earlier tasks have learnt of the same reference."""
     paths = (store.path(key, MAP) for key in task.maps if store.has(key, MAP))
-    return [Piece(KEPT, path.name, path) for path in paths]
+    return [PayloadFile(KEPT, path.name, path) for path in paths]
 
 
 # --- on the other machine ---
 
 
-def carry_out(order: Order, *contents: bytes) -> Delivery:
+def carry_out(order: RemoteTask, *contents: bytes) -> RemoteResult:
     """Carry an order out on this machine; ``contents`` are those of its pieces."""
     if unlike := _unlike(order):
         node = os.uname().nodename
         reason = f"{order.task.title}: not on node {node}: {unlike}; valid is the same checkout and lock on all nodes"
-        return Delivery(Outcome(Verdict.ERROR, reason), {})
+        return RemoteResult(TaskOutcome(Verdict.ERROR, reason), {})
     try:
         with TemporaryDirectory(prefix="refseq-") as folder:
             return _carried_out(order, contents, Path(folder))
     except OSError as error:
-        return Delivery(Outcome(Verdict.ERROR, f"{order.task.title}: {one_line(error)}"), {})
+        return RemoteResult(TaskOutcome(Verdict.ERROR, f"{order.task.title}: {one_line(error)}"), {})
 
 
-def _unlike(order: Order) -> str:
+def _unlike(order: RemoteTask) -> str:
     place = here()
     if unlike := order.place.unlike(place):
         return unlike
@@ -147,7 +147,7 @@ def _unlike(order: Order) -> str:
     rendered = drive is not None and drive.renderer is RendererKind.FILAMENT
     if rendered and place.device != order.place.device:
         return f"Vulkan's device is {place.device} there and {order.place.device} here"
-    for name, digest in order.own.items():
+    for name, digest in order.plugins.items():
         try:
             same = plugin_digest(name) == digest
         except ScenarioError as error:
@@ -157,7 +157,7 @@ def _unlike(order: Order) -> str:
     return ""
 
 
-def _carried_out(order: Order, contents: Sequence[bytes], folder: Path) -> Delivery:
+def _carried_out(order: RemoteTask, contents: Sequence[bytes], folder: Path) -> RemoteResult:
     kept, real, files = (folder / name for name in (KEPT, REAL, FILE))
     moved: dict[str, str] = {}
     for number, (piece, content) in enumerate(zip(order.pieces, contents, strict=True)):
@@ -173,7 +173,7 @@ def _carried_out(order: Order, contents: Sequence[bytes], folder: Path) -> Deliv
         # Where a drive's files lie elsewhere it may go by another key here.
         name = store.path(order.task.key, order.task.ending).name
         made[name] = made.pop(store.path(task.key, task.ending).name)
-    return Delivery(outcome, {name: path.read_bytes() for name, path in made.items()})
+    return RemoteResult(outcome, {name: path.read_bytes() for name, path in made.items()})
 
 
 def _with_files(task: Task, moved: Mapping[str, str]) -> Task:
@@ -181,7 +181,7 @@ def _with_files(task: Task, moved: Mapping[str, str]) -> Task:
     return task.with_files(moved) if _files_of(task.drive) else task
 
 
-def _perform(task: Task, folder: Path, real: Path) -> Outcome:
+def _perform(task: Task, folder: Path, real: Path) -> TaskOutcome:
     os.environ[DATA] = str(real)
     return perform(task, Store(folder))
 

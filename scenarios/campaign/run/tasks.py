@@ -18,11 +18,11 @@ from refseq.errors import LogError
 from refseq.logs import Recording
 from refseq.map.profile import PROFILES
 from scenarios.campaign.declare import sources as declared_sources
-from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
 from scenarios.campaign.declare.real_recordings import AbsentError
 from scenarios.campaign.declare.sources import Source, names_of
 from scenarios.campaign.run import answering, learning
-from scenarios.campaign.run.answering import Asked, answered
+from scenarios.campaign.run.answering import AnswerRequest, answered
 from scenarios.campaign.run.learning import kept_maps, selected
 from scenarios.campaign.store import keys
 from scenarios.campaign.store import views as stored_views
@@ -152,7 +152,7 @@ class Question(ABC):
         return self
 
     @property
-    def own(self) -> Mapping[str, str]:
+    def plugins(self) -> Mapping[str, str]:
         """Digests of users' localisers among the methods."""
         return {name: plugin_digest(name) for name in self.methods if is_plugin(name)}
 
@@ -185,7 +185,7 @@ class AnswerTask(Question):
         return key_of(
             "answers",
             self.methods,
-            self.own,
+            self.plugins,
             *self.sources,
             names_of(self.references),
             self.places,
@@ -213,7 +213,7 @@ class AnswerTask(Question):
     def carry_out(self, store: Store) -> None:
         """Learn and ask."""
         references, query = self.learnt(store), asked_views(self, store)
-        kept = answered(Asked(self.methods, self.seed, self.merge), references, query.views)
+        kept = answered(AnswerRequest(self.methods, self.seed, self.merge), references, query.views)
         store.make(self.key, self.ending, lambda path: write_answers(path, query, kept))
 
 
@@ -248,29 +248,29 @@ def answers_of(task: AnswerTask, store: Store) -> KeptAnswers:
         raise DamagedError(task.key, f"{path}: are no answers: {one_line(error)}") from error
 
 
-def perform(task: Task, folder: Store) -> Outcome:
+def perform(task: Task, folder: Store) -> TaskOutcome:
     """Carry a task out and tell how it ended; nothing is raised but what stops the process."""
     begin = time.perf_counter()
     try:
         if folder.has(task.key, task.ending):
-            return Outcome(Verdict.PASSED, kept=True)
+            return TaskOutcome(Verdict.PASSED, kept=True)
         task.carry_out(folder)
-        return Outcome(Verdict.PASSED, seconds=time.perf_counter() - begin)
+        return TaskOutcome(Verdict.PASSED, seconds=time.perf_counter() - begin)
     except AbsentError as absent:
-        return Outcome(Verdict.SKIPPED, str(absent))
+        return TaskOutcome(Verdict.SKIPPED, str(absent))
     except MisbehavedError as failure:
-        return Outcome(Verdict.FAILED, str(failure), traceback.format_exc(), time.perf_counter() - begin)
+        return TaskOutcome(Verdict.FAILED, str(failure), traceback.format_exc(), time.perf_counter() - begin)
     except StuckError as failure:
-        return Outcome(Verdict.FAILED, f"{task.title}: {failure}", seconds=time.perf_counter() - begin)
+        return TaskOutcome(Verdict.FAILED, f"{task.title}: {failure}", seconds=time.perf_counter() - begin)
     except DamagedError as damaged:
         reason = f"{task.title}: {damaged}"
-        return Outcome(Verdict.ERROR, reason, seconds=time.perf_counter() - begin, damaged=damaged.key)
+        return TaskOutcome(Verdict.ERROR, reason, seconds=time.perf_counter() - begin, damaged=damaged.key)
     except input_errors() as error:
-        return Outcome(Verdict.ERROR, f"{task.title}: {error}", seconds=time.perf_counter() - begin)
+        return TaskOutcome(Verdict.ERROR, f"{task.title}: {error}", seconds=time.perf_counter() - begin)
     except Exception as error:
         details = "" if isinstance(error, OSError) else traceback.format_exc()  # a full disk is no fault of the code's
         reason = f"{task.title}: {one_line(error)}"
-        return Outcome(Verdict.ERROR, reason, details, time.perf_counter() - begin)
+        return TaskOutcome(Verdict.ERROR, reason, details, time.perf_counter() - begin)
 
 
 def distinct(tasks: Sequence[Task]) -> list[Task]:

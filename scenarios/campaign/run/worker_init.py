@@ -21,7 +21,7 @@ RENDERING = "LP_NUM_THREADS"
 """Threads of Mesa's software drivers; pictures are the same with any number."""
 
 
-def calm(master: int, threads: int) -> None:
+def init_worker(master: int, threads: int) -> None:
     """Begin a worker of the process ``master``, which may draw and filter images with so many threads."""
     os.environ.update(dict.fromkeys(BLAS, "1"))
     os.environ.setdefault(RENDERING, str(threads))
@@ -38,7 +38,7 @@ def _follow(master: int) -> None:
     os._exit(1)
 
 
-def tidily(function: Callable[..., T], *given: object) -> T:
+def call_and_trim(function: Callable[..., T], *given: object) -> T:
     """Call a function, then give memory that nothing holds any more back to the system.
 
     glibc keeps what it has once had, in pieces: after a dozen drives with images that was more than half a gigabyte.

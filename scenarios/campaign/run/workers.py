@@ -14,9 +14,9 @@ from typing import Protocol, TypeVar
 from pebble import ProcessExpired, ProcessPool
 from pebble.pool.base_pool import PoolStatus
 
-from scenarios.campaign.declare.outcomes import Outcome, Verdict, one_line
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
 from scenarios.campaign.run.tasks import Question, Task, perform
-from scenarios.campaign.run.worker_init import calm, share, tidily
+from scenarios.campaign.run.worker_init import call_and_trim, init_worker, share
 from scenarios.campaign.store.cache import Store
 from scenarios.methods.plugins import is_plugin
 
@@ -27,14 +27,14 @@ FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)
 """Signals that others send: people, and a system that has run out of memory."""
 
 
-class Executor(Protocol):
+class WorkerPool(Protocol):
     """Who carries tasks out, somewhere, and puts what they make into the campaign's store."""
 
     @property
     def workers(self) -> int:
         """How many tasks it can carry out at a time; 0 while there is nobody."""
 
-    def submit(self, task: Task) -> "Future[Outcome]":
+    def submit(self, task: Task) -> "Future[TaskOutcome]":
         """Carry a task out; all that it needs is in the store. The outcome is in the future; it raises nothing."""
 
     def close(self, *, at_once: bool) -> None:
@@ -55,7 +55,7 @@ class Processes:
     def _new_pool(self) -> ProcessPool:
         return ProcessPool(
             max_workers=self._count,
-            initializer=calm,
+            initializer=init_worker,
             initargs=(os.getpid(), self._threads),
             context=multiprocessing.get_context("spawn"),
         )
@@ -78,7 +78,7 @@ class Processes:
 
             try:
                 pool = self._working_pool()
-                pool.schedule(tidily, args=(function, *given), timeout=limit).add_done_callback(done)
+                pool.schedule(call_and_trim, args=(function, *given), timeout=limit).add_done_callback(done)
             except RuntimeError as error:  # it was closed
                 answer.set_result(mishap(error))
 
@@ -108,16 +108,16 @@ class LocalWorkers(Processes):
         super().__init__(workers)
         self.workers, self._folder = workers, folder
 
-    def submit(self, task: Task) -> "Future[Outcome]":
+    def submit(self, task: Task) -> "Future[TaskOutcome]":
         """Carry a task out in one of the processes; one that takes too long is ended."""
         return self.call(lambda error: broken(task, error), task.limit, _perform, task, self._folder)
 
 
-def _perform(task: Task, folder: Path) -> Outcome:
+def _perform(task: Task, folder: Path) -> TaskOutcome:
     return perform(task, Store(folder))
 
 
-def broken(task: Task, error: BaseException) -> Outcome:
+def broken(task: Task, error: BaseException) -> TaskOutcome:
     """What a task's outcome is when its process ended in the middle of it.
 
     Who takes for ever to answer has failed; a drive that takes so long is the bench's own affair. A user's localiser
@@ -125,11 +125,13 @@ def broken(task: Task, error: BaseException) -> Outcome:
     """
     if isinstance(error, OutOfTime):
         verdict = Verdict.FAILED if isinstance(task, Question) else Verdict.ERROR
-        return Outcome(verdict, f"{task.title}: not done within {task.limit:g} s (limits.seconds)", seconds=task.limit)
+        return TaskOutcome(
+            verdict, f"{task.title}: not done within {task.limit:g} s (limits.seconds)", seconds=task.limit
+        )
     if isinstance(error, ProcessExpired):
         code = error.exitcode or 0
         own = isinstance(task, Question) and all(map(is_plugin, task.methods))
         verdict = Verdict.FAILED if own and -code not in FROM_OUTSIDE else Verdict.ERROR
         how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
-        return Outcome(verdict, f"{task.title}: the worker's process {how}")
-    return Outcome(Verdict.ERROR, f"{task.title}: {one_line(error)}")
+        return TaskOutcome(verdict, f"{task.title}: the worker's process {how}")
+    return TaskOutcome(Verdict.ERROR, f"{task.title}: {one_line(error)}")

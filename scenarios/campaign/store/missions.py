@@ -19,7 +19,7 @@ PLAIN = ("completed", "why", "way", "ideal", "optimal", "lost", "views", "refuse
 
 
 @dataclass(frozen=True)
-class Kept:
+class KeptMission:
     """A ``run``, what it cost, and the digest of what was believed on it."""
 
     run: MissionRun
@@ -27,10 +27,10 @@ class Kept:
     digest: str
 
 
-def write_mission(path: Path, kept: Kept) -> None:
+def write_mission(path: Path, kept: KeptMission) -> None:
     """Write it in one step. Raises ``OSError``."""
     run = kept.run
-    told = {name: getattr(run, name) for name in PLAIN} | {
+    content = {name: getattr(run, name) for name in PLAIN} | {
         "goal": run.goal,
         "touched": run.touched,
         "switches": run.switches,
@@ -39,26 +39,26 @@ def write_mission(path: Path, kept: Kept) -> None:
         "cost": asdict(kept.cost),
         "digest": kept.digest,
     }
-    schema = pa.schema([(name, pa.float64()) for name in COLUMNS], metadata={"refseq": json.dumps(told)})
+    schema = pa.schema([(name, pa.float64()) for name in COLUMNS], metadata={"refseq": json.dumps(content)})
     table = pa.Table.from_arrays([pa.array(column) for column in run.track.T], schema=schema)
     with replacing(path) as file:
         pq.write_table(table, file, write_page_checksum=True)
 
 
-def read_mission(path: Path) -> Kept:
+def read_mission(path: Path) -> KeptMission:
     """The inverse. Raises ``OSError``, ``ValueError``, ``KeyError``, ``TypeError`` or Arrow's for what is none."""
     table = pq.read_table(path, page_checksum_verification=True)
-    told: Mapping[str, Any] = json.loads(table.schema.metadata[b"refseq"])
+    content: Mapping[str, Any] = json.loads(table.schema.metadata[b"refseq"])
     run = MissionRun(
-        **{name: told[name] for name in PLAIN},
+        **{name: content[name] for name in PLAIN},
         track=np.stack([table[name].to_numpy() for name in COLUMNS], axis=1),
         orders=tuple(
             Ordered(at, behaviour, why, np.array(where, np.float64).reshape(-1, 2))
-            for at, behaviour, why, where in told["orders"]
+            for at, behaviour, why, where in content["orders"]
         ),
-        switches=tuple((int(number), float(time)) for number, time in told["switches"]),
-        log=tuple(LogLine(time, np.nan if along is None else along, what) for time, along, what in told["log"]),
-        goal=(told["goal"][0], told["goal"][1]),
-        touched=tuple(told["touched"]),
+        switches=tuple((int(number), float(time)) for number, time in content["switches"]),
+        log=tuple(LogLine(time, np.nan if along is None else along, what) for time, along, what in content["log"]),
+        goal=(content["goal"][0], content["goal"][1]),
+        touched=tuple(content["touched"]),
     )
-    return Kept(run, Cost(**told["cost"]), told["digest"])
+    return KeptMission(run, Cost(**content["cost"]), content["digest"])

@@ -14,7 +14,7 @@ from scenarios.scoring.cost import Cost
 from scenarios.scoring.proportion import share_words
 from scenarios.scoring.tables import NONE
 
-FORMAT = 1
+FORMAT = 2
 """Version of the file's form: another one when a reader of this one would misread it."""
 RESULT = "result.json"
 OPEN = "open"
@@ -49,7 +49,7 @@ class ShareRecord(Record):
         return self.right / self.of if self.of else math.nan
 
     @property
-    def told(self) -> str:
+    def text(self) -> str:
         """The share with its interval, in words."""
         return share_words(self.share, self.low, self.high)
 
@@ -66,7 +66,7 @@ class MethodRecord(Record):
     """
 
     method: str
-    drawn: bool
+    plotted: bool
     within_m: float
     narrow_m: float
     success: ShareRecord
@@ -90,7 +90,7 @@ class JudgementRecord(Record):
     reason: str = ""
 
     @property
-    def told(self) -> str:
+    def explanation(self) -> str:
         """What it was judged by, in words."""
         if self.reason:
             return self.reason
@@ -124,11 +124,11 @@ class SeedRecord(Record):
 class CaseRecord(Record):
     """One case. ``verdict`` null: not judged, as the campaign was ended before. ``page`` lies beside this file.
 
-    ``form`` says which figures there are: those of ``localising`` or of a ``mission``, whose success is that it was
+    ``schema_type`` says which figures there are: those of ``localising`` or of a ``mission``, whose success is to be
     completed. ``file`` is the scenario's, null of one that does not lie below where the campaign was started.
     """
 
-    form: str = "localising"
+    schema_type: str = "localising"
     name: str
     scenario: str
     file: str | None = None

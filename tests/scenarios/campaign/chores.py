@@ -14,7 +14,7 @@ import cv2
 
 from refseq.view import View
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.tasks import AnswerTask, RecordTask, Task, perform
 from scenarios.campaign.store.cache import ANSWERS, DamagedError, Store
@@ -92,9 +92,9 @@ class AtOnce:
     def __init__(self, store: Store) -> None:
         self._store = store
 
-    def submit(self, task: Task) -> "Future[Outcome]":
+    def submit(self, task: Task) -> "Future[TaskOutcome]":
         """Carry it out."""
-        future: Future[Outcome] = Future()
+        future: Future[TaskOutcome] = Future()
         future.set_result(perform(task, self._store))
         return future
 
@@ -134,7 +134,7 @@ def chores_of(case: Case) -> dict[int, Sequence[Chore]]:
 
 
 def judged_by_outcomes(
-    case: Case, tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, Outcome], store: Store
+    case: Case, tasks: Mapping[int, Sequence[AnswerTask]], outcomes: Mapping[str, TaskOutcome], store: Store
 ) -> Judged:
     """In place of ``judged``: an error where a task is one; reads what the tasks have left, as judging does."""
     ended = [outcomes[task.key] for task in tasks[1]]

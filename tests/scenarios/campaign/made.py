@@ -8,7 +8,7 @@ import numpy as np
 from refseq.logs.mcap import RecordingWriter
 from refseq.planar import Pose
 from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.outcomes import Outcome
+from scenarios.campaign.declare.outcomes import TaskOutcome
 from scenarios.campaign.judge.drives import Judged, judged
 from scenarios.campaign.run.case_tasks import answer_tasks
 from scenarios.campaign.run.tasks import distinct, perform
@@ -63,7 +63,7 @@ def made_cases(
 def carried_out(case: Case, store: Store) -> Judged:
     """Do all that a case asks for, in this process, and judge it."""
     tasks = answer_tasks(case)
-    outcomes: dict[str, Outcome] = {}
+    outcomes: dict[str, TaskOutcome] = {}
     for task in distinct([task for of_seed in tasks.values() for task in of_seed]):
         outcomes[task.key] = perform(task, store)
     return judged(case, tasks, outcomes, store)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scenarios.campaign import campaign
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.declare.real_recordings import AbsentError
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.tasks import perform
@@ -38,14 +38,14 @@ class Threads:
         self._pool, self._lock, self._now = ThreadPoolExecutor(8), threading.Lock(), 0
         self.most, self.order = 0, list[str]()
 
-    def submit(self, task: Chore) -> "Future[Outcome]":
+    def submit(self, task: Chore) -> "Future[TaskOutcome]":
         with self._lock:
             self.order.append(task.key)
             self._now += 1
             self.most = max(self.most, self._now)
         return self._pool.submit(self._perform, task)
 
-    def _perform(self, task: Chore) -> Outcome:
+    def _perform(self, task: Chore) -> TaskOutcome:
         try:
             return perform(task, self._store)
         finally:
@@ -63,7 +63,7 @@ class Notes(Quiet):
     def noted(self, line: str) -> None:
         self.lines.append(line)
 
-    def ended(self, task: Chore, outcome: Outcome) -> None:
+    def ended(self, task: Chore, outcome: TaskOutcome) -> None:
         if outcome.kept:
             self.kept.append(task.key)
 
@@ -301,7 +301,7 @@ def test_each_verdict_is_concluded_before_it_is_yielded_and_work_goes_on_meanwhi
         concluded.append(result.case.name)
 
     class Watch(Quiet):
-        def ended(self, task: Chore, outcome: Outcome) -> None:
+        def ended(self, task: Chore, outcome: TaskOutcome) -> None:
             if task.key == "b":
                 second_done.set()
 

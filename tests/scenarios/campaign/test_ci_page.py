@@ -9,8 +9,8 @@ import pytest
 import typer.main
 
 from scenarios.campaign.declare.cases import find
+from scenarios.campaign.pages.index import INDEX
 from scenarios.campaign.pages.junit import JUNIT
-from scenarios.campaign.results import INDEX
 from scenarios.campaign.results import PAGE as CASE_PAGE
 from scenarios.campaign.store.cache import FOLDER
 from scenarios.campaign.store.result_file import RESULT

@@ -13,13 +13,13 @@ from refseq.view import View
 from scenarios.campaign.declare.cases import Case, load
 from scenarios.campaign.declare.expand import put
 from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.declare.overrides import asking
+from scenarios.campaign.declare.overrides import with_methods
 from scenarios.campaign.declare.real_recordings import DATA, Images, Log
 from scenarios.campaign.declare.sources import names_of
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.results import Results
 from scenarios.campaign.run.case_tasks import answer_tasks
-from scenarios.campaign.run.remote_payload import order_for
+from scenarios.campaign.run.remote_payload import remote_task_for
 from scenarios.campaign.run.tasks import (
     AnswerTask,
     RecordTask,
@@ -237,9 +237,9 @@ def test_what_is_put_into_a_list_stays_out_of_the_table_it_came_from() -> None:
 def test_asking_for_what_knows_one_reference_is_refused_before_anything_is_run(tmp_path: Path) -> None:
     (case,) = cases(tmp_path, HEAD + LOGS)
     with pytest.raises(ScenarioError, match=r"^mine: localise: 'best/hindsight' knows one reference only"):
-        asking([case], [], ["thesis", "best/hindsight"])
+        with_methods([case], [], ["thesis", "best/hindsight"])
     (alone,) = cases(tmp_path, HEAD + LOGS.replace('[[further]]\nlog = "second.mcap"\n', ""))
-    assert asking([alone], [], ["best/hindsight"])[0].scenario.methods == ("best/hindsight",)
+    assert with_methods([alone], [], ["best/hindsight"])[0].scenario.methods == ("best/hindsight",)
 
 
 def test_references_go_by_names_that_differ() -> None:
@@ -351,7 +351,7 @@ def test_maps_are_shared_with_all_who_learn_one_of_the_drives(alone: AnswerTask,
 
 
 def test_what_is_sent_elsewhere_holds_all_drives(both: AnswerTask, tmp_path: Path) -> None:
-    pieces = [piece.name for piece in order_for(both, Store(tmp_path)).pieces]
+    pieces = [piece.name for piece in remote_task_for(both, Store(tmp_path)).pieces]
     assert pieces == ["first.mcap", "second.mcap", "query.mcap"]
 
 

@@ -14,18 +14,18 @@ from refseq.missions.plan import Order, Plan
 from refseq.planar import Pose
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.declare.cases import LIBRARY, Case, load
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
-from scenarios.campaign.declare.overrides import asking
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from scenarios.campaign.declare.overrides import with_methods
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.judge.missions import JudgedMissions
-from scenarios.campaign.pages.summary import across
+from scenarios.campaign.pages.summary import summary
 from scenarios.campaign.pages.text_report import report_markdown
 from scenarios.campaign.results import Results
 from scenarios.campaign.run import remote_payload
 from scenarios.campaign.run.case_tasks import tasks_of
 from scenarios.campaign.run.estimate import rest_of
 from scenarios.campaign.run.mission_task import MissionTask, mission_of
-from scenarios.campaign.run.remote_payload import order_for
+from scenarios.campaign.run.remote_payload import remote_task_for
 from scenarios.campaign.run.tasks import RecordTask, Task
 from scenarios.campaign.store.cache import DamagedError, Store
 from scenarios.campaign.store.missions import read_mission
@@ -215,19 +215,19 @@ def test_another_mission_has_another_key(changed: str, tmp_path: Path) -> None:
 
 def test_others_may_be_asked_to_lead(tmp_path: Path) -> None:
     cases = loaded(tmp_path, HEAD + DRIVES + MISSION + METHODS)
-    (asked,) = asking(cases, ["vlad"], ["odometry"])
+    (asked,) = with_methods(cases, ["vlad"], ["odometry"])
     assert (asked.scenario.methods, asked.scenario.judged) == (("odometry", "vlad"), "vlad")
     with pytest.raises(ScenarioError, match="method 'vald' is unknown"):
-        asking(cases, ["vald"], None)
+        with_methods(cases, ["vald"], None)
     with pytest.raises(ScenarioError, match="'lamp' has no program here"):
-        asking(cases, [], ["lamp"])
+        with_methods(cases, [], ["lamp"])
 
 
 def test_a_program_on_another_machine_needs_no_file_but_a_world_does(tmp_path: Path) -> None:
     (tmp_path / "small.toml").write_text((LIBRARY / "offices-closed.toml").read_text())
     (case,) = loaded(tmp_path, HEAD + DRIVES + 'world = "small.toml"\n' + LAMP)
     ((task,),) = tasks_of(case).values()
-    order = order_for(task, Store(tmp_path / "store"))
+    order = remote_task_for(task, Store(tmp_path / "store"))
     assert [piece.path.name for piece in order.pieces if piece.where == "file"] == ["small.toml"]
     there = task.with_files({str(tmp_path.resolve() / "small.toml"): "elsewhere.toml"})
     assert there.drive is not None
@@ -296,7 +296,7 @@ class Counted(Quiet):
     def __init__(self) -> None:
         self.done: list[Task] = []
 
-    def ended(self, task: Task, outcome: Outcome) -> None:
+    def ended(self, task: Task, outcome: TaskOutcome) -> None:
         if not outcome.kept:
             self.done.append(task)
 
@@ -382,7 +382,7 @@ def test_what_is_kept_comes_back_as_it_was_and_damage_is_told(ran: Ran, tmp_path
 
 def test_the_result_file_tells_how_many_of_how_many(ran: Ran) -> None:
     case = next(one for one in ran.record.cases if one.name == "mine/open")
-    assert case.form == "mission"
+    assert case.schema_type == "mission"
     method = case.method("best/chain")
     assert method is not None
     assert (method.success.right, method.success.of) == (1, 1)
@@ -390,7 +390,7 @@ def test_the_result_file_tells_how_many_of_how_many(ran: Ran) -> None:
     assert set(case.seeds[1].answers) == {"odometry", "best/chain"}
     led = ran.judged["mine/open"].led
     assert case.seeds[1].query == led["best/chain"][1].sources[-1] != led["odometry"][1].sources[-1]
-    table = across(ran.record, "completed")
+    table = summary(ran.record, "completed")
     assert table.cases == ("mine/open", "mine/closed", "mine/no-door")
     assert dict(table.rows)["best/chain"] == ("1 of 1", "0 of 1", "0 of 1")
     assert "| best/chain |" in report_markdown(ran.record, figures=True)
@@ -438,7 +438,7 @@ def test_a_mission_goes_elsewhere_with_all_that_it_reads(
     """Its query's world is a file, which the other machine has somewhere else."""
 
     class Here:
-        def call(self, mishap: object, limit: float, function: Callable[..., Outcome], *given: object) -> object:
+        def call(self, mishap: object, limit: float, function: Callable[..., TaskOutcome], *given: object) -> object:
             return type("Done", (), {"result": lambda self: function(*given)})()
 
     monkeypatch.setattr(remote_payload, "_process", Here)
@@ -447,7 +447,7 @@ def test_a_mission_goes_elsewhere_with_all_that_it_reads(
     (tmp_path / "mine.toml").write_text(HEAD + DRIVES + 'world = "shut.toml"\n' + LAMP)
     ((task,),) = tasks_of(load(tmp_path / "mine.toml")[0]).values()
     task.carry_out(ran.store)
-    order = order_for(task, ran.store)
+    order = remote_task_for(task, ran.store)
     sent = [piece.path.read_bytes() for piece in order.pieces]
     (tmp_path / "shut.toml").unlink()
     delivery = remote_payload.carry_out(order, *sent)

@@ -5,18 +5,18 @@ from typing import cast
 import pytest
 from rich.console import Console
 
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.progress import Lines, LiveTable, Tally, watcher_on
-from scenarios.campaign.run.workers import Executor
+from scenarios.campaign.progress import LiveTable, ProgressLines, Tally, watcher_on
+from scenarios.campaign.run.workers import WorkerPool
 from tests.scenarios.campaign.chores import Chore
 
-TWO = cast(Executor, SimpleNamespace(workers=2))
+TWO = cast(WorkerPool, SimpleNamespace(workers=2))
 DRIVES = [Chore(f"drive-{n}", "drive") for n in range(2)]
 ASKS = [Chore(f"ask-{n}", "ask", (drive,)) for n, drive in enumerate(DRIVES)]
 TASKS = [DRIVES[0], ASKS[0], DRIVES[1], ASKS[1]]
 CASES = {"first": [ASKS[0]], "second": [ASKS[0], ASKS[1]]}
-PASSED, KEPT = Outcome(Verdict.PASSED, seconds=10), Outcome(Verdict.PASSED, kept=True)
+PASSED, KEPT = TaskOutcome(Verdict.PASSED, seconds=10), TaskOutcome(Verdict.PASSED, kept=True)
 
 
 def verdict_on(name: str, verdict: Verdict = Verdict.PASSED) -> Judged:
@@ -59,7 +59,7 @@ def test_what_is_kept_or_fails_does_not_hurry_the_estimate() -> None:
     clock = Clock()
     tally = Tally(TWO, clock)
     half_way(tally, clock)
-    tally.ended(DRIVES[1], Outcome(Verdict.ERROR, "broken", seconds=0.1))
+    tally.ended(DRIVES[1], TaskOutcome(Verdict.ERROR, "broken", seconds=0.1))
     assert tally.left == pytest.approx(10)
 
 
@@ -103,7 +103,7 @@ def test_the_table_is_no_higher_than_the_terminal(width: int, height: int) -> No
 def test_a_mishap_is_seen_where_it_happened() -> None:
     table, clock, _ = live_table()
     half_way(table, clock)
-    table.ended(DRIVES[1], Outcome(Verdict.ERROR, "the disk [red]is full"))
+    table.ended(DRIVES[1], TaskOutcome(Verdict.ERROR, "the disk [red]is full"))
     assert "the disk [red]is full" in text_of(table)
     table.close()
 
@@ -122,12 +122,12 @@ def test_the_table_is_gone_at_the_end_and_notes_stay() -> None:
 def test_without_a_terminal_each_task_is_a_line() -> None:
     console = Console(file=io.StringIO(), width=40)
     watcher = watcher_on(console, TWO)
-    assert isinstance(watcher, Lines)
+    assert isinstance(watcher, ProgressLines)
     clock = Clock()
     watcher._clock = clock
     half_way(watcher, clock)
     watcher.noted("one thing")
-    watcher.ended(DRIVES[1], Outcome(Verdict.FAILED, "drive drive-1: stuck at 3 m"))
+    watcher.ended(DRIVES[1], TaskOutcome(Verdict.FAILED, "drive drive-1: stuck at 3 m"))
     assert cast(io.StringIO, console.file).getvalue().splitlines() == [
         "[2/4] ask ask-0: 10.0 s; about 10 s left",
         "note: one thing",

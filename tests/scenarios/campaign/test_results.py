@@ -14,7 +14,7 @@ from junitparser import JUnitXml
 
 from refseq.logs import read_recording
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.declare.real_recordings import DATA
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.results import Results, slugs
@@ -116,7 +116,7 @@ def test_what_is_no_result_is_told_in_one_line(tmp_path: Path, text: str | None,
 
 def test_a_way_that_never_ended_is_null() -> None:
     record = JudgementRecord(text="to_lost <= 5 m", met=False, value=math.inf, bound=5.0, reason="")
-    assert (record.value, record.told) == (None, "it is without end; the bound is 5")
+    assert (record.value, record.explanation) == (None, "it is without end; the bound is 5")
     strict(record.model_dump_json())
 
 
@@ -224,7 +224,7 @@ def results_of(
     return out / "junit.xml"
 
 
-def bare(done: Judged, verdict: Verdict, *mishaps: Outcome) -> Judged:
+def bare(done: Judged, verdict: Verdict, *mishaps: TaskOutcome) -> Judged:
     """A case of which nothing could be answered."""
     nothing = replace(
         done, verdict=verdict, judgements=(), figures=(), comparisons=(), costs={}, digests={}, answered={}
@@ -235,11 +235,11 @@ def bare(done: Judged, verdict: Verdict, *mishaps: Outcome) -> Judged:
 @pytest.mark.parametrize(
     ("verdict", "mishaps", "expected"),
     [
-        (Verdict.ERROR, (Outcome(Verdict.ERROR, "broke\x1b[31m", "trace\x00"),), "error"),
+        (Verdict.ERROR, (TaskOutcome(Verdict.ERROR, "broke\x1b[31m", "trace\x00"),), "error"),
         (Verdict.ERROR, (), "error"),
-        (Verdict.FAILED, (Outcome(Verdict.FAILED, "stuck at 3 m"),), "failure"),
-        (Verdict.ERROR, (Outcome(Verdict.FAILED, "stuck"), Outcome(Verdict.ERROR, "broke")), "error"),
-        (Verdict.SKIPPED, (Outcome(Verdict.SKIPPED, "no such log"),), "skipped"),
+        (Verdict.FAILED, (TaskOutcome(Verdict.FAILED, "stuck at 3 m"),), "failure"),
+        (Verdict.ERROR, (TaskOutcome(Verdict.FAILED, "stuck"), TaskOutcome(Verdict.ERROR, "broke")), "error"),
+        (Verdict.SKIPPED, (TaskOutcome(Verdict.SKIPPED, "no such log"),), "skipped"),
     ],
 )
 @pytest.mark.parametrize("blocking", [True, False])
@@ -249,7 +249,7 @@ def test_failures_errors_and_what_is_skipped_are_told_apart(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     verdict: Verdict,
-    mishaps: tuple[Outcome, ...],
+    mishaps: tuple[TaskOutcome, ...],
     expected: str,
     blocking: bool,
 ) -> None:

@@ -16,7 +16,7 @@ from refseq.planar import Pose
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.declare.cases import load, names
 from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.declare.overrides import asking
+from scenarios.campaign.declare.overrides import with_methods
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.store.cache import Store
 from scenarios.methods.templates.my_localiser import MyLocaliser
@@ -170,7 +170,7 @@ def answers_in(store: Store) -> set[Path]:
 
 def campaign(here: Path, store: Store, *own: str, methods: tuple[str, ...] | None = None) -> Judged:
     """The laser's scenario with localisers of one's own."""
-    cases = asking(load(here / "laser.toml"), own, methods)
+    cases = with_methods(load(here / "laser.toml"), own, methods)
     (result,) = run_campaign(cases, AtOnce(store), store, Quiet())
     return result
 

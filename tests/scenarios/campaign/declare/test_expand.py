@@ -1,16 +1,16 @@
-"""What random variations are drawn: from where they are said to be, and the same each time."""
+"""Random variations are drawn from where they are said to be, and the same each time."""
 
 import math
 
 import pytest
 
-from scenarios.campaign.declare.expand import Values, variations
+from scenarios.campaign.declare.expand import Values, expanded
 
 KEY = "query.light"
 
 
 def drawn(count: int, seed: int, **ranges: object) -> list[Values]:
-    return [values for _, values in variations({"random": {"count": count, "seed": seed, **ranges}})]
+    return [values for _, values in expanded({"random": {"count": count, "seed": seed, **ranges}})]
 
 
 def test_hours_are_drawn_from_the_first_to_the_last_minute() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from refseq.belief import Timings
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.campaign.declare.expectations import SUFFIXES, Expectation, Term, about, parse, told
+from scenarios.campaign.declare.expectations import SUFFIXES, Expectation, Term, about, as_text, parse
 from scenarios.campaign.declare.figures import FIGURES, Unit
 from scenarios.campaign.judge.expectations import judge
 from scenarios.errors import ScenarioError
@@ -29,7 +29,7 @@ def expectations(draw: st.DrawFn) -> Expectation:
     number = st.floats(0, 1) if FIGURES[left.figure].unit is Unit.SHARE else NUMBERS
     relation = draw(st.sampled_from([">=", "<=", ">", "<"]))
     one = Expectation("", left, relation, draw(RIGHT | number), draw(st.integers(1, 99)))
-    return replace(one, text=told(one))
+    return replace(one, text=as_text(one))
 
 
 @given(expectations())
@@ -63,7 +63,7 @@ def test_pieces_of_the_grammar_in_any_order_are_read_or_told(pieces: list[str], 
         assert "valid" in message
     else:
         one = parse(text, "thesis")
-        assert parse(told(one), "thesis") == replace(one, text=told(one))
+        assert parse(as_text(one), "thesis") == replace(one, text=as_text(one))
 
 
 CHAIN, UNIFORM = "thesis/chain", "thesis/uniform"

@@ -1,7 +1,7 @@
 import pytest
 
 from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.overrides import asking, with_seeds
+from scenarios.campaign.declare.overrides import with_methods, with_seeds
 from scenarios.errors import ScenarioError
 
 FILE = """
@@ -33,11 +33,11 @@ def texts(case: Case) -> list[str]:
 
 
 def test_without_a_wish_nothing_changes(cases: list[Case]) -> None:
-    assert asking(cases, (), None) == cases
+    assert with_methods(cases, (), None) == cases
 
 
 def test_a_localiser_is_judged_beside_all_that_ran_before(cases: list[Case]) -> None:
-    (case,) = asking(cases, ["topometric"], None)
+    (case,) = with_methods(cases, ["topometric"], None)
     assert case.scenario.methods == (*THESIS, "vlad", "topometric")
     assert case.scenario.judged == "topometric"
     assert texts(case) == texts(cases[0])
@@ -45,7 +45,7 @@ def test_a_localiser_is_judged_beside_all_that_ran_before(cases: list[Case]) -> 
 
 
 def test_several_are_judged_each(cases: list[Case]) -> None:
-    (case,) = asking(cases, ["topometric", "topological", "topometric"], None)
+    (case,) = with_methods(cases, ["topometric", "topological", "topometric"], None)
     assert case.scenario.judged == "topometric"
     assert texts(case) == [
         *texts(cases[0]),
@@ -55,14 +55,14 @@ def test_several_are_judged_each(cases: list[Case]) -> None:
 
 
 def test_of_all_others_only_those_run_that_were_named(cases: list[Case]) -> None:
-    (case,) = asking(cases, ["topometric"], ["none"])
+    (case,) = with_methods(cases, ["topometric"], ["none"])
     assert case.scenario.methods == ("topometric",)
-    (case,) = asking(cases, ["topometric"], ["best", "vlad"])
+    (case,) = with_methods(cases, ["topometric"], ["best", "vlad"])
     assert case.scenario.methods == ("best/uniform", "best/prior", "best/chain", "vlad", "topometric")
 
 
 def test_who_was_judged_is_named_where_others_run(cases: list[Case]) -> None:
-    (case,) = asking(cases, (), ["vlad"])
+    (case,) = with_methods(cases, (), ["vlad"])
     assert case.scenario.methods == ("vlad",)
     assert [one.methods for one in case.expectations] == [
         ("thesis/chain",),
@@ -82,7 +82,7 @@ def test_who_was_judged_is_named_where_others_run(cases: list[Case]) -> None:
 )
 def test_a_wrong_name_is_told(cases: list[Case], localisers: list[str], methods: list[str] | None, told: str) -> None:
     with pytest.raises(ScenarioError) as caught:
-        asking(cases, localisers, methods)
+        with_methods(cases, localisers, methods)
     assert str(caught.value).startswith(told)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.declare.real_recordings import DATA
 from scenarios.campaign.judge.drives import Judged, judged, tolerances
 from scenarios.campaign.run.case_tasks import answer_tasks
@@ -52,7 +52,7 @@ def spoilt(folder: Path, expect: str, *ends: Verdict) -> Judged:
     tasks, store = answer_tasks(case), Store(folder / "store")
     asked: list[AnswerTask] = [task for of_seed in tasks.values() for task in of_seed]
     outcomes = {task.key: perform(task, store) for task in asked}
-    outcomes |= {task.key: Outcome(end, f"it {end}") for task, end in zip(asked, ends, strict=False)}
+    outcomes |= {task.key: TaskOutcome(end, f"it {end}") for task, end in zip(asked, ends, strict=False)}
     return judged(case, tasks, outcomes, store)
 
 

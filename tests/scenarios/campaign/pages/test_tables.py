@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.pages.tables import Runs, blocks, filled, replaced
+from scenarios.campaign.pages.tables import CampaignRuns, blocks, filled, replaced
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, SeedRecord, write_result
 from scenarios.errors import ScenarioError
 from tests.scenarios.campaign.pages.test_text_report import campaign, case, method
@@ -55,7 +55,7 @@ def page(*changes: tuple[str, str]) -> str:
 
 def body(text: str, *runs: CampaignRecord) -> str:
     (block,) = blocks(text, "page.md")
-    return filled(block, Runs(runs or (RUN,)))
+    return filled(block, CampaignRuns(runs or (RUN,)))
 
 
 def test_a_table_has_a_cell_for_each_row_and_column() -> None:

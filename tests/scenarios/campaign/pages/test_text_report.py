@@ -4,7 +4,7 @@ import pytest
 
 from scenarios.campaign.declare.outcomes import Verdict
 from scenarios.campaign.pages.index import index_page, verdict_line
-from scenarios.campaign.pages.sweep_plot import dial_of
+from scenarios.campaign.pages.sweep_plot import sweep_plot_of
 from scenarios.campaign.pages.text_report import report_markdown
 from scenarios.campaign.store.result_file import (
     CampaignRecord,
@@ -25,8 +25,8 @@ def method(name: str, right: int, *, drawn: bool = True) -> MethodRecord:
     low, high = Proportion(right, 10).interval
     share = ShareRecord(right=right, of=10, low=low, high=high)
     return MethodRecord(
-        method=name, drawn=drawn, within_m=1.5, narrow_m=0.5, success=share, success_narrow=share, figures={"auc": 0.5},
-        costs={}, digests={},
+        method=name, plotted=drawn, within_m=1.5, narrow_m=0.5, success=share, success_narrow=share,
+        figures={"auc": 0.5}, costs={}, digests={},
     )  # fmt: skip
 
 
@@ -135,7 +135,7 @@ def test_a_case_without_answers_has_no_share_within_anything(tmp_path: Path, ref
     ],
 )
 def test_a_judgement_tells_what_decided(judgement: JudgementRecord, told: str) -> None:
-    assert judgement.told == told
+    assert judgement.explanation == told
 
 
 def test_what_is_varied_is_told_in_words() -> None:
@@ -177,7 +177,7 @@ def dial_cases(values: list[object], key: str = "query.light") -> list[CaseRecor
 
 
 def test_dial_shows_success_over_the_one_key_that_is_varied() -> None:
-    dial = dial_of(dial_cases(["noon", "18:00", "morning"]))
+    dial = sweep_plot_of(dial_cases(["noon", "18:00", "morning"]))
     assert dial is not None
     # In the order of the hours, not of the cases.
     assert dial.values == ("morning", "noon", "18:00")
@@ -197,7 +197,7 @@ def test_dial_shows_success_over_the_one_key_that_is_varied() -> None:
 
 
 def test_labels_of_the_dial_that_would_run_into_each_other_stand_on_two_lines() -> None:
-    dial = dial_of(dial_cases(["09:00", "18:00", "18:30", "23:00"]))
+    dial = sweep_plot_of(dial_cases(["09:00", "18:00", "18:30", "23:00"]))
     assert dial is not None
     svg = dial.plot.svg
     heights = {label: float(svg[: svg.index(f')">{label}<')].rpartition(" ")[2]) for label in dial.values}
@@ -207,26 +207,26 @@ def test_labels_of_the_dial_that_would_run_into_each_other_stand_on_two_lines() 
 
 @pytest.mark.parametrize("values", [[1.0, 2.0], [["laser"], ["camera-1", "laser"]], ["noon", "13:00"]])
 def test_dial_takes_numbers_lists_and_lights_of_one_hour(values: list[object]) -> None:
-    dial = dial_of(dial_cases(values))
+    dial = sweep_plot_of(dial_cases(values))
     assert dial is not None
     assert len(dial.values) == 2
 
 
 def test_what_has_no_axis_stays_in_the_order_of_the_cases() -> None:
-    dial = dial_of(dial_cases([["laser"], ["camera-1", "laser"], []], "localise.sensors"))
+    dial = sweep_plot_of(dial_cases([["laser"], ["camera-1", "laser"], []], "localise.sensors"))
     assert dial is not None
     assert dial.values == ("laser", "camera-1 + laser", "none")
 
 
 def test_there_is_no_dial_without_one_key() -> None:
-    assert dial_of(dial_cases(["noon"])) is None
-    assert dial_of([case("x/1", Verdict.PASSED), case("x/2", Verdict.PASSED)]) is None
+    assert sweep_plot_of(dial_cases(["noon"])) is None
+    assert sweep_plot_of([case("x/1", Verdict.PASSED), case("x/2", Verdict.PASSED)]) is None
     two_keys = [one.model_copy(update={"varied": {"p": 1, "q": 2}}) for one in dial_cases([1, 2])]
-    assert dial_of(two_keys) is None
+    assert sweep_plot_of(two_keys) is None
 
 
 def test_a_method_without_answers_leaves_a_gap() -> None:
     first, second = dial_cases([1, 2])
-    dial = dial_of([first, second.model_copy(update={"methods": (method("a", 5),)})])
+    dial = sweep_plot_of([first, second.model_copy(update={"methods": (method("a", 5),)})])
     assert dial is not None
     assert dial.rows[1] == ("b", ("10.0 % [2, 40]", "n/a"))

@@ -57,7 +57,7 @@ def test_what_is_kept_takes_no_time(cases: list[Case], tmp_path: Path) -> None:
     after = rest_of(cases[:1], store)
     assert (after.recordings_kept, after.answers_kept) == (1, 0)
     assert before.seconds - after.seconds == pytest.approx(8.0 * METRE[RendererKind.NONE])
-    assert after.told.startswith("kept: 1 of 4 drives, 0 of 4 answers; the rest: about ")
+    assert after.summary.startswith("kept: 1 of 4 drives, 0 of 4 answers; the rest: about ")
 
 
 def test_what_is_not_on_this_machine_is_told_and_not_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,5 +65,5 @@ def test_what_is_not_on_this_machine_is_told_and_not_counted(tmp_path: Path, mon
     (tmp_path / "real.toml").write_text('title = "T"\n[reference]\nlog = "no.log"\n[query]\n')
     rest = rest_of(load(tmp_path / "real.toml"), Store(tmp_path / "store"))
     assert (rest.recordings, rest.answers, rest.seconds) == (0, 0, 0.0)
-    assert "; skipped here: " in rest.told
-    assert "no.log" in rest.told
+    assert "; skipped here: " in rest.summary
+    assert "no.log" in rest.summary

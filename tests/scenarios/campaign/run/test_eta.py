@@ -2,19 +2,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.campaign.run.eta import Pace, in_words
+from scenarios.campaign.run.eta import Eta, in_words
 from tests.scenarios.campaign.chores import Chore
 
 DRIVE, ASK = Chore("d", "drive"), Chore("a", "ask")
 
 
 def test_nothing_is_known_before_the_first_task_is_done() -> None:
-    assert Pace().left([DRIVE], [], 1) is None
-    assert Pace().left([], [], 1) == 0
+    assert Eta().left([DRIVE], [], 1) is None
+    assert Eta().left([], [], 1) == 0
 
 
 def test_the_rest_is_the_mean_of_each_kind_shared_among_the_workers() -> None:
-    pace = Pace()
+    pace = Eta()
     for seconds in (50.0, 70.0):
         pace.note(DRIVE, seconds)
     pace.note(ASK, 4.0)
@@ -25,7 +25,7 @@ def test_the_rest_is_the_mean_of_each_kind_shared_among_the_workers() -> None:
 
 
 def test_a_kind_that_is_not_known_yet_takes_as_long_as_others() -> None:
-    pace = Pace()
+    pace = Eta()
     pace.note(DRIVE, 10.0)
     assert pace.left([ASK, ASK], [], 1) == pytest.approx(20)
 
@@ -34,7 +34,7 @@ def test_a_kind_that_is_not_known_yet_takes_as_long_as_others() -> None:
 def test_more_workers_are_never_slower_and_no_task_is_done_before_it_is(
     took: list[float], workers: int, count: int
 ) -> None:
-    pace = Pace()
+    pace = Eta()
     for seconds in took:
         pace.note(DRIVE, seconds)
     one, more = (pace.left([DRIVE] * count, [], number) for number in (workers, workers + 1))

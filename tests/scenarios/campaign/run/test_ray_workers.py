@@ -11,13 +11,20 @@ import pytest
 
 from scenarios.campaign.campaign import Quiet, run_campaign
 from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run import remote_payload
 from scenarios.campaign.run.case_tasks import answer_tasks
-from scenarios.campaign.run.remote_payload import Delivery, Order, Place, carry_out, here, order_for
+from scenarios.campaign.run.remote_payload import (
+    NodeFingerprint,
+    RemoteResult,
+    RemoteTask,
+    carry_out,
+    here,
+    remote_task_for,
+)
 from scenarios.campaign.run.tasks import RecordTask, distinct, perform
-from scenarios.campaign.run.workers import Executor, LocalWorkers
+from scenarios.campaign.run.workers import LocalWorkers, WorkerPool
 from scenarios.campaign.store.cache import ANSWERS, MAP, RECORDING, Store
 from sim.rendering.render import RendererKind
 from tests.scenarios.campaign.chores import Dying, Hanging, scenario_in
@@ -25,7 +32,7 @@ from tests.scenarios.campaign.chores import Dying, Hanging, scenario_in
 # --- what goes with a task, carried out in this process in place of another machine ---
 
 
-def contents(order: Order) -> list[bytes]:
+def contents(order: RemoteTask) -> list[bytes]:
     return [piece.path.read_bytes() for piece in order.pieces]
 
 
@@ -49,7 +56,7 @@ def test_a_task_goes_with_all_that_it_reads_and_comes_back_with_all_that_it_make
     tasks = distinct([task for asked in answer_tasks(case).values() for task in asked])
     for task in tasks:
         assert perform(task, local).good
-        order = order_for(task, elsewhere)
+        order = remote_task_for(task, elsewhere)
         sent = contents(order)
         (tmp_path / "small.toml").rename(tmp_path / "hidden")  # the other machine does not have the plan
         delivery = carry_out(order, *sent)
@@ -57,7 +64,7 @@ def test_a_task_goes_with_all_that_it_reads_and_comes_back_with_all_that_it_make
         assert delivery.outcome.good, delivery.outcome.reason
         for name, content in delivery.files.items():
             (elsewhere.folder / name).write_bytes(content)
-    again = [piece.path.suffix for piece in order_for(tasks[-1], elsewhere).pieces]
+    again = [piece.path.suffix for piece in remote_task_for(tasks[-1], elsewhere).pieces]
     assert sorted(again) == [RECORDING, RECORDING, MAP]  # what was learnt before goes with who asks again
     names = {path.name for path in local.folder.iterdir()} - {".lock"}
     assert {path.name for path in elsewhere.folder.iterdir()} - {".lock"} == names
@@ -82,7 +89,7 @@ def test_real_recordings_go_with_a_task(tmp_path: Path, in_process: None, monkey
     (tmp_path / "log.toml").write_text(text)
     monkeypatch.setenv("REFSEQ_RECORDINGS", str(home))
     task = answer_tasks(load(tmp_path / "log.toml")[0])[1][0]
-    order = order_for(task, store)
+    order = remote_task_for(task, store)
     assert [piece.name for piece in order.pieces if piece.where == remote_payload.REAL] == ["deep/drive.mcap"]
     sent = contents(order)
     monkeypatch.setenv("REFSEQ_RECORDINGS", str(tmp_path / "nowhere"))
@@ -99,9 +106,11 @@ def test_real_recordings_go_with_a_task(tmp_path: Path, in_process: None, monkey
     ],
 )
 def test_a_machine_that_would_make_something_else_is_refused(tmp_path: Path, other: dict[str, Any], said: str) -> None:
-    place = Place(**{"sources": here().sources, "packages": here().packages, "device": here().device, **other})
+    place = NodeFingerprint(
+        **{"sources": here().sources, "packages": here().packages, "device": here().device, **other}
+    )
     task = answer_tasks(load(scenario_in(tmp_path))[0])[1][0].needs[0]
-    delivery = carry_out(Order(task, place, {}, ()))
+    delivery = carry_out(RemoteTask(task, place, {}, ()))
     assert delivery.outcome.verdict is Verdict.ERROR
     assert said in delivery.outcome.reason
     assert "valid is the same checkout and lock on all nodes" in delivery.outcome.reason
@@ -109,11 +118,11 @@ def test_a_machine_that_would_make_something_else_is_refused(tmp_path: Path, oth
 
 
 def test_only_pictures_depend_on_the_device(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remote_payload, "_carried_out", lambda *given: Delivery(Outcome(Verdict.PASSED), {}))
+    monkeypatch.setattr(remote_payload, "_carried_out", lambda *given: RemoteResult(TaskOutcome(Verdict.PASSED), {}))
     drive = answer_tasks(load(scenario_in(tmp_path))[0])[1][0].needs[0].drive
     place = replace(here(), device="another")
     reasons = [
-        carry_out(Order(RecordTask(replace(drive, renderer=renderer), 60.0), place, {}, ())).outcome.reason
+        carry_out(RemoteTask(RecordTask(replace(drive, renderer=renderer), 60.0), place, {}, ())).outcome.reason
         for renderer in RendererKind
     ]
     assert [f"Vulkan's device is {here().device} there and another here" in reason for reason in reasons] == [
@@ -131,7 +140,7 @@ def test_only_pictures_depend_on_the_device(tmp_path: Path, monkeypatch: pytest.
 )
 def test_a_localiser_that_the_other_machine_does_not_have_is_told(tmp_path: Path, name: str, said: str) -> None:
     task = answer_tasks(load(scenario_in(tmp_path))[0])[1][0]
-    delivery = carry_out(Order(task, here(), {name: "digest"}, ()))
+    delivery = carry_out(RemoteTask(task, here(), {name: "digest"}, ()))
     assert delivery.outcome.verdict is Verdict.ERROR
     assert said in delivery.outcome.reason
 
@@ -178,7 +187,7 @@ def told(results: list[Judged]) -> list[Any]:
     return [(one.case.name, one.verdict, dict(one.digests)) for one in sorted(results, key=lambda one: one.case.name)]
 
 
-def conducted(cases: list[Case], executor: Executor, store: Store, watcher: Quiet) -> list[Judged]:
+def conducted(cases: list[Case], executor: WorkerPool, store: Store, watcher: Quiet) -> list[Judged]:
     try:
         return list(run_campaign(cases, executor, store, watcher))
     finally:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from pebble import ProcessExpired
 
-from scenarios.campaign.declare.outcomes import Outcome, Verdict
+from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.declare.real_recordings import DATA, Log
 from scenarios.campaign.run.tasks import AnswerTask
 from scenarios.campaign.run.workers import LocalWorkers, Processes, broken
@@ -156,7 +156,7 @@ def test_a_localiser_that_breaks_its_process_has_failed(tmp_path: Path, monkeypa
     task = AnswerTask((CRASHING,), Log("reference.mcap"), Log("query.mcap"), None, None, 1, 60.0)
     outcome = workers.submit(task).result(120)
     workers.close(at_once=True)
-    assert outcome == Outcome(Verdict.FAILED, f"{task.title}: the worker's process was killed (SIGSEGV)")
+    assert outcome == TaskOutcome(Verdict.FAILED, f"{task.title}: the worker's process was killed (SIGSEGV)")
 
 
 def alive(group: int) -> bool:
