@@ -1,4 +1,4 @@
-"""From a floor plan and a light to a world in MuJoCo."""
+"""Build a MuJoCo world of a floor plan in a light."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What a schema cannot tell: whether a world can be put up, nothing stands in anything else, and robots get through.
+"""Check a built world: all is there, nothing stands in anything else, and robots get through.
 
 It looks at the compiled model, at the same solids that robots touch and laser beams end on.
 """
@@ -24,7 +24,7 @@ CLEARANCE = 0.05
 """A robot's box is grown by so much on all sides [m]: no robot keeps to its route exactly. A choice; where it
 turns on the spot, as here at every bend, it takes more room than one that rounds them."""
 GROUND = 0.03
-"""What is lower than this [m] a robot rolls over."""
+"""A robot rolls over things that are lower than this [m]."""
 STRIDE, SWING = 0.1, np.radians(10.0)
 """A robot is put down at least every so many metres of a route, and so often while it turns [rad]."""
 PROBE = "check_probe"
@@ -44,7 +44,7 @@ class RobotBox:
 
 @dataclass(frozen=True, slots=True)
 class Checkup:
-    """What was found, one line each, and what the world costs.
+    """Findings, one line each, and the costs of the world.
 
     ``seconds`` to build and compile it, ``megabytes`` of the compiled model, its number of ``geoms`` and of ``solids``.
     """
@@ -148,7 +148,7 @@ def _overlapping(
 
 
 def _depth(model: mujoco.MjModel, data: mujoco.MjData, a: int, b: int) -> tuple[float, Floats]:
-    """How far one geom must be moved to leave the other [m], and where they overlap, (3,) [m]."""
+    """Return how far one geom must be moved to leave the other [m], and where they overlap, (3,) [m]."""
     ends = np.zeros(6)
     return -mujoco.mj_geomDistance(model, data, a, b, 1.0, ends), (ends[:3] + ends[3:]) / 2
 
@@ -162,7 +162,7 @@ def _near(model: mujoco.MjModel, data: mujoco.MjData, solids: NDArray[np.intp]) 
 
 
 def _built_together(one: _PlanItem, other: _PlanItem, hung: set[tuple[str, str]]) -> bool:
-    """Whether two solids belong together: of one thing, of the shell, or a door's and the wall's that it hangs in."""
+    """Tell whether two solids belong together: of one thing, of the shell, or of a door and the wall around it."""
     match {one.table, other.table}:
         case tables if tables <= {"wall", ""}:
             return True

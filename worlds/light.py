@@ -1,4 +1,4 @@
-"""What light is asked for: an hour on the clock and what goes with it. Light is a dial, presets are marks on it."""
+"""Light settings: hour of the day, cloud, lamps and date, read from text or by a preset's name."""
 
 import datetime
 import re
@@ -12,7 +12,7 @@ from worlds.errors import LightError
 
 
 class Lamps(StrEnum):
-    """Who works the lamps' switches: ``AUTO`` switches them on when it gets dark outside."""
+    """Switching of the lamps: ``AUTO`` switches them on when it gets dark outside."""
 
     AUTO = "auto"
     ON = "on"

@@ -1,4 +1,4 @@
-"""What is not as it was between two drives: people, doors, bins and chairs, posters, cars. Change is a dial.
+"""Change a plan between two drives by strengths: people, doors, bins and chairs, posters, cars.
 
 Each kind of change has a strength from 0 to 1: the share of things of that kind that are touched, on average. Every
 thing draws its own number once for a seed and is touched where the strength is above it, so more strength touches
@@ -20,7 +20,7 @@ from worlds.plans.schema import FloorPlan
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """How much is not as it was, each 0..1; raises ``ChangeError`` for other values.
+    """Strengths of change, each 0..1; raises ``ChangeError`` for other values.
 
     ``people`` stand beside the routes, one in 8 m at strength 1; ``walkers`` walk to and fro, one in 16 m. ``doors``
     open, shut or take another angle. ``bins``, chairs and boxes stand elsewhere; tables, cupboards, shelves and

@@ -1,4 +1,4 @@
-"""How single things of a plan change from one day to another: doors, what is moved, posters, cars.
+"""Change single things of a plan: open doors, move furniture, swap posters, park cars anew.
 
 Every alteration takes a plan, a strength and a seed and returns the plan changed. It goes through the things that it
 touches one after another, in an order that does not depend on the strength: so a greater strength leaves what a lesser
@@ -32,9 +32,9 @@ THRESHOLD = 0.6
 OUTLOOK = 20.0
 """So far outside a wall with windows [m] there is nothing but what they show."""
 ASTRAY = MappingProxyType({"chair": 1.5, "box": 1.5, "bin": 3.0})
-"""How far light things are moved at most [m]."""
+"""Longest way that light things are moved [m]."""
 NUDGED = MappingProxyType({"table": 0.4, "cupboard": 0.4, "shelf": 0.4, "cabinet": 0.8})
-"""How far heavy things are moved at most [m]."""
+"""Longest way that heavy things are moved [m]."""
 STYLES = get_args(Poster.model_fields["style"].annotation)
 POSTER_GAP = 0.08
 """Least gap between a new poster and what else is on the wall [m]."""
@@ -73,7 +73,7 @@ def change_doors(plan: FloorPlan, strength: float, seed: int) -> FloorPlan:
 
 
 def _room_fits(plan: FloorPlan, door: Door) -> bool:
-    """Whether there is ground for a room behind: where no corridor, no other room is, and no window looks out."""
+    """Tell whether there is ground for a room behind: where no corridor, no other room is, and no window looks out."""
     if plan.ceiling is None:
         return False
     lit = [plan.wall_named(name) for name in {window.wall for window in plan.window}]
@@ -141,7 +141,7 @@ class _Others(NamedTuple):
 
 
 def _hangs_free(plan: FloorPlan, item: OnWall) -> bool:
-    """Whether a thing finds room on its wall among all that is there."""
+    """Tell whether a thing finds room on its wall among all that is there."""
     first, last = item.extent
     there = (other for table in ON_WALL for other in getattr(plan, table))
     fits = first >= 0.0 and last <= plan.wall_named(item.wall).length

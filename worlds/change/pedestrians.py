@@ -23,7 +23,7 @@ from worlds.plans.schema import FloorPlan, Person
 STAND_EVERY, WALK_EVERY = 8.0, 16.0
 """At strength 1 there is one person who stands, or one who walks, in so many metres of route: choices."""
 BESIDE = np.arange(WAY + PERSON_RADIUS + 0.005, 3.0, 0.02)
-"""How far from a route people are [m]: up to where a camera still shows them large."""
+"""Distances of people from a route [m]: up to where a camera still shows them large."""
 SHORTEST, LONGEST, STEP = 3.0, 12.0, 0.1
 """Least and greatest length of a way to and fro [m], which is measured in steps of ``STEP``."""
 ROOM = PERSON_RADIUS + MARGIN
@@ -140,6 +140,6 @@ def _way(ground: _Ground, spot: Floats, ahead: Floats) -> Floats:
 
 
 def _free(ground: _Ground, points: Floats) -> NDArray[np.bool_]:
-    """Whether somebody can be at each of ``points`` (n, 2)."""
+    """Tell whether somebody can be at each of ``points`` (n, 2)."""
     within = np.any([np.all((a.low <= points) & (points <= a.high), axis=1) for a in ground.areas], axis=0)
     return np.asarray(within & (clearance(points, ground.taken) >= ROOM))

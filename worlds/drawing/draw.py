@@ -1,4 +1,4 @@
-"""The drawing of a plan, as an architect would expect it, on a sheet that can be printed in black and white.
+"""Draw a plan as an architect would, on a sheet that can be printed in black and white.
 
 Walls are cut and filled, doors show their leaf as it stands and the way it swings, windows their glass; what hangs on
 walls is drawn thicker than it is. Colours are those of Okabe and Ito, which people with any colour vision tell apart;

@@ -10,7 +10,7 @@ from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Cabinet, Door, FloorPlan, Standing, Wall, Window
 
 OPENING = 0.06
-"""How far the line of a door or window stands back from the wall's face [m]: to be told from the wall."""
+"""Distance by which the line of a door or window stands back from the wall's face [m]: to be told from the wall."""
 
 
 AROUND = [0, 1, 3, 2, 0]

@@ -1,4 +1,4 @@
-"""How a plan is laid out on a sheet of paper: at which scale, and in how many pieces if it is long.
+"""Layout of a plan's drawing on paper: its scale, and its pieces if it is long.
 
 All lengths on paper are in millimetres. A long corridor drawn whole would be a hair: it is cut across into pieces that
 lie one below the other (or beside each other if it runs up the sheet), all at the same scale.
@@ -19,9 +19,9 @@ COARSE = 125
 EDGE = 12.0
 """Free edge of the paper."""
 FOOT = 42.0
-"""What title, legend and scale take at the foot."""
+"""Height of title, legend and scale at the foot."""
 GAP = 9.0
-"""What each piece has below and to the left of it, for the figures along its sides."""
+"""Margin of each piece below and to the left of it, for the figures along its sides."""
 SCALES = (20, 25, 40, 50, 75, 100, 125, 150, 200, 250, 300, 400, 500, 750, 1000, 1500, 2000, 2500, 5000, 10_000)
 """Scales that are used, 1 to so many."""
 MOST_PIECES = 6
@@ -50,7 +50,7 @@ class DrawingSheet:
 
     @property
     def lettering(self) -> float:
-        """How much larger letters are than on the smallest paper: a large sheet is looked at from farther off."""
+        """Size of letters over that on the smallest paper: a large sheet is looked at from farther off."""
         return float((self.size[0] / PAPERS["A3"][0]) ** 0.7)
 
 

@@ -14,7 +14,7 @@ from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Door, Fixture, FloorPlan, LampRow, Person, Stairs, Tree, Wall, Window
 
 SHEET_DEPTH, BOARD_DEPTH, LEAST_DEPTH = 0.12, 0.2, 0.1
-"""How thick posters, boards and small things are drawn [m], so that they are seen."""
+"""Drawn thickness of posters, boards and small things [m], so that they are seen."""
 
 
 def draw_things(axes: Axes, plan: FloorPlan) -> None:

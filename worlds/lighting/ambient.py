@@ -1,4 +1,4 @@
-"""The image light that goes with a camera: what its spot lights leave out of the light around it.
+"""Image light of a camera: the light around it less that of its spot lights.
 
 A renderer has one light that comes from all sides, the same at every place of a picture. Here it is the mean over the
 six directions of the axes of all light but the direct sun (``worlds.meter``), less what the picture's spots give there.
@@ -77,7 +77,7 @@ def ambient(plan: FloorPlan, measure: Measure, spots: tuple[Spot, ...]) -> Ambie
 
 
 def left_over(measure: Measure, spots: tuple[Spot, ...], points: Floats) -> Floats:
-    """What the spots leave out at ``points`` (m, 3) [m], the mean over the six axes, (m,) [lx], not below 0."""
+    """Return what the spots leave out at ``points`` (m, 3) [m], the mean over the six axes, (m,) [lx], not below 0."""
     cards = Cards(np.repeat(points, len(AXES), axis=0), np.tile(AXES, (len(points), 1)))
     around = measure(cards).reshape(len(points), len(AXES)).mean(axis=1)
     rendered = sum(np.abs(spot_illuminance(spot, points)).sum(axis=1) for spot in spots) / len(AXES)

@@ -1,4 +1,4 @@
-"""What a grey silicon camera makes of lamps of another colour than daylight: electrons for each lumen.
+"""Response of a grey silicon camera to lamps of other colours than daylight: electrons for each lumen.
 
 Lamps and daylight are taken for black bodies. The camera's quantum efficiency is flat from 400 to 700 nm, where its
 infrared filter ends: a choice. The eye's curve V(λ) is the analytic fit of Wyman, Sloan and Shirley, 'Simple analytic

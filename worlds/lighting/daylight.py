@@ -1,4 +1,4 @@
-"""Where the sun stands, and how much light it and the sky give.
+"""Daylight: position of the sun, illuminance of sun and sky.
 
 The illuminance formulas are the daylight availability model of the IES Lighting Handbook (DiLaura), with its
 constants for clear and overcast skies: common knowledge, not looked up again (tag M).
@@ -18,7 +18,7 @@ from worlds.plans.schema import Place
 SOLAR_CONSTANT = 127_500.0
 """Illuminance of the sun above the air, yearly mean [lx]."""
 NIGHT_SKY = 0.1
-"""What a town's sky gives on level ground after dusk [lx]; a choice."""
+"""Illuminance of a town's sky on level ground after dusk [lx]; a choice."""
 DUSK = 3.4
 """Illuminance at the end of civil dusk, the sun 6° below the horizon [lx] (facts: teckxpert)."""
 DARK = 50.0
@@ -51,7 +51,7 @@ class Daylight:
 
     @property
     def night(self) -> bool:
-        """Whether what is outside is drawn as by night."""
+        """Tell whether what is outside is drawn as by night."""
         return self.sky < DARK
 
 

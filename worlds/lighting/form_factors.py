@@ -21,7 +21,7 @@ NEAR = 3.0
 """Rectangles farther than this many times the side of a square of their area are taken for points; a choice: at that
 distance a facing one is wrong by 4 %, and most are smaller in the view."""
 SKIN = 1e-3
-"""What is less than this in front of a face [m] lies in it."""
+"""Points less than this in front of a face [m] lie in it."""
 BLOCK = 96
 """Cards that are looked at together; neighbours in a list are mostly neighbours in the room."""
 
@@ -161,7 +161,7 @@ def pairs_in_sight(cards: Cards, faces: Quads, plan: FloorPlan) -> Iterator[tupl
 
 
 def _around(points: Floats, centres: Floats) -> NDArray[np.bool_]:
-    """Whether faces can be in sight of any of the points at all, (n,)."""
+    """Tell whether faces can be in sight of any of the points at all, (n,)."""
     low, high = points.min(axis=0, initial=np.inf) - SIGHT, points.max(axis=0, initial=-np.inf) + SIGHT
     return ((low < centres) & (centres < high)).all(axis=1)
 

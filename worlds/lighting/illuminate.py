@@ -24,9 +24,9 @@ FAINTEST = 0.01
 BACKDROP = 20.0
 """Distance of the picture outside from the wall [m]."""
 OVERHANG = 70.0
-"""How far the picture goes on past the wall's ends [m]: a window 0.3 m deep shows no more."""
+"""Length of the picture beyond the wall's ends [m]: a window 0.3 m deep shows no more."""
 STOREY = 5.0
-"""How far the picture goes down below the floor [m]: the hallway is on the first floor."""
+"""Depth of the picture below the floor [m]: the hallway is on the first floor."""
 SKYLINE = 20.0
 """Height of the picture [m]; above and beside it there is bare sky."""
 SKY_HEIGHT = 120.0

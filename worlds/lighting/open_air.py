@@ -29,7 +29,7 @@ DOME_PICTURE = (5120, 768)
 CONE, INNER = np.radians((80.0, 60.0))
 """Half angles of a street lamp's light [rad]: at the inner one it begins to fade, at the outer it ends; a choice."""
 REACH = 30.0
-"""How far a street lamp shines [m]; Filament lets it fade by (1 - (d / REACH)^4)^2."""
+"""Range of a street lamp [m]; Filament lets it fade by (1 - (d / REACH)^4)^2."""
 LIT_SHARE = 0.2
 """Share of the windows that are lit in the dark; a choice."""
 ROOM_LUMINANCE = 120.0
@@ -94,7 +94,7 @@ def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
 
 
 def _share(up: Floats) -> Floats:
-    """How far up the picture an elevation [rad] is, 0 to 1."""
+    """Return the place of an elevation [rad] up the picture, 0 to 1."""
     return np.asarray(np.interp(up, [LOWEST, BEND, HIGHEST], [0.0, 0.5, 1.0]))
 
 
@@ -129,7 +129,7 @@ def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
 
 
 def _pane(site: Site, plan: FloorPlan, window: Window, numbers: Photometry) -> None:
-    """What a window of a house shows outside: dark glass and blinds, or in the dark perhaps a lit room."""
+    """Draw a window of a house from outside: dark glass and blinds, or in the dark perhaps a lit room."""
     wall, key = plan.wall_named(window.wall), f"window_{window.name}_view"
     size, rng = (window.width, window.height), site.rng(key)
     lit = rng.random() < LIT_SHARE and numbers.outdoors.ground < LAMPS_BELOW

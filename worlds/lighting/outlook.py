@@ -1,4 +1,4 @@
-"""What is seen out of the windows: luminance as a share of the brightest, not albedo."""
+"""Pictures of the view out of the windows: luminance as a share of the brightest."""
 
 import cv2
 import numpy as np

@@ -24,7 +24,7 @@ LAMPS_BELOW = 2000.0
 FRAME_SHARE = 0.15
 """Share of a window's opening that its frame takes; a choice that fits the frame that is built."""
 LAMP_DEPTH = 0.06
-"""How far a lamp's face hangs below the ceiling [m]; a choice."""
+"""Depth of a lamp's face below the ceiling [m]; a choice."""
 CUTOFF = 80.0
 """Half angle of the cone that a window or lamp shines into [deg]; wider ones would light the wall they are in."""
 LOBE = 2.0 / 3.0 * (1.0 - np.cos(np.radians(CUTOFF)))
@@ -33,7 +33,7 @@ LOBE = 2.0 / 3.0 * (1.0 - np.cos(np.radians(CUTOFF)))
 Filament's spot falls with ((cosθ - c) / (1 - c))^2, c = cos(CUTOFF), which sums to 2 π (1 - c) / 3; cosθ sums to π.
 """
 REACH = 7.0
-"""How far a window or lamp shines [m]; a choice that keeps the number of lights that reach a pixel, and with it the
+"""Range of a window or lamp [m]; a choice that keeps the number of lights that reach a pixel, and with it the
 rendering time, low: Filament lets each fade by (1 - (d / REACH)^4)^2, 5 % at the opposite wall."""
 NIGHT_PEAK = 60.0
 """Luminance of the brightest thing outside at night, a street lamp's globe [cd/m²]; a choice."""
@@ -55,7 +55,7 @@ def photometry(plan: FloorPlan, setting: LightSetting) -> Photometry:
 
 
 def burns(row: LampRow | Post, setting: LightSetting, outdoors: Daylight) -> bool:
-    """Whether a row of lamps or a post is on."""
+    """Tell whether a row of lamps or a post is on."""
     if setting.lamps is not Lamps.AUTO:
         return setting.lamps is Lamps.ON
     return row.switch == "always" or outdoors.ground < LAMPS_BELOW

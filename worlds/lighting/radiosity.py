@@ -22,7 +22,7 @@ from worlds.plans.schema import Door, FloorPlan, Wall, Window
 PATCH = 1.0
 """Longest side of a patch [m]; a choice."""
 WINDOW_ALBEDO = 0.09
-"""What a window sends back into the room: its frame, 0.15 of it, has albedo 0.6; the panes' own share is left out."""
+"""Albedo of a window from inside: its frame, 0.15 of it, has albedo 0.6; the panes' own share is left out."""
 SUN_SAMPLES = 4
 """Places along each side of a patch at which it is asked whether the sun falls there."""
 SCALINGS = 20
@@ -54,7 +54,7 @@ class Interior:
     exitance: Floats
 
     def indirect(self, cards: Cards) -> Floats:
-        """What the patches send onto cards, (m, 2) [lx].
+        """Return the light that the patches send onto cards, (m, 2) [lx].
 
         The view is filled to 1 where walls close it off: what is out of sight is like the rest.
         """
@@ -72,7 +72,7 @@ def light_up(plan: FloorPlan, numbers: Photometry) -> Interior:
 
 
 def closed(plan: FloorPlan) -> bool:
-    """Whether walls close the room off all around."""
+    """Tell whether walls close the room off all around."""
     return bool(enclosing(plan))
 
 

@@ -13,7 +13,7 @@ LOWEST, BEND, HIGHEST = np.radians((-4.0, 22.0, 90.0))
 SIMPLER = 4
 """The sky itself is drawn at a fraction of the picture's size: it has no edges."""
 TOWN_GLOW = np.radians(12.0)
-"""How high a town lights its sky at night [rad]; a choice."""
+"""Elevation up to which a town lights its sky at night [rad]; a choice."""
 CORONA = np.radians(6.0)
 """So near to the sun its glare is drawn no brighter [rad]: the sun itself is a light, and no picture."""
 

@@ -1,4 +1,4 @@
-"""Where the sun falls: indoors through a window's opening, whose reveal cuts slanting light, up to the next wall."""
+"""Sunlit points: indoors through a window's opening, whose reveal cuts slanting light, up to the next wall."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,1 +1,1 @@
-"""What worlds are made of: things of a plan as geoms, meshes and pictures; nothing here knows of light."""
+"""Parts of worlds: things of a plan as geoms, meshes and pictures, without their light."""

@@ -20,7 +20,7 @@ from worlds.plans.frame import LocalFrame
 from worlds.plans.schema import Car, FloorPlan, Material
 
 PROUD = 0.006
-"""How far glass, lamps and plates stand out from the hull [m]."""
+"""Distance by which glass, lamps and plates stand out from the hull [m]."""
 WHEEL, TYRE, ARCH = 0.30, 0.18, 0.36
 """Radius and width of a wheel, and radius of the dark opening around it [m]."""
 RIM_POINTS = 14
@@ -28,7 +28,7 @@ RIM_POINTS = 14
 CLEARANCE = 0.2
 """Height of a car's floor above the ground [m]."""
 SHADED = 0.12
-"""How far the shade under a car goes on beyond it [m]."""
+"""Length that the shade under a car goes on beyond it [m]."""
 TRIM = Material(albedo=0.05, roughness=1.0)
 PAINT_ROUGHNESS = 0.35
 

@@ -25,7 +25,7 @@ SHEET = (348, 128)
 STRIPS = (0.0, 0.5), (0.5, 0.75), (0.75, 1.0)
 """Where trunk, arms and legs are in it, as shares of its width."""
 HAIR_LINES = (1.695, 1.68, 1.62, 1.55, 1.52), (1.69, 1.67, 1.6, 1.52, 1.42), (1.705, 1.7, 1.65, 1.58, 1.54)
-"""How far down hair reaches [m], from the forehead to the back of the head."""
+"""Lower edge of the hair [m], from the forehead to the back of the head."""
 
 Ring = tuple[float, float, float, float, float]
 """An ellipse: height, centre x and y, half depth along x and half width along y [m]."""

@@ -1,4 +1,4 @@
-"""What hangs on the walls and stands against them, but for windows and doors."""
+"""Fittings: things that hang on walls or stand against them, but for windows and doors."""
 
 import mujoco
 import numpy as np

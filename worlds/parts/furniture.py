@@ -30,9 +30,9 @@ TABLE_CLUTTER: tuple[Maker, ...] = (clutter.workplace, clutter.workplace, clutte
 SHELF_CLUTTER: tuple[Maker, ...] = (clutter.binders, clutter.binders, clutter.carton, clutter.books, clutter.computer)
 LIGHT_CLUTTER: tuple[Maker, ...] = (clutter.carton, clutter.books, clutter.pile, clutter.pot, clutter.instrument)
 ASKEW = np.radians(7.0)
-"""How far what people put down is from square (standard deviation); a choice."""
+"""Angle by which things that people put down are off square (standard deviation); a choice."""
 BUMPED = 0.8
-"""What stands in a shelf on a lower board than this [m] is solid: above, a robot has only its mast."""
+"""Things in a shelf on a lower board than this [m] are solid: above, a robot has only its mast."""
 
 
 def furnish(site: Site, plan: FloorPlan) -> None:
@@ -205,7 +205,7 @@ def _shelf(pile: _Pile, item: Furniture, rng: Generator) -> None:
 
 
 def _pillar(pile: _Pile, item: Furniture, _: Generator) -> None:
-    """What carries the ceiling, plastered, with a skirting."""
+    """A pillar, plastered, with a skirting."""
     w, d, skirting = item.width / 2, item.depth / 2, 0.012
     pile.block(((-w, w), (-d, d), (0.0, item.height)), textures.plaster)
     pile.shown(_grey("dark"), ((-w - skirting, w + skirting), (-d - skirting, d + skirting), (0.0, 0.08)))

@@ -1,4 +1,4 @@
-"""What stands and lies in the open: kerbs, markings, trees, lamp posts, and the land around the ground of the plan."""
+"""Outdoor parts: kerbs, markings, trees, lamp posts, and the land around the ground of the plan."""
 
 import math
 from itertools import pairwise
@@ -18,7 +18,7 @@ from worlds.plans.schema import FloorPlan, Kerb, Marking, Material, Post, Tree
 AROUND = 500.0
 """Side of the land around the plan [m]: beyond it there is only the picture of the horizon."""
 BELOW = 0.03
-"""How far that land lies below the ground of the plan [m]: enough for the depth buffer at 200 m."""
+"""Depth of that land below the ground of the plan [m]: enough for the depth buffer at 200 m."""
 MOTTLE = 3.0
 """Side of the picture that repeats on markings, and on the land around [m]."""
 LEAF = Material(albedo=0.12, roughness=1.0)
@@ -31,7 +31,7 @@ CLUSTER = 0.17
 CLUSTER_RIM = 5
 """Tips of a bunch of leaves."""
 ARM = 0.9
-"""How far a lamp post's head stands out from it [m]."""
+"""Length by which a lamp post's head stands out from it [m]."""
 HEAD = (0.55, 0.26, 0.10)
 """Length, width and height of a lamp post's head [m]."""
 

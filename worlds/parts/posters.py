@@ -1,4 +1,4 @@
-"""What is printed_page or written: posters, notice boards, whiteboards, plates and signs.
+"""Printed and written surfaces: posters, notice boards, whiteboards, plates and signs.
 
 Every function takes a seeded generator and returns a grey picture (``greyscale``), or draws into one.
 """

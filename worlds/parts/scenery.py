@@ -1,4 +1,4 @@
-"""What the open air looks like: asphalt, paint, leaves, cars' details, window panes.
+"""Pictures of outdoor surfaces: asphalt, paint, leaves, cars' details, window panes.
 
 As in ``worlds.parts.textures``: seeded, grey, (height, width) uint8, sRGB codes, row 0 is the upper edge.
 """

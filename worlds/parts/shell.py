@@ -15,11 +15,11 @@ from worlds.plans.frame import LEVEL, LocalFrame, quaternion
 from worlds.plans.schema import Door, FloorPlan, Point, Wall, Window
 
 PROUD = 0.004
-"""How far a picture stands in front of what is behind it [m]: enough for the depth buffer at 100 m."""
+"""Distance by which a picture stands in front of what is behind it [m]: enough for the depth buffer at 100 m."""
 SLAB = 0.3
 """Thickness of the ceiling [m]; sunlight must not find a way in."""
 OVERHANG = 0.5
-"""How far the ceiling goes on past the walls' inner faces [m]."""
+"""Length that the ceiling goes on past the walls' inner faces [m]."""
 PLASTER_SIZE = (4.0, 2.8)
 """Width and height of a picture of plaster [m]."""
 PLASTERS = 3
@@ -32,9 +32,9 @@ FLOORS = MappingProxyType(
         "asphalt": scenery.asphalt,
     }
 )
-"""How each pattern of a floor is drawn: (columns, rows) of tiles, albedo, generator."""
+"""Drawing of each pattern of a floor: (columns, rows) of tiles, albedo, generator."""
 WALLS = MappingProxyType({"plaster": textures.plaster, "brick": scenery.brick, "hedge": scenery.hedge})
-"""How each surface of a wall is drawn."""
+"""Drawing of each surface of a wall."""
 
 
 def raise_shell(site: Site, plan: FloorPlan) -> None:

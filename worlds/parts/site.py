@@ -1,4 +1,4 @@
-"""Where a world is put up: an ``MjSpec`` with the few kinds of parts that worlds are made of.
+"""Building site of a world: an ``MjSpec`` with the few kinds of parts that worlds are made of.
 
 Geoms are in one of four groups. ``SOLID``: cameras see them, things touch them, laser beams end on them. ``SEEN``: for
 cameras only. ``TOUCHED``: for things and beams, not for cameras. ``GLASS``: panes, which only beams notice. A geom's

@@ -9,7 +9,7 @@ from worlds.plans.frame import LocalFrame, quaternion
 from worlds.plans.schema import FloorPlan, Stairs
 
 NOSING, PROUD = 0.045, 0.003
-"""How far the dark strip reaches back from a step's edge and down it, and how far it stands out [m]."""
+"""Length that the dark strip reaches back from a step's edge and down it, and how far it stands out [m]."""
 RAIL_HEIGHT, RAIL_RADIUS, RAIL_INSET = 0.9, 0.022, 0.07
 """Of a handrail: its axis above the steps' edges, its radius, its distance from the side of the flight [m]."""
 POST, POST_EVERY = 0.03, 3

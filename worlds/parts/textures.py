@@ -1,4 +1,4 @@
-"""What surfaces look like: plaster, floors, ceilings, wood, metal.
+"""Pictures of indoor surfaces: plaster, floors, ceilings, wood, metal.
 
 Every function takes a seeded generator and returns a grey picture (``greyscale``).
 """

@@ -1,4 +1,4 @@
-"""How somebody walks to and fro: a function of time alone."""
+"""Walk of a person to and fro as a function of time."""
 
 import bisect
 import math

@@ -1,4 +1,4 @@
-"""What lies between the walls: the ground area of a plan, as rectangles.
+"""Ground area between the walls of a plan, as rectangles.
 
 Walls that run along x and y and leave no gap enclose a polygon, maybe with courtyards; it is cut into rectangles at the
 walls' own coordinates. Around any other walls it is the smallest rectangle.
@@ -33,7 +33,7 @@ class Rectangle:
         return (self.low + self.high) / 2
 
     def holds(self, point: Sequence[float] | Floats) -> bool:
-        """Whether ``point`` (2,) lies in it or on its edge."""
+        """Tell whether ``point`` (2,) lies in it or on its edge."""
         x, y = point
         return bool(self.low[0] <= x <= self.high[0] and self.low[1] <= y <= self.high[1])
 
@@ -75,5 +75,5 @@ def enclosing(plan: FloorPlan) -> tuple[Wall, ...]:
 
 
 def inside(plan: FloorPlan, point: Sequence[float] | Floats) -> bool:
-    """Whether ``point`` (2,) lies on the ground between the walls."""
+    """Tell whether ``point`` (2,) lies on the ground between the walls."""
     return any(r.holds(point) for r in rectangles(plan))

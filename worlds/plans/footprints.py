@@ -1,4 +1,4 @@
-"""What ground the things of a plan take, and how near they come to each other.
+"""Footprints of the things of a plan, and the distances between them.
 
 Everything is one kind of shape: a rectangle grown by a radius. A wall is one of radius 0, a bin one without sides, a
 person's way to and fro one without width.
@@ -33,7 +33,7 @@ from worlds.plans.schema import (
 PERSON_RADIUS = 0.27
 """Half the room that a person takes [m], elbows and all; those of the figures up to 1.9 m stay within it."""
 OVERHEAD = 2.0
-"""What begins higher up than this [m] is in nobody's way."""
+"""Things that begin higher up than this [m] are in nobody's way."""
 CAR_SIZES = {"hatchback": (3.9, 1.7), "saloon": (4.4, 1.8), "van": (4.5, 1.85)}
 """Length and width of each kind of car [m]: at least what ``worlds.parts.cars`` draws, wheels and all."""
 POST_RADIUS = 0.07
@@ -41,7 +41,7 @@ POST_RADIUS = 0.07
 OFF_WALL = 0.02
 """Gap between what is round and the wall that it stands against [m]."""
 ROOM_SIDE, ROOM_WALL = 0.6, 0.1
-"""How far the room behind an open door goes on past each of the door's sides, and how thick its own walls are [m]."""
+"""Length that the room behind an open door goes on past each of its sides, and thickness of its own walls [m]."""
 
 
 class Footprint(NamedTuple):
@@ -181,7 +181,7 @@ def _apart(points: Floats, shapes: Floats) -> Floats:
 
 
 def _overlap(mine: Floats, others: Floats) -> NDArray[np.bool_]:
-    """Whether their shadows on all four axes overlap, (m,)."""
+    """Tell whether their shadows on all four axes overlap, (m,)."""
     axes = np.concatenate([np.broadcast_to(_axes(mine), (len(others), 2, 2)), _axes(others)], axis=1)
     low_1, high_1 = _shadow(np.broadcast_to(_corners(mine), (len(others), 4, 2)), axes)
     low_2, high_2 = _shadow(_corners(others), axes)

@@ -1,4 +1,4 @@
-"""The own frame of a wall or of a thing on the floor: along it, out of it into the room, and up."""
+"""Local frame of a wall or of a thing on the floor: along it, out of it into the room, and up."""
 
 from dataclasses import dataclass
 

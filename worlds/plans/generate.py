@@ -1,4 +1,4 @@
-"""New corridors from a seed, so that nobody tunes to one.
+"""Generate corridors from a seed, so that nobody tunes to one.
 
 A corridor has one to three legs that meet at right angles. What it is like (width, light, how much hangs on its walls
 and how evenly) is drawn first, then each thing. All ranges are choices around the hallway's values and what real
@@ -44,7 +44,7 @@ Bare = list[tuple[int, Span]]
 
 @dataclass(frozen=True, slots=True)
 class _Character:
-    """What a corridor is like. ``rates`` are things a metre of wall; lengths in [m].
+    """Character of a corridor. ``rates`` are things a metre of wall; lengths in [m].
 
     ``glazed`` names the side that has windows, ``floor`` is what the doors' numbers begin with.
 
@@ -150,7 +150,7 @@ def _leg(wall: Wall) -> int:
 
 
 def _at_edge(wall: Wall, walls: Sequence[Wall]) -> bool:
-    """Whether nothing of the plan lies behind the wall; only there a window has something to look at."""
+    """Tell whether nothing of the plan lies behind the wall; only there a window has something to look at."""
     frame = LocalFrame.of(wall)
     corners = np.array([p for w in walls for p in (w.start, w.end)])
     return bool(np.min((corners - frame.origin) @ frame.inward) > -1e-9)

@@ -155,7 +155,7 @@ def _overlaps(plan: FloorPlan) -> Iterator[str]:
 
 
 def collide(item: Any, other: Any) -> bool:
-    """Whether two things on walls cover each other; an opening may only be above another one just as wide."""
+    """Tell whether two things on walls cover each other; an opening may only be above another one just as wide."""
     if item.wall != other.wall or not _meet(item.extent, other.extent):
         return False
     both_open = isinstance(item, Door | Window) and isinstance(other, Door | Window)

@@ -1,4 +1,4 @@
-"""Floor plans: what people write in TOML about a world, read into a frozen schema.
+"""Schema of floor plans as people write them in TOML.
 
 Lengths are in metres, angles in degrees (as on a drawing), light in lumen. Everything on a wall is placed by ``at``:
 the distance of its centre from the wall's ``start``, along the wall.
@@ -52,7 +52,7 @@ class Material(_PlanTable):
     albedo: Share
     roughness: Share
     remission: Annotated[float, Field(strict=True, ge=0.0, le=3.0)] | None = None
-    """What a laser gets back from it, as a share of white plaster; polished metal has more than 1. None: the albedo."""
+    """Light that a laser gets back, as a share of white plaster's; polished metal has more than 1. None: the albedo."""
 
     @property
     def echo(self) -> float:
@@ -98,7 +98,7 @@ class Wall(_PlanTable):
 
 
 class OnWall(_PlanTable):
-    """What all things on a wall have in common."""
+    """A thing on a wall."""
 
     name: Name
     wall: Name
@@ -135,7 +135,7 @@ class Door(OnWall):
     open: Annotated[float, Field(strict=True, ge=0.0, le=110.0)] = 0.0
     hinge: Literal["start", "end"] = "start"
     depth: Length = 2.5
-    """How deep the room behind an open door is."""
+    """Depth of the room behind the door when it is open [m]."""
     label: str = ""
     material: Name = "door"
 
@@ -218,7 +218,7 @@ class Fixture(OnWall):
 
 
 class Standing(_PlanTable):
-    """What stands free on the floor; ``at`` is the middle of its footprint, ``heading`` turns it, 0 along x."""
+    """A thing that stands free on the floor; ``at`` is the middle of its footprint, ``heading`` turns it, 0 along x."""
 
     name: Name
     at: Point
@@ -302,7 +302,7 @@ class Person(Standing):
 
 
 class GroundLine(_PlanTable):
-    """What follows a line of points on the ground."""
+    """A thing that follows a line of points on the ground."""
 
     name: Name
     points: Annotated[tuple[Point, ...], Field(min_length=2)]
@@ -358,7 +358,7 @@ class FloorPlan(_PlanTable):
 
     name: Name
     title: str = ""
-    """What it is, in one line."""
+    """Name for people, in one line."""
     place: Place
     floor: Floor
     ceiling: Ceiling | None = None

@@ -1,4 +1,4 @@
-"""From a floor plan back to TOML that a person can read and go on with; ``parse_plan`` makes the same plan of it."""
+"""Write a floor plan as TOML that a person can go on with; ``parse_plan`` reads the same plan from it."""
 
 import datetime
 import json
