@@ -27,7 +27,7 @@ RINGS = (colours.BELIEVED, colours.MATCHED, colours.UNMATCHED, colours.WALL, col
 """Colours of localisers beside each other."""
 
 
-def part(name: str) -> str:
+def entity_part(name: str) -> str:
     """A name as one part of an entity's path, though there may be strokes and colons in it."""
     return rr.escape_entity_path_part(str(name))
 
@@ -56,7 +56,7 @@ class LocaliserLayer:
 
     def path(self, group: str, *parts: str) -> str:
         """An entity of this localiser: ``group/localiser/part/…``."""
-        return "/".join([group, *map(part, (self.name, *parts))])
+        return "/".join([group, *map(entity_part, (self.name, *parts))])
 
     def label(self, method: str) -> str:
         """A method's name, with the localiser's where there are several."""

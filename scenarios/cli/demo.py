@@ -9,9 +9,9 @@ from refseq.map.learning import learn
 from refseq.map.profile import THESIS, Profile
 from refseq.viewer.belief_log import LocaliserLayer
 from refseq.viewer.localise_tab import LocaliseTab
+from refseq.viewer.map.tab import MapTab
 from refseq.viewer.places import Places
 from refseq.viewer.recording import write_recording
-from refseq.viewer.reference_tab import ReferenceTab
 from refseq.viewer.tab import Tab
 from scenarios.drives.evaluate import compare
 from scenarios.drives.record import QUERY_SEEDS, Drive, Progress, record
@@ -73,7 +73,10 @@ def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]
         comparison = compare(f"{first.light} → {light}", map_, query, reference=reference.views)
         write_beliefs(place / "beliefs.parquet", query.views, comparison.beliefs, query.metadata)
         layer = LocaliserLayer("beliefs", tuple(comparison.beliefs), places)
-        tabs: list[Tab] = [ReferenceTab(places), LocaliseTab(query.views, [layer], {layer.name: comparison.beliefs})]
+        tabs: list[Tab] = [
+            MapTab(map_, reference.views),
+            LocaliseTab(query.views, [layer], {layer.name: comparison.beliefs}),
+        ]
         write_recording(place / "demo.rrd", tabs, name=comparison.name, active=1)
         comparisons.append(comparison)
     return comparisons

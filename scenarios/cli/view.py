@@ -171,6 +171,7 @@ def read_shown(files: Sequence[Path], reference: Path | None, views: str | None,
     """Read what the files hold. Raises ``ScenarioError`` for files that do not belong together."""
     from refseq.map.map import Map
     from refseq.viewer.localise_tab import LocaliseTab
+    from refseq.viewer.map.tab import MapTab
 
     if len(files) == 1 and is_recorded(files[0]):
         if reference is not None or views is not None or thin is not None:
@@ -181,7 +182,8 @@ def read_shown(files: Sequence[Path], reference: Path | None, views: str | None,
     learnt = [Map.load(path) for path in found.maps]
     first = read_drive(reference, None, None).views if reference else ()
     if not found.recordings:
-        return Shown(files[0].name, _map_tabs(learnt[0], _places(found.maps[0], learnt[0], reference, first)))
+        places = _places(found.maps[0], learnt[0], reference, first)
+        return Shown(files[0].name, [MapTab(learnt[0], places.views)])
     drive = read_drive(found.recordings[0], views, thin)
     if not found.tables:
         return Shown(files[0].name, (), LocaliseTab(drive.views))
@@ -198,6 +200,7 @@ def _localised(
 ) -> Shown:
     from refseq.viewer.belief_log import LocaliserLayer, beside
     from refseq.viewer.localise_tab import LocaliseTab
+    from refseq.viewer.map.tab import MapTab
 
     places = [_places(path, map_, *reference) for path, map_ in zip(files.maps, learnt, strict=True)]
     answers, layers = {}, []
@@ -205,8 +208,8 @@ def _localised(
         which = number if len(learnt) > 1 else 0
         answers[table.stem] = _beliefs(name, table, learnt[which], drive)
         layers.append(LocaliserLayer(table.stem, tuple(answers[table.stem]), places[which]))
-    tabs = _map_tabs(learnt[0], places[0], drive.views, answers[files.tables[0].stem])
-    return Shown(name, tabs, LocaliseTab(drive.views, beside(layers), answers))
+    tab = MapTab(learnt[0], places[0].views, drive.views, answers[files.tables[0].stem])
+    return Shown(name, [tab], LocaliseTab(drive.views, beside(layers), answers))
 
 
 def _beliefs(name: str, table: Path, learnt: "Map", drive: "Recording") -> "Mapping[str, Sequence[Belief]]":
@@ -235,22 +238,6 @@ def _places(path: Path, learnt: "Map", reference: Path | None, views: "Sequence[
             "from, or no reference for an atlas or a reduced map"
         )
     return Places.of(learnt, views)
-
-
-def _map_tabs(
-    learnt: "Map",
-    places: "Places",
-    views: "Sequence[View]" = (),
-    answers: "Mapping[str, Sequence[Belief]] | None" = None,
-) -> "list[Tab]":
-    """What there is to see of a map; of an atlas its paths too."""
-    from refseq.viewer.atlas.tab import AtlasTab
-    from refseq.viewer.reference_tab import ReferenceTab
-
-    tabs: list[Tab] = [ReferenceTab(places, learnt.names)]
-    if not learnt.has_one_path:
-        tabs.append(AtlasTab(learnt, views, answers or {}))
-    return tabs
 
 
 # --- where it goes ---

@@ -17,7 +17,7 @@ from refseq.map.profile import BEST
 from refseq.missions import Executor, as_learnt
 from refseq.planar import Pose
 from refseq.view import View
-from refseq.viewer.atlas.tab import AtlasTab
+from refseq.viewer.map.tab import MapTab
 from refseq.viewer.mission.record import Recorder
 from refseq.viewer.mission.tab import MissionTab
 from refseq.viewer.recording import write_recording
@@ -35,7 +35,7 @@ def an_atlas() -> Tab:
     atlas = merge_maps(named_maps(["a", "b"], walks)).map
     drive = town.views([("A", 5, 15), ("B", 0, 10)], 9)
     answers = {str(stage): found for stage, found in localise(atlas, drive, stages=[Stage.CHAIN]).items()}
-    return AtlasTab(atlas, drive, answers)
+    return MapTab(atlas, drive=drive, answers=answers)
 
 
 def a_mission() -> Tab:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from refseq.belief import Belief
 from refseq.map.map import Map
 from refseq.map.path import MapPath
-from refseq.viewer.atlas.marks import of_path, send_labels
 from refseq.viewer.drawing.colours import BELIEVED, DIM, TEXT
+from refseq.viewer.map.marks import of_path, send_labels
 
 HEIGHT = 0.45
 """All strips together are about so many times as high as the longest is wide."""
@@ -20,7 +20,7 @@ LETTER = 0.025
 """About how wide a letter of a label is, in shares of the strips' length."""
 SAME = 1e-6
 """Views nearer to each other than this are one [m]."""
-ORIGIN = "atlas/strips"
+ORIGIN = "map/paths/strips"
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,8 @@ from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.view import View
 from refseq.viewer.drawing.incidence import HEIGHT, bands, features_a_place, incidence_picture
-from refseq.viewer.places import Places
+from refseq.viewer.map.tab import MapTab
 from refseq.viewer.recording import write_recording
-from refseq.viewer.reference_tab import ReferenceTab
 from tests.refseq.rooms import named_maps
 from tests.refseq.viewer.readback import empty_views, entities, rows, values, verified
 from tests.support import corridor_comparison
@@ -31,44 +30,44 @@ def learnt(views: Any) -> Map:
 
 
 def test_a_map_alone_fills_every_view(learnt: Map, tmp_path: Path) -> None:
-    tab = ReferenceTab(Places.of(learnt), ("corridor",))
+    tab = MapTab(learnt)
     write_recording(tmp_path / "map.rrd", [tab], name="map")
     assert empty_views(tab.layout(), tmp_path / "map.rrd") == []
     assert verified(tmp_path / "map.rrd")
-    assert not any(entity.startswith("/reference/frames") for entity in entities(tmp_path / "map.rrd"))
+    assert not any(entity.startswith("/map/places/frames") for entity in entities(tmp_path / "map.rrd"))
 
 
 def test_a_map_with_its_drive_shows_frames_and_scans_too(learnt: Map, views: list[View], tmp_path: Path) -> None:
-    tab = ReferenceTab(Places.of(learnt, views))
+    tab = MapTab(learnt, views)
     write_recording(tmp_path / "map.rrd", [tab], name="map")
     assert empty_views(tab.layout(), tmp_path / "map.rrd") == []
-    for entity in ("/reference/frames/forward", "/reference/frames/lateral"):
+    for entity in ("/map/places/frames/forward", "/map/places/frames/lateral"):
         assert len(values(tmp_path / "map.rrd", entity, "EncodedImage:blob", "view")) == COUNT
-    times = rows(tmp_path / "map.rrd", "/reference/scan", "Points2D:positions", "time")
+    times = rows(tmp_path / "map.rrd", "/map/places/scan", "Points2D:positions", "time")
     assert [time.total_seconds() for time, _ in times] == [view.time for view in views]
 
 
 def test_features_of_each_place_are_the_matrix_s(learnt: Map, tmp_path: Path) -> None:
-    write_recording(tmp_path / "map.rrd", [ReferenceTab(Places.of(learnt))], name="map")
+    write_recording(tmp_path / "map.rrd", [MapTab(learnt)], name="map")
     columns = learnt.sequence.matrix.columns()
     shown = 0
     for key, block in learnt.sequence.matrix.blocks.items():
         part = key.replace("/", r"\/")
-        found = values(tmp_path / "map.rrd", f"/reference/features/{part}", "Scalars:scalars", "view")
+        found = values(tmp_path / "map.rrd", f"/map/places/features/{part}", "Scalars:scalars", "view")
         assert found == [[sum(feature in block for feature in column)] for column in columns]
         shown += int(np.sum(found))
-    (bars,) = values(tmp_path / "map.rrd", "/reference/bars", "BarChart:values")
+    (bars,) = values(tmp_path / "map.rrd", "/map/places/bars", "BarChart:values")
     assert bars[0]["buffer"] == [len(column) for column in columns]
     assert shown == len(learnt.sequence.matrix.places)
 
 
 def test_an_atlas_shows_each_of_its_sequences(learnt: Map, views: list[View], tmp_path: Path) -> None:
     atlas = beside(named_maps(["there", "back/again"], [learnt, learn(views[:5])]))
-    tab = ReferenceTab(Places.of(atlas), atlas.names)
+    tab = MapTab(atlas)
     write_recording(tmp_path / "atlas.rrd", [tab], name="atlas")
     assert empty_views(tab.layout(), tmp_path / "atlas.rrd") == []
-    assert len(rows(tmp_path / "atlas.rrd", "/reference/fim/there/now", "LineStrips2D:strips", "view")) == COUNT
-    own = rows(tmp_path / "atlas.rrd", r"/reference/fim/back\/again/now", "LineStrips2D:strips", "view")
+    assert len(rows(tmp_path / "atlas.rrd", "/map/places/fim/there/now", "LineStrips2D:strips", "view")) == COUNT
+    own = rows(tmp_path / "atlas.rrd", r"/map/places/fim/back\/again/now", "LineStrips2D:strips", "view")
     assert [view for view, _ in own] == list(range(COUNT, COUNT + 5))
 
 

@@ -1,4 +1,4 @@
-"""The tab *Compact/Atlas*: how alike the paths of an atlas are, what they share, what is left, and P(s) over time."""
+"""Panels about the paths of a map: how alike they are, what they share, what is left, and P(sequence) over time."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,12 +15,13 @@ from refseq.belief import Belief
 from refseq.errors import RefseqError
 from refseq.map.map import Map
 from refseq.view import View
-from refseq.viewer.atlas.marks import of_path
-from refseq.viewer.atlas.plan import AtlasPlan
-from refseq.viewer.atlas.sizes import sizes_table
-from refseq.viewer.atlas.square import Square
-from refseq.viewer.atlas.strips import Strips
+from refseq.viewer.belief_log import entity_part
 from refseq.viewer.drawing.colours import LOST
+from refseq.viewer.map.marks import of_path
+from refseq.viewer.map.plan import AtlasPlan
+from refseq.viewer.map.sizes import sizes_table
+from refseq.viewer.map.square import Square
+from refseq.viewer.map.strips import Strips
 from refseq.viewer.timelines import TimePoint, set_time_point, time_points_of
 
 WIDE = 2.5
@@ -28,14 +29,10 @@ WIDE = 2.5
 
 
 @dataclass(frozen=True)
-class AtlasTab:
-    """What an atlas is made of; with a ``drive`` that was localised in it, where on it that was taken to be.
+class PathPanels:
+    """Panels about the paths of a ``map``: how alike they are, what they share, and P(sequence) over a ``drive``.
 
-    ``answers`` holds, for each method, one belief a view of the drive, over the atlas' places; the last method's is
-    drawn in the plan. ``decisions`` are the log of the merging: what was refused is drawn as well. ``before`` are maps
-    as they were learnt, by the paths' names: with them the table tells what merging or reducing took out. ``outline``
-    are walls and the like, lines (m, 2) [m]. A map of one sequence is an atlas of one path. Raises ``RefseqError`` for
-    answers over other places and, when they are sent, for another number of them than views.
+    The fields are those of ``MapTab``. Raises ``RefseqError`` on sending where a method has not one answer a view.
     """
 
     map: Map
@@ -44,19 +41,6 @@ class AtlasTab:
     decisions: Sequence[Decision] = ()
     before: Mapping[str, Map] = field(default_factory=dict)
     outline: Sequence[NDArray[np.float64]] = ()
-
-    def __post_init__(self) -> None:
-        for method, beliefs in self.answers.items():
-            if wrong := {len(belief.places) for belief in beliefs} - {len(self.map)}:
-                raise RefseqError(
-                    f"method {str(method)!r}: answers over {min(wrong)} places; valid is over the {len(self.map)} "
-                    "places of the atlas"
-                )
-
-    @property
-    def name(self) -> str:
-        """What stands on the tab."""
-        return "Compact/Atlas"
 
     @cached_property
     def _square(self) -> Square:
@@ -75,7 +59,7 @@ class AtlasTab:
     def layout(self) -> rrb.Container:
         """On the left how alike the paths are; then the plan, who holds which places, sizes, and P(s) over time."""
         plan = [self._plan.view(moving=bool(self.answers))] if self._plan.known else []
-        table = rrb.TextDocumentView(origin="atlas/sizes", name="what is left")
+        table = rrb.TextDocumentView(origin="map/paths/sizes", name="what is left")
         strips = [self._strips.view()] if self._strips.telling else []
         rest = [rrb.Horizontal(*strips, table), *self._shares_views()]
         if self._plan.known and self._plan.aspect >= WIDE:
@@ -86,7 +70,7 @@ class AtlasTab:
     def _shares_views(self) -> list[rrb.Container]:
         views = [
             rrb.TimeSeriesView(
-                origin=f"atlas/share/{_part(method)}",
+                origin=f"map/paths/share/{entity_part(method)}",
                 name=f"P(sequence), {method}",
                 axis_y=rrb.ScalarAxis(range=(-0.03, 1.03), zoom_lock=True),
                 plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftTop),
@@ -104,7 +88,7 @@ class AtlasTab:
             self._strips.send(stream)
         self._plan.send(stream)
         table = rr.TextDocument(sizes_table(self.map, self.before), media_type="text/markdown")
-        stream.log("atlas/sizes", table, static=True)
+        stream.log("map/paths/sizes", table, static=True)
         for method in self.answers:
             self._send_series(stream, method)
         views = 0
@@ -147,14 +131,9 @@ def _with_moments(views: Iterable[View]) -> Iterator[tuple[View, TimePoint]]:
     return zip(one, time_points_of(two), strict=True)
 
 
-def _part(name: str) -> str:
-    """A name as one part of an entity's path, though there may be strokes and colons in it."""
-    return rr.escape_entity_path_part(str(name))
-
-
 def _share(method: str, name: str) -> str:
-    return f"atlas/share/{_part(method)}/of/{_part(name)}"
+    return f"map/paths/share/{entity_part(method)}/of/{entity_part(name)}"
 
 
 def _lost(method: str) -> str:
-    return f"atlas/share/{_part(method)}/lost"
+    return f"map/paths/share/{entity_part(method)}/lost"

@@ -1,4 +1,4 @@
-"""The thesis' familiarisation form, afterwards: what the map holds, and the frames and scans it was learnt from."""
+"""Panels about the places of a map: features of each, and the frames and scans that they were learnt from."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 
 from refseq.map.sequence import ReferenceSequence
 from refseq.planar import in_world
-from refseq.viewer.belief_log import part
+from refseq.viewer.belief_log import entity_part
 from refseq.viewer.drawing import colours
 from refseq.viewer.drawing.incidence import HEIGHT, WIDTH, bands, features_a_place, incidence_picture
 from refseq.viewer.drawing.pictures import drawing, frame
@@ -23,19 +23,14 @@ LABELS = 150
 
 
 @dataclass(frozen=True)
-class ReferenceTab:
-    """The places of a map or an atlas; ``names`` are its sequences'. The number of the view is that of the place.
+class PlacePanels:
+    """The places of a map; ``names`` are its sequences'. The number of the view is that of the place.
 
     With the drive's views (``Places.views``) their frames and scans are shown too.
     """
 
     places: Places
-    names: Sequence[str] = ("map",)
-
-    @property
-    def name(self) -> str:
-        """What stands on the tab."""
-        return "Reference"
+    names: Sequence[str]
 
     @property
     def scene(self) -> Scene:
@@ -60,18 +55,18 @@ class ReferenceTab:
         bounds = rrb.VisualBounds2D(x_range=[-LABELS, WIDTH], y_range=[-6, HEIGHT + 10])
         pictures = [
             rrb.Spatial2DView(
-                origin=f"reference/fim/{part(name)}", name=f"{name}: feature ↓ place →", visual_bounds=bounds
+                origin=f"map/places/fim/{entity_part(name)}", name=f"{name}: feature ↓ place →", visual_bounds=bounds
             )
             for name in self.names
         ]
         several = rrb.Tabs(*pictures, name="feature incidence matrices") if len(pictures) > 1 else pictures[0]
         lines = rrb.TimeSeriesView(
-            origin="reference/features",
+            origin="map/places/features",
             name="features seen, by sensor",
             plot_legend=rrb.PlotLegend(rrb.Corner2D.RightTop),
         )
         bars = rrb.BarChartView(
-            origin="reference/bars", name="features of each place", plot_legend=rrb.PlotLegend(visible=False)
+            origin="map/places/bars", name="features of each place", plot_legend=rrb.PlotLegend(visible=False)
         )
         return rrb.Horizontal(several, rrb.Vertical(lines, bars), column_shares=[1.3, 1.0])
 
@@ -88,7 +83,7 @@ class ReferenceTab:
             self._send_now(stream, place)
             if counts:
                 for key, number in counts[place].items():
-                    stream.log(f"reference/features/{part(key)}", rr.Scalars(number))
+                    stream.log(f"map/places/features/{entity_part(key)}", rr.Scalars(number))
 
     def _moments(self) -> Iterator[TimePoint]:
         """Places as moments: by their numbers and distances, and by the drive's time where that is known."""
@@ -107,28 +102,28 @@ class ReferenceTab:
 
     def _send_matrices(self, stream: rr.RecordingStream) -> None:
         for name, sequence in zip(self.names, self.places.sequences, strict=True):
-            _send_matrix(stream, f"reference/fim/{part(name)}", sequence)
+            _send_matrix(stream, f"map/places/fim/{entity_part(name)}", sequence)
         if self.places.sequences:
             totals = np.array([sum(counts.values()) for counts in self._counts()], np.float32)
-            stream.log("reference/bars", rr.BarChart(totals, color=colours.REFERENCE), static=True)
+            stream.log("map/places/bars", rr.BarChart(totals, color=colours.REFERENCE), static=True)
             shades = {band.key: band.colour for sequence in self.places.sequences for band in bands(sequence.matrix)}
             for key, shade in shades.items():
                 line = rr.SeriesLines(colors=shade, names=key, widths=1.5)
-                stream.log(f"reference/features/{part(key)}", line, static=True)
+                stream.log(f"map/places/features/{entity_part(key)}", line, static=True)
 
     def _send_path(self, stream: rr.RecordingStream) -> None:
         if len(self.places.known):
             points = north_up(self.places.table[:, :2])
-            stream.log("reference/plan/places", rr.Points2D(points, colors=colours.REFERENCE, radii=-2.5), static=True)
+            stream.log("map/places/plan/places", rr.Points2D(points, colors=colours.REFERENCE, radii=-2.5), static=True)
 
     def _send_view(self, stream: rr.RecordingStream, place: int) -> None:
         if not self.places.views:
             return
         view = self.places.views[place]
         for camera in view.images:
-            stream.log(f"reference/frames/{camera}", frame(view, camera))
+            stream.log(f"map/places/frames/{camera}", frame(view, camera))
         if view.scan is not None:
-            stream.log("reference/scan", rr.Points2D(robot_up(returns(view)), colors=[colours.SCAN], radii=[-1.5]))
+            stream.log("map/places/scan", rr.Points2D(robot_up(returns(view)), colors=[colours.SCAN], radii=[-1.5]))
 
     def _send_now(self, stream: rr.RecordingStream, place: int) -> None:
         """Mark the place in its matrix and in the plan."""
@@ -137,27 +132,27 @@ class ReferenceTab:
             x = (number + 0.5) * WIDTH / len(sequence)
             name = self.names[self.places.holder(place)]
             line = rr.LineStrips2D([[(x, 0), (x, HEIGHT)]], colors=[colours.TEXT], radii=[-0.7])
-            stream.log(f"reference/fim/{part(name)}/now", line)
+            stream.log(f"map/places/fim/{entity_part(name)}/now", line)
         pose = self.places.poses[place]
         strips = [] if pose is None else [north_up(in_world(ROBOT, pose)), north_up(circle(0.6, pose))]
         if len(self.places.known):
-            stream.log("reference/plan/now", rr.LineStrips2D(strips, colors=[colours.BELIEVED], radii=[-1.2]))
+            stream.log("map/places/plan/now", rr.LineStrips2D(strips, colors=[colours.BELIEVED], radii=[-1.2]))
 
 
 def _frames(scene: Scene) -> Iterator[rrb.View]:
     """The frames of the drive, and its scan."""
     for camera in scene.cameras:
-        yield rrb.Spatial2DView(origin=f"reference/frames/{camera}", name=camera)
+        yield rrb.Spatial2DView(origin=f"map/places/frames/{camera}", name=camera)
     if scene.laser:
         reach = scene.reach
         bounds = rrb.VisualBounds2D(x_range=[-reach * 0.7, reach * 0.7], y_range=[-reach, reach * 0.15])
-        yield rrb.Spatial2DView(origin="reference/scan", name="laser, forward is up", visual_bounds=bounds)
+        yield rrb.Spatial2DView(origin="map/places/scan", name="laser, forward is up", visual_bounds=bounds)
 
 
 def _plan(extent: Extent) -> rrb.View:
     (west, south), (east, north) = extent.low, extent.high
     bounds = rrb.VisualBounds2D(x_range=[west, east], y_range=[-north, -south])
-    return rrb.Spatial2DView(origin="reference/plan", name="places [m]", visual_bounds=bounds)
+    return rrb.Spatial2DView(origin="map/places/plan", name="places [m]", visual_bounds=bounds)
 
 
 def _send_matrix(stream: rr.RecordingStream, path: str, sequence: ReferenceSequence) -> None:

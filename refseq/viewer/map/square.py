@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from refseq.atlas.merge import Decision
 from refseq.map.map import Map
-from refseq.viewer.atlas.marks import of_path, send_labels
-from refseq.viewer.atlas.similarity import Mosaic, shared_stretches
 from refseq.viewer.drawing.colours import TEXT, TRUTH, Colour
 from refseq.viewer.drawing.pictures import drawing, inferno
+from refseq.viewer.map.marks import of_path, send_labels
+from refseq.viewer.map.similarity import Mosaic, shared_stretches
 
 JOINED: Colour = TRUTH
 REFUSED: Colour = (255, 255, 255)
@@ -25,7 +25,7 @@ LIFT = 0.02
 """A label hangs below its point on the screen: beside a row it is lifted by so much of the picture's height."""
 LETTER = 0.018
 """About how wide a letter of a label is, in shares of the picture's width."""
-ORIGIN = "atlas/alike"
+ORIGIN = "map/paths/alike"
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from refseq.belief import Belief
 from refseq.map.map import Map
 from refseq.planar import Pose, in_world
-from refseq.viewer.atlas.marks import of_path
 from refseq.viewer.drawing.colours import BELIEVED, DIM, TRUTH
 from refseq.viewer.drawing.plane import ROBOT, circle, north_up
+from refseq.viewer.map.marks import of_path
 
 ASIDE = 0.35
 """How far to the right of its way each further path is drawn [m], or they would hide each other."""
@@ -24,7 +24,7 @@ LIKELY = 0.001
 """Places that are less likely do not glow."""
 UNDER = 10.0
 """What is drawn in this order lies under all lines."""
-ORIGIN = "atlas/plan"
+ORIGIN = "map/paths/plan"
 
 
 @dataclass(frozen=True)

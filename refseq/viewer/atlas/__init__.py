@@ -1,1 +1,0 @@
-"""The atlas tab, a file a panel."""

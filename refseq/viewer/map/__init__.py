@@ -1,0 +1,1 @@
+"""The tab of a map, a file a panel."""
