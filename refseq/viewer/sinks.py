@@ -17,6 +17,7 @@ from urllib.parse import quote, urlsplit
 import rerun as rr
 
 from refseq.errors import RefseqError
+from refseq.viewer.http2 import speaks_http2
 from refseq.viewer.recording import BATCH, new_stream
 
 LOOPBACK = "127.0.0.1"
@@ -28,9 +29,6 @@ ANSWER = 5.0
 """Seconds in which a viewer elsewhere answers, and in which it takes the last of what was sent."""
 FLUSH = 60.0
 """Seconds in which a viewer takes all that is under way."""
-PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, 4, 0, 0, 0, 0, 0])
-"""How HTTP/2, which gRPC runs over, begins: a fixed text, and empty settings (RFC 9113, 3.4)."""
-SETTINGS = 4
 PROGRAM = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import main; sys.exit(main())")
 """Rerun's program. ``python -m rerun`` imports the library first, which takes seconds; ``-m rerun_cli`` exits with 0
 whatever happens."""
@@ -152,11 +150,8 @@ def check_answers(url: str) -> None:
         raise RefseqError(f"viewer {url!r}: has no port from 1 to 65535; valid is rerun+http://HOST:PORT/proxy")
     try:
         with socket.create_connection((parts.hostname, port), timeout=ANSWER) as probe:
-            if parts.scheme == "rerun+http":
-                probe.sendall(PREFACE)
-                speaks = probe.recv(9)[3:4] == bytes([SETTINGS])
-            else:
-                speaks = True  # behind encryption it cannot be asked without a library
+            # Behind encryption it cannot be asked without a library.
+            speaks = parts.scheme != "rerun+http" or speaks_http2(probe)
     except OSError as error:
         raise RefseqError(
             f"viewer {url}: nobody answers ({error.strerror or error}); start one there with 'rerun', "

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from threading import Thread
-from typing import Any, Protocol
+from typing import Any
 
 from refseq.errors import RefseqError
 from scenarios.campaign.case_types import judged
@@ -29,8 +29,8 @@ TICK = 0.25
 """How often a watcher is told that time goes by [s]."""
 
 
-class Watcher(Protocol):
-    """Is told how a campaign goes."""
+class Watcher:
+    """Is told how a campaign goes; this one does nothing about it."""
 
     def planned(self, tasks: Sequence[Task], cases: Mapping[str, Sequence[Task]]) -> None:
         """All tasks, and those that each case waits for."""
@@ -49,10 +49,6 @@ class Watcher(Protocol):
 
     def tick(self) -> None:
         """Time goes by."""
-
-
-class Quiet(Watcher):
-    """A watcher that says nothing."""
 
 
 Conclude = Callable[[Judged], None]

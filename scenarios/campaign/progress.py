@@ -7,7 +7,7 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from scenarios.campaign.campaign import Quiet
+from scenarios.campaign.campaign import Watcher
 from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.eta import Eta, in_words
@@ -25,7 +25,7 @@ FRAME = 8
 """Lines of the table that hold no case and no running task."""
 
 
-class Tally(Quiet):
+class Tally(Watcher):
     """A watcher that counts: what is planned, runs, is done or was kept, and how long the rest will take."""
 
     def __init__(self, executor: WorkerPool, clock: Callable[[], float] = time.monotonic) -> None:

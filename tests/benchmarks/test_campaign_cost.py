@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.campaign import Quiet, run_campaign
+from scenarios.campaign.campaign import Watcher, run_campaign
 from scenarios.campaign.declare.cases import Case, load
 from scenarios.campaign.declare.outcomes import TaskOutcome
 from scenarios.campaign.judge.drives import Judged
@@ -34,7 +34,7 @@ methods = ["thesis"]
 """
 
 
-class Counting(Quiet):
+class Counting(Watcher):
     """Adds up what the tasks themselves took [s]."""
 
     seconds = 0.0

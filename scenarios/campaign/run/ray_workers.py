@@ -16,6 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from refseq.viewer.http2 import speaks_http2
 from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
 from scenarios.campaign.run.remote_payload import (
     NodeFingerprint,
@@ -40,10 +41,6 @@ HELD = 16
 LOOK = 5.0
 """How often the cluster is asked how many cores it has [s]."""
 AUTO = "auto"
-HELLO = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + b"\0\0\0\4\0\0\0\0\0"
-"""How a client of HTTP/2, which Ray speaks, begins (RFC 9113, section 3.4): its preface and empty settings."""
-SETTINGS = 4
-"""Type of the frame that a server of HTTP/2 answers first, in byte 3."""
 QUIET = {
     "RAY_USAGE_STATS_ENABLED": "0",  # no telemetry
     "RAY_DEDUP_LOGS": "0",
@@ -180,12 +177,11 @@ def _check_answers(address: str) -> None:
         raise ScenarioError(f"--ray {address!r} is not valid; it should be HOST:PORT, or {AUTO}")
     try:
         with socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE) as line:
-            line.sendall(HELLO)
-            answered = line.recv(9)
+            speaks = speaks_http2(line)
     except OSError as error:
         why = error.strerror or str(error)
         raise ScenarioError(f"--ray {address!r}: no cluster answers there: {why}; valid is a running one") from error
-    if len(answered) < 9 or answered[3] != SETTINGS:
+    if not speaks:
         raise ScenarioError(f"--ray {address!r}: what answers there is no Ray; valid is the port of its head, 6379")
 
 

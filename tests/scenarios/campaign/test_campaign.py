@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from scenarios.campaign import campaign
-from scenarios.campaign.campaign import Quiet, run_campaign
+from scenarios.campaign.campaign import Watcher, run_campaign
 from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.declare.real_recordings import AbsentError
@@ -56,7 +56,7 @@ class Threads:
         self._pool.shutdown()
 
 
-class Notes(Quiet):
+class Notes(Watcher):
     def __init__(self) -> None:
         self.lines, self.kept, self.verdicts = list[str](), list[str](), dict[str, str]()
 
@@ -155,7 +155,7 @@ def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     store = Store(tmp_path)
     cases = [case_of(f"case-{n}", Chore(f"ask-{n}", needs=(Chore(f"drive-{n}"),))) for n in range(3)]
     executor = Threads(1, store)
-    begun = run_campaign(cases, executor, store, Quiet())
+    begun = run_campaign(cases, executor, store, Watcher())
     next(begun)
     begun.close()
     executor.close(at_once=True)
@@ -278,7 +278,7 @@ def test_a_campaign_whose_workers_are_lost_says_so_and_goes_on_with_others(tmp_p
     store, said = Store(tmp_path), list[str]()
     executor = Threads(0, store)
 
-    class Watch(Quiet):
+    class Watch(Watcher):
         def noted(self, line: str) -> None:
             said.append(line)
             executor.workers = 1
@@ -300,7 +300,7 @@ def test_each_verdict_is_concluded_before_it_is_yielded_and_work_goes_on_meanwhi
             assert second_done.wait(10)  # the next case's task is done while this one is concluded
         concluded.append(result.case.name)
 
-    class Watch(Quiet):
+    class Watch(Watcher):
         def ended(self, task: Chore, outcome: TaskOutcome) -> None:
             if task.key == "b":
                 second_done.set()
@@ -320,7 +320,7 @@ def test_damage_that_concluding_meets_is_repaired(tmp_path: Path) -> None:
             raise DamagedError("ask", "ask is damaged")
 
     executor = Threads(1, store)
-    results = list(run_campaign([case_of("a", Chore("ask"))], executor, store, Quiet(), conclude=conclude))
+    results = list(run_campaign([case_of("a", Chore("ask"))], executor, store, Watcher(), conclude=conclude))
     assert verdicts(results) == {"a": "passed"}
     assert met == ["a", "a"]
     assert executor.order == ["ask", "ask"]
@@ -337,7 +337,7 @@ def test_one_verdict_is_concluded_at_a_time_and_no_thread_is_left(tmp_path: Path
         alone.release()
 
     cases = [case_of(name, Chore(name)) for name in "abcd"]
-    results = list(run_campaign(cases, executor, store, Quiet(), conclude=conclude))
+    results = list(run_campaign(cases, executor, store, Watcher(), conclude=conclude))
     executor.close(at_once=False)
     assert verdicts(results) == dict.fromkeys("abcd", "passed")
     assert threading.active_count() <= before
@@ -349,4 +349,4 @@ def test_what_else_concluding_raises_ends_the_campaign(tmp_path: Path) -> None:
 
     store = Store(tmp_path)
     with pytest.raises(ScenarioError, match="out: cannot be written"):
-        list(run_campaign([case_of("a", Chore("ask"))], Threads(1, store), store, Quiet(), conclude=conclude))
+        list(run_campaign([case_of("a", Chore("ask"))], Threads(1, store), store, Watcher(), conclude=conclude))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from refseq.logs import read_recording
-from scenarios.campaign.campaign import Quiet, run_campaign
+from scenarios.campaign.campaign import Watcher, run_campaign
 from scenarios.campaign.declare.cases import LIBRARY, Case, find, load, names
 from scenarios.campaign.declare.drivable import check_route
 from scenarios.campaign.declare.outcomes import Verdict
@@ -358,7 +358,7 @@ def test_smoke_is_the_one_that_ci_is_offered_and_is_short() -> None:
 def test_smoke_passes(tmp_path: Path) -> None:
     store, workers = Store(tmp_path), LocalWorkers(2, tmp_path)
     try:
-        (result,) = run_campaign([case("smoke")], workers, store, Quiet())
+        (result,) = run_campaign([case("smoke")], workers, store, Watcher())
     finally:
         workers.close(at_once=True)
     assert result.verdict is Verdict.PASSED, result.reasons

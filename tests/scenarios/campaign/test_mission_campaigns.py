@@ -12,7 +12,7 @@ from junitparser import JUnitXml
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import Order, Plan
 from refseq.planar import Pose
-from scenarios.campaign.campaign import Quiet, run_campaign
+from scenarios.campaign.campaign import Watcher, run_campaign
 from scenarios.campaign.declare.cases import LIBRARY, Case, load
 from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.declare.overrides import with_methods
@@ -290,7 +290,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
     return Ran(cases, store, folder / "out", missions, read_result(folder / "out"))
 
 
-class Counted(Quiet):
+class Counted(Watcher):
     """Notes what was done and not kept."""
 
     def __init__(self) -> None:
@@ -301,9 +301,9 @@ class Counted(Quiet):
             self.done.append(task)
 
 
-def campaign(cases: list[Case], store: Store, out: Path, watcher: Quiet | None = None) -> dict[str, Judged]:
+def campaign(cases: list[Case], store: Store, out: Path, watcher: Watcher | None = None) -> dict[str, Judged]:
     results = Results(out, cases, store)
-    judged = run_campaign(cases, AtOnce(store), store, watcher or Quiet(), conclude=results.add)
+    judged = run_campaign(cases, AtOnce(store), store, watcher or Watcher(), conclude=results.add)
     return {one.case.name: one for one in judged}
 
 

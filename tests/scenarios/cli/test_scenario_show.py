@@ -13,7 +13,7 @@ import pytest
 
 from refseq.logs import RecordingWriter
 from refseq.planar import Pose
-from scenarios.campaign.campaign import Quiet, run_campaign
+from scenarios.campaign.campaign import Watcher, run_campaign
 from scenarios.campaign.declare.cases import load, names
 from scenarios.campaign.declare.outcomes import Verdict
 from scenarios.campaign.declare.overrides import with_methods
@@ -171,7 +171,7 @@ def answers_in(store: Store) -> set[Path]:
 def campaign(here: Path, store: Store, *own: str, methods: tuple[str, ...] | None = None) -> Judged:
     """The laser's scenario with localisers of one's own."""
     cases = with_methods(load(here / "laser.toml"), own, methods)
-    (result,) = run_campaign(cases, AtOnce(store), store, Quiet())
+    (result,) = run_campaign(cases, AtOnce(store), store, Watcher())
     return result
 
 

@@ -14,7 +14,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Route
 from playwright.sync_api import Page as Tab
 
-from scenarios.campaign.campaign import Quiet, run_campaign
+from scenarios.campaign.campaign import Watcher, run_campaign
 from scenarios.campaign.declare.cases import load
 from scenarios.campaign.declare.real_recordings import DATA
 from scenarios.campaign.results import Results
@@ -97,7 +97,7 @@ def _missions(folder: Path) -> Path:
     cases = load(folder / "ahead.toml")
     store = Store(folder / "store")
     results = Results(folder, cases, store)
-    list(run_campaign(cases, AtOnce(store), store, Quiet(), conclude=results.add))
+    list(run_campaign(cases, AtOnce(store), store, Watcher(), conclude=results.add))
     return folder
 
 

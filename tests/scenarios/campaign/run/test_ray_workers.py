@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from scenarios.campaign.campaign import Quiet, run_campaign
+from scenarios.campaign.campaign import Watcher, run_campaign
 from scenarios.campaign.declare.cases import Case, load
 from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from scenarios.campaign.judge.drives import Judged
@@ -187,14 +187,14 @@ def told(results: list[Judged]) -> list[Any]:
     return [(one.case.name, one.verdict, dict(one.digests)) for one in sorted(results, key=lambda one: one.case.name)]
 
 
-def conducted(cases: list[Case], executor: WorkerPool, store: Store, watcher: Quiet) -> list[Judged]:
+def conducted(cases: list[Case], executor: WorkerPool, store: Store, watcher: Watcher) -> list[Judged]:
     try:
         return list(run_campaign(cases, executor, store, watcher))
     finally:
         executor.close(at_once=False)
 
 
-class Saboteur(Quiet):
+class Saboteur(Watcher):
     """Kills a node once a third of all is done, when both nodes have been at work for a tick."""
 
     def __init__(self, nodes: Nodes) -> None:
@@ -222,7 +222,7 @@ def test_beliefs_of_a_cluster_that_loses_a_node_are_those_of_this_machine(tmp_pa
 
     cases = load(scenario_in(tmp_path, seeds=range(1, 7)))
     local, remote = Store(tmp_path / "local"), Store(tmp_path / "remote")
-    expected = conducted(cases, LocalWorkers(1, local.folder), local, Quiet())
+    expected = conducted(cases, LocalWorkers(1, local.folder), local, Watcher())
 
     saboteur = Saboteur(nodes)
     found = conducted(cases, RayWorkers(nodes.address, remote), remote, saboteur)

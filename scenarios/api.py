@@ -1,0 +1,58 @@
+"""Scenarios for programs: run declared experiments, score what a localiser answered."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from refseq.belief import Belief
+from refseq.logs import Recording
+from refseq.map.map import Map
+from scenarios.campaign.campaign import Watcher, leave_it, run_campaign
+from scenarios.campaign.declare.cases import find
+from scenarios.campaign.declare.overrides import with_methods, with_seeds
+from scenarios.campaign.judge.drives import Judged
+from scenarios.campaign.results import Results
+from scenarios.campaign.run.workers import LocalWorkers
+from scenarios.campaign.store.cache import Store, default_store
+from scenarios.drives.evaluate import comparison_of
+from scenarios.scoring import score as scorer
+from scenarios.scoring.path_geometry import WIDE, Tolerance
+
+ANSWERS = "localiser"
+
+
+def run(
+    *scenarios: str | Path,
+    localisers: Sequence[str] = (),
+    methods: Sequence[str] | None = None,
+    seeds: Sequence[int] | None = None,
+    output: Path | None = None,
+    cache: Path | None = None,
+    workers: int = 1,
+) -> list[Judged]:
+    """Run scenarios by name, tag or path (.toml); return each case's verdict, reasons, figures and comparisons.
+
+    ``localisers`` (``package.module:Class``) are judged in the scenarios' stead, beside ``methods`` only; ``seeds``
+    replace those of the scenarios. Pages are written to the folder ``output``, if there is one; recordings, maps and
+    answers are kept in ``cache``, by default where ``refseq scenario run`` keeps them. Raises ``ScenarioError``.
+    """
+    numbers = None if seeds is None else ",".join(map(str, seeds))
+    cases = with_seeds(with_methods(find([str(one) for one in scenarios]), localisers, methods), numbers)
+    store = Store(cache or default_store())
+    conclude = leave_it if output is None else Results(output, cases, store).add
+    executor, finished = LocalWorkers(workers, store.folder), False
+    try:
+        found = list(run_campaign(cases, executor, store, Watcher(), conclude=conclude))
+        finished = True
+    finally:
+        executor.close(at_once=not finished)
+    return found
+
+
+def score(beliefs: Sequence[Belief], recording: Recording, map_: Map, *, tolerance: Tolerance = WIDE) -> scorer.Score:
+    """Score the answers to a recording, one a view, against the map that they are about.
+
+    ``tolerance`` says how near to the truth an answer must be. Raises ``ScenarioError`` for answers that do not fit the
+    recording or the map, and for a map whose places have no true pose.
+    """
+    comparison = comparison_of("recording", map_, recording, {ANSWERS: beliefs})
+    return scorer.score(comparison, ANSWERS, tolerance)
