@@ -150,7 +150,7 @@ PROFILES: Mapping[str, Profile] = {
     "cameras alone": without("walls", "doors", "boundary", "sectors"),
     "no view is ever blind": replace(BEST, log_ratio=replace(BEST.log_ratio, blind=0.0)),
     "the thesis' motion window": replace(BEST, motion=MotionSettings()),
-    "places counted, not shared out": replace(BEST, motion=replace(BEST.motion, spread=False)),
+    "places counted, not shared out": replace(BEST, motion=replace(BEST.motion, interpolated=False)),
     "the thesis' chain": replace(BEST, chain=ChainSettings()),
     "Viterbi over five views": replace(BEST, method=MethodSettings(Matching.LOG_RATIO, Decoder.VITERBI)),
     "the mixture, forward filter": replace(

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from scenarios.campaign import results
-from scenarios.campaign.progress import Lines
+from scenarios.campaign.progress import ProgressLines
 from scenarios.campaign.run import workers
 from scenarios.campaign.store.cache import RECORDING, Store
 from tests.scenarios.campaign.chores import AtOnce, scenario_in
@@ -194,13 +194,13 @@ def test_a_cluster_has_its_own_workers(refseq: Refseq, file: Path, cache: Path) 
 def test_who_interrupts_is_told_what_is_kept_and_how_to_go_on(
     refseq: Refseq, file: Path, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(watcher: Lines) -> None:
+    def interrupted(watcher: ProgressLines) -> None:
         if watcher.done == 2:
             raise KeyboardInterrupt
 
     cache = tmp_path / "cache"
     with monkeypatch.context() as patched:
-        patched.setattr(Lines, "tick", interrupted)
+        patched.setattr(ProgressLines, "tick", interrupted)
         first = refseq("scenario", "run", file, "--cache", cache)
     assert first.code == 130
     assert not first.out
