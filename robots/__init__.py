@@ -1,18 +1,47 @@
-"""Robots: one folder each with model, sources and Control layer; behaviours that any of them runs; SI units above."""
+"""Robots by name, their Control layers in SI units, and behaviours that any of them runs.
 
-from collections.abc import Callable
+    robot = load("robuter")
+    control = robot.control(geometry)
+    control.command(Twist(linear=0.3, angular=0.1))
 
-from robots import robuter, segway_rmp
-from robots.control import ControlLayer
-from robots.errors import RobotsError
-from robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
-from robots.planar import PlanarPose
-from robots.robot import Robot, Shape
-from robots.signals import Actuation, Inertial, LaserScan, Signals
-from robots.state import Blocked, Cause, Motors, RobotState, Stop
+A folder each holds a robot's model, the sources of its numbers and its Control layer; ``behaviours`` holds MA, MT, MW,
+MC and MN, which need no more than what any robot senses. The names below are imported on first use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from robots.behaviours.behaviour import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
+    from robots.behaviours.written import make_behaviour, parse_behaviour
+    from robots.catalogue import load, names
+    from robots.control import ControlLayer
+    from robots.errors import RobotsError
+    from robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
+    from robots.planar import PlanarPose
+    from robots.robot import Robot, Shape
+    from robots.signals import Actuation, Inertial, LaserScan, Signals
+    from robots.state import Blocked, Cause, Motors, RobotState, Stop
+
+_HOMES = {
+    "behaviours.behaviour": ("Behaviour", "BehaviourOutcome", "BehaviourStep", "RobotDescription", "Senses"),
+    "behaviours.written": ("make_behaviour", "parse_behaviour"),
+    "catalogue": ("load", "names"),
+    "control": ("ControlLayer",),
+    "errors": ("RobotsError",),
+    "motion": ("DifferentialDrive", "Limits", "Twist", "WheelSpeeds"),
+    "planar": ("PlanarPose",),
+    "robot": ("Robot", "Shape"),
+    "signals": ("Actuation", "Inertial", "LaserScan", "Signals"),
+    "state": ("Blocked", "Cause", "Motors", "RobotState", "Stop"),
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Actuation",
+    "Behaviour",
+    "BehaviourOutcome",
+    "BehaviourStep",
     "Blocked",
     "Cause",
     "ControlLayer",
@@ -23,31 +52,27 @@ __all__ = [
     "Motors",
     "PlanarPose",
     "Robot",
+    "RobotDescription",
     "RobotState",
     "RobotsError",
+    "Senses",
     "Shape",
     "Signals",
     "Stop",
     "Twist",
     "WheelSpeeds",
     "load",
+    "make_behaviour",
     "names",
+    "parse_behaviour",
 ]
 
-_LOADERS: dict[str, Callable[[], Robot]] = {
-    "robuter": robuter.load,
-    "segway_rmp": segway_rmp.load,
-    "segway_rmp-tractor": segway_rmp.load_with_tail,
-}
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module 'robots' has no attribute '{name}'; it has {', '.join(__all__)}")
+    return getattr(import_module(f"robots.{_HOME[name]}"), name)
 
 
-def names() -> tuple[str, ...]:
-    """Names of all robots, in alphabetical order."""
-    return tuple(sorted(_LOADERS))
-
-
-def load(name: str) -> Robot:
-    """Build a fresh robot by its name; raises ``RobotsError`` for an unknown one."""
-    if name not in _LOADERS:
-        raise RobotsError(f"unknown robot '{name}': valid are {', '.join(names())}")
-    return _LOADERS[name]()
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

@@ -1,1 +1,69 @@
-"""World and robot as one simulation: clock, cameras, laser, odometry, recorder."""
+"""A robot in a world as one simulation: clock, cameras, laser, sonar, odometry, recorded drives, environments.
+
+    with Bench(build_world(load_plan("hallway"), light_named("16:00")), robots.load("robuter"), seed=1) as bench:
+        views = list(record(bench))
+
+``bench`` steps world and robot; ``drives`` leads the robot and takes views; ``missions`` carries out missions and LAMP
+programs; ``envs`` holds the Gymnasium environments, which ``import sim.envs`` registers; ``teleop`` is for driving by
+hand. The names below are imported on first use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sim.bench.bench import Bench, BenchSettings
+    from sim.bench.faults import CameraBlack, Kidnap, LaserDazzled, WheelSlip
+    from sim.cameras.camera import CameraModel
+    from sim.drives.operator import Operator, OperatorStyle
+    from sim.drives.recorder import Trigger, record
+    from sim.errors import RendererError, SimError, StuckError
+    from sim.rendering.renderer import RendererKind
+    from sim.sensors.inertial import InertialModel
+    from sim.sensors.laser import LaserModel
+    from sim.sensors.sonar import SonarModel
+
+_HOMES = {
+    "bench.bench": ("Bench", "BenchSettings"),
+    "bench.faults": ("CameraBlack", "Kidnap", "LaserDazzled", "WheelSlip"),
+    "cameras.camera": ("CameraModel",),
+    "drives.operator": ("Operator", "OperatorStyle"),
+    "drives.recorder": ("Trigger", "record"),
+    "errors": ("RendererError", "SimError", "StuckError"),
+    "rendering.renderer": ("RendererKind",),
+    "sensors.inertial": ("InertialModel",),
+    "sensors.laser": ("LaserModel",),
+    "sensors.sonar": ("SonarModel",),
+}
+_HOME = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Bench",
+    "BenchSettings",
+    "CameraBlack",
+    "CameraModel",
+    "InertialModel",
+    "Kidnap",
+    "LaserDazzled",
+    "LaserModel",
+    "Operator",
+    "OperatorStyle",
+    "RendererError",
+    "RendererKind",
+    "SimError",
+    "SonarModel",
+    "StuckError",
+    "Trigger",
+    "WheelSlip",
+    "record",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module 'sim' has no attribute '{name}'; it has {', '.join(__all__)}")
+    return getattr(import_module(f"sim.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
-from robots.behaviours.follow_wall import WallSide
 from robots.behaviours.guarded import PATIENCE, Guarded
 from robots.behaviours.sensing.line import DirectedLine
 from robots.behaviours.sensing.room import SIDE_MARGIN, swing
 from robots.behaviours.sensing.sonar_filter import abeam
+from robots.behaviours.sensing.wall import WallSide
 from robots.behaviours.steering import turn_rate_onto
 from robots.behaviours.until import Until
 from robots.motion import Twist

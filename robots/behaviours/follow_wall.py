@@ -1,7 +1,6 @@
 """MW: move along a wall at a distance, on its left or right."""
 
 import math
-from enum import Enum
 
 from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished, waiting
 from robots.behaviours.guarded import PATIENCE, Guarded
@@ -11,7 +10,7 @@ from robots.behaviours.sensing.lanes import choose_lane, lanes
 from robots.behaviours.sensing.line import DirectedLine
 from robots.behaviours.sensing.room import MARGIN, SIDE_MARGIN, swing
 from robots.behaviours.sensing.surroundings import Surroundings
-from robots.behaviours.sensing.wall import DetectedWall, SearchWindow, find_wall
+from robots.behaviours.sensing.wall import DetectedWall, SearchWindow, WallSide, find_wall
 from robots.behaviours.steering import turn_rate_onto
 from robots.planar import PlanarPose
 
@@ -37,13 +36,6 @@ CORNER_SIGHT = 3.5
 """Where a wall is across the way, it makes room for its tail from so far on [m]: a choice."""
 CORNER_DONE = math.radians(15)
 """With no more than this left of a corner it follows the next wall: a choice."""
-
-
-class WallSide(Enum):
-    """On which side of the robot a wall is; +1 is to the left."""
-
-    LEFT = 1
-    RIGHT = -1
 
 
 def closest(robot: RobotDescription) -> float:

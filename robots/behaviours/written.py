@@ -10,9 +10,10 @@ from robots.behaviours.behaviour import Behaviour, RobotDescription
 from robots.behaviours.carry_on import CarryOn
 from robots.behaviours.cross_door import CrossDoor
 from robots.behaviours.cross_door import DoorSide as DoorSide
-from robots.behaviours.follow_wall import FIRST_REACH, FollowWall, WallSide, closest
+from robots.behaviours.follow_wall import FIRST_REACH, FollowWall, closest
 from robots.behaviours.halt import Halt
 from robots.behaviours.sensing.doorway import DoorFinder
+from robots.behaviours.sensing.wall import WallSide
 from robots.behaviours.set_point import SetPoint
 from robots.behaviours.turn import Turn
 from robots.errors import RobotsError
@@ -166,7 +167,7 @@ KINDS: tuple[BehaviourKind, ...] = (
 """All behaviours."""
 
 
-def kind(code: str) -> BehaviourKind:
+def behaviour_kind(code: str) -> BehaviourKind:
     """The behaviour that is written with a code; raises ``RobotsError`` for an unknown one."""
     for item in KINDS:
         if item.code == code:
@@ -174,10 +175,10 @@ def kind(code: str) -> BehaviourKind:
     raise RobotsError(f"unknown behaviour '{code}': valid are {', '.join(item.form for item in KINDS)}")
 
 
-def parse(text: str) -> ParsedBehaviour:
+def parse_behaviour(text: str) -> ParsedBehaviour:
     """Read a behaviour as it is written; raises ``RobotsError`` with the value, its place and what is valid."""
     code, colon, rest = text.partition(":")
-    chosen = kind(code.strip())
+    chosen = behaviour_kind(code.strip())
     given = [part.strip() for part in rest.split(",")] if colon else []
     needed = sum(not argument.optional for argument in chosen.arguments)
     if not needed <= len(given) <= len(chosen.arguments):
@@ -192,7 +193,7 @@ def _value(text: str, argument: Argument, given: str) -> Any:
         raise RobotsError(f"behaviour '{text}': {argument.name} '{given}': {error}") from None
 
 
-def make(choice: ParsedBehaviour, robot: RobotDescription, finder: DoorFinder | None = None) -> Behaviour:
+def make_behaviour(choice: ParsedBehaviour, robot: RobotDescription, finder: DoorFinder | None = None) -> Behaviour:
     """Make a behaviour for a robot; ``finder`` finds the doors in a scan.
 
     Raises ``RobotsError`` for what this robot cannot do.

@@ -69,7 +69,7 @@ class LaserRange(StrEnum):
 
 
 class RendererChoice(StrEnum):
-    """What ``--renderer`` takes; the same as ``sim.rendering.render.RendererKind``, not imported for help."""
+    """What ``--renderer`` takes; the same as ``sim.rendering.renderer.RendererKind``, not imported for help."""
 
     FILAMENT = "filament"
     CLASSIC = "classic"
@@ -171,7 +171,7 @@ def record(
     from scenarios.drives.record import Drive
     from scenarios.drives.record import record as record_drive
     from sim.drives.recorder import Trigger
-    from sim.rendering.render import RendererKind
+    from sim.rendering.renderer import RendererKind
     from sim.sensors.laser import RangeMode
 
     drive = Drive(
@@ -377,7 +377,7 @@ def demo(
     from scenarios.cli.demo import Demo, run_demo
     from scenarios.drives.evaluate import results
     from scenarios.drives.record import Drive
-    from sim.rendering.render import RendererKind
+    from sim.rendering.renderer import RendererKind
     from worlds.light import light_named
 
     lights, chosen = tuple(dict.fromkeys(to or ["18:00"])), profile_named(profile)

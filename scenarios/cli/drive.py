@@ -84,7 +84,7 @@ def drive(
     """Lead a robot through a world by hand, and record what it senses."""
     from scenarios.drives.record import Drive
     from scenarios.drives.teleop import TeleopDrive, record_by_hand
-    from sim.rendering.render import RendererKind
+    from sim.rendering.renderer import RendererKind
 
     if renderer not in set(RendererKind):
         raise ScenarioError(f"renderer '{renderer}' is unknown; valid are {', '.join(RendererKind)}")

@@ -74,7 +74,7 @@ class LiveAsked:
         from refseq.view import LASER
         from scenarios.drives.record import Drive
         from sim.drives.recorder import Trigger
-        from sim.rendering.render import RendererKind
+        from sim.rendering.renderer import RendererKind
 
         return Drive(
             world=self.live or "",

@@ -34,7 +34,7 @@ PICTURE_HELP = "Picture to write (.svg or .png)."
 
 
 class Pictures(StrEnum):
-    """What ``--renderer`` takes; those of ``sim.rendering.render.RendererKind`` that draw."""
+    """What ``--renderer`` takes; those of ``sim.rendering.renderer.RendererKind`` that draw."""
 
     FILAMENT = "filament"
     CLASSIC = "classic"
@@ -75,7 +75,7 @@ def show(
         out.print(table)
     if output is not None:
         from scenarios.robot_checks.picture import picture
-        from sim.rendering.render import RendererKind
+        from sim.rendering.renderer import RendererKind
 
         _save(picture(body, RendererKind(renderer.value)), output)
 
@@ -100,7 +100,7 @@ def strip(
 ) -> None:
     """Show a drive as a strip of frames, as somebody who walks along sees it, with time, speed and pitch."""
     from scenarios.robot_checks.filmstrip import FilmedDrive, film, filmstrip
-    from sim.rendering.render import RendererKind
+    from sim.rendering.renderer import RendererKind
 
     _check_place(output)
     asked = FilmedDrive(robot, world, route, light, seconds, frames, speed, seed, RendererKind(renderer.value))

@@ -22,7 +22,7 @@ from sim.drives.behaviour_drive import run_and_sense
 from sim.drives.chase_camera import with_chase_camera
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import PATIENCE, RecordedView, Trigger, describe, drive_and_sense, operator_for
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.sensors.laser import LaserModel, RangeMode
 from sim.teleop.session import AbortedError
 from worlds.build import build_world

@@ -40,7 +40,7 @@ from refseq.missions import (
     compiled,
     parse_mission,
 )
-from robots.behaviours.written import parse
+from robots.behaviours.written import parse_behaviour
 from robots.errors import RobotsError
 from scenarios.errors import ScenarioError
 
@@ -159,7 +159,7 @@ def _step(number: int, table: _StepTable) -> tuple[Step, Errand]:
 
 def _in_words(at: str, behaviour: str) -> str:
     """A behaviour in a robot's words. Raises for one that is none, or not done at a landmark."""
-    code, admitted = parse(behaviour).kind.code, ADMITTED[landmark_named(at).label]
+    code, admitted = parse_behaviour(behaviour).kind.code, ADMITTED[landmark_named(at).label]
     if code not in list(BehaviourCode) or BehaviourCode(code) not in admitted:
         raise MissionError(f"{code} is not done at {at}; valid are {', '.join(admitted)}")
     return behaviour

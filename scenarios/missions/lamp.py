@@ -61,7 +61,7 @@ def run_in_world(asked: LampRun) -> "Sequence[BehaviourResult]":
     from scenarios.robot_checks.behaviour_drive import BehaviourResult, StopLog
     from sim.bench.bench import Bench, BenchSettings
     from sim.missions.lamp import run_lamp
-    from sim.rendering.render import RendererKind
+    from sim.rendering.renderer import RendererKind
     from worlds.build import build_world
     from worlds.light import light_named
     from worlds.plans.load import load_plan

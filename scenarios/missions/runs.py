@@ -13,7 +13,7 @@ from refseq.missions.behaviour_codes import code_of
 from refseq.missions.lamp import LampStage
 from refseq.planar import Pose
 from refseq.view import View
-from robots.behaviours.written import parse
+from robots.behaviours.written import parse_behaviour
 from robots.motion import Limits
 from scenarios.drives.record import Drive
 from scenarios.drives.selection import only
@@ -229,7 +229,7 @@ def _ideal(optimal: float, turned: float, limits: Limits) -> float:
 
 def turn_of(behaviour: str) -> float:
     """How far a behaviour turns the robot about itself [rad]: a quarter before a door beside the way."""
-    values = parse(behaviour).values if ":" in behaviour else ()
+    values = parse_behaviour(behaviour).values if ":" in behaviour else ()
     match code_of(behaviour):
         case "MT":
             return abs(float(values[0]))

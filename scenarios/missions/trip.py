@@ -30,7 +30,7 @@ from scenarios.scoring.path_geometry import NARROW, WIDE
 from sim.bench.bench import Bench
 from sim.drives.recorder import Trigger
 from sim.missions.mission import EVERY
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.drawing.outline import outline_of
 
 

@@ -15,14 +15,14 @@ import robots
 from refseq.planar import Pose, in_world
 from robots import RobotState, Stop
 from robots.behaviours import BehaviourOutcome, RobotDescription
-from robots.behaviours.written import ParsedBehaviour, make, parse
+from robots.behaviours.written import ParsedBehaviour, make_behaviour, parse_behaviour
 from robots.robot import Shape
 from scenarios.errors import ScenarioError
 from scenarios.tables import TextTable
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
 from sim.drives.doors import doors_seen
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.build import build_world
 from worlds.drawing.outline import outline_of
 from worlds.light import light_named
@@ -96,11 +96,11 @@ def parse_pose(text: str) -> Pose:
 
 def drive_behaviours(asked: BehaviourDrive) -> Iterator[BehaviourResult]:
     """Run the behaviours until one fails; all words are read before the robot moves."""
-    choices = [parse(text) for text in asked.behaviours]
+    choices = [parse_behaviour(text) for text in asked.behaviours]
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
     frame = description_of(robot)  # of the spec before it is attached
     for choice in choices:
-        make(choice, frame, doors_seen)
+        make_behaviour(choice, frame, doors_seen)
     if not (math.isfinite(asked.timeout) and asked.timeout > 0):
         raise ScenarioError(f"timeout {asked.timeout:g} is not valid; it should be a time above 0 s")
     route = asked.route if asked.at is None else next(iter(plan.routes))
@@ -135,7 +135,7 @@ def _run(bench: Bench, choice: ParsedBehaviour, frame: RobotDescription, timeout
     def hear(_: BehaviourMoment) -> None:
         stops.hear(bench.state)
 
-    ended = run(bench, make(choice, frame, doors_seen), timeout=timeout, each=hear)
+    ended = run(bench, make_behaviour(choice, frame, doors_seen), timeout=timeout, each=hear)
     return BehaviourResult(choice.text, ended.outcome, ended.why, ended.time, ended.path, tuple(stops.heard.values()))
 
 

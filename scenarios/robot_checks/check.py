@@ -9,7 +9,7 @@ from scenarios.tables import TextTable
 from sim.acceptance import trials
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import Bench, BenchSettings
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.build import World
 
 STRAIGHT, ANGLE = 10.0, 360.0

@@ -17,7 +17,7 @@ from sim.bench.bench import Bench, BenchSettings
 from sim.drives.chase_camera import ChaseCamera, with_chase_camera
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import operator_for
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.build import build_world
 from worlds.light import light_named
 from worlds.plans.load import load_plan

@@ -14,7 +14,7 @@ from scenarios.robot_checks.drawings import MEASURE, SOURCE, draw_views
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.chase_camera import ChaseCamera, with_chase_camera
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 LIGHT = "10:30"
 BEARING, DISTANCE, EYES = math.radians(-40), 2.2, 1.45

@@ -9,7 +9,7 @@ import robots
 from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench, BenchSettings
 from sim.bench.serial_port import LOOPBACK, TERMINAL, SerialPace, open_port, serve
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.build import build_world
 from worlds.light import light_named
 from worlds.plans.load import load_plan

@@ -19,7 +19,7 @@ from robots.odometry import Geometry
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import Bench, BenchSettings
 from sim.errors import SimError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 SIDE, RUNS = 4.0, 5
 """Side of the square [m] and runs in each direction: the paper's."""

@@ -18,7 +18,9 @@ from sim.cameras.camera import Camera, CameraModel
 from sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
 from sim.errors import SimError
 from sim.physics import Due, Physics, alone
-from sim.rendering.render import Closing, Renderer, RendererKind, open_renderer, prepare_spec
+from sim.rendering.filament import prepare_spec
+from sim.rendering.opening import open_renderer
+from sim.rendering.renderer import Closing, Renderer, RendererKind
 from sim.sensors.inertial import InertialModel
 from sim.sensors.laser import Laser, LaserModel
 from sim.sensors.sonar import SonarModel

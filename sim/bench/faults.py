@@ -13,8 +13,8 @@ import numpy as np
 
 from refseq.planar import Pose
 from sim.bench.hardware import SIDES
+from sim.device_tables import TABLE
 from sim.errors import SimError
-from sim.sensors.device_tables import TABLE
 
 if TYPE_CHECKING:
     from robots import Robot

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from sim.cameras.exposure import Exposure, ExposureControl, split_exposure, wanted_exposure
 from sim.cameras.lens import Lens, Optics
 from sim.cameras.sensor import WHITE, Sensor
+from sim.device_tables import TABLE, Number, require
 from sim.errors import SimError
-from sim.sensors.device_tables import TABLE, Number, require
 
 METER_STEP = 8
 """The light meter takes a mean: every so many rows and columns are enough."""

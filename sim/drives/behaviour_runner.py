@@ -12,7 +12,7 @@ import robots
 from refseq.planar import Pose
 from robots import Robot
 from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, Ranger, RobotDescription, Senses, failed
-from robots.behaviours.written import make, parse
+from robots.behaviours.written import make_behaviour, parse_behaviour
 from robots.mounting import Mounting
 from sim.bench.bench import Bench
 from sim.drives.doors import doors_seen
@@ -52,7 +52,7 @@ def description_of(robot: Robot) -> RobotDescription:
 
 def behaviour_in(words: str, description: RobotDescription) -> Behaviour:
     """A behaviour as it is written, for a robot on a bench. Raises ``RobotsError`` for what this robot cannot do."""
-    return make(parse(words), description, doors_seen)
+    return make_behaviour(parse_behaviour(words), description, doors_seen)
 
 
 def _ranger(place: NDArray[np.float64], axis: NDArray[np.float64]) -> Ranger:

@@ -71,6 +71,26 @@ PATIENCE = 3600.0
 """For how long the operator tries to get to the end, where nothing else is asked for [s of simulated time]."""
 
 
+def record(
+    bench: Bench,
+    operator: Operator | None = None,
+    trigger: Trigger | None = None,
+    *,
+    faults: Sequence[Fault] = (),
+    timeout: float = PATIENCE,
+) -> Iterator[View]:
+    """Lead the robot of ``bench`` along a route; yields the views as they are taken, the first at the start.
+
+    The route is the bench's, which the operator of seed 0 follows, unless an ``operator`` of your own brings another;
+    ``trigger`` says when a view is taken, by default every 0.85 m. A ``refseq.logs.RecordingWriter`` writes the views
+    to a file. Raises as ``drive_and_sense`` does, which also tells how far the robot has come.
+    """
+    taken = drive_and_sense(
+        bench, operator or operator_for(bench, 0), trigger or Trigger(), faults=faults, timeout=timeout
+    )
+    return (one.view for one in taken)
+
+
 def drive_and_sense(
     bench: Bench, operator: Operator, trigger: Trigger, *, faults: Sequence[Fault] = (), timeout: float = PATIENCE
 ) -> Iterator[RecordedView]:

@@ -1,52 +1,33 @@
-"""Gymnasium environments: ``gym.make("sim.envs:RefSeq/FollowCorridor-v0")``; see ``docs/gymnasium.md``.
+"""Gymnasium environments of robots in worlds; importing this package registers them all.
 
-Importing this package registers all ids. Each task has two, for behaviours and for twists.
+    import gymnasium, sim.envs
+    env = gymnasium.make("RefSeq/FollowCorridor-v0", world="corridor:3")
+
+``gymnasium.make("sim.envs:RefSeq/FollowCorridor-v0")`` imports the package by itself.
+``docs/gymnasium.md`` has the tasks.
 """
 
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-import gymnasium as gym
+from sim.envs.registry import IDS, register
 
-from sim.envs.episodes.actions import ByBehaviour, ByTwist
-from sim.envs.robot_env import RobotEnv
-from sim.envs.worlds.rooms import FORMS
+if TYPE_CHECKING:
+    from sim.envs.batch import BatchEnv
+    from sim.envs.robot_env import RobotEnv
 
-__all__ = ["IDS", "RobotEnv"]
+__all__ = ["IDS", "BatchEnv", "RobotEnv"]
 
-NAMESPACE = "RefSeq"
-CORRIDORS = [f"corridor:{seed}" for seed in range(16)]
-"""The corridors that are driven along where nothing else is asked for; others are for trying out what was learnt."""
-ROOMS = [f"rooms:{form}" for form in range(len(FORMS))]
-PERIODS = {"behaviours": ByBehaviour.period, "twist": ByTwist.period}
-SUFFIXES = {"behaviours": "", "twist": "Twist"}
-
-TASKS: Mapping[str, tuple[float, Mapping[str, Any]]] = MappingProxyType(
-    {
-        "FollowCorridor": (400.0, {"task": "follow-corridor", "world": CORRIDORS}),
-        "CrossDoor": (60.0, {"task": "cross-door", "world": ROOMS}),
-        "ReachPlace": (120.0, {"task": "reach-place", "world": "laboratory", "route": "round"}),
-        "Recover": (120.0, {"task": "recover", "world": "laboratory", "route": "round"}),
-    }
-)
-"""The time limit of each task [s], if all actions last as long as they may, and what makes it; choices."""
+register()
+_HOMES = {"BatchEnv": "sim.envs.batch", "RobotEnv": "sim.envs.robot_env"}
 
 
-def _register() -> tuple[str, ...]:
-    ids = []
-    for name, (seconds, made_with) in TASKS.items():
-        for actions, suffix in SUFFIXES.items():
-            ids.append(f"{NAMESPACE}/{name}{suffix}-v0")
-            gym.register(
-                ids[-1],
-                entry_point="sim.envs.robot_env:RobotEnv",
-                vector_entry_point="sim.envs.batch:BatchEnv",
-                max_episode_steps=round(seconds / PERIODS[actions]),
-                kwargs={**made_with, "actions": actions},
-            )
-    return tuple(ids)
+def __getattr__(name: str) -> Any:
+    """Import an environment's class on first use: registering the ids costs little."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'sim.envs' has no attribute '{name}'; it has {', '.join(__all__)}")
+    return getattr(import_module(_HOMES[name]), name)
 
 
-IDS = _register()
-"""All ids that this package registers."""
+def __dir__() -> list[str]:
+    return [*__all__, *(name for name in globals() if name.startswith("__"))]

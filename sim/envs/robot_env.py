@@ -24,7 +24,8 @@ from sim.envs.tasks.task import Judgement, Task
 from sim.envs.worlds.named import check_light, plan_named, world_named
 from sim.errors import SimError
 from sim.physics import Due, alone
-from sim.rendering.render import RendererKind, open_renderer
+from sim.rendering.opening import open_renderer
+from sim.rendering.renderer import RendererKind
 
 TASKS: Mapping[str, type[Task]] = {
     "follow-corridor": FollowCorridorTask,

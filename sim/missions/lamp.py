@@ -11,8 +11,8 @@ from refseq.missions.lamp import LampStage, LampWord, Verb
 from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
 from robots.behaviours.beside import Beside
 from robots.behaviours.dead_reckoned import DeadReckoned
-from robots.behaviours.follow_wall import WallSide
 from robots.behaviours.narrow import Narrow
+from robots.behaviours.sensing.wall import WallSide
 from robots.behaviours.until import Gone, Near, Turned, Until
 from robots.motion import Twist
 from sim.bench.bench import Bench

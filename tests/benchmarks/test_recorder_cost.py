@@ -23,7 +23,7 @@ from sim.cameras.sensor import Sensor
 from sim.drives.operator import Operator
 from sim.drives.recorder import Trigger, drive_and_sense, operator_for
 from sim.rendering.drivers import vulkan_device
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.sensors.laser import Laser
 from tests.benchmarks.stopwatch import Stopwatch
 from worlds.build import build_world

@@ -11,7 +11,7 @@ import pytest
 import robots
 from robots import Twist
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.benchmarks.stopwatch import Stopwatch
 from worlds.build import World, build_world
 from worlds.light import light_named

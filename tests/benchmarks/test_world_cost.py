@@ -15,7 +15,7 @@ from scenarios.drives.record import Drive
 from scenarios.world_survey.snapshots import places_on, pose_along
 from sim.bench.bench import Bench, BenchSettings
 from sim.rendering.drivers import gl_backend, vulkan_device
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.benchmarks.stopwatch import Stopwatch
 from worlds.build import build_world
 from worlds.light import light_named

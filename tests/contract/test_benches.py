@@ -12,7 +12,7 @@ import robots
 from refseq.view import LASER
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.recorder import operator_for
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.sensors.beams import SEEN_GROUPS
 from worlds.build import World, build_world
 from worlds.change.change import change_named, changed

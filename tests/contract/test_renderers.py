@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from sim.errors import RendererError
 from sim.rendering.drivers import gl_backend, vulkan_device
-from sim.rendering.render import Renderer, RendererKind, open_renderer, prepare_spec
+from sim.rendering.filament import prepare_spec
+from sim.rendering.opening import open_renderer
+from sim.rendering.renderer import Renderer, RendererKind
 
 KINDS = [
     pytest.param(RendererKind.FILAMENT, marks=pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")),

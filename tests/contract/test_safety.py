@@ -13,7 +13,7 @@ from refseq.planar import Pose
 from robots import Cause, Inertial, Signals, Twist
 from robots.odometry import Pulses
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build_world
 from worlds.light import light_named

@@ -17,7 +17,7 @@ from robots.behaviours.guarded import PATIENCE
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
 from sim.drives.doors import doors_to_cross
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.plans.load import parse_plan

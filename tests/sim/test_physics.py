@@ -14,7 +14,7 @@ from robots import Cause, Twist
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.errors import SimError
 from sim.physics import Physics
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build_world
 from worlds.light import light_named

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 import robots
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.recorder import Trigger, drive_and_sense, operator_for
-from sim.rendering.render import RendererKind, frustum
+from sim.rendering.frustum import frustum
+from sim.rendering.renderer import RendererKind
 from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.parts.site import SEEN

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,13 @@ BIN = 0.05
 """Width of the strip in which points vote for one wall [m]: a choice, three times the laser's noise and steps."""
 THICKNESS = 0.05
 """Points this near to the line belong to the wall in the end [m]: a choice; skirtings and flat things on it do."""
+
+
+class WallSide(Enum):
+    """On which side of the robot a wall is; +1 is to the left."""
+
+    LEFT = 1
+    RIGHT = -1
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,13 @@ import numpy as np
 
 import robots
 from refseq.view import LASER
-from robots.behaviours.written import parse
+from robots.behaviours.written import parse_behaviour
 from scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
 from scenarios.errors import ScenarioError, input_errors
 from sim.bench.faults import check_fault
 from sim.cameras.library import load_camera
 from sim.drives.operator import Operator
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.light import light_named
 
 
@@ -42,7 +42,7 @@ def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
     if len(drive.waypoints) == 1:
         raise ScenarioError("one of waypoints is no route; valid are two or more, or none for a route of the world")
     for words in drive.behaviours:
-        parse(words)
+        parse_behaviour(words)
     for camera, model in drive.cameras.items():
         check_sensors((camera,), robot)
         load_camera(model)

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Dis
 from scenarios.campaign.declare.assignment import ODOMETRY
 from scenarios.methods.by_name import written_out
 from sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Finite, Field(gt=0)]

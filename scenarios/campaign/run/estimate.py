@@ -14,7 +14,7 @@ from scenarios.campaign.store.cache import Store
 from scenarios.drives.record import Drive
 from scenarios.methods.by_name import family
 from scenarios.methods.plugins import is_plugin
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 METRE = {RendererKind.FILAMENT: 0.9, RendererKind.CLASSIC: 0.35, RendererKind.NONE: 0.05}
 """Processor time of recording a metre [s]: two cameras, a view every 0.85 m, measured in the hallway."""

@@ -25,7 +25,7 @@ from scenarios.missions.leader import Journey, Leader, along_reference, over_sev
 from scenarios.missions.runs import MissionResult, refused_run, run_plan, run_program
 from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
 from sim.bench.bench import Bench
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 BLIND = (ODOMETRY, LAMP)
 """Who looks at nothing: no image has to be drawn for them."""

@@ -22,7 +22,7 @@ from scenarios.errors import ScenarioError
 from scenarios.imports.closure import closure_of
 from scenarios.methods.plugins import plugin_digest
 from sim.rendering.drivers import vulkan_device
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 KEPT, REAL, FILE = "kept", "real", "file"
 """Where a file of the payload belongs: the store, the folder of real recordings, or anywhere by itself."""

@@ -14,7 +14,7 @@ from scenarios.campaign.store.cache import RECORDING, DamagedError, Store
 from scenarios.campaign.store.keys import LENGTH, code_digest, key_of
 from scenarios.drives.record import Drive, record
 from sim.rendering.drivers import vulkan_device
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 
 def source_key(source: Source) -> str:

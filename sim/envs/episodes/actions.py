@@ -11,7 +11,7 @@ from refseq.features.doors import DetectedDoor
 from refseq.view import Scan
 from robots import RobotsError, Twist
 from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
-from robots.behaviours.written import make, parse
+from robots.behaviours.written import make_behaviour, parse_behaviour
 from robots.motion import Limits
 from robots.signals import LaserScan
 from sim.drives.doors import doors_to_cross
@@ -49,9 +49,9 @@ class ByBehaviour:
 
     def __init__(self, written: Sequence[str], description: RobotDescription) -> None:
         try:
-            self._choices = [parse(text) for text in written]
+            self._choices = [parse_behaviour(text) for text in written]
             for choice in self._choices:
-                make(choice, description, _doors)
+                make_behaviour(choice, description, _doors)
         except RobotsError as error:
             raise SimError(str(error)) from None
         self._description = description
@@ -74,7 +74,7 @@ class ByBehaviour:
             raise SimError(f"action {action!r} is not valid; valid are 0 to {len(self._choices) - 1}")
         if self._behaviour is None or int(action) != self._chosen:
             self._chosen = int(action)
-            self._behaviour = make(self._choices[self._chosen], self._description, _doors)
+            self._behaviour = make_behaviour(self._choices[self._chosen], self._description, _doors)
 
     def step(self, senses: Senses) -> BehaviourStep:
         """What the behaviour wants."""

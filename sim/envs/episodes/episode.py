@@ -12,10 +12,10 @@ from robots import Twist
 from robots.behaviours import BehaviourOutcome, Senses
 from robots.state import LATCHED
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.contacts import ContactLog
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import operator_for
 from sim.envs.episodes.actions import Acting, periods
-from sim.envs.episodes.contacts import ContactCheck
 from sim.envs.episodes.localising import Following, places_of
 from sim.envs.tasks.task import Episode, Judgement, Situation, Task, TaskGround
 from sim.errors import SimError
@@ -54,7 +54,7 @@ class BenchEpisode:
         self.bench = Bench(
             setting.world, robot, route=setting.route, seed=int(rng.integers(2**32)), settings=setting.settings
         )
-        self._touching = ContactCheck(self.bench)
+        self._contacts = ContactLog(self.bench)
         places = None if setting.map is None else places_of(setting.map)
         ground = TaskGround(setting.world.plan, setting.world.routes[setting.route], robot.shape, places)
         self.episode = self._with_room(task, ground, rng)
@@ -82,7 +82,7 @@ class BenchEpisode:
     def _has_room(self, start: Pose, turned: float) -> bool:
         """Whether the robot has room where it is set down, turned by so much; it stands there then."""
         self.bench.place(Pose(start.x, start.y, start.heading + turned))
-        return self._touching.has_room
+        return self._contacts.has_room
 
     def _led(self, map_: Map | None) -> Following | None:
         """Let the robot come to its start and stand, with a localiser that has followed it from where it was led."""
@@ -135,7 +135,7 @@ class BenchEpisode:
             yield from self.bench.driving(step.twist)
             if self.following is not None:
                 self.following.after_period()
-            self.touches = self._touching.now
+            self.touches = bool(self._contacts.look())
             if self.touches or self._down or step.outcome is not BehaviourOutcome.RUNNING:
                 break
         self.outcome, self.why = step.outcome, step.why

@@ -19,7 +19,7 @@ from refseq.view import LASER, View
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.recorder import Moved, Trigger, drive_and_sense, operator_for
 from sim.envs.worlds.named import world_named
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 LEARNING = Trigger()
 """When views are taken on the drive that is learnt."""

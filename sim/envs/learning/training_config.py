@@ -6,8 +6,8 @@ from typing import Any
 
 import gymnasium as gym
 
-from sim.envs import CORRIDORS, IDS
 from sim.envs.learning.sectors import Sectors
+from sim.envs.registry import CORRIDORS, IDS
 from sim.errors import SimError
 
 TASKS = {name.removeprefix("RefSeq/").removesuffix("-v0"): name for name in IDS}

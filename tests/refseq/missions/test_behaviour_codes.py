@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.missions.behaviour_codes import SHORTEST, code_of, lengthened, travels
-from robots.behaviours.written import KINDS, parse
+from robots.behaviours.written import KINDS, parse_behaviour
 
 GO = ["MN:8", "MW:left,0.6", "MW:right,1.25,5", "MA:3,0", "MA:0.5,0.0"]
 END = ["MA:3,0,0", "MA:3,1", "MA:-3,0", "MA:0,0", "MA:3,0,90", "MT:-180", "MT:90", "MC", "MC:left", "stop"]
@@ -16,13 +16,13 @@ lengths = st.floats(0.0, 999.0)
 
 @pytest.mark.parametrize("words", GO)
 def test_what_lasts_until_a_place_is_reached_travels(words: str) -> None:
-    parse(words)
+    parse_behaviour(words)
     assert travels(words)
 
 
 @pytest.mark.parametrize("words", END)
 def test_what_ends_by_itself_does_not_travel(words: str) -> None:
-    parse(words)
+    parse_behaviour(words)
     assert not travels(words)
 
 
@@ -34,7 +34,7 @@ def test_every_behaviour_of_the_robots_is_looked_at_here() -> None:
 @given(length=lengths)
 def test_a_behaviour_is_told_how_far(words: str, length: float) -> None:
     """Robots read it, and it is the same one, of that length."""
-    choice = parse(lengthened(words, length))
+    choice = parse_behaviour(lengthened(words, length))
     values = choice.values
     wanted = pytest.approx(max(length, SHORTEST), abs=0.0051)
     assert choice.kind.code == code_of(words)
@@ -45,13 +45,13 @@ def test_a_behaviour_is_told_how_far(words: str, length: float) -> None:
             assert values == (wanted, 0.0)
         case _:
             assert values[2] == wanted
-            assert values[:2] == parse(words).values[:2], "on the same side, as far from the wall"
+            assert values[:2] == parse_behaviour(words).values[:2], "on the same side, as far from the wall"
 
 
 @given(st.floats(0.01, 1000.0), st.floats(0.1, 2.5), st.sampled_from(["left", "right"]), lengths)
 def test_walls_of_any_distance(recorded: float, distance: float, side: str, length: float) -> None:
     words = f"MW:{side},{distance},{recorded}"
-    assert parse(lengthened(words, length)).values[:2] == parse(words).values[:2]
+    assert parse_behaviour(lengthened(words, length)).values[:2] == parse_behaviour(words).values[:2]
     assert travels(words)
 
 

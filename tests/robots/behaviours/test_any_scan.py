@@ -12,7 +12,7 @@ import robots
 from refseq.view import Scan
 from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
 from robots.behaviours import BehaviourOutcome, Ranger, RobotDescription, Senses
-from robots.behaviours.written import KINDS, BehaviourKind, make, parse
+from robots.behaviours.written import KINDS, BehaviourKind, make_behaviour, parse_behaviour
 
 any_float = st.floats(width=32)
 scans = arrays(np.float32, st.integers(0, 60), elements=any_float, fill=st.floats(0.25, 5.0, width=32)).map(
@@ -43,7 +43,7 @@ senses = st.builds(Senses, states, st.none() | scans, st.none() | calm)
 def test_any_senses_give_a_finite_motion_within_the_limits(name: str, kind: BehaviourKind, looks: list[Senses]) -> None:
     robot = robots.load(name)
     frame = RobotDescription(robot.shape, robot.limits, sonars=(Ranger(0.2, 0.1, 0.5), Ranger(-0.7, 0.0, math.pi)))
-    behaviour = make(parse(kind.example), frame, lambda scan: ())
+    behaviour = make_behaviour(parse_behaviour(kind.example), frame, lambda scan: ())
     ended = BehaviourOutcome.RUNNING
     for look in looks:
         step = behaviour.step(look)

@@ -12,7 +12,7 @@ from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
 from robots.behaviours import BehaviourOutcome, BehaviourStep, Guarded, RobotDescription, Senses, finished, waiting
 from robots.behaviours.guarded import GOT_ON, PATIENCE, STALE
 from robots.behaviours.sensing.surroundings import Surroundings
-from robots.behaviours.written import KINDS, make, parse
+from robots.behaviours.written import KINDS, make_behaviour, parse_behaviour
 from robots.state import LATCHED
 
 ROBOT = robots.load("robuter")
@@ -126,7 +126,7 @@ NEEDS_SCAN = [kind for kind in KINDS if kind.code != "stop"]
 @pytest.mark.parametrize("ranges", [None, np.full(361, np.nan), np.empty(0)], ids=["none", "no numbers", "no beams"])
 def test_without_a_scan_nobody_moves_and_in_the_end_it_fails(kind: object, ranges: np.ndarray | None) -> None:
     scan = None if ranges is None else Scan(ranges.astype(np.float32))
-    behaviour = make(parse(kind.example), FRAME, lambda scan: ())
+    behaviour = make_behaviour(parse_behaviour(kind.example), FRAME, lambda scan: ())
     for k in range(300):
         step = behaviour.step(Senses(RobotState(time=0.04 * k), scan, 0.04 * k))
         assert step.twist == Twist()

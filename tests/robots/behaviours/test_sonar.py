@@ -13,10 +13,10 @@ from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
 from robots.behaviours import Behaviour, BehaviourOutcome, Ranger, RobotDescription, Senses
 from robots.behaviours.beside import Beside, keeps
 from robots.behaviours.dead_reckoned import DeadReckoned
-from robots.behaviours.follow_wall import WallSide
 from robots.behaviours.narrow import Narrow
 from robots.behaviours.sensing.sonar_filter import abeam
 from robots.behaviours.sensing.sonar_ring import HISTORY
+from robots.behaviours.sensing.wall import WallSide
 from robots.behaviours.until import Gone, Near, Turned
 from robots.errors import RobotsError
 from robots.odometry import along_arc

@@ -12,11 +12,12 @@ from robots import RobotsError
 from robots.behaviours import RobotDescription
 from robots.behaviours.carry_on import CarryOn
 from robots.behaviours.cross_door import CrossDoor
-from robots.behaviours.follow_wall import FollowWall, WallSide, closest
+from robots.behaviours.follow_wall import FollowWall, closest
 from robots.behaviours.halt import Halt
+from robots.behaviours.sensing.wall import WallSide
 from robots.behaviours.set_point import SetPoint
 from robots.behaviours.turn import Turn
-from robots.behaviours.written import KINDS, make, parse
+from robots.behaviours.written import KINDS, make_behaviour, parse_behaviour
 
 ROBOT = robots.load("robuter")
 FRAME = RobotDescription(ROBOT.shape, ROBOT.limits)
@@ -38,9 +39,9 @@ FRAME = RobotDescription(ROBOT.shape, ROBOT.limits)
     ],
 )
 def test_a_behaviour_is_read_as_it_is_written(text: str, values: tuple[object, ...], kind: type) -> None:
-    choice = parse(text)
+    choice = parse_behaviour(text)
     assert choice.values == pytest.approx(values) if all(isinstance(v, float) for v in values) else values
-    assert isinstance(make(choice, FRAME, lambda scan: ()), kind)
+    assert isinstance(make_behaviour(choice, FRAME, lambda scan: ()), kind)
 
 
 FORMS = "MA:x,y[,heading], MT:angle, MW:side,distance[,length], MC[:side], MN:length, stop"
@@ -68,24 +69,24 @@ FORMS = "MA:x,y[,heading], MT:angle, MW:side,distance[,length], MC[:side], MN:le
 )
 def test_a_mistake_is_told_in_one_line_with_what_is_valid(text: str, told: str) -> None:
     with pytest.raises(RobotsError) as caught:
-        parse(text)
+        parse_behaviour(text)
     assert str(caught.value) == told
 
 
 def test_what_one_robot_cannot_do_is_told_when_it_is_made() -> None:
-    choice = parse("MW:left,0.4")
+    choice = parse_behaviour("MW:left,0.4")
     with pytest.raises(RobotsError, match=r"^behaviour 'MW:left,0\.4': distance 0\.4 m to a wall: valid is 0\.455 m"):
-        make(choice, FRAME)
+        make_behaviour(choice, FRAME)
     assert closest(FRAME) == pytest.approx(0.455)
     with pytest.raises(RobotsError, match=r"^behaviour 'MC': .* finds doors"):
-        make(parse("MC"), FRAME)
+        make_behaviour(parse_behaviour("MC"), FRAME)
 
 
 @given(st.text(max_size=20) | st.builds("{}:{}".format, st.sampled_from([k.code for k in KINDS]), st.text(max_size=12)))
 def test_any_text_is_read_or_refused_by_the_rooms_own_error(text: str) -> None:
     choice = None
     with contextlib.suppress(RobotsError):
-        choice = parse(text)
+        choice = parse_behaviour(text)
     if choice is not None:
         needed = sum(not argument.optional for argument in choice.kind.arguments)
         assert needed <= len(choice.values) <= len(choice.kind.arguments)
@@ -94,6 +95,6 @@ def test_any_text_is_read_or_refused_by_the_rooms_own_error(text: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.code)
 def test_every_kind_has_an_example_that_is_read_and_a_meaning_for_each_argument(kind: object) -> None:
-    assert parse(kind.example).kind is kind
+    assert parse_behaviour(kind.example).kind is kind
     assert kind.title
     assert all(argument.meaning and argument.name in kind.form for argument in kind.arguments)

@@ -20,7 +20,7 @@ from robots.robuter.sonars import FRONT_SONARS, SONARS
 from robots.robuter.watches import MARGIN, REACTION, ROUND
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.operator import Operator, OperatorStyle
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import box, in_the_open
 from worlds.build import World, build_world
 from worlds.light import light_named

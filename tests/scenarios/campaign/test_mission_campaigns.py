@@ -36,7 +36,7 @@ from scenarios.missions.leader import GroundTruth
 from scenarios.missions.runs import turn_of
 from sim.bench.faults import Kidnap
 from sim.missions.mission import EVERY
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.scenarios.campaign.chores import AtOnce
 
 HEAD = 'title = "T"\nseeds = [1]\n'

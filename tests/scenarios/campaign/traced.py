@@ -24,7 +24,7 @@ from scenarios.drives.record import Drive, record
 from scenarios.imports.closure import ROOMS, ROOT
 from sim.drives.recorder import Trigger
 from sim.errors import StuckError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 
 DRIVEN = """

@@ -15,7 +15,7 @@ from scenarios.drives.teleop import TeleopDrive, record_by_hand
 from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench
 from sim.drives.recorder import Trigger
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.teleop.commands import Button, Commands, SessionStatus
 from tests.scenarios.conftest import Refseq
 from tests.worlds.conftest import SMALL

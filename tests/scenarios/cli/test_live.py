@@ -21,7 +21,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from refseq.map.learning import learn
     from scenarios.drives.record import Drive, record
     from sim.drives.recorder import Trigger
-    from sim.rendering.render import RendererKind
+    from sim.rendering.renderer import RendererKind
 
     home = tmp_path_factory.mktemp("live")
     plan = home / "small.toml"
@@ -81,7 +81,7 @@ def test_no_panel_of_a_live_drive_stays_empty(desk: Path, refseq: Refseq, here: 
     from refseq.viewer.places import Places
     from scenarios.drives.live import LiveTab, scene_ahead
     from scenarios.drives.record import Drive
-    from sim.rendering.render import RendererKind
+    from sim.rendering.renderer import RendererKind
 
     assert refseq(*LIVE, "--every", "0.5", "--save", "live.rrd").code == 0
     drive = Drive(world="small.toml", renderer=RendererKind.NONE, sensors=("laser",))

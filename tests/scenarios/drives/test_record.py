@@ -16,7 +16,7 @@ from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench
 from sim.drives.recorder import Trigger, drive_and_sense, operator_for
 from sim.rendering.drivers import gl_backend, vulkan_device
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.sensors.laser import RangeMode
 from tests.worlds.conftest import SMALL
 

@@ -13,7 +13,7 @@ from scenarios.errors import ScenarioError
 from sim.bench.faults import Kidnap
 from sim.drives.recorder import Trigger
 from sim.errors import StuckError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.scenarios.conftest import Refseq
 from tests.worlds.conftest import SMALL
 

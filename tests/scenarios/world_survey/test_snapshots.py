@@ -8,7 +8,7 @@ from scenarios.errors import ScenarioError
 from scenarios.world_survey.contact_sheet import contact_sheet
 from scenarios.world_survey.snapshots import Snapshot, places_on, pose_along, snapshots
 from sim.rendering.drivers import vulkan_device
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 
 CORNER = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]])

@@ -13,7 +13,7 @@ from robots import Limits, Twist
 from sim.acceptance import trials
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.build import World
 
 

@@ -22,7 +22,7 @@ from sim.cameras.sensor import Sensor
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import Trigger, describe
 from sim.errors import SimError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.sensors.laser import LaserModel
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build_world

@@ -24,7 +24,7 @@ from sim.cameras.sensor import WHITE
 from sim.drives.operator import Operator, OperatorStyle
 from sim.drives.recorder import RecordedView, Trigger, drive_and_sense, operator_for
 from sim.errors import SimError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.sensors.beams import BEAMS
 from sim.sensors.laser import DAZZLE, Laser, LaserModel
 from sim.sensors.laser_echoes import LaserEchoes

@@ -17,7 +17,7 @@ from robots.robuter.line import CAPACITY, SerialLine
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.bench.serial_port import LOOPBACK, SerialPace, SerialPort, TcpOutlet, TerminalOutlet, open_port, serve
 from sim.errors import SimError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.terminals import needs_terminals
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build_world

@@ -7,7 +7,8 @@ from sim.cameras.lens import Lens, Optics
 from sim.cameras.library import load_camera
 from sim.cameras.motion_blur import BLOCK, FAR, SHORTEST, MocapPoses, block_centres, paths, smeared, tell_velocities
 from sim.rendering.drivers import vulkan_device
-from sim.rendering.render import open_renderer, prepare_spec
+from sim.rendering.filament import prepare_spec
+from sim.rendering.opening import open_renderer
 
 needs_vulkan = pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device on this machine")
 SIZE, PIXEL, SHUTTER = (640, 480), 5.6e-6, 1 / 15

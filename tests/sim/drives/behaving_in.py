@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 import robots
 from refseq.planar import Pose
 from robots.behaviours import Behaviour, BehaviourOutcome
-from robots.behaviours.written import make, parse
+from robots.behaviours.written import make_behaviour, parse_behaviour
 from robots.odometry import CalibrationErrors
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_runner import BehaviourEnd, BehaviourMoment, description_of, run
 from sim.drives.doors import doors_to_cross
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.plans.load import parse_plan
@@ -100,7 +100,11 @@ def behaved(
     with Bench(world, robots.load(robot), settings=PERFECT) as bench:
         bench.place(Pose(*start))
         touched: set[str] = set()
-        behaviour = make(parse(what), description_of(bench.robot), doors_to_cross) if isinstance(what, str) else what
+        behaviour = (
+            make_behaviour(parse_behaviour(what), description_of(bench.robot), doors_to_cross)
+            if isinstance(what, str)
+            else what
+        )
         waited: set[str] = set()
 
         def each(moment: BehaviourMoment) -> None:

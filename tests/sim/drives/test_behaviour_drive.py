@@ -13,7 +13,7 @@ from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.behaviour_drive import run_and_sense
 from sim.drives.recorder import RecordedView, Trigger
 from sim.errors import StuckError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.sim.drives.behaving_in import BOX, corridor
 
 BEHAVIOURS = ("MN:2.5", "MT:180", "MW:left,1,1.5")

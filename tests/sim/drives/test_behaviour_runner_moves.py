@@ -11,7 +11,7 @@ from refseq.planar import Pose
 from robots import Signals, Twist
 from robots.behaviours import BehaviourOutcome, BehaviourStep
 from robots.behaviours.guarded import PATIENCE
-from robots.behaviours.written import KINDS, BehaviourKind, make, parse
+from robots.behaviours.written import KINDS, BehaviourKind, make_behaviour, parse_behaviour
 from robots.segway_rmp import MOUNTING
 from sim.bench.bench import Bench
 from sim.drives.behaviour_runner import description_of, run, running
@@ -82,8 +82,8 @@ def test_the_tail_of_a_robuter_finds_no_room_at_a_wall_that_it_has_seen(room: Wo
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
         bench.place(Pose(3.0, -0.65, 0.0))
         frame = description_of(bench.robot)
-        assert run(bench, make(parse("MA:1.5,0"), frame)).outcome is BehaviourOutcome.FINISHED
-        ended = run(bench, make(parse("MT:90"), frame))
+        assert run(bench, make_behaviour(parse_behaviour("MA:1.5,0"), frame)).outcome is BehaviourOutcome.FINISHED
+        ended = run(bench, make_behaviour(parse_behaviour("MT:90"), frame))
     assert ended.outcome is BehaviourOutcome.FAILED
     assert ended.why.startswith(f"waited {PATIENCE:g} s: no room to turn by 90°: something 0.")
     assert ended.path[:, 1] == pytest.approx(-0.65, abs=0.03)
@@ -92,7 +92,7 @@ def test_the_tail_of_a_robuter_finds_no_room_at_a_wall_that_it_has_seen(room: Wo
 def test_an_emergency_stop_fails_a_behaviour_at_once(room: World) -> None:
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
         told: list[BehaviourStep] = []
-        for moment in running(bench, make(parse("MA:5,0"), description_of(bench.robot))):
+        for moment in running(bench, make_behaviour(parse_behaviour("MA:5,0"), description_of(bench.robot))):
             told.append(moment.step)
             if len(told) == 50:
                 bench.control.emergency_stop()
@@ -108,14 +108,16 @@ def test_a_sensor_that_reads_no_number_ends_in_a_failure_and_no_exception(room: 
 
     with Bench(room, robots.load(robot), settings=PERFECT) as bench:
         bench.tamper = blind
-        ended = run(bench, make(parse("MN:5"), description_of(bench.robot)), timeout=20.0)
+        ended = run(bench, make_behaviour(parse_behaviour("MN:5"), description_of(bench.robot)), timeout=20.0)
     assert ended.outcome is BehaviourOutcome.FAILED
     assert "sensor" in ended.why
 
 
 def test_when_its_time_is_up_a_behaviour_has_failed_and_the_robot_is_told_to_stop(room: World) -> None:
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
-        moments = list(running(bench, make(parse("MA:5,0"), description_of(bench.robot)), timeout=2.0))
+        moments = list(
+            running(bench, make_behaviour(parse_behaviour("MA:5,0"), description_of(bench.robot)), timeout=2.0)
+        )
     assert [moment.time for moment in moments] == pytest.approx(0.04 * np.arange(1, len(moments) + 1))
     assert moments[-1].time == pytest.approx(2.04)
     assert moments[-1].step == BehaviourStep(outcome=BehaviourOutcome.FAILED, why="not done after 2 s")
@@ -125,7 +127,7 @@ def test_when_its_time_is_up_a_behaviour_has_failed_and_the_robot_is_told_to_sto
 def test_the_path_is_the_true_one_and_each_period_is_told(room: World) -> None:
     with Bench(room, robots.load("robuter"), settings=PERFECT) as bench:
         told = []
-        ended = run(bench, make(parse("MT:20"), description_of(bench.robot)), each=told.append)
+        ended = run(bench, make_behaviour(parse_behaviour("MT:20"), description_of(bench.robot)), each=told.append)
         assert ended.path[-1] == pytest.approx((bench.pose.x, bench.pose.y, bench.pose.heading))
     assert len(ended.path) == len(told) + 1
     assert ended.time == pytest.approx(0.04 * len(told))
@@ -164,7 +166,7 @@ def test_standing_still_takes_the_speed_out(room: World) -> None:
     with Bench(room, robots.load("segway_rmp"), settings=PERFECT) as bench:
         for _ in range(75):
             bench.drive(Twist(0.5, 0.0))
-        ended = run(bench, make(parse("stop"), description_of(bench.robot)))
+        ended = run(bench, make_behaviour(parse_behaviour("stop"), description_of(bench.robot)))
         assert ended.outcome is BehaviourOutcome.FINISHED
         assert 0.2 < ended.time < 5.0
         assert abs(bench.state.twist.linear) < 0.05

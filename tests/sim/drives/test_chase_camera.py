@@ -11,7 +11,7 @@ from robots import Twist
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import Bench, BenchSettings
 from sim.drives.chase_camera import APART, CAMERA, EXPOSED, ChaseCamera, developed, with_chase_camera
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build_world
 from worlds.light import light_named

@@ -17,7 +17,7 @@ from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import Moved, RecordedView, Trigger, describe, drive_and_sense, operator_for
 from sim.errors import SimError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build_world
 from worlds.light import light_named

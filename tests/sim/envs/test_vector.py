@@ -13,7 +13,7 @@ from sim.bench.bench import Bench, BenchSettings
 from sim.envs.vector import PhysicsBatch
 from sim.envs.worlds.named import world_named
 from sim.physics import Due, alone
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 BLIND = BenchSettings(renderer=RendererKind.NONE, cameras=())
 PERIODS = 12

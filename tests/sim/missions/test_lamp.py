@@ -17,7 +17,7 @@ from sim.bench.bench import Bench, BenchSettings
 from sim.drives.behaviour_runner import description_of
 from sim.errors import SimError
 from sim.missions.lamp import LampEnded, run_lamp
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.sim.drives.behaving_in import PERFECT, corridor, touches
 from worlds.build import World, build_world
 from worlds.light import light_named

@@ -34,7 +34,7 @@ from sim.drives.behaviour_drive import run_and_sense
 from sim.drives.recorder import Trigger
 from sim.errors import SimError
 from sim.missions.mission import DrivenMission, run_mission
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.plans.load import load_plan

@@ -6,7 +6,9 @@ import pytest
 from numpy.typing import NDArray
 
 from sim.rendering.drivers import vulkan_device
-from sim.rendering.render import RendererKind, open_renderer, prepare_spec
+from sim.rendering.filament import prepare_spec
+from sim.rendering.opening import open_renderer
+from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 from worlds.build import build_world
 from worlds.light import light_named

@@ -14,7 +14,7 @@ from robots.robuter import sonars
 from sim.acceptance.floor import FLOOR
 from sim.bench.bench import OPTIONS, Bench, BenchSettings
 from sim.errors import SimError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.sensors.beams import SEEN_GROUPS
 from sim.sensors.sonar import SonarModel, SonarRing
 from sim.sensors.ultrasound import INNER_RAYS, RAYS

@@ -18,7 +18,7 @@ from refseq.view import Scan
 from robots import Twist
 from sim.bench.bench import Bench, BenchSettings
 from sim.errors import SimError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase, SessionStatus
 from sim.teleop.form import HeldSnapshot, StatusSnapshot, ViewerInput
 from sim.teleop.gamepad import AXIS, EVENT, FIRST_STATE, FULL, PRESS, Gamepad, PadState

@@ -10,7 +10,7 @@ import robots
 from robots import Cause
 from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
 from sim.drives.recorder import RecordedView, Trigger
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.teleop.commands import Button, Commands, CommandSource, SessionPhase, SessionStatus
 from sim.teleop.script import CommandLog, ScriptSource, parse, printed
 from sim.teleop.session import AbortedError, run_session

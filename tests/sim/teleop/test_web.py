@@ -11,7 +11,7 @@ import robots
 from refseq.viewer.sinks import free_port
 from sim.bench.bench import Bench, BenchSettings
 from sim.errors import SimError
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.teleop.commands import Button, Commands, SessionStatus
 from sim.teleop.session import run_session
 from sim.teleop.viewer import ViewerSettings, opened

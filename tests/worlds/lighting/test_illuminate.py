@@ -3,7 +3,8 @@ import numpy as np
 import pytest
 
 from sim.rendering.drivers import vulkan_device
-from sim.rendering.render import open_renderer, prepare_spec
+from sim.rendering.filament import prepare_spec
+from sim.rendering.opening import open_renderer
 from worlds.build import World, build_world
 from worlds.light import light_named
 from worlds.lighting.photometry import transmission, window_luminance

@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.rendering.render import open_renderer, prepare_spec
+from sim.rendering.filament import prepare_spec
+from sim.rendering.opening import open_renderer
 from tests.worlds.conftest import in_the_open
 from worlds.build import World, build_world
 from worlds.light import light_named

@@ -22,7 +22,7 @@ from scenarios.errors import ScenarioError
 from sim.bench.faults import CameraBlack
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import Trigger
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from sim.sensors.laser import RangeMode
 
 REFERENCE = '[reference]\nworld = "hallway"\nrenderer = "none"\nend = 20.0\n'

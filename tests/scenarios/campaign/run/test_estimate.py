@@ -9,7 +9,7 @@ from scenarios.campaign.run.case_tasks import answer_tasks
 from scenarios.campaign.run.estimate import METRE, rest_of
 from scenarios.campaign.run.tasks import distinct
 from scenarios.campaign.store.cache import RECORDING, Store
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 
 FILE = """
 title = "T"

@@ -26,7 +26,7 @@ from scenarios.campaign.run.remote_payload import (
 from scenarios.campaign.run.tasks import RecordTask, distinct, perform
 from scenarios.campaign.run.workers import LocalWorkers, WorkerPool
 from scenarios.campaign.store.cache import ANSWERS, MAP, RECORDING, Store
-from sim.rendering.render import RendererKind
+from sim.rendering.renderer import RendererKind
 from tests.scenarios.campaign.chores import Dying, Hanging, scenario_in
 
 # --- what goes with a task, carried out in this process in place of another machine ---

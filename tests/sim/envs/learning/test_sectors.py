@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from gymnasium.envs.registration import EnvSpec
 
-import sim.envs
 from sim.envs.learning.sectors import LASER_REACH, SECTORS, SONAR_REACH, Sectors
 from sim.envs.learning.training_config import HELD_OUT, TrainingConfig, environment
+from sim.envs.registry import CORRIDORS
 from sim.errors import SimError
 
 NAME = "RefSeq/CrossDoorTwist-v0"
@@ -46,10 +46,10 @@ def test_it_is_made_again_with_what_it_wraps() -> None:
 
 
 def test_nobody_is_tried_where_they_learnt_to_follow_corridors() -> None:
-    lesson = TrainingConfig("FollowCorridorTwist")
-    assert lesson.learnt_in == tuple(sim.envs.CORRIDORS)
-    assert lesson.tried_in == HELD_OUT
-    assert not set(lesson.learnt_in) & set(HELD_OUT)
+    config = TrainingConfig("FollowCorridorTwist")
+    assert config.learnt_in == tuple(CORRIDORS)
+    assert config.tried_in == HELD_OUT
+    assert not set(config.learnt_in) & set(HELD_OUT)
     assert TrainingConfig("ReachPlace").tried_in == ("laboratory",)
     assert TrainingConfig("FollowCorridor", held_out=("hallway",)).tried_in == ("hallway",)
 
@@ -71,6 +71,6 @@ def test_one_world_is_given_by_its_name() -> None:
         ({"episodes": 1}, "episodes = 1 is not valid; valid are 2 or more"),
     ],
 )
-def test_lessons_that_cannot_be_are_told(values: dict[str, object], message: str) -> None:
+def test_configs_that_cannot_be_are_told(values: dict[str, object], message: str) -> None:
     with pytest.raises(SimError, match=message):
         TrainingConfig(**{"task": "FollowCorridor"} | values)  # type: ignore[arg-type]

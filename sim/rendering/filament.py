@@ -1,40 +1,25 @@
-"""What a camera sees before it becomes an image: luminance [cd/m²] of every pixel, by one of three renderers."""
+"""MuJoCo's Filament renderer through Vulkan: linear luminance under photometric lights."""
 
 import copy
-from collections.abc import Callable
-from enum import StrEnum
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.errors import RendererError, SimError
-from sim.rendering.drivers import open_gl, quiet_terminal, require_vulkan
+from sim.errors import RendererError
+from sim.rendering.drivers import quiet_terminal, require_vulkan
+from sim.rendering.frustum import frustum
+from sim.rendering.renderer import Closing, RendererKind
 
 LUMINANCE_OF_ONE = 1.2 * 2.0 ** np.log2(16.0**2 * 125.0)
 """Luminance [cd/m²] of a Filament pixel of 1.0: 38400.
 
 Filament multiplies with the exposure 1 / (1.2 · 2^EV100); a camera that nobody set has f/16, 1/125 s and ISO 100, hence
 EV100 = log2(16² · 125) (Filament's documentation, 'Physically based camera')."""
-CLASSIC_WHITE = 200.0
-"""Luminance [cd/m²] that the classic renderer's white stands for: a choice, its light is not photometric."""
-CLASSIC_GAMMA = 2.2
-"""The classic renderer's colours are made for a screen: luminance is their power (usual value)."""
-GREY_OF_RGB = np.array([0.2126, 0.7152, 0.0722], np.float32)
-"""Luminance of the primaries (ITU-R BT.709)."""
 MANY_LAMPS = 30
 """From so many lights without shadow on, those with shadows are drawn apart. Measured on 2 cores without a GPU, in a
 hallway of 100 m under a sun with shadow: 40 lamps, a third less time apart; 18, up to a third more."""
-CLIP_NEAR = 0.05
-"""Nothing nearer to a camera [m] is drawn; a choice. MuJoCo's own limit grows with the size of the world."""
-WIDTH_TO_HEIGHT = 4 / 3
-"""Shape of a picture of which nothing else is said."""
-RAYS = (33, 25)
-"""Rays across and down that look for the farthest thing in a picture: one every 20 pixels."""
-NEARBY = 10.0
-"""Only a picture in which all rays end nearer than this [m] gets a far plane of its own. In a deep one, as down a
-hallway, the farthest things are the smallest, and a grid of rays would miss them."""
 SMALLEST = (4, 3)
 """Width and height of a picture that nobody looks at [pixels]."""
 FILAMENT_SETTINGS = {
@@ -45,61 +30,6 @@ FILAMENT_SETTINGS = {
     "filament.phong.emissive_multiplier": 1.0 / LUMINANCE_OF_ONE,
 }
 """Custom numbers of a model that Filament reads; ``prepare_spec`` gives the reasons."""
-
-
-class RendererKind(StrEnum):
-    """The ways to draw that a user can ask for."""
-
-    FILAMENT = "filament"
-    CLASSIC = "classic"
-    NONE = "none"
-
-
-class Renderer(Protocol):
-    """Draws what a model's cameras see."""
-
-    kind: RendererKind
-
-    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
-        """Luminance [cd/m²] of each pixel, (height, width), a fresh array; the row 0 is the top one."""
-        ...
-
-    def light_around(self, illuminance: float) -> None:
-        """Let the light that comes from all sides alike give so much [lx] from the next picture on."""
-        ...
-
-    def close(self) -> None:
-        """Give the device back; closing twice is fine, drawing afterwards is a ``RendererError``."""
-        ...
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(self, *error: object) -> None: ...
-
-
-class Closing:
-    """What holds a device: ``with`` closes it."""
-
-    def close(self) -> None:
-        """Nothing to give back."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
-
-
-def open_renderer(kind: RendererKind | str, model: mujoco.MjModel) -> Renderer:
-    """The renderer of that kind for a compiled model.
-
-    Raises ``SimError`` for an unknown kind, ``RendererError`` where its driver is missing: no other one steps in.
-    """
-    try:
-        return _RENDERERS[RendererKind(kind)](model)
-    except ValueError:
-        valid = ", ".join(RendererKind)
-        raise SimError(f"unknown renderer '{kind}': valid are {valid}") from None
 
 
 def prepare_spec(spec: mujoco.MjSpec) -> None:
@@ -113,67 +43,6 @@ def prepare_spec(spec: mujoco.MjSpec) -> None:
     for name, value in FILAMENT_SETTINGS.items():
         if name not in present:
             spec.add_numeric(name=name, data=[value])
-
-
-def farthest(
-    model: mujoco.MjModel, data: mujoco.MjData, seen: mujoco.MjvGLCamera, shape: float = WIDTH_TO_HEIGHT
-) -> float:
-    """Distance of the farthest thing that a grid of rays through the picture meets [m]; infinite if one meets nothing.
-
-    A shadow map is spread over all that lies before the far plane, so a far plane just behind what is there makes sun
-    patches sharp: a camera that faces a wall at 1 m needs none of the 100 m beside it.
-    """
-    right = np.cross(seen.forward, seen.up)
-    half_height = (seen.frustum_top - seen.frustum_bottom) / 2 / seen.frustum_near
-    # MuJoCo leaves the width at 0 where the picture's own shape sets it.
-    half_width = seen.frustum_width / seen.frustum_near or shape * half_height
-    across, down = (axis.ravel() for axis in np.meshgrid(np.linspace(-1, 1, RAYS[0]), np.linspace(-1, 1, RAYS[1])))
-    rays = (
-        np.asarray(seen.forward)[None, :]
-        + half_width * across[:, None] * right[None, :]
-        + half_height * down[:, None] * np.asarray(seen.up)[None, :]
-    )
-    lengths = np.linalg.norm(rays, axis=1)
-    distances, geoms = np.empty(len(rays)), np.empty(len(rays), np.int32)
-    mujoco.mj_multiRay(
-        model,
-        data,
-        np.asarray(seen.pos, float),
-        (rays / lengths[:, None]).ravel(),
-        mujoco.MjvOption().geomgroup,  # only what is drawn: what lies behind a window's pane is seen
-        1,
-        -1,
-        geoms,
-        distances,
-        None,
-        len(rays),
-        mujoco.mjMAXVAL,
-    )
-    return float(np.inf if (distances < 0).any() else (distances / lengths).max())
-
-
-def frustum(
-    model: mujoco.MjModel, data: mujoco.MjData, camera: str, shape: float = WIDTH_TO_HEIGHT
-) -> mujoco.MjvGLCamera:
-    """Pose and frustum of a named camera, its near plane at ``CLIP_NEAR``; ``shape`` is width to height of the picture.
-
-    Raises ``SimError`` for an unknown name.
-    """
-    names = [model.camera(i).name for i in range(model.ncam)]
-    if camera not in names:
-        raise SimError(f"unknown camera '{camera}': the model has {', '.join(names) or 'none'}")
-    view = mujoco.MjvCamera()
-    view.type, view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, model.camera(camera).id
-    seen = mujoco.mjv_camera2GLCamera(model, data, view)
-    scale = CLIP_NEAR / seen.frustum_near
-    seen.frustum_near = CLIP_NEAR
-    for side in ("frustum_bottom", "frustum_top", "frustum_center", "frustum_width"):
-        setattr(seen, side, scale * getattr(seen, side))
-    reach = farthest(model, data, seen, shape)
-    if reach < NEARBY:
-        # Twice as far, and a little more: what shows in a gap between two rays must not be cut off.
-        seen.frustum_far = min(seen.frustum_far, 2.0 * reach + 2.0)
-    return seen
 
 
 class FilamentRenderer(Closing):
@@ -337,85 +206,3 @@ def casts_shadow(model: mujoco.MjModel) -> NDArray[np.bool_]:
     """Which lights throw shadows, (nlight,)."""
     image = model.light_type == mujoco.mjtLightType.mjLIGHT_IMAGE
     return (model.light_castshadow != 0) & ~image & (model.light_active != 0) & (model.light_intensity > 0)
-
-
-class ClassicRenderer(Closing):
-    """MuJoCo's classic OpenGL renderer: quick, but its light is neither photometric nor computed at every pixel.
-
-    Sets ``offsamples`` to 0 and ``shadowsize`` to 1024 in the given model's ``vis.quality``: 4 to 30 times faster than
-    MuJoCo's defaults on a CPU. A pixel's grey g of 255 is taken for (g / 255)^2.2 · ``CLASSIC_WHITE`` cd/m².
-    """
-
-    kind = RendererKind.CLASSIC
-
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self._model = model
-        self._gl: Any = None
-        self._context: Any = None
-        model.vis.quality.offsamples = 0
-        model.vis.quality.shadowsize = min(int(model.vis.quality.shadowsize), 1024)
-        size = model.vis.global_
-        self.backend, self._gl = open_gl(size.offwidth, size.offheight)
-        with quiet_terminal():
-            self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-            mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + model.nlight + 100)
-        self._options = mujoco.MjvOption()
-
-    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
-        """See ``Renderer``; raises ``SimError`` for a size beyond the model's off-screen buffer."""
-        if self._context is None:
-            raise RendererError("renderer 'classic' is closed")
-        size = self._model.vis.global_
-        if width > size.offwidth or height > size.offheight:
-            raise SimError(f"image of {width}×{height} is beyond the model's {size.offwidth}×{size.offheight}")
-        self._look(data, camera, width / height)
-        self._gl.make_current()
-        rgb, viewport = np.empty((height, width, 3), np.uint8), mujoco.MjrRect(0, 0, width, height)
-        mujoco.mjr_render(viewport, self._scene, self._context)
-        mujoco.mjr_readPixels(rgb, None, viewport, self._context)
-        grey = (rgb[::-1] / np.float32(255) @ GREY_OF_RGB).astype(np.float32, copy=False)
-        return np.float32(CLASSIC_WHITE) * grey ** np.float32(CLASSIC_GAMMA)
-
-    def light_around(self, illuminance: float) -> None:
-        """See ``Renderer``: this one's light knows no amounts and stays as it is."""
-
-    def _look(self, data: mujoco.MjData, camera: str, shape: float) -> None:
-        seen, free = frustum(self._model, data, camera, shape), mujoco.MjvCamera()
-        everything = mujoco.mjtCatBit.mjCAT_ALL
-        free.type, free.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._model.camera(camera).id
-        mujoco.mjv_updateScene(self._model, data, self._options, None, free, everything, self._scene)
-        for eye in self._scene.camera:
-            for name in ("near", "bottom", "top", "center", "width"):
-                setattr(eye, f"frustum_{name}", getattr(seen, f"frustum_{name}"))
-
-    def close(self) -> None:
-        """See ``Renderer``."""
-        if self._context is not None:
-            self._gl.make_current()
-            self._context.free()
-            self._gl.free()
-        self._context = None
-
-
-class NullRenderer(Closing):
-    """Draws nothing: the bench takes no images with it."""
-
-    kind = RendererKind.NONE
-
-    def __init__(self, model: mujoco.MjModel) -> None:
-        del model
-
-    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
-        """Raise ``SimError``: there is nothing to see."""
-        raise SimError(f"renderer 'none' has no image of camera '{camera}': choose 'filament' or 'classic'")
-
-    def light_around(self, illuminance: float) -> None:
-        """See ``Renderer``: there is nothing to light."""
-
-
-_RENDERERS: dict[RendererKind, Callable[[mujoco.MjModel], Renderer]] = {
-    RendererKind.FILAMENT: FilamentRenderer,
-    RendererKind.CLASSIC: ClassicRenderer,
-    RendererKind.NONE: NullRenderer,
-}

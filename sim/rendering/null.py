@@ -1,0 +1,24 @@
+"""The renderer of a bench without cameras."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.errors import SimError
+from sim.rendering.renderer import Closing, RendererKind
+
+
+class NullRenderer(Closing):
+    """Draws nothing: the bench takes no images with it."""
+
+    kind = RendererKind.NONE
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        del model
+
+    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
+        """Raise ``SimError``: there is nothing to see."""
+        raise SimError(f"renderer 'none' has no image of camera '{camera}': choose 'filament' or 'classic'")
+
+    def light_around(self, illuminance: float) -> None:
+        """See ``Renderer``: there is nothing to light."""

@@ -1,0 +1,30 @@
+"""Open a renderer by its kind."""
+
+from collections.abc import Callable
+
+import mujoco
+
+from sim.errors import SimError
+from sim.rendering.classic import ClassicRenderer
+from sim.rendering.filament import FilamentRenderer
+from sim.rendering.null import NullRenderer
+from sim.rendering.renderer import Renderer, RendererKind
+
+
+def open_renderer(kind: RendererKind | str, model: mujoco.MjModel) -> Renderer:
+    """The renderer of that kind for a compiled model.
+
+    Raises ``SimError`` for an unknown kind, ``RendererError`` where its driver is missing: no other one steps in.
+    """
+    try:
+        return _RENDERERS[RendererKind(kind)](model)
+    except ValueError:
+        valid = ", ".join(RendererKind)
+        raise SimError(f"unknown renderer '{kind}': valid are {valid}") from None
+
+
+_RENDERERS: dict[RendererKind, Callable[[mujoco.MjModel], Renderer]] = {
+    RendererKind.FILAMENT: FilamentRenderer,
+    RendererKind.CLASSIC: ClassicRenderer,
+    RendererKind.NONE: NullRenderer,
+}

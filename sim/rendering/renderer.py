@@ -1,0 +1,51 @@
+"""The one interface of all renderers: luminance [cd/m²] of every pixel that a camera sees."""
+
+from enum import StrEnum
+from typing import Protocol, Self
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+
+class RendererKind(StrEnum):
+    """The ways to draw that a user can ask for."""
+
+    FILAMENT = "filament"
+    CLASSIC = "classic"
+    NONE = "none"
+
+
+class Renderer(Protocol):
+    """Draws what a model's cameras see."""
+
+    kind: RendererKind
+
+    def radiance(self, data: mujoco.MjData, camera: str, width: int = 640, height: int = 480) -> NDArray[np.float32]:
+        """Luminance [cd/m²] of each pixel, (height, width), a fresh array; the row 0 is the top one."""
+        ...
+
+    def light_around(self, illuminance: float) -> None:
+        """Let the light that comes from all sides alike give so much [lx] from the next picture on."""
+        ...
+
+    def close(self) -> None:
+        """Give the device back; closing twice is fine, drawing afterwards is a ``RendererError``."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(self, *error: object) -> None: ...
+
+
+class Closing:
+    """What holds a device: ``with`` closes it."""
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
