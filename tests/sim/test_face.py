@@ -24,9 +24,7 @@ def test_every_name_is_found_and_listed(room: object) -> None:
 def test_an_unknown_name_is_told_with_those_there_are() -> None:
     with pytest.raises(AttributeError, match=r"module 'sim' has no attribute 'Bank'; it has Bench, .*record"):
         _ = sim.Bank
-    with pytest.raises(
-        AttributeError, match=r"module 'sim.envs' has no attribute 'Env'; it has IDS, .*RobotEnv"
-    ):
+    with pytest.raises(AttributeError, match=r"module 'sim.envs' has no attribute 'Env'; it has IDS, .*RobotEnv"):
         _ = sim.envs.Env
 
 
