@@ -3,7 +3,7 @@
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ class Extractor(Protocol):
         """Ids of the features in a view of the reference drive; what was never seen becomes a new feature."""
 
     def describe(self, view: View) -> Any:
-        """What is to be seen of a view, known or not; the same for all extractors of this kind and these settings."""
+        """Describe a view, known features or not; alike for all extractors of this kind and these settings."""
 
     def recognise(self, described: Any) -> NDArray[np.intp]:
         """Ids of the known features in what was described, rising."""
@@ -41,29 +41,26 @@ class Extractor(Protocol):
         """Arrays that, with the profile, make this extractor again."""
 
     def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
-        """What each of the ``size`` features of another such extractor, of another drive, is here, (size,).
+        """Number here of each of the ``size`` features of another such extractor, of another drive, (size,).
 
         ``state`` is the other's; −1 stands for what is not known here.
         """
 
 
-class Observed:
+class Observed(NamedTuple):
     """Known features seen in a view, and how long extraction and matching took [s]."""
 
-    __slots__ = ("extraction", "ids", "matching")
-
-    def __init__(self, ids: NDArray[np.intp], extraction: float, matching: float = 0.0) -> None:
-        self.ids = ids
-        self.extraction = extraction
-        self.matching = matching
+    ids: NDArray[np.intp]
+    extraction: float
+    matching: float = 0.0
 
 
 class BaseExtractor(ABC):
-    """What all extractors have in common: to observe is to describe and to recognise."""
+    """Base of all extractors: to observe is to describe and to recognise."""
 
     @abstractmethod
     def describe(self, view: View) -> Any:
-        """What is to be seen of a view."""
+        """Describe a view, known features or not."""
 
     @abstractmethod
     def recognise(self, described: Any) -> NDArray[np.intp]:

@@ -1,16 +1,14 @@
 """The shape of the free space by its Hu moments, matched against a vocabulary of stored ones, like SIFT (B.4)."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.boundary import outline
-from refseq.features.extractor import BaseExtractor
 from refseq.features.vocabulary import Vocabulary
+from refseq.features.word_extractor import WordExtractor
 from refseq.view import LASER, Scan, View
 
 MOMENTS = 7
@@ -44,7 +42,7 @@ def log_scaled(moments: NDArray[np.float64], floor: float) -> NDArray[np.float64
     return np.sign(moments) * np.log10(1 + np.abs(moments) / floor)
 
 
-class HuMoments(BaseExtractor):
+class HuMoments(WordExtractor):
     """At most one bit a scan: the stored moments that its own are nearest to, if they are near enough."""
 
     key = "hu/laser"
@@ -54,28 +52,7 @@ class HuMoments(BaseExtractor):
         self.settings = settings
         self.vocabulary = Vocabulary(settings.alias_distance, np.zeros((0, MOMENTS)) if words is None else words)
 
-    @property
-    def size(self) -> int:
-        """How many moments are stored."""
-        return len(self.vocabulary)
-
-    def learn(self, view: View) -> NDArray[np.intp]:
-        """The word of a reference view; unknown moments become one."""
-        return self.vocabulary.learn(self.describe(view))
-
     def describe(self, view: View) -> NDArray[np.float64]:
         """The moments of a view's scan, (1, 7), or none, (0, 7)."""
         assert view.scan is not None, "the localiser asks only where the sensor is there"
         return log_scaled(hu_moments(view.scan), self.settings.floor)
-
-    def recognise(self, described: NDArray[np.float64]) -> NDArray[np.intp]:
-        """The word of moments, if they are one."""
-        return self.vocabulary.match(described)
-
-    def state(self) -> Mapping[str, NDArray[Any]]:
-        """The words, (size, 7) float64."""
-        return {"words": self.vocabulary.words}
-
-    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
-        """Words that another drive's are aliases of."""
-        return self.vocabulary.find(state["words"])

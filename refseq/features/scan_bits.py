@@ -1,4 +1,4 @@
-"""What the laser's fixed tables of bits have in common."""
+"""Base of the laser's extractors with a fixed table of bits."""
 
 from abc import abstractmethod
 from collections.abc import Mapping

@@ -1,15 +1,15 @@
 """SIFT words of one camera (A.2 to A.4)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.extractor import BaseExtractor
 from refseq.features.vocabulary import Vocabulary
+from refseq.features.word_extractor import WordExtractor
 from refseq.view import View
 
 DESCRIPTOR_SIZE = 128
@@ -56,7 +56,7 @@ class SiftSettings:
     exact_up_to: int = 20_000
 
 
-class SiftWords(BaseExtractor):
+class SiftWords(WordExtractor):
     """Words of a camera's image. By default keys on the full and the half-resolution image only, the thesis' choice."""
 
     def __init__(self, camera: str, settings: SiftSettings, words: NDArray[np.uint8] | None = None) -> None:
@@ -67,22 +67,9 @@ class SiftWords(BaseExtractor):
         self._sift = cv2.SIFT.create(contrastThreshold=settings.contrast)
         self._latest: tuple[NDArray[np.uint8] | None, SiftKeys] = (None, SiftKeys(_NOWHERE, _NONE))
 
-    @property
-    def size(self) -> int:
-        """How many words there are."""
-        return len(self.vocabulary)
-
-    def learn(self, view: View) -> NDArray[np.intp]:
-        """Words of a reference view; unknown descriptors become words."""
-        return np.unique(self.vocabulary.learn(self.describe(view)))
-
     def describe(self, view: View) -> NDArray[np.uint8]:
         """Descriptors of a view, (n, 128)."""
         return self.descriptors(view.images[self.sensor])
-
-    def recognise(self, described: NDArray[np.uint8]) -> NDArray[np.intp]:
-        """Words among descriptors."""
-        return self.vocabulary.match(described)
 
     def keys(self, image: NDArray[np.uint8]) -> SiftKeys:
         """The strongest keys of an image, at most ``cap``; a blank image has none."""
@@ -119,14 +106,6 @@ class SiftWords(BaseExtractor):
     def descriptors(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Descriptors of the strongest keys, (n, 128), n ≤ ``cap``; a blank image gives none."""
         return self.keys(image).descriptors
-
-    def state(self) -> Mapping[str, NDArray[Any]]:
-        """The words, (size, 128) uint8."""
-        return {"words": self.vocabulary.words}
-
-    def translated(self, state: Mapping[str, NDArray[Any]], size: int) -> NDArray[np.intp]:
-        """Words that another drive's are aliases of."""
-        return self.vocabulary.find(state["words"])
 
 
 def _octave(key: cv2.KeyPoint) -> int:

@@ -119,15 +119,9 @@ def distinct_columns(rows: Rows) -> Columns:
 
 def _packed(rows: Rows, lines: NDArray[np.intp], count: int) -> NDArray[np.uint64]:
     """Columns as numbers of 64 bits, (count, words): comparing lines of numbers compares columns, bit by bit."""
-    halves = 2 * max(1, -(-rows.n // 64))
-    half, bit = np.divmod(np.arange(rows.n), 32)
-    seen = np.diff(rows.pointers)
-    # A sum of distinct powers of two below 2^53 is exact in a float, and so no other than their union.
-    bits = np.bincount(
-        lines * halves + np.repeat(half, seen), np.repeat(np.exp2(31 - bit), seen), minlength=count * halves
-    )
-    high, low = bits.astype(np.uint64).reshape(-1, 2).T
-    return (high << np.uint64(32) | low).reshape(count, halves // 2)
+    bits = np.zeros((count, 64 * max(1, -(-rows.n // 64))), np.bool_)
+    bits[lines, rows.numbers()] = True
+    return np.packbits(bits, axis=1).view(">u8").astype(np.uint64)
 
 
 def _unpacked(words: NDArray[np.uint64], n: int) -> NDArray[np.float64]:
