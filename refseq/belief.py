@@ -1,4 +1,4 @@
-"""What a localiser answers to a view, and the protocol that every localiser fits."""
+"""Belief: a localiser's answer to a view, and the protocol that every localiser fits."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -52,7 +52,7 @@ class Timings:
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """Where the robot may be.
+    """Distribution over where the robot is.
 
     ``places`` is (K,) float64 and sums to 1: the probability of each place of the reference sequence, given that the
     robot is on it. ``lost`` is the probability that it is not. ``best`` is the most probable place; ``path`` the best

@@ -1,4 +1,4 @@
-"""What the robot senses at one place: the type that a simulator, an MCAP file and a CARMEN log all deliver."""
+"""View: all that the robot senses at one place, as a simulator, an MCAP file and a CARMEN log deliver it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -18,7 +18,7 @@ RATIOS = (1.0, 4.0, 8.0)
 
 @dataclass(frozen=True, slots=True)
 class Boundary:
-    """What the free space of a scan measures: ``area`` [m²], ``longest`` and ``shortest`` dimension [m]."""
+    """Measures of a scan's free space: ``area`` [m²], ``longest`` and ``shortest`` dimension [m]."""
 
     area: float
     longest: float

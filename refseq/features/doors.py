@@ -28,7 +28,7 @@ COUNTS = (1, 2)
 
 @dataclass(frozen=True, slots=True)
 class DoorSettings:
-    """What a door looks like; lengths [m], angle [rad].
+    """Shape of a door; lengths [m], angle [rad].
 
     An opening is as wide as a door from ``narrow`` to ``wide`` (a double door), and outside less probable by a bell of
     σ ``margin``. What lies within ``edge`` of a line is on it; lines shorter than ``wall`` are no walls. Beside an
@@ -159,7 +159,7 @@ def _runs(behind: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
 def _side(
     chain: NDArray[np.float64], inner: NDArray[np.float64], settings: DoorSettings, gap: float
 ) -> _OpeningSide | None:
-    """What stands on one side: ``chain`` (n, 2) are the points from the opening on, ``inner`` the last one behind it.
+    """One side of an opening: ``chain`` (n, 2) are the points from the opening on, ``inner`` the last one behind it.
 
     None where that is not known: something in front hides where the opening ends.
     """
@@ -178,7 +178,7 @@ def _side(
 
 
 def _shape(left: _OpeningSide, right: _OpeningSide, settings: DoorSettings) -> float:
-    """How probably a gap of such a width with such sides is a door."""
+    """Probability that a gap of such a width with such sides is a door."""
     width = left.at + right.at
     outside = max(0.0, settings.narrow - width, width - settings.wide) / settings.margin
     squares = outside**2 + (left.off**2 + right.off**2) / settings.tilt**2

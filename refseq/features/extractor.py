@@ -23,7 +23,7 @@ class Extractor(Protocol):
 
     @property
     def size(self) -> int:
-        """How many features it knows."""
+        """Number of known features."""
 
     def learn(self, view: View) -> NDArray[np.intp]:
         """Ids of the features in a view of the reference drive; what was never seen becomes a new feature."""

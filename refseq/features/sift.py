@@ -96,7 +96,7 @@ class SiftWords(WordExtractor):
         return SiftKeys(self._points(keys, strongest), root(chosen) if s.root else chosen)
 
     def _points(self, keys: Sequence[cv2.KeyPoint], chosen: NDArray[np.intp]) -> NDArray[np.float32]:
-        """Where the chosen keys lie in the whole image, (n, 2)."""
+        """Points of the chosen keys in the whole image, (n, 2) [pixels]."""
         if len(chosen) == 0:
             return _NOWHERE
         points = np.asarray(cv2.KeyPoint.convert([keys[i] for i in chosen]), np.float32)

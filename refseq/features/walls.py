@@ -212,7 +212,7 @@ def _open_between(
     normal: NDArray[np.float64],
     centre: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """Whether a line between those of a pair, (p,), lies behind their common line: then the wall has a gap there."""
+    """True where a line between those of a pair, (p,), lies behind their common line: the wall has a gap there."""
     number = np.arange(len(lines))
     between = (number > one[:, None]) & (number < other[:, None])
     distance = _dots(normal, centre)[:, None]  # of the common line, with the sign of its normal

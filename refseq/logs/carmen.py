@@ -64,7 +64,7 @@ class _CarmenLine:
 
 @dataclass(slots=True)
 class _State:
-    """What has been read so far and concerns the scans to come."""
+    """State of the reader: all that was read so far and concerns the scans to come."""
 
     odometry: Pose | None = None
     truth: Pose | None = None

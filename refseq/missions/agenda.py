@@ -35,12 +35,12 @@ class Agenda:
 
     @property
     def end(self) -> float:
-        """Where something else begins [m along the way]."""
+        """Place where something else begins [m along the way]."""
         return self.plan.end_of(self.last)
 
     @property
     def target(self) -> str:
-        """What begins there."""
+        """Reason of the order that begins there."""
         after = self.last + 1
         return self.plan.orders[after].why if after < len(self.plan.orders) else "the goal"
 

@@ -18,7 +18,7 @@ def code_of(behaviour: str) -> str:
 
 
 def travels(behaviour: str) -> bool:
-    """Whether a behaviour lasts until a place is reached: carrying on, following a wall, and straight set points."""
+    """True where a behaviour lasts until a place is reached: carrying on, following a wall, and straight set points."""
     code, _, rest = behaviour.partition(":")
     if code == "MA":
         return _straight(rest)
@@ -40,7 +40,7 @@ def lengthened(behaviour: str, length: float) -> str:
 
 
 def _straight(values: str) -> bool:
-    """Whether a set point is straight ahead and asks for no heading."""
+    """True where a set point is straight ahead and asks for no heading."""
     if not values:
         return True
     x, *rest = values.split(",")

@@ -20,7 +20,7 @@ from refseq.missions.tasks import Task, Wait
 
 @dataclass(frozen=True, slots=True)
 class ExecutorSettings:
-    """How a mission is run; all are choices.
+    """Limits of a mission's run; all are choices.
 
     The last ``approach`` [m] to a place are driven by the odometer, so that the robot stops right there: it begins when
     the last view has agreed. A robot that has gone ``overrun`` times the way to a place, and ``slack`` [m] more, has
@@ -163,17 +163,17 @@ class Executor:
 
     @property
     def time(self) -> float:
-        """How long it has been under way [s], as it was told last."""
+        """Time under way [s], as it was told last."""
         return self._time
 
     @property
     def travelled(self) -> float:
-        """How far the odometer has gone in all [m], as it was told last."""
+        """Way of the odometer in all [m], as it was told last."""
         return self._travelled
 
     @property
     def along(self) -> float:
-        """Where the robot believes itself to be [m along its way]."""
+        """Believed position [m along its way]."""
         return self._progress.along
 
     @property
@@ -240,14 +240,14 @@ class Executor:
 
     @property
     def _time_limit(self) -> float:
-        """How long the present order may last [s]."""
+        """Time that the present order may last [s]."""
         if self.order.timeout is not None:
             return self.order.timeout
         return self.settings.least + max(self._agenda.end - self.order.at, 0.0) / self.settings.slowest
 
     @property
     def _left(self) -> float:
-        """How far it is believed to be to where something else begins [m]."""
+        """Believed way to where something else begins [m]."""
         return self._agenda.end - self.along
 
     def _check(self, estimate: Estimate) -> None:

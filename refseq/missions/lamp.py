@@ -15,7 +15,7 @@ from refseq.missions.language import MissionError
 
 
 class Verb(StrEnum):
-    """What a stage does: beside an obstacle, straight or turning, or through the next narrow opening."""
+    """Verb of a stage: beside an obstacle, straight or turning, or through the next narrow opening."""
 
     BESIDE = "MOVP"
     MOVE = "MOVE"
@@ -23,7 +23,7 @@ class Verb(StrEnum):
 
 
 class LampWord(StrEnum):
-    """What a stage's numbers mean."""
+    """Meaning of a stage's number."""
 
     SPEED_BESIDE = "MV"
     SIDE = "PS"
@@ -153,7 +153,7 @@ class _LampLine:
 
 
 def _missing(stage: LampStage) -> str:
-    """What a stage lacks, and what is valid; nothing of a whole one."""
+    """The word that a stage lacks, and what is valid; nothing of a whole one."""
     has = stage.numbers
     if stage.verb is Verb.BESIDE:
         lacking = [word for word in (LampWord.SPEED_BESIDE, LampWord.RANGE, LampWord.SONAR) if word not in has]

@@ -30,7 +30,7 @@ class Label(StrEnum):
 
 
 class BehaviourCode(StrEnum):
-    """What a robot may do from a landmark on (C.1); ``MN`` carries on with what it does."""
+    """Behaviour from a landmark on (C.1); ``MN`` carries on with the present one."""
 
     SET_POINTS = "MA"
     TURN = "MT"
@@ -180,7 +180,7 @@ class _MissionReader:
         return digits
 
     def _skipped(self) -> int:
-        """Where the next thing begins that is no blank."""
+        """Index of the next character that is no blank."""
         return next(_not_blank(self._text, self._at), len(self._text))
 
     def _found(self) -> str:

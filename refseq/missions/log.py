@@ -5,7 +5,7 @@ from enum import StrEnum
 
 
 class Level(StrEnum):
-    """How much a line of the log matters: all is well; something is not as it should be; the mission ends by it."""
+    """Weight of a line of the log: all is well; something is not as it should be; the mission ends by it."""
 
     INFO = "INFO"
     WARN = "WARN"

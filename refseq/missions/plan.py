@@ -43,7 +43,7 @@ class Order:
 
     @property
     def travels(self) -> bool:
-        """Whether it lasts until a place is reached."""
+        """True where it lasts until a place is reached."""
         return travels(self.behaviour)
 
 
@@ -61,7 +61,7 @@ class Plan:
     """Those that are done at the goal."""
 
     def end_of(self, number: int) -> float:
-        """Where what follows an order begins [m along the way]."""
+        """Place where the order after this one begins [m along the way]."""
         return self.orders[number + 1].at if number + 1 < len(self.orders) else max(self.goal, self.orders[number].at)
 
     def order_at(self, along: float) -> int:
@@ -79,7 +79,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Errand:
-    """What belongs to a step of a mission but not into its string: another behaviour in the robot's words, tasks."""
+    """A step's part that has no room in the string: another behaviour in the robot's words, tasks."""
 
     behaviour: str | None = None
     tasks: tuple[Task, ...] = ()
@@ -91,7 +91,7 @@ NO_ERRAND = Errand()
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Where people say that landmarks are: ``places`` by name, such as ``LA3`` at ``end``, or at 12.5 [m]."""
+    """Places of landmarks as people say them: ``places`` by name, such as ``LA3`` at ``end``, or at 12.5 [m]."""
 
     places: Mapping[str, Where] = field(default_factory=dict)
 
@@ -150,7 +150,7 @@ def _with(order: Order, orders: Sequence[Order]) -> list[Order]:
 
 
 def _asked(order: Order) -> bool:
-    """Whether an order is a step's."""
+    """True where an order is a step's."""
     return order.why not in (LEARNT, UNTOLD)
 
 
@@ -218,7 +218,7 @@ def _place(landmark: Landmark, way: MissionPath, landmarks: Landmarks) -> float:
 
 
 def _learnt(way: MissionPath) -> tuple[Order, ...]:
-    """What was done along a way, as orders."""
+    """Orders for all that was done along a way."""
     pairs = zip(way.along.tolist(), way.behaviours, strict=True)
     orders = [Order(at, behaviour, LEARNT) for at, behaviour in pairs if behaviour]
     if not orders or orders[0].at > 0:
@@ -228,12 +228,12 @@ def _learnt(way: MissionPath) -> tuple[Order, ...]:
 
 
 def _wanted(at: _Matched, errand: Errand) -> str | None:
-    """What a step wants, in a robot's words; None: what was learnt."""
+    """Behaviour that a step wants, in a robot's words; None: what was learnt."""
     return errand.behaviour or (None if at.step.action is None else _words(at.step.action, at.door))
 
 
 def _done_there(orders: Sequence[Order], at: _Matched) -> list[Order]:
-    """What was learnt for a landmark: a turn or a crossing right there."""
+    """Orders learnt for a landmark: a turn or a crossing right there."""
     return [order for order in orders if order.why == LEARNT and not order.travels and abs(order.at - at.at) <= AT_ONCE]
 
 
@@ -255,13 +255,13 @@ def _order(orders: Sequence[Order], learnt: Sequence[Order], at: _Matched, erran
 
 
 def _leaves(order: Order, learnt: Sequence[Order]) -> bool:
-    """Whether an order leads off the way: it turns or crosses where nothing such was done, or does not where it was."""
+    """True where an order leads off the way: it turns or crosses where that was not done, or the reverse."""
     wanted = {_turning(order.behaviour)} if not order.travels else set()
     return wanted != {_turning(one.behaviour) for one in learnt}
 
 
 def _turning(behaviour: str) -> str:
-    """What decides where a behaviour leads: crossing or not, and by which angle, for 270 degrees are -90."""
+    """Part of a behaviour that decides where it leads: crossing or not, and by which angle, for 270 degrees are -90."""
     code, _, angle = behaviour.partition(":")
     return f"{code}:{float(angle) % 360:g}" if code == BehaviourCode.TURN else code
 

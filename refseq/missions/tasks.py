@@ -1,4 +1,4 @@
-"""What a robot may have to do at a place of its mission, while it stands there."""
+"""Tasks of a robot at a place of its mission, done while it stands there."""
 
 from dataclasses import dataclass
 

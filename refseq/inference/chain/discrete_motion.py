@@ -67,7 +67,7 @@ class DiscreteMotion:
         return surprise
 
     def _added_up(self, levels: NDArray[Any]) -> NDArray[np.float64]:
-        """What both levels (2, K) add up to, (K,)."""
+        """Sum of both levels (2, K), by their heights, (K,)."""
         total: NDArray[np.float64] = (1 - self._tail) * levels[0] + self._tail * levels[1]
         return total
 

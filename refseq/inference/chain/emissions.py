@@ -1,4 +1,4 @@
-"""What each state of the chain is likely to see (card H3): the similarity of the reference views, and the Lost View."""
+"""Emission probabilities of the chain's states (card H3): similarity of the reference views, and the Lost View."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -60,7 +60,7 @@ class Emissions:
 
 
 def is_lost_view(posterior: NDArray[np.float64], settings: ChainSettings) -> bool:
-    """Whether the posterior says too little to be any view of the sequence."""
+    """True where the posterior says too little to be any view of the sequence."""
     return normalised_entropy(posterior) > settings.lost_view_entropy
 
 

@@ -27,7 +27,7 @@ class Moves(Protocol):
 
 
 class StateSpace(Protocol):
-    """What is filtered on: a chain, or a network of paths."""
+    """States and moves of a filter: a chain, or a network of paths."""
 
     @property
     def K(self) -> int:
@@ -42,7 +42,7 @@ class StateSpace(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class StatePosterior:
-    """Where the robot was at a view: the places (K,) and Lost_Places (K,), sum 1 over both.
+    """Distribution over the states at a view: places (K,) and Lost_Places (K,), sum 1 over both.
 
     ``log_evidence`` is log P(view | views before), on the scale of the observation's log-likelihoods.
     """

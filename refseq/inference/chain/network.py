@@ -48,7 +48,7 @@ class Network:
 
     @cached_property
     def linked(self) -> NDArray[np.float64]:
-        """How many positions are at the same place as each, itself among them, (K,)."""
+        """Number of positions at the same place as each, itself among them, (K,)."""
         return np.bincount(self.places)[self.places].astype(float)
 
     def start(self) -> NDArray[np.float64]:

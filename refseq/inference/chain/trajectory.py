@@ -1,4 +1,4 @@
-"""How unsure the whole path is, given all views: the entropy of the trajectory (card H7; Hernando et al. 2005)."""
+"""Entropy of the trajectory, the uncertainty of a whole path given all views (card H7; Hernando et al. 2005)."""
 
 from collections.abc import Iterable
 

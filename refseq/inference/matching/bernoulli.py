@@ -33,7 +33,7 @@ class Stopping:
 
 @dataclass(frozen=True, slots=True)
 class Convergence:
-    """What EM did: the log-likelihood [nat] (2.5) and the mean residual after each E step, and whether it settled.
+    """Course of EM: the log-likelihood [nat] (2.5) and the mean residual after each E step, and whether it settled.
 
     The residual is Σ_k Σ_c z_kc |V_k − Θ_c| / (K N), the mean difference of a view from the components it belongs to.
     """

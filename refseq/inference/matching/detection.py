@@ -104,7 +104,7 @@ def _shared_afar(rows: Rows, pairs_near: int) -> float:
 
 
 def pairs_apart(rows: Rows) -> NDArray[np.float64]:
-    """How often a row has two places 1, 2, … ``REACH`` apart, (REACH,)."""
+    """Number of pairs of places in one row that are 1, 2, … ``REACH`` apart, (REACH,)."""
     # Rows are laid one behind the other, farther apart than that.
     laid = rows.numbers() * (rows.K + REACH) + rows.places
     pairs = np.zeros(REACH)

@@ -1,4 +1,4 @@
-"""What features and views tell about the place (card B8, section 2.5): mutual information, in bits.
+"""Mutual information of features and views with the place, in bits (card B8, section 2.5).
 
 The place k is uniform over the K places of a reference sequence, so that log2 K bits are all there is to know. I(X; k)
 is what is known of it, on average, once X is seen: a single feature, or a view's features of an extractor, a sensor or
@@ -23,7 +23,7 @@ LN2 = math.log(2)
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """How a feature is seen again: ``detection`` is P(seen | there), ``false_alarm`` is P(seen | not there)."""
+    """Rates of seeing a feature again: ``detection`` is P(seen | there), ``false_alarm`` is P(seen | not there)."""
 
     detection: float
     false_alarm: float
@@ -111,7 +111,7 @@ def view_information(
 
 
 def posterior_information(posteriors: Sequence[NDArray[np.float64]]) -> Information:
-    """What views told, by the localiser's own posteriors (K,): log2 K less their mean entropy.
+    """Information of views by the localiser's own posteriors (K,): log2 K less their mean entropy.
 
     It is I(v; k) where the posteriors mean what they say, and more where they are surer than right.
     """
@@ -121,7 +121,7 @@ def posterior_information(posteriors: Sequence[NDArray[np.float64]]) -> Informat
 
 
 def proven_information(posteriors: Sequence[NDArray[np.float64]], places: Sequence[int]) -> Information:
-    """What views told, as the true ``places`` prove it: log2 K plus the mean of log2 P(true place | v).
+    """Information of views as the true ``places`` prove it: log2 K plus the mean of log2 P(true place | v).
 
     On average I(v; k) is no less, whatever made the posteriors (Barber and Agakov's bound, NIPS 2003); a sure answer
     that is wrong costs dearly. Below zero it would have been better to say nothing; it is −∞ when a true place had been

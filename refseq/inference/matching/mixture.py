@@ -16,7 +16,7 @@ from refseq.inference.matching.columns import Columns, Rows, distinct_columns
 
 
 class MixtureForm(StrEnum):
-    """How a view is compared with the components.
+    """Form of the comparison of a view with the components.
 
     ``hard_em`` is (2.15), the thesis' degenerate mixture: components of zeros and ones, visible features only, one
     price for all. ``penalty`` is (2.14): components of zeros and ones, all features, a price each. ``bernoulli`` is
@@ -66,7 +66,7 @@ class MixtureSettings:
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """How well each place explains the view: ``likelihood`` (K,) sums to 1, uniform when EM ``failed``.
+    """Likelihood of the view at each place: ``likelihood`` (K,) sums to 1, uniform when EM ``failed``.
 
     It is the posterior under a uniform prior; with any other prior, multiply and normalise (2.12).
     """
