@@ -191,7 +191,7 @@ class _Campaign:
         return self._fresh and isinstance(task, Question)
 
     def _kept(self, task: Task) -> bool:
-        """Whether the task's file is there; says so of one that is there but cut off."""
+        """Return true where the task's file is whole in the store; note one that is cut off."""
         if self._is_fresh(task):
             return False
         if self._store.has(task.key, task.ending):

@@ -1,4 +1,4 @@
-"""What is done with a case: localising and missions have each their own tasks, judging, record and page.
+"""Choose judging, record and page of a case by its type: localising or missions.
 
 Here, and nowhere else, it is chosen which; what a scenario may say: ``scenarios.campaign.declare.schema_types``.
 """

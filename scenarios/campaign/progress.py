@@ -72,7 +72,7 @@ class Tally(Watcher):
 
     @property
     def left(self) -> float | None:
-        """How long the rest takes [s]; None: nothing is known yet."""
+        """Time that the rest takes [s]; None: nothing is known yet."""
         now = self._clock()
         waiting = [task for key, task in self.tasks.items() if key not in self.outcomes and key not in self.running]
         running = [(self.tasks[key], now - since) for key, since in self.running.items()]
@@ -182,5 +182,5 @@ class LiveTable(Tally):
 
 
 def watcher_on(console: Console, executor: WorkerPool) -> LiveTable | ProgressLines:
-    """What suits a console."""
+    """A watcher that suits a console."""
     return LiveTable(executor, console) if console.is_terminal else ProgressLines(executor, console)

@@ -34,7 +34,7 @@ LONGEST = 80
 
 
 class Results:
-    """What a campaign leaves in ``folder``. Raises ``ScenarioError`` where nothing can be written there, at once."""
+    """Files of a campaign in ``folder``. Raises ``ScenarioError`` at once where nothing can be written there."""
 
     def __init__(self, folder: Path, cases: Sequence[Case], store: Store) -> None:
         self.folder, self._store, self._begin = folder, store, time.monotonic()

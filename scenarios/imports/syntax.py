@@ -119,7 +119,7 @@ def _named(imported: Sequence[tuple[str, str | None, str]]) -> Iterator[tuple[st
 
 
 def _bindings(imported: Sequence[tuple[str, str | None, str]]) -> Mapping[str, str]:
-    """What each name in the file may stand for."""
+    """Modules and attributes that each name in the file may stand for."""
     found: dict[str, str] = {}
     for module, name, bound in imported:
         if name is not None:

@@ -20,7 +20,7 @@ class Target:
 
 @dataclass(frozen=True)
 class Assignment:
-    """What is to be done: ``asked``, or to go to the ``target``, or, without these, what was learnt; and a program.
+    """Task of a robot: ``asked``, or to go to the ``target``, or, without these, what was learnt; and a program.
 
     ``goal`` [m] is where that ends, None: where the plan does on what was learnt.
     """

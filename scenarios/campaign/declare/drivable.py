@@ -1,4 +1,4 @@
-"""Whether a drive can be driven: all that can be told of it before anything is simulated."""
+"""Check that a drive can be driven, before anything is simulated."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

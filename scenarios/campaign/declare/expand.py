@@ -150,7 +150,7 @@ def put(table: Mapping[str, Any], values: Values) -> dict[str, Any]:
 
 
 def _inside(table: Any, part: str) -> Any:
-    """What a table holds under a key, or a list under a number from 0; None where there is no such number."""
+    """Content of a table under a key, or of a list under a number from 0; None where there is no such number."""
     if isinstance(table, dict):
         return table.setdefault(part, {})
     is_number = part.isdecimal() and len(part) < 10  # a key may be any text, and a number without end is none

@@ -35,7 +35,7 @@ class Term:
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """What is written, and what it means: ``left`` stands in a relation to a number or to another figure.
+    """A written expectation and its meaning: ``left`` stands in a relation to a number or to another figure.
 
     ``seeds`` is the least number of seeds that it is to be judged over.
     """

@@ -20,7 +20,7 @@ from scenarios.scoring.recovery import DistanceOrNever
 
 
 class Unit(StrEnum):
-    """What a figure is told in, as it may be written behind a number."""
+    """Unit of a figure, as it may be written behind a number."""
 
     SHARE = "%"
     METRES = "m"
@@ -35,7 +35,7 @@ Of = TypeVar("Of")
 
 @dataclass(frozen=True)
 class Figure(Generic[Of]):
-    """What can be expected: how it is taken from a method's figures (nan where there is none), its unit, its meaning.
+    """A figure to expect something of: how to take it from a method's figures (nan: none), its unit, its meaning.
 
     A share is a number from 0 to 1.
     """

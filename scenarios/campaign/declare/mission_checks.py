@@ -1,4 +1,4 @@
-"""What of a mission can be told before the first drive: names, strings, landmarks, files."""
+"""Check a mission before the first drive: names, strings, landmarks, files."""
 
 import re
 from collections.abc import Sequence

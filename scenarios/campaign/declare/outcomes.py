@@ -1,4 +1,4 @@
-"""How a task or a case ended: well, below what was expected, or because the bench broke."""
+"""Outcomes of tasks and verdicts of cases: passed, below what was expected, or the bench broke."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,7 +7,7 @@ from scenarios.errors import ScenarioError
 
 
 class Verdict(StrEnum):
-    """What became of a case.
+    """Verdict of a case or a task.
 
     A failure is the robot's or the localiser's: it got stuck, or an expectation was missed. An error is the bench's.
     """
@@ -20,7 +20,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TaskOutcome:
-    """How a task ended, with a ``reason`` in one line where it is not ``PASSED``, and what it took [s].
+    """Outcome of a task, with a ``reason`` in one line where it is not ``PASSED``, and its duration ``seconds`` [s].
 
     ``details`` are the trace of an error. ``kept`` says that it had been done before. ``damaged`` is the key of a file
     in the store that could not be read.
@@ -35,7 +35,7 @@ class TaskOutcome:
 
     @property
     def good(self) -> bool:
-        """Whether what depends on it can go on."""
+        """True where tasks that need this one can go on."""
         return self.verdict is Verdict.PASSED
 
 

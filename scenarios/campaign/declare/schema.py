@@ -1,4 +1,4 @@
-"""What a scenario file may say. Lengths are in metres, angles in degrees, times in seconds.
+"""Schema of scenario files. Lengths are in metres, angles in degrees, times in seconds.
 
 A file is a table of TOML. ``[reference]`` and ``[query]`` are drives to simulate, logs, or folders of images; what the
 query does not say is as in the reference, but for its faults. Each ``[[further]]`` is one more reference, likewise.
@@ -132,7 +132,7 @@ SourceTable = Annotated[
 
 
 class AskedTable(Table):
-    """Who is asked, and what they are given.
+    """Methods that are asked, and what they are given.
 
     ``judged`` is the method that expectations mean which name none, ``methods`` are those that run. Only ``sensors``
     are looked at. Where there are further references, our localiser has an atlas of all, with ``merge`` after what they
@@ -146,7 +146,7 @@ class AskedTable(Table):
 
 
 class LocaliseTable(AskedTable):
-    """Who is asked where the robot is.
+    """Methods that are asked where the robot is.
 
     ``profile`` is the one whose stages ``success_uniform``, ``_prior`` and ``_hmm`` in expectations mean. ``judged`` is
     by default the profile's chain, ``methods``, names and groups of ``scenarios.methods.by_name``, its stages.
@@ -158,13 +158,13 @@ class LocaliseTable(AskedTable):
 
 
 class GuideTable(AskedTable):
-    """Who leads the robot: ``odometry``, ``lamp`` where there is a program, any of ``scenarios.methods.by_name``."""
+    """Methods that lead the robot: ``odometry``, ``lamp`` with a program, any of ``scenarios.methods.by_name``."""
 
     methods: Annotated[tuple[str, ...], Field(min_length=1)] = (ODOMETRY, "best/chain")
 
 
 class MissionTable(Table):
-    """What the robot is to do: one of ``string``, ``learnt`` and ``to``; beside it a program for ``lamp``.
+    """Mission of the robot: one of ``string``, ``learnt`` and ``to``; beside it a program for ``lamp``.
 
     A ``string`` as in appendix C, or a mission's file (.toml); ``landmarks`` say where those of it are that are no
     doors: metres along the reference, ``start`` or ``end``. ``learnt``: the reference itself is the mission. ``to`` is
@@ -182,7 +182,7 @@ class MissionTable(Table):
 
 
 class ScoreTable(Table):
-    """What is right: within ``within`` metres and ``heading`` degrees; ``narrow`` is the second tolerance told."""
+    """Tolerance of a right answer: ``within`` metres and ``heading`` degrees; ``narrow`` is a stricter one [m]."""
 
     within: Positive = 1.5
     narrow: Positive = 0.5
@@ -190,14 +190,14 @@ class ScoreTable(Table):
 
 
 class LimitsTable(Table):
-    """How long a drive may take in simulated control steps of 0.04 s, and any task on the wall clock [s]."""
+    """Limits of a drive in simulated control steps of 0.04 s, and of any task on the wall clock [s]."""
 
     steps: Count = 90_000
     seconds: Positive = 3600.0
 
 
 class Declared(Table):
-    """What all declared experiments have.
+    """Keys that all scenarios have.
 
     There are ``further`` references where several paths are learnt. A scenario that is not ``blocking`` is run and
     shown, apart, and never makes a campaign fail. ``tags`` are names by which several are asked for. Each of ``seeds``

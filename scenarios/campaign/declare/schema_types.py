@@ -22,7 +22,7 @@ from sim.missions.mission import EVERY
 
 
 class SchemaType(Protocol):
-    """What a scenario of a kind may say."""
+    """Schema and checks of one type of scenario."""
 
     name: str
     model: type[Declared]
@@ -45,7 +45,7 @@ class SchemaType(Protocol):
 
     @abstractmethod
     def summary_lines(self, scenario: Any) -> list[str]:
-        """What only scenarios of this kind declare, a line each."""
+        """Lines about keys that only this type has."""
 
     @abstractmethod
     def check(self, scenario: Any, file: Path, references: Sequence[Source]) -> None:
@@ -75,13 +75,13 @@ class LocalisingSchema(SchemaType):
         check_methods(names)
 
     def summary_lines(self, scenario: Scenario) -> list[str]:
-        """What is right."""
+        """The tolerances."""
         terms = scenario.score
         tolerance = f"within {terms.within:g} m and {terms.heading:g} degrees"
         return [f"  right: {tolerance}; told beside it: {terms.narrow:g} m"]
 
     def check(self, scenario: Scenario, file: Path, references: Sequence[Source]) -> None:
-        """What is not done with several references."""
+        """Refuse what is not done with several references."""
         if not scenario.further:
             return
         if scenario.localise.places is not None:
@@ -113,7 +113,7 @@ class MissionSchema(SchemaType):
         check_leaders(names, programmed=True)
 
     def summary_lines(self, scenario: MissionScenario) -> list[str]:
-        """What is to be done, and what counts as done."""
+        """The mission, and when it counts as completed."""
         said = scenario.mission.model_dump(mode="json", exclude_defaults=True)
         terms = scenario.score
         return [
@@ -122,7 +122,7 @@ class MissionSchema(SchemaType):
         ]
 
     def check(self, scenario: MissionScenario, file: Path, references: Sequence[Source]) -> None:
-        """What cannot be a mission."""
+        """Refuse what cannot be a mission."""
         check_mission(scenario, file, references)
 
 

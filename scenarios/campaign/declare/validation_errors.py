@@ -1,4 +1,4 @@
-"""What is wrong with a scenario's tables, in words: the key, what is valid there, and what was given."""
+"""Tell pydantic's first finding about a scenario in one line: the key, what is valid there, and what was given."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields

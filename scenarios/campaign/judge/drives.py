@@ -82,7 +82,7 @@ def judged(
 
 
 def mishaps_of(tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, TaskOutcome]) -> list[TaskOutcome]:
-    """What did not end well, each reason once."""
+    """Outcomes that are not good, each reason once."""
     found = [outcomes[task.key] for of_seed in tasks.values() for task in of_seed]
     return list({one.reason: one for one in found if not one.good}.values())
 
@@ -108,7 +108,7 @@ def verdict_of(mishaps: Sequence[TaskOutcome], judgements: Sequence[JudgementRec
 
 
 def tolerances(case: Case) -> tuple[Tolerance, Tolerance]:
-    """How near an answer must be: the tolerance that decides, and the narrower one."""
+    """The tolerance of a right answer that decides, and the narrower one."""
     asked = case.scenario.score
     heading = math.radians(asked.heading)
     return Tolerance(asked.within, heading), Tolerance(asked.narrow, heading)

@@ -10,7 +10,7 @@ from scenarios.campaign.declare.mission_figures import MISSION_FIGURES
 from scenarios.campaign.declare.outcomes import TaskOutcome
 from scenarios.campaign.judge.drives import Judged, mishaps_of, reasons_of, verdict_of
 from scenarios.campaign.judge.expectations import judge
-from scenarios.campaign.judge.records import mishap_records, open_record, share_record
+from scenarios.campaign.judge.records import closed_record, share_record
 from scenarios.campaign.run.mission_task import MissionTask, mission_of
 from scenarios.campaign.store.cache import Store
 from scenarios.campaign.store.missions import KeptMission
@@ -81,18 +81,13 @@ def missions_record(result: JudgedMissions, page: str) -> CaseRecord:
     """The record of a case; its ``page`` lies beside the result file."""
     names = [one.method for one in result.missions]
     shown = sorted(names, key=lambda name: name != result.case.scenario.judged)[:MOST]
-    found = {
-        "verdict": result.verdict,
-        "page": page,
-        "reasons": result.reasons,
-        "judgements": result.judgements,
-        "mishaps": mishap_records(result.mishaps),
-        "views": sum(one.views for one in result.missions),
-        "methods": tuple(_method(one, result, plotted=one.method in shown) for one in result.missions),
-        "seeds": _seeds(result),
-        "seconds": result.seconds,
-    }
-    return open_record(result.case).model_copy(update=found)
+    return closed_record(
+        result,
+        page,
+        views=sum(one.views for one in result.missions),
+        methods=tuple(_method(one, result, plotted=one.method in shown) for one in result.missions),
+        seeds=_seeds(result),
+    )
 
 
 def _method(one: MissionFigures, result: JudgedMissions, *, plotted: bool) -> MethodRecord:

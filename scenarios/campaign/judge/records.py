@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import TaskOutcome
 from scenarios.campaign.declare.schema_types import schema_type_for
 from scenarios.campaign.judge.drives import Judged
 from scenarios.campaign.run.tasks import AnswerTask
@@ -43,23 +42,23 @@ def case_record(result: Judged, page: str) -> CaseRecord:
         result.case.scenario.judged,
         {one.method: one.wide for one in result.figures},
     )
-    found = {
-        "verdict": result.verdict,
-        "page": page,
-        "reasons": result.reasons,
-        "judgements": result.judgements,
-        "mishaps": mishap_records(result.mishaps),
-        "views": sum(len(one.query_views) for one in result.comparisons),
-        "methods": tuple(_method(one, result, plotted=one.method in shown) for one in result.figures),
-        "seeds": _seeds(result.answered, result.comparisons),
-        "seconds": result.seconds,
-    }
+    return closed_record(
+        result,
+        page,
+        views=sum(len(one.query_views) for one in result.comparisons),
+        methods=tuple(_method(one, result, plotted=one.method in shown) for one in result.figures),
+        seeds=_seeds(result.answered, result.comparisons),
+    )
+
+
+def closed_record(
+    result: Judged, page: str, *, views: int, methods: tuple[MethodRecord, ...], seeds: Mapping[int, SeedRecord]
+) -> CaseRecord:
+    """The record of a case that has its verdict."""
+    mishaps = (MishapRecord(verdict=one.verdict, reason=one.reason, details=one.details) for one in result.mishaps)
+    found = {name: getattr(result, name) for name in ("verdict", "reasons", "judgements", "seconds")}
+    found |= {"page": page, "mishaps": tuple(mishaps), "views": views, "methods": methods, "seeds": seeds}
     return open_record(result.case).model_copy(update=found)
-
-
-def mishap_records(mishaps: Sequence[TaskOutcome]) -> tuple[MishapRecord, ...]:
-    """The records of what did not end well."""
-    return tuple(MishapRecord(verdict=one.verdict, reason=one.reason, details=one.details) for one in mishaps)
 
 
 def _method(one: Figures, result: Judged, *, plotted: bool) -> MethodRecord:

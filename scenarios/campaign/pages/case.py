@@ -4,6 +4,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from scenarios.campaign.declare.cases import Case
 from scenarios.campaign.declare.outcomes import Verdict
 from scenarios.campaign.judge.drives import Judged, tolerances
 from scenarios.campaign.run.tasks import AnswerTask, asked_views, learnt_drives
@@ -33,28 +34,35 @@ def case_page(result: Judged, record: CaseRecord, campaign: CampaignRecord, stor
     """The page of a case that was judged; ``campaign`` tells of the versions and the machine."""
     return rendered(
         "case.html.j2",
-        title=f"{record.name}: {record.verdict_word}",
-        case=record,
-        scenario=result.case.scenario,
-        expectations=[expectation_row(one) for one in record.judgements],
-        traces=[(one.reason, one.details) for one in record.mishaps if one.details],
+        **verdict_parts(result, record, campaign),
         it=_section(result, store),
         facts=facts(result.comparisons),
         details=details(result.comparisons),
-        resolved=json.dumps(record.resolved, indent=2, ensure_ascii=False),
-        seconds=duration_text(record.seconds),
-        campaign=campaign,
     )
 
 
-def expectation_row(one: JudgementRecord) -> ExpectationRow:
+def verdict_parts(result: Judged, record: CaseRecord, campaign: CampaignRecord) -> dict[str, object]:
+    """Parts of a page that cases of all types have: verdict, expectations, traces, the resolved scenario."""
+    return {
+        "title": f"{record.name}: {record.verdict_word}",
+        "case": record,
+        "scenario": result.case.scenario,
+        "expectations": [_expectation_row(one) for one in record.judgements],
+        "traces": [(one.reason, one.details) for one in record.mishaps if one.details],
+        "resolved": json.dumps(record.resolved, indent=2, ensure_ascii=False),
+        "seconds": duration_text(record.seconds),
+        "campaign": campaign,
+    }
+
+
+def _expectation_row(one: JudgementRecord) -> ExpectationRow:
     """An expectation and what decided, in words."""
     verdict = {True: Verdict.PASSED, False: Verdict.FAILED, None: Verdict.SKIPPED}[one.met]
     return ExpectationRow(verdict.value, one.text, ("not judged: " if one.met is None else "") + one.explanation)
 
 
 def _section(result: Judged, store: Store) -> Section | None:
-    """What was driven and answered; None where no drive was answered."""
+    """Section of the drives and their answers; None where no drive was answered."""
     if not result.comparisons:
         return None
     settings = SectionSettings(
@@ -62,19 +70,17 @@ def _section(result: Judged, store: Store) -> Section | None:
         judged=result.case.scenario.judged,
         costs=result.costs,
         frames=FromStore([tasks[0] for tasks in result.answered.values()], store),
-        outline=_outline(result),
+        outline=outline_of_query(result.case, next(iter(result.answered))),
         figures=result.figures,
     )
     return section(result.case.name, result.comparisons, settings)
 
 
-def _outline(result: Judged) -> FloorOutline | None:
-    """The walls, where the query was driven in a floor plan; doors and things as on its day."""
-    query = result.case.sources(next(iter(result.answered)))[-1]
-    if not isinstance(query, Drive):
-        return None
+def outline_of_query(case: Case, seed: int) -> FloorOutline | None:
+    """The walls, where the query is driven in a floor plan; doors and things as on its day."""
+    query = case.source("query", seed)
     try:
-        return outline_of(plan_of(query))
+        return outline_of(plan_of(query)) if isinstance(query, Drive) else None
     except WorldsError:
         return None  # a plan that was taken away after the drive
 

@@ -72,7 +72,7 @@ def _class(name: str) -> str:
 
 
 def _spared(result: Failure | Error | Skipped) -> Skipped:
-    """What went wrong where it does not count."""
+    """A failure or error as a skip, where it does not count."""
     if isinstance(result, Skipped):
         return result
     spared = Skipped(f"not blocking, {'error' if isinstance(result, Error) else 'failure'}: {result.message}")
@@ -81,7 +81,7 @@ def _spared(result: Failure | Error | Skipped) -> Skipped:
 
 
 def _mishap(case: CaseRecord) -> Failure | Error | Skipped | None:
-    """Whether all tasks of a case could be done; an error weighs more than a failure."""
+    """Failure of a case's tasks, None where all could be done; an error weighs more than a failure."""
     if case.verdict is None:
         return Error(NOT_JUDGED, "bench")
     for verdict, make, kind in ((Verdict.ERROR, Error, "bench"), (Verdict.FAILED, Failure, "robot or localiser")):

@@ -1,23 +1,19 @@
 """The page of a case of missions: verdict, figures, what became of each mission, plans, orders, logs."""
 
-import json
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from scenarios.campaign.judge.missions import JudgedMissions
-from scenarios.campaign.pages.case import expectation_row
+from scenarios.campaign.pages.case import outline_of_query, verdict_parts
 from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
-from scenarios.drives.record import Drive, plan_of
 from scenarios.report.page import PageRow, PageTable, rendered
 from scenarios.report.plots.mission import mission_plan
 from scenarios.report.plots.plan import FloorOutline
 from scenarios.report.plots.style import Plot
-from scenarios.report.words import duration_text, metres
+from scenarios.report.words import metres
 from scenarios.scoring.missions import MissionFigures, MissionRun, MissionScore, outcome_words
 from scenarios.scoring.tables import NONE
-from worlds.drawing.outline import outline_of
-from worlds.errors import WorldsError
 
 HEADINGS = (
     "to the goal, median",
@@ -33,7 +29,7 @@ HEADINGS = (
 
 @dataclass(frozen=True)
 class OutcomeRow:
-    """What became of one mission, in words; ``good`` says whether it was completed."""
+    """Outcome of one mission, in words; ``good`` where it was completed."""
 
     seed: int
     method: str
@@ -68,11 +64,7 @@ def mission_page(result: JudgedMissions, record: CaseRecord, campaign: CampaignR
     """The page of a case that was judged; ``campaign`` tells of the versions and the machine."""
     return rendered(
         "mission.html.j2",
-        title=f"{record.name}: {record.verdict_word}",
-        case=record,
-        scenario=result.case.scenario,
-        expectations=[expectation_row(one) for one in record.judgements],
-        traces=[(one.reason, one.details) for one in record.mishaps if one.details],
+        **verdict_parts(result, record, campaign),
         it=None,
         figures=_table(result),
         outcomes=[_outcome(result, method, seed) for method, seed in _all(result)],
@@ -80,9 +72,6 @@ def mission_page(result: JudgedMissions, record: CaseRecord, campaign: CampaignR
         terms=result.case.scenario.score,
         facts=(),
         details=(),
-        resolved=json.dumps(record.resolved, indent=2, ensure_ascii=False),
-        seconds=duration_text(record.seconds),
-        campaign=campaign,
     )
 
 
@@ -130,7 +119,7 @@ def _wrong(run: MissionRun, score: MissionScore) -> Iterator[str]:
 
 def _shown(result: JudgedMissions) -> list[MissionDetail]:
     """Every mission that was not completed, and one that was: the judged method's, if there is one."""
-    outline, within = _outline(result), result.case.scenario.score.within
+    outline, within = outline_of_query(result.case, result.case.scenario.seeds[0]), result.case.scenario.score.within
     good = sorted(
         (pair for pair in _all(result) if result.score(*pair).completed),
         key=lambda pair: pair[0] != result.case.scenario.judged,
@@ -158,13 +147,3 @@ def _whole(
         ),
         log="\n".join(map(str, run.log)),
     )
-
-
-def _outline(result: JudgedMissions) -> FloorOutline | None:
-    """The walls; doors and things as on the first seed's day."""
-    query = result.case.source("query", result.case.scenario.seeds[0])
-    assert isinstance(query, Drive)
-    try:
-        return outline_of(plan_of(query))
-    except WorldsError:
-        return None  # a plan that was taken away after the drive

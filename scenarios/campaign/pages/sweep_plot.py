@@ -17,7 +17,7 @@ from worlds.light import light_named
 
 @dataclass(frozen=True)
 class SweepPlot:
-    """What one key does to the cases of a scenario: the plot, and of all methods the success at each value."""
+    """Effect of one key on the cases of a scenario: the plot, and of all methods the success at each value."""
 
     scenario: str
     key: str

@@ -39,7 +39,7 @@ BLOCK = re.compile(
 
 
 class CellSpec(BaseModel):
-    """What a row, a column or the whole table names of a cell."""
+    """Keys of a cell that a row, a column or the whole table gives."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     case: str | None = None
@@ -128,7 +128,7 @@ def blocks(text: str, page: str) -> list[Block]:
 
 
 def _form(toml: str, place: str) -> TableSpec:
-    """What the TOML declares; its lines are counted as the page's."""
+    """The table that TOML declares; errors count its lines as the page's."""
     try:
         return TableSpec.model_validate(tomllib.loads(toml))
     except tomllib.TOMLDecodeError as error:
@@ -161,7 +161,7 @@ def replaced(text: str, bodies: Sequence[tuple[Block, str]]) -> str:
 
 
 def filled(block: Block, runs: CampaignRuns) -> str:
-    """What should stand between a table's comments: the table, and a line that says of which runs it is.
+    """Text to stand between a table's comments: the table, and a line that says of which runs it is.
 
     Raises ``ScenarioError`` for a case, a method or a figure that the runs do not have, and for a cell that lacks one
     of them or is told one twice.

@@ -1,4 +1,4 @@
-"""What came of a campaign, on the terminal and as Markdown, from its result file alone."""
+"""Report a campaign's result file on the terminal and as Markdown."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path

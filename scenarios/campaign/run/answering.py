@@ -23,7 +23,7 @@ class AnswerRequest:
 
 
 def answered(asked: AnswerRequest, references: Mapping[str, Reference], query: Sequence[View]) -> KeptAnswers:
-    """What the methods, having learnt the references, answer to views of which they are not told the true poses."""
+    """Have the methods learn the references and answer to the query's views, without their true poses."""
     forget_peak()
     begin = time.perf_counter()
     learnt = Learnt(asked.methods, references, seed=asked.seed, merging=asked.merge)
@@ -43,7 +43,7 @@ def answered(asked: AnswerRequest, references: Mapping[str, Reference], query: S
 
 
 def _learning(learnt: Learnt, took: float) -> float:
-    """How long learning took [s]: now, or when the maps were made that were at hand."""
+    """Time that learning took [s]: now, or when the maps at hand were made."""
     if not learnt.ours:
         return took
     maps = [float(map_.metadata[LEARNING]) for one in learnt.ours.values() for map_ in one.maps]

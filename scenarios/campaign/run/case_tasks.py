@@ -57,7 +57,7 @@ def _asked(make: Callable[..., Asked], case: Case, seed: int, *methods: str) -> 
 
 
 def assignment_of(case: Case) -> Assignment:
-    """What is to be done in a case of missions."""
+    """The assignment of a case of missions."""
     scenario = case.scenario
     assert isinstance(scenario, MissionScenario)
     table = scenario.mission

@@ -1,4 +1,4 @@
-"""What of a scenario is kept already, and how long the rest may take."""
+"""Estimate a campaign: what is kept already, and how long the rest may take."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -63,7 +63,7 @@ class Rest:
 
 
 def rest_of(cases: Sequence[Case], store: Store) -> Rest:
-    """What is kept of some cases, what they share counted once, and how long the rest may take."""
+    """Count what is kept of some cases, shared tasks once, and estimate how long the rest takes."""
     asked: list[Question] = []
     absent: dict[str, None] = {}
     for case in cases:

@@ -1,4 +1,4 @@
-"""How long a campaign will still take, by how long tasks of each kind took so far."""
+"""Estimate the time that a campaign still takes from the tasks that are done."""
 
 from collections.abc import Iterable
 from statistics import fmean
@@ -17,12 +17,12 @@ class Eta:
         self._took.setdefault(task.kind, []).append(seconds)
 
     def expected(self, task: Task) -> float | None:
-        """How long a task takes [s]: the mean of its kind, of all kinds while there is none; None before the first."""
+        """Expected duration of a task [s]: the mean of its kind, else of all kinds; None before the first."""
         took = self._took.get(task.kind) or [seconds for kind in self._took.values() for seconds in kind]
         return fmean(took) if took else None
 
     def left(self, waiting: Iterable[Task], running: Iterable[tuple[Task, float]], workers: int) -> float | None:
-        """How long the rest takes [s]; ``running`` are tasks and the seconds behind each. None: nothing is known yet.
+        """Time that the rest takes [s]; ``running`` are tasks and the seconds behind each. None: nothing is known yet.
 
         What is left is shared out among the workers, but one task is never split.
         """

@@ -27,7 +27,7 @@ def _memory() -> float | None:
 
 
 def _line(path: Path, key: str) -> str | None:
-    """What stands behind a key in one of the system's own tables."""
+    """Value of a key in one of the system's own tables."""
     try:
         lines = path.read_text().splitlines()
     except OSError:

@@ -39,7 +39,7 @@ class MissionTask(Question):
 
     @property
     def method(self) -> str:
-        """Who leads."""
+        """The method that leads."""
         (method,) = self.methods
         return method
 
@@ -85,12 +85,12 @@ class MissionTask(Question):
 
     @property
     def kind(self) -> str:
-        """What takes about as long as this."""
+        """Name for tasks that take about as long as this one."""
         return f"mission, {self.method}, {self.drive.renderer.value}"
 
     @property
     def title(self) -> str:
-        """What is done, in words."""
+        """The task in words."""
         return f"mission led by {self.method}, seed {self.seed}"
 
     def carry_out(self, store: Store) -> None:
@@ -141,7 +141,7 @@ class MissionTask(Question):
 
 
 def mission_of(task: MissionTask, store: Store) -> KeptMission:
-    """What a task that is done left in the store. Raises ``DamagedError``."""
+    """Read what a task that is done left in the store. Raises ``DamagedError``."""
     path = store.path(task.key, task.ending)
     try:
         return read_mission(path)

@@ -42,14 +42,14 @@ class PayloadFile:
 
 @dataclass(frozen=True)
 class NodeFingerprint:
-    """What a machine has that decides whether it makes the same things: code, packages, what renders."""
+    """Code, packages and renderer of a machine: where these are equal, it makes the same files."""
 
     sources: str
     packages: Mapping[str, str]
     device: str | None
 
     def unlike(self, other: "NodeFingerprint") -> str:
-        """What another machine has otherwise, in words; nothing where it is alike."""
+        """The first difference of another machine, in words; nothing where it is alike."""
         for name, version in self.packages.items():
             if other.packages.get(name) != version:
                 return f"{name} is {other.packages.get(name)} there and {version} here"
@@ -70,7 +70,7 @@ class RemoteTask:
 
 @dataclass(frozen=True)
 class RemoteResult:
-    """What came of an order: how it ended, and the files that it added to the store, by name."""
+    """Outcome of a remote task, and the files that it added to the store, by name."""
 
     outcome: TaskOutcome
     files: Mapping[str, bytes]
@@ -78,13 +78,13 @@ class RemoteResult:
 
 @cache
 def here() -> NodeFingerprint:
-    """What this machine has."""
+    """Fingerprint of this machine."""
     found = closure_of(__name__, mission_task.__name__)
     return NodeFingerprint(found.digest, found.versions, vulkan_device())
 
 
 def remote_task_for(task: Task, store: Store) -> RemoteTask:
-    """What is sent to have a task carried out elsewhere; what it needs is in the store."""
+    """Pack a task for another machine; what it needs is in the store."""
     files = tuple(PayloadFile(FILE, name, Path(name)) for name in _files_of(task.drive))
     if isinstance(task, RecordTask):
         return RemoteTask(task, here(), {}, files)

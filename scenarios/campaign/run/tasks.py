@@ -60,12 +60,12 @@ class RecordTask:
 
     @property
     def kind(self) -> str:
-        """What takes about as long as this."""
+        """Name for tasks that take about as long as this one."""
         return f"drive, {self.drive.renderer.value}"
 
     @property
     def title(self) -> str:
-        """What is done, in words."""
+        """The task in words."""
         drive = self.drive
         change = "" if drive.change == "none" else f" {drive.change}"
         return f"drive {Path(drive.world).stem} {drive.light}{change} by {drive.robot}, seed {drive.seed}"
@@ -131,12 +131,12 @@ class Question(ABC):
     @property
     @abstractmethod
     def kind(self) -> str:
-        """What takes about as long as this."""
+        """Name for tasks that take about as long as this one."""
 
     @property
     @abstractmethod
     def title(self) -> str:
-        """What is done, in words."""
+        """The task in words."""
 
     @abstractmethod
     def carry_out(self, store: Store) -> None:
@@ -144,7 +144,7 @@ class Question(ABC):
 
     @property
     def drive(self) -> Drive | None:
-        """What it simulates itself, None: nothing."""
+        """The drive that it simulates itself, None: none."""
         return None
 
     def with_files(self, moved: Mapping[str, str]) -> "Question":
@@ -202,12 +202,12 @@ class AnswerTask(Question):
 
     @property
     def kind(self) -> str:
-        """What takes about as long as this."""
+        """Name for tasks that take about as long as this one."""
         return f"ask {', '.join(self.methods)}"
 
     @property
     def title(self) -> str:
-        """What is done, in words."""
+        """The task in words."""
         return f"ask {', '.join(self.methods)}, seed {self.seed}"
 
     def carry_out(self, store: Store) -> None:
@@ -240,7 +240,7 @@ def asked_views(task: AnswerTask, store: Store) -> Recording:
 
 
 def answers_of(task: AnswerTask, store: Store) -> KeptAnswers:
-    """What a task that is done left in the store. Raises ``DamagedError``."""
+    """Read what a task that is done left in the store. Raises ``DamagedError``."""
     path = store.path(task.key, task.ending)
     try:
         return read_answers(path)

@@ -1,4 +1,4 @@
-"""How a worker's process behaves: few threads, so that workers do not fight for cores, no memory that nothing needs.
+"""Initialise a worker's process: few threads, so that workers do not fight for cores, no memory that nothing needs.
 
 It dies with its master. This runs first in a new process: nothing is imported here that counts threads when it is
 loaded.

@@ -28,11 +28,11 @@ FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)
 
 
 class WorkerPool(Protocol):
-    """Who carries tasks out, somewhere, and puts what they make into the campaign's store."""
+    """Workers that carry tasks out, and put what they make into the campaign's store."""
 
     @property
     def workers(self) -> int:
-        """How many tasks it can carry out at a time; 0 while there is nobody."""
+        """Number of tasks at a time; 0 while there is no worker."""
 
     def submit(self, task: Task) -> "Future[TaskOutcome]":
         """Carry a task out; all that it needs is in the store. The outcome is in the future; it raises nothing."""
@@ -118,7 +118,7 @@ def _perform(task: Task, folder: Path) -> TaskOutcome:
 
 
 def broken(task: Task, error: BaseException) -> TaskOutcome:
-    """What a task's outcome is when its process ended in the middle of it.
+    """Outcome of a task whose process ended in the middle of it.
 
     Who takes for ever to answer has failed; a drive that takes so long is the bench's own affair. A user's localiser
     that breaks the process in which it is asked has failed as well, unless that was ended from outside.

@@ -58,7 +58,7 @@ class Store:
         return self.folder / f"{key}{ending}"
 
     def has(self, key: str, ending: str) -> bool:
-        """Whether it is there, and not cut off."""
+        """Return true where it is there and not cut off."""
         return _whole(self.path(key, ending))
 
     def make(self, key: str, ending: str, maker: Callable[[Path], object]) -> Path:
@@ -129,7 +129,7 @@ def _held(folder: Path) -> int | None:
 
 
 def _refuses(folder: Path) -> str:
-    """What keeps more from being written into a folder; nothing where it can be."""
+    """Reason why no more can be written into a folder; empty where it can be."""
     try:
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(bytes(MORE))
@@ -140,7 +140,7 @@ def _refuses(folder: Path) -> str:
 
 
 def _whole(path: Path) -> bool:
-    """Whether a file begins and ends as its kind does: one that was cut off does not."""
+    """Return true where a file begins and ends as its kind does: one that was cut off does not."""
     begin, end, before = ENDS[path.suffix]
     try:
         with path.open("rb") as file:

@@ -22,7 +22,7 @@ OPEN = "open"
 
 
 def _number(value: object) -> object:
-    """What JSON has no word for is null; JSON's readers disagree on nan and infinity."""
+    """Null for nan and infinity, on which JSON's readers disagree."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -55,7 +55,7 @@ class ShareRecord(Record):
 
     @property
     def failed(self) -> str:
-        """How many were not right, in words."""
+        """Number that were not right, in words."""
         return f"{self.of - self.right} of {self.of}" if self.of else NONE
 
 
@@ -91,7 +91,7 @@ class JudgementRecord(Record):
 
     @property
     def explanation(self) -> str:
-        """What it was judged by, in words."""
+        """Value and bound in words, or why it could not be judged."""
         if self.reason:
             return self.reason
         return f"it is {self._amount(self.value)}; the bound is {self._amount(self.bound)}"
@@ -158,7 +158,7 @@ class CaseRecord(Record):
 
     @property
     def varied_words(self) -> Mapping[str, str]:
-        """What is varied, in words."""
+        """Varied keys and their values in words."""
         return {key: _words(value) or "none" for key, value in self.varied.items()}
 
     @property
@@ -211,7 +211,7 @@ def write_result(folder: Path, record: CampaignRecord) -> None:
 
 
 def read_result(folder: Path) -> CampaignRecord:
-    """What a campaign left in a folder. Raises ``ScenarioError`` where that is nothing, or of another form."""
+    """Read the result file in a campaign's folder. Raises ``ScenarioError`` for none, or another format."""
     path = folder / RESULT
     try:
         text = path.read_bytes()
