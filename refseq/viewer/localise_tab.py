@@ -84,12 +84,15 @@ def _check(layer: LocaliserLayer, method: str, beliefs: Sequence[Belief], count:
 
 # --- layout ---
 
+ABREAST = 6
+"""Camera panels side by side; more are so narrow on a laptop's screen that their titles are cut."""
+
 
 def localise_layout(scene: Scene, layers: Sequence[LocaliserLayer]) -> rrb.Container:
     """Cameras and laser on top, the plan as a strip, beliefs below; a plan that is no strip goes on top."""
     plan = list(_plan(scene, layers))
     wide = scene.extent is not None and scene.extent.wide
-    top = [*_cameras(scene, layers), *_laser(scene), *([] if wide else plan)]
+    top = [*_camera_columns(scene, layers), *_laser(scene), *([] if wide else plan)]
     rows: list[tuple[rrb.Container | rrb.View, float]] = []
     if top:
         rows.append((rrb.Horizontal(*top), 2.6))
@@ -100,20 +103,27 @@ def localise_layout(scene: Scene, layers: Sequence[LocaliserLayer]) -> rrb.Conta
     return rrb.Vertical(*(row for row, _ in rows), row_shares=[share for _, share in rows])
 
 
-def _cameras(scene: Scene, layers: Sequence[LocaliserLayer]) -> Iterator[rrb.View]:
-    """Each camera with its keys, and beside it the picture of the place that each localiser believes in."""
+def _camera_columns(scene: Scene, layers: Sequence[LocaliserLayer]) -> list[rrb.Container | rrb.View]:
+    """All camera panels side by side, or a column a camera where there are many: titles would be cut."""
+    cameras = [list(_camera(scene, layers, camera)) for camera in scene.cameras]
+    if sum(map(len, cameras)) > ABREAST:
+        return [rrb.Vertical(*panels) for panels in cameras]
+    return [panel for panels in cameras for panel in panels]
+
+
+def _camera(scene: Scene, layers: Sequence[LocaliserLayer], camera: str) -> Iterator[rrb.View]:
+    """A camera with its keys, and the picture of the place that each localiser believes in."""
     first = layers[0] if layers else None
-    for camera in scene.cameras:
-        marked = first is not None and camera in Keypoints(first.places).cameras()
-        keys = [f"{first.path('keys', camera)}/**"] if first and marked else []
-        bounds = _frame(scene, camera)
-        yield rrb.Spatial2DView(
-            origin=f"now/{camera}", contents=["$origin/**", *keys], name=f"{camera} now", visual_bounds=bounds
-        )
-        for layer in layers:
-            if any(camera in view.images for view in layer.places.views):
-                name = f"{layer.name}: {camera}" if len(layers) > 1 else f"{camera} believed"
-                yield rrb.Spatial2DView(origin=layer.path("place", camera), name=name, visual_bounds=bounds)
+    marked = first is not None and camera in Keypoints(first.places).cameras()
+    keys = [f"{first.path('keys', camera)}/**"] if first and marked else []
+    bounds = _frame(scene, camera)
+    yield rrb.Spatial2DView(
+        origin=f"now/{camera}", contents=["$origin/**", *keys], name=f"{camera} now", visual_bounds=bounds
+    )
+    for layer in layers:
+        if any(camera in view.images for view in layer.places.views):
+            name = f"{layer.name}: {camera}" if len(layers) > 1 else f"{camera} believed"
+            yield rrb.Spatial2DView(origin=layer.path("place", camera), name=name, visual_bounds=bounds)
 
 
 def _frame(scene: Scene, camera: str) -> rrb.VisualBounds2D | None:

@@ -18,7 +18,7 @@ from refseq.view import View
 from refseq.viewer.belief_log import entity_part
 from refseq.viewer.drawing.colours import LOST
 from refseq.viewer.map.marks import of_path
-from refseq.viewer.map.plan import AtlasPlan
+from refseq.viewer.map.plan import PathsPlan
 from refseq.viewer.map.sizes import sizes_table
 from refseq.viewer.map.square import Square
 from refseq.viewer.map.strips import Strips
@@ -47,8 +47,8 @@ class PathPanels:
         return Square(self.map, self.decisions)
 
     @cached_property
-    def _plan(self) -> AtlasPlan:
-        return AtlasPlan(self.map, self.outline)
+    def _plan(self) -> PathsPlan:
+        return PathsPlan(self.map, self.outline)
 
     @cached_property
     def _strips(self) -> Strips:

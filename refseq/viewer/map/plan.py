@@ -1,4 +1,4 @@
-"""The paths of an atlas in the plan: filled where a path holds its places, hollow where another path does."""
+"""The paths of a map in the plan: filled where a path holds its places, hollow where another path does."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -28,8 +28,8 @@ ORIGIN = "map/paths/plan"
 
 
 @dataclass(frozen=True)
-class AtlasPlan:
-    """The plan of an ``atlas`` whose places' true poses are known, otherwise there is none, with an ``outline`` [m]."""
+class PathsPlan:
+    """The plan of a ``map`` whose places' true poses are known, otherwise there is none, with an ``outline`` [m]."""
 
     map: Map
     outline: Sequence[NDArray[np.float64]] = ()

@@ -1,4 +1,4 @@
-"""What the paths of an atlas have in common: how alike their views are, and which places they share."""
+"""What the paths of a map have in common: how alike their views are, and which places they share."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -19,7 +19,7 @@ def sizes_table(map_: Map, before: Mapping[str, Map]) -> str:
     total, left = sum(learnt.values()), len(map_)
     if len(rows) > 1:
         rows.append(f"| **all** | {total} | {left} | {total - left} | |")
-    head = ["| path | views learnt | places held | taken out | now another path's |", "|---|---:|---:|---:|---|"]
+    head = ["| path | views learnt | places held | taken out | held by |", "|---|---:|---:|---:|---|"]
     return "\n".join([*head, *rows, "", *_in_all(map_, [known.get(path.name) for path in map_.paths])])
 
 
@@ -36,7 +36,8 @@ def _in_all(map_: Map, before: Sequence[Map | None]) -> list[str]:
     then = whole if len(whole) == len(before) else []
     features = _change("features", [_features(then)] if then else [], _features([map_]))
     size = _change("kB of maps", [_kilobytes(then)] if then else [], _kilobytes([map_]))
-    links = [f"- {len(map_.links)} links from one path to another"] if len(map_.paths) > 1 else []
+    count = len(map_.links)
+    links = [f"- {count} link{'s' * (count != 1)} from one path to another"] if len(map_.paths) > 1 else []
     return [f"- {features}", f"- {size}", *links]
 
 

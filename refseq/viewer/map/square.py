@@ -1,4 +1,4 @@
-"""How alike all paths of an atlas are as one square picture, with what was joined and what was refused drawn on it."""
+"""How alike all paths of a map are as one square picture, with what was joined and what was refused drawn on it."""
 
 import math
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ ORIGIN = "map/paths/alike"
 
 @dataclass(frozen=True)
 class Square:
-    """The square of an ``atlas``; of the ``decisions`` of its merging those that were refused are drawn."""
+    """The square of a ``map``; of the ``decisions`` of its merging those that were refused are drawn."""
 
     map: Map
     decisions: Sequence[Decision] = ()

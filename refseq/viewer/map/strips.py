@@ -1,4 +1,4 @@
-"""The paths of an atlas as strips, one above the other: a mark a view, in the colour of who holds its place."""
+"""The paths of a map as strips, one above the other: a mark a view, in the colour of who holds its place."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ ORIGIN = "map/paths/strips"
 
 @dataclass(frozen=True)
 class Strips:
-    """Strips of an ``atlas``: views lie to the right by their distance along the path [m], the first path on top.
+    """Strips of a ``map``: views lie to the right by their distance along the path [m], the first path on top.
 
     Views that a map ``before`` had, by its path's name, and the path has no more were taken out: they are dim.
     """

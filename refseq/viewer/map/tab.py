@@ -54,7 +54,8 @@ class MapTab:
 
     @cached_property
     def _places(self) -> PlacePanels:
-        return PlacePanels(Places.of(self.map, self.views), self.map.names)
+        names = [name or "map" for name in self.map.names]
+        return PlacePanels(Places.of(self.map, self.views), names)
 
     @cached_property
     def _paths(self) -> PathPanels | None:

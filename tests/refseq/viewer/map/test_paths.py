@@ -155,7 +155,8 @@ def test_sizes_tell_what_was_taken_out(tab: MapTab, learnt: dict[str, Map]) -> N
     assert f"| **all** | {total} | {len(atlas)} | {total - len(atlas)} | |" in table
     features = sum(one.sequence.matrix.N for one in learnt.values()), sum(one.matrix.N for one in atlas.sequences)
     assert f"- {features[0]:,} → {features[1]:,} features" in table
-    assert f"- {len(atlas.links)} links" in table
+    links = len(atlas.links)
+    assert f"- {links} link{'s' if links > 1 else ''} from one path to another" in table
     assert " → " not in sizes_table(atlas, {})
 
 
