@@ -69,6 +69,8 @@ def plan(
     landmark: Landmark = None,
 ) -> None:
     """Compile a mission for the way that a map knows, and print what the robot is to do from where on."""
+    from refseq.map.map import Map
+
     way, compiled = _compiled(Map.load(map_file), mission_text, start, goal, landmark)
     print_doors(way)
     say(out, f"{mission_text}: {len(compiled.orders)} orders over {compiled.goal:.1f} m")
@@ -111,6 +113,7 @@ def run(
 
     World, light and robot are those of the map's own drive where nothing else is said.
     """
+    from refseq.map.map import Map
     from scenarios.missions.trip import MissionTrip, run_trip, write_trip
 
     if strip is not None and output is None:
