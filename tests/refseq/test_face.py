@@ -16,7 +16,7 @@ def test_every_public_name_is_there_and_says_what_it_is(name: str) -> None:
 
 
 def test_an_unknown_name_is_told() -> None:
-    with pytest.raises(AttributeError, match="^module 'refseq' has no attribute 'nope'$"):
+    with pytest.raises(AttributeError, match=r"^module 'refseq' has no attribute 'nope'$"):
         _ = refseq.nope
 
 
