@@ -1,67 +1,96 @@
-"""The body of ``refseq compare``: a contest of methods, its tables on the terminal, and its files."""
+"""The command ``refseq compare``: several methods, asked about the same views."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-from rich.console import Console
-
-from refseq.files import replace_text
-from scenarios.drives.benchmark import Benchmark, run_benchmark
-from scenarios.drives.inputs import writing
+from scenarios.cli.console import out, print_json, step_bars
+from scenarios.cli.options import METHODS, Drives, Json, Seed, option, output
+from scenarios.drives.inputs import check_output, words, writing
 from scenarios.errors import ScenarioError
-from scenarios.report.document import write_report
-from scenarios.report.plots.plan import FloorOutline
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import Figures, figures, figures_csv
-from scenarios.scoring.tables import figures_table, lost_table
 from scenarios.tables import print_whole
-from worlds.drawing.outline import outline_of
 
-ALL = "all drives together"
+if TYPE_CHECKING:
+    from scenarios.scoring.comparison import Comparison
+    from scenarios.scoring.figures import Figures
+
+COMPARE_HELP = """Examples:
+
+* `refseq compare reference.mcap query.mcap`
+* `refseq compare reference.mcap query.mcap --methods best/chain,topometric --first-view 40% --report report.html`
+* `refseq compare reference.mcap query.mcap --places 30:80 -o figures.csv`"""
 
 
-def run_comparison(
-    contest: Benchmark, console: Console, step: Callable[[str], object], *, table: Path | None, report: Path | None
-) -> list[tuple[str, list[Figures]]]:
-    """Run a contest, print its figures for each experiment and for all together, and write what is asked for.
+def compare(
+    drives: Drives,
+    output: Annotated[Path | None, output("Figures to write (.csv).")] = None,
+    report: Annotated[Path | None, option("FILE", "Page to write as well (.html).")] = None,
+    methods: Annotated[str | None, METHODS] = None,
+    places: Annotated[str | None, option("FROM:TO", "Learn only these views of the reference drive.")] = None,
+    first_view: Annotated[str, option("VIEW", "First view of the query drive: a number, or a share as 40%.")] = "0",
+    kidnap: Annotated[
+        str | None, option("FROM:TO", "Carry the robot from before view FROM of the query to view TO.")
+    ] = None,
+    seed: Seed = 1,
+    as_json: Json = False,
+) -> None:
+    """Compare methods on the same views, baselines among them."""
+    from scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark
+    from scenarios.methods.by_name import methods_named
+    from scenarios.scoring.figures import figures_record
 
-    ``table`` is a file for the figures (.csv), ``report`` one for the page (.html). Raises ``ScenarioError``.
-    """
-    if table is not None and table.suffix.lower() != ".csv":
-        raise ScenarioError(f"{table}: is no table's name; valid is a name that ends in .csv")
-    comparisons = run_benchmark(contest, step)
+    for path in (output, report):
+        if path is not None:
+            check_output(path)
+    if output is not None and output.suffix.lower() != ".csv":
+        raise ScenarioError(f"{output}: is no table's name; valid is a name that ends in .csv")
+    benchmark = Benchmark(pairs_of(drives), methods_named(words(methods, "methods")), places, first_view, kidnap, seed)
+    with step_bars() as step:
+        comparisons = run_benchmark(benchmark, step)
     experiments = by_experiment(comparisons)
+    if as_json:
+        print_json(
+            [
+                {"experiment": name, "method": one.method, **figures_record(one)}
+                for name, ones in experiments
+                for one in ones
+            ]
+        )
+    else:
+        _print(experiments, comparisons)
+    _write(experiments, comparisons, output, report)
+
+
+def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: "Sequence[Comparison]") -> None:
+    """The figures of each experiment, and of all together."""
+    from scenarios.drives.benchmark import ALL
+    from scenarios.scoring.tables import figures_table, lost_table
+
     for name, found in experiments:
         drives = sum(1 for one in comparisons if name in (one.name, ALL))
         views = len(found[0].wide.outcomes)
         title = f"{name}: {drives} drive{'s' if drives > 1 else ''}, {views} views"
-        print_whole(console, figures_table(title, found))
+        print_whole(out, figures_table(title, found))
         if lost := lost_table("off the map, and coming back", found):
-            print_whole(console, lost)
+            print_whole(out, lost)
+
+
+def _write(
+    experiments: "Sequence[tuple[str, Sequence[Figures]]]",
+    comparisons: "Sequence[Comparison]",
+    table: Path | None,
+    report: Path | None,
+) -> None:
+    from refseq.files import replace_text
+    from scenarios.scoring.figures import figures_csv
+
     if table is not None:
         with writing(table):
             replace_text(table, figures_csv(experiments))
     if report is not None:
+        from scenarios.report.document import write_report
+        from scenarios.report.outline import outline_for
+
         with writing(report):
-            write_report(report, comparisons, title=_title(comparisons), outline=_outline(comparisons))
-    return experiments
-
-
-def by_experiment(comparisons: Sequence[Comparison]) -> list[tuple[str, list[Figures]]]:
-    """The figures of each name's comparisons, and, where there is more than one name, of all of them."""
-    names = list(dict.fromkeys(one.name for one in comparisons))
-    found = [(name, figures([one for one in comparisons if one.name == name])) for name in names]
-    return [*found, (ALL, figures(comparisons))] if len(names) > 1 else found
-
-
-def _title(comparisons: Sequence[Comparison]) -> str:
-    return "; ".join(dict.fromkeys(one.name for one in comparisons))
-
-
-def _outline(comparisons: Sequence[Comparison]) -> FloorOutline | None:
-    """The walls, where all drives were in the same world of the library."""
-    from worlds.plans.load import load_plan, world_names
-
-    worlds = {str(one.reference_metadata.get("world", "")) for one in comparisons}
-    world = worlds.pop()
-    return outline_of(load_plan(world)) if not worlds and world in world_names() else None
+            title = "; ".join(dict.fromkeys(one.name for one in comparisons))
+            write_report(report, comparisons, title=title, outline=outline_for(comparisons))

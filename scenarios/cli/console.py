@@ -1,19 +1,25 @@
 """What the commands show on the terminal: lines, the table of results, bars."""
 
+import json
 import logging
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
 from rich.console import Console
 
-from scenarios.tables import say as say
+from refseq.files import replacing_at
+from scenarios.drives.inputs import check_output, writing
+from scenarios.tables import say
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bars
     from rich.progress import TaskID
 
-    from scenarios.cli.demo import Step
     from scenarios.drives.evaluate import StageResult
     from scenarios.drives.record import Progress
     from scenarios.scoring.comparison import Comparison
@@ -31,6 +37,9 @@ __all__ = [
     "step_bars",
 ]
 
+Step = Callable[[str], "Progress | None"]
+"""Told the name of each step as it begins; gives back what is to be told of its progress, if anything."""
+
 out, err = Console(), Console(stderr=True)
 
 
@@ -40,6 +49,44 @@ class Notes(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Print one."""
         say(err, f"note: {record.getMessage()}")
+
+
+def print_json(value: object) -> None:
+    """Print a value for other programs: dataclasses as tables, NaN and the like as null."""
+    print(json.dumps(_plain(value), indent=2, ensure_ascii=False, allow_nan=False), file=out.file)
+
+
+def _plain(value: object) -> object:
+    if is_dataclass(value) and not isinstance(value, type):
+        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+    if hasattr(value, "model_dump"):
+        return _plain(value.model_dump(mode="json"))
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if isinstance(value, str | Path):
+        return str(value)
+    if isinstance(value, Iterable):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+@contextmanager
+def saved(path: Path, about: str = "", *, quiet: bool = False) -> Iterator[Path]:
+    """Write a file, the whole of it or nothing, under the name that is given here, and say so."""
+    check_output(path)
+    with writing(path), replacing_at(path) as temporary:
+        yield temporary
+    if not quiet:
+        say(out, f"{path}: {about}" if about else f"{path}")
+
+
+@contextmanager
+def wrote(path: Path, *, quiet: bool = False) -> Iterator[None]:
+    """Say that a file was written, or in one line what kept it from being."""
+    with writing(path):
+        yield
+    if not quiet:
+        say(out, f"{path}")
 
 
 def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
@@ -62,6 +109,25 @@ def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequ
 def share_of(share: "Proportion") -> str:
     """A share with the number of views."""
     return f"{share} of {share.trials}" if share.trials else str(share)
+
+
+def leave_below(found: "Sequence[StageResult]", at_least: float | None) -> None:
+    """Leave with 1 when the last stage is right less often than asked [%]."""
+    if at_least is None or not found:
+        return
+    success = next(iter(found[-1].success.values()))
+    if not success.trials or 100 * success.value < at_least:
+        say(err, f"below what was asked: {share_of(success)}, at least {at_least:g} %")
+        raise typer.Exit(1)
+
+
+@contextmanager
+def status_line(title: str) -> Iterator[Callable[[str], None]]:
+    """A line on the terminal that tells how something stands, until it is over."""
+    from rich.markup import escape
+
+    with err.status(escape(title)) as line:
+        yield lambda text: line.update(escape(f"{title}, {text}"))
 
 
 @contextmanager

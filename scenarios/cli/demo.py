@@ -1,6 +1,6 @@
 """The bench end to end: two drives in different light, the map of the first, the second localised in it, the report."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,8 +13,9 @@ from refseq.viewer.map.tab import MapTab
 from refseq.viewer.places import Places
 from refseq.viewer.recording import write_recording
 from refseq.viewer.tab import Tab
+from scenarios.cli.console import Step
 from scenarios.drives.evaluate import compare
-from scenarios.drives.record import QUERY_SEEDS, Drive, Progress, record
+from scenarios.drives.record import QUERY_SEEDS, Drive, record
 from scenarios.report.document import write_report
 from scenarios.scoring.comparison import Comparison
 from worlds.drawing.outline import outline_of
@@ -29,10 +30,6 @@ class Demo:
     lights: Sequence[str]
     seeds: Sequence[int]
     profile: Profile = THESIS
-
-
-Step = Callable[[str], Progress | None]
-"""Told the name of each step as it begins; gives back what is to be told of its progress, if anything."""
 
 
 def run_demo(demo: Demo, folder: Path, step: Step) -> list[Comparison]:

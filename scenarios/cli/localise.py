@@ -1,133 +1,81 @@
-"""The command ``refseq localise``: a later drive in a map or an atlas, from a recording or while it is driven."""
+"""The command ``refseq localise``: a later drive in a map, from its recording."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from scenarios.cli.console import err, out, print_results, say, share_of
-from scenarios.cli.live import LiveAsked, localised_live
-from scenarios.cli.options import AtLeast, Chance, MapOrAtlas, Noise, Sensors, Thin, Views
+from scenarios.cli.console import leave_below, out, print_json, print_results
+from scenarios.cli.options import (
+    BELIEFS,
+    AtLeast,
+    Json,
+    MapFile,
+    NoisySelection,
+    QueryFile,
+    Seed,
+    Sensors,
+    Stages,
+    grouped,
+)
 from scenarios.drives.inputs import check_output, read_drive, stages, words
+from scenarios.tables import say
 
 if TYPE_CHECKING:
-    from scenarios.drives.evaluate import StageResult
+    from refseq.map.map import Map
     from scenarios.scoring.comparison import Comparison
 
-BELOW = 1
-
-EXAMPLES = """Examples:
+LOCALISE_HELP = """Examples:
 
 * `refseq localise map.refseq query.mcap -o beliefs.parquet`
 * `refseq localise map.refseq query.mcap --stage chain --sensors camera-2 --at-least 80`
-* `refseq localise atlas.refseq query.mcap -o beliefs.parquet`
-* `refseq localise map.refseq --live hallway --light 18:00`
-* `refseq localise map.refseq --live hallway --light 18:00 --serve 9090 --record query.mcap`
-* `refseq localise map.refseq --live hallway --script keys.txt --save live.rrd`"""
-WITH_LIVE = "With --live: the drive"
-SHOWN = "With --live: where it is shown. A viewer is started unless told otherwise"
+
+Places of a map of several paths are numbered through, in the order of the last table: of paths that hold 76 and 51
+places, 0 to 75 are the first one's and 76 to 126 the second's."""
 
 
-def _with_live(text: str, metavar: str, **more: Any) -> Any:
-    return typer.Option(metavar=metavar, help=text, rich_help_panel=WITH_LIVE, **more)
-
-
+@grouped
 def localise(
-    map_file: MapOrAtlas,
-    query: Annotated[
-        Path | None, typer.Argument(help="Later drive: an MCAP recording or a CARMEN log; none with --live.")
-    ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Table of beliefs to write (.parquet).")
-    ] = None,
-    stage: Annotated[
-        list[str] | None,
-        typer.Option(metavar="STAGE", help="uniform, prior or chain; may be repeated. [default: all]"),
-    ] = None,
+    map_file: MapFile,
+    query: QueryFile,
+    output: Annotated[Path | None, BELIEFS] = None,
+    stage: Stages = None,
     sensors: Sensors = None,
-    views: Views = None,
-    thin: Thin = None,
-    odometry_noise: Noise = False,
-    seed: Chance = 1,
+    seed: Seed = 1,
     at_least: AtLeast = None,
-    live: Annotated[
-        str | None, typer.Option(metavar="WORLD", help="Drive in this world now, and show beliefs as they come.")
-    ] = None,
-    light: Annotated[str | None, _with_live("Light, as for `refseq record`. [default: 18:00]", "LIGHT")] = None,
-    change: Annotated[str | None, _with_live("Change, as for `refseq record`. [default: none]", "CHANGE")] = None,
-    robot: Annotated[str | None, _with_live("Robot that drives. [default: the map's]", "ROBOT")] = None,
-    route: Annotated[str | None, _with_live("Route to follow, or to start on. [default: forward]", "ROUTE")] = None,
-    drive_seed: Annotated[int | None, _with_live("Seed of the drive. [default: 2]", "N", min=0)] = None,
-    every: Annotated[float | None, _with_live("A view every so many metres. [default: 0.85]", "METRES")] = None,
-    script: Annotated[Path | None, _with_live("Led by a script, as for `refseq drive`.", "FILE")] = None,
-    keys: Annotated[
-        bool,
-        typer.Option("--keys", help="Led by keys in the browser, as by `refseq drive`.", rich_help_panel=WITH_LIVE),
-    ] = False,
-    record: Annotated[Path | None, _with_live("Keep the drive as a recording (.mcap).", "FILE")] = None,
-    save: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a file for the Rerun viewer.", rich_help_panel=SHOWN)
-    ] = None,
-    connect: Annotated[
-        str | None,
-        typer.Option(
-            metavar="URL", help="A viewer that runs elsewhere: rerun+http://HOST:9876/proxy.", rich_help_panel=SHOWN
-        ),
-    ] = None,
-    serve: Annotated[
-        int | None,
-        typer.Option(
-            metavar="PORT",
-            min=1,
-            max=65535,
-            help="Browsers of this machine, until Ctrl-C.",
-            rich_help_panel=SHOWN,
-        ),
-    ] = None,
+    as_json: Json = False,
+    selection: NoisySelection = NoisySelection(),
 ) -> None:
-    """Localise a later drive in a map, or in an atlas of several, view by view; with --live while it is driven.
-
-    Places of an atlas are those of all its sequences, one behind the other in the order of the last table: of sequences
-    that hold 76 and 51 places, 0 to 75 are the first one's and 76 to 126 the second's.
-    """
-    from refseq.logs.beliefs import write_beliefs
+    """Localise a recorded drive in a map, view by view."""
     from refseq.map.map import Map
-    from scenarios.drives.evaluate import compare, results
-    from scenarios.scoring.sequence_recall import sequence_recall_table
+    from scenarios.drives.evaluate import compare
 
     if output is not None:
         check_output(output)
-    asked = LiveAsked(live, light, change, robot, route, drive_seed, every, script, keys, record, save, connect, serve)
-    asked.check(query, {"views": views, "thin": thin, "odometry-noise": odometry_noise or None})
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = Map.load(map_file)
-    found: list[StageResult] = []
+    drive = read_drive(query, selection.views, selection.thin, seed + 1 if selection.odometry_noise else None)
+    name = f"{map_file.name} ← {query.name}"
+    comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
+    conclude(comparison, map_, output, at_least, as_json=as_json)
 
-    def tell(comparison: "Comparison") -> None:
+
+def conclude(
+    comparison: "Comparison", map_: "Map", output: Path | None, at_least: float | None, *, as_json: bool = False
+) -> None:
+    """Write the beliefs, print how often they are right, and leave with 1 where that is less than asked [%]."""
+    from refseq.logs.beliefs import write_beliefs
+    from scenarios.drives.evaluate import results
+    from scenarios.scoring.sequence_recall import sequence_recall_table
+
+    if output is not None:
+        metadata = {key: str(value) for key, value in comparison.query_metadata.items()}
+        write_beliefs(output, comparison.query_views, comparison.beliefs, metadata)
+    found = results([comparison])
+    if as_json:
+        print_json({"name": comparison.name, "views": len(comparison.query_views), "stages": found})
+    else:
         if output is not None:
-            told = {key: str(value) for key, value in comparison.query_metadata.items()}
-            write_beliefs(output, comparison.query_views, comparison.beliefs, told)
             say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
-        found.extend(results([comparison]))
         print_results(comparison.name, found, [comparison])
         if not map_.has_one_path:
             out.print(sequence_recall_table(map_, comparison.beliefs))
-
-    if query is None:
-        localised_live(map_file.name, map_, asked, wanted, chosen, seed, tell)
-    else:
-        drive = read_drive(query, views, thin, seed + 1 if odometry_noise else None)
-        name = f"{map_file.name} ← {query.name}"
-        tell(compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed))
-    judge(found, at_least)
-
-
-def judge(found: "Sequence[StageResult]", at_least: float | None) -> None:
-    """Leave with 1 when the last stage is right less often than asked."""
-    if at_least is None or not found:
-        return
-    success = next(iter(found[-1].success.values()))
-    if not success.trials or 100 * success.value < at_least:
-        say(err, f"below what was asked: {share_of(success)}, at least {at_least:g} %")
-        raise typer.Exit(BELOW)
+    leave_below(found, at_least)

@@ -1,31 +1,306 @@
-"""Options and arguments that several commands take."""
+"""Options and arguments of the command line, each declared once, and the groups of them that commands share."""
 
+import inspect
+from collections.abc import Callable, Iterator
+from copy import copy
+from dataclasses import dataclass, fields, is_dataclass
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_type_hints
 
 import typer
 
-Chance = Annotated[int, typer.Option(min=0, metavar="N", help="Seed of every random draw of this command.")]
-Sensors = Annotated[
+from scenarios.drives.inputs import assignments, words
+from scenarios.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from scenarios.drives.record import Drive
+    from sim.drives.recorder import Trigger
+
+
+class LaserReach(StrEnum):
+    """Values of ``--laser-range``; the modes of ``sim.sensors.laser.RangeMode``, not imported for help."""
+
+    NEAR = "8"
+    FAR = "80"
+
+
+class RendererName(StrEnum):
+    """Values of ``--renderer``: those of ``sim.rendering.renderer.RendererKind``, not imported for help."""
+
+    FILAMENT = "filament"
+    CLASSIC = "classic"
+    NONE = "none"
+
+
+class CameraRenderer(StrEnum):
+    """Values of ``--renderer`` where pictures are what is wanted."""
+
+    FILAMENT = "filament"
+    CLASSIC = "classic"
+
+
+def option(metavar: str, text: str, *names: str, **more: Any) -> Any:
+    """Declare an option: the placeholder of its value, nothing for a flag, and its help."""
+    return typer.Option(*names, metavar=metavar, help=text, **more)
+
+
+def flag(name: str, text: str, **more: Any) -> Any:
+    """Declare an option that takes no value."""
+    return option("", text, name, **more)
+
+
+def defaulting(declared: Any, default: str) -> Any:
+    """The same option where leaving it out means something that no constant says."""
+    other = copy(declared)
+    other.help = f"{declared.help} [default: {default}]"
+    return other
+
+
+def output(text: str, metavar: str = "FILE") -> Any:
+    """Declare a command's main result, as ``--output`` or ``-o``."""
+    return option(metavar, text, "--output", "-o")
+
+
+WORLD_HELP = "World of the library, corridor:SEED, or floor plan (.toml)."
+WORLD = option("WORLD", WORLD_HELP)
+LIGHT = option(
+    "LIGHT",
+    "Preset (morning, noon, 16:00, 18:00, overcast, late-evening) or any hour, 17:45; behind it, commas between, "
+    "cloud=0..1, lamps=auto|on|off, date=2008-06-15.",
+)
+CHANGE = option(
+    "CHANGE",
+    "Differences from the plan: none, few, busy, or strengths from 0 to 1, commas between, of people, walkers, doors, "
+    "bins, furniture, posters, cars: people=0.5,doors=0.3.",
+)
+ROBOT = option("ROBOT", "Robot that drives.")
+ROUTE = option("ROUTE", "Route of the world.")
+START = option("METRES", "Begin so far along the route.")
+SEED = option("N", "Seed of every random draw.", min=0)
+RENDERER = option("RENDERER", "filament: photometric; classic: fast; none: no images, laser only.")
+CAMERA_RENDERER = option("RENDERER", "filament: photometric; classic: fast.")
+SENSORS = option("NAMES", "Only these of camera-1, camera-2 and laser, commas between. [default: all]")
+DISTANCE = option("METRES", "Take a view every so far by the odometer; 0: not by distance.")
+TIMEOUT = option("SECONDS", "Longest simulated time for each step.")
+SECONDS = option("SECONDS", "Simulated time to drive.")
+RATE = option("FACTOR", "Simulated over real time.")
+REFERENCE = option("FILE", "First drive, which the map was learnt from, for its pictures.")
+CACHE = option("FOLDER", "Folder of recordings and answers that are kept. [default: the user's]")
+BELIEFS = output("Beliefs to write (.parquet).")
+SCRIPT = option("FILE", "Lead the robot by a script, or by a recording of `refseq drive`.")
+CASE = option("NAME", "Only this case or scenario; may be repeated. [default: all]")
+METHODS = option("NAMES", "Only these methods, commas between: PROFILE/STAGE, a baseline as topometric, baselines.")
+RECORDING = output("Recording to write (.mcap).")
+PICTURE = output("Picture to write (.svg or .png).")
+CHART = output("Picture to write (.png, .svg or .pdf).")
+FIRST_OR_QUERY = "an MCAP recording or a CARMEN log."
+
+World = Annotated[str, typer.Argument(metavar="WORLD", help=WORLD_HELP)]
+RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="Robot, as `refseq robot list` names it.")]
+MapFile = Annotated[Path, typer.Argument(metavar="MAP", help="Map (.refseq).")]
+QueryFile = Annotated[Path, typer.Argument(metavar="QUERY", help=f"Later drive: {FIRST_OR_QUERY}")]
+Drives = Annotated[
+    list[Path],
+    typer.Argument(metavar="REFERENCE QUERY", help="Pairs of drives; pairs in the same lights are pooled."),
+]
+Seed = Annotated[int, SEED]
+Profile = Annotated[str, option("PROFILE", "thesis: the method of 2008, with its values; best: ours.")]
+Features = Annotated[
     str | None,
-    typer.Option(metavar="NAMES", help="Only these, commas between, of camera-1,camera-2,laser. [default: all]"),
+    option(
+        "NAMES",
+        "Only these of sift, dense, walls, doors, boundary, hu and sectors, commas between. [default: the profile's]",
+    ),
 ]
-Views = Annotated[
-    str | None, typer.Option(metavar="FROM:TO", help="Only these views of the recording, TO not among them: 0:160.")
-]
-Thin = Annotated[
-    float | None, typer.Option(min=0.0, metavar="METRES", help="Keep one view every so many metres. [default: all]")
-]
-Noise = Annotated[
-    bool,
-    typer.Option("--odometry-noise", help="Add noise to the odometry, for logs where it was replaced by mapped poses."),
+Sensors = Annotated[str | None, SENSORS]
+Stages = Annotated[
+    list[str] | None, option("STAGE", "uniform, prior or chain; may be repeated. [default: all]", "--stage")
 ]
 AtLeast = Annotated[
     float | None,
-    typer.Option(
-        min=0, max=100, metavar="PERCENT", help="Exit 1 if the last stage is right within 1.5 m less often [%]."
-    ),
+    option("PERCENT", "Exit 1 if the last stage is right within 1.5 m less often.", min=0, max=100),
 ]
-MapOrAtlas = Annotated[
-    Path, typer.Argument(metavar="MAP", help="Map of the first drive, or atlas of several (.refseq).")
+Json = Annotated[bool, flag("--json", "Print JSON, for other programs.")]
+Along = Annotated[
+    list[float] | None,
+    option("METRES", "Place along the route; may be repeated. [default: three, a quarter apart]"),
 ]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """The world that a drive meets: its light, its differences from the plan, the stretch that is driven."""
+
+    panel: ClassVar[str] = "World"
+    light: Annotated[str, LIGHT] = "16:00"
+    change: Annotated[str, CHANGE] = "none"
+    change_seed: Annotated[int | None, option("N", "Seed of the change. [default: the drive's]", min=0)] = None
+    route: Annotated[str, ROUTE] = "forward"
+    start: Annotated[float, START] = 0.0
+    seed: Annotated[int, option("N", "Seed of every random draw of the drive.", min=0)] = 1
+    world_seed: Annotated[int, option("N", "Seed of the world's textures.", min=0)] = 0
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """The robot that drives and the sensors that it carries."""
+
+    panel: ClassVar[str] = "Robot"
+    robot: Annotated[str | None, ROBOT] = "robuter"
+    sensors: Annotated[str | None, SENSORS] = None
+    camera: Annotated[
+        list[str] | None,
+        option("NAME=MODEL", "Another model of a camera: fire-i, fire-i-wide, or a file (.toml); may be repeated."),
+    ] = None
+    laser_range: Annotated[LaserReach, option("METRES", "Range of the laser: 8, in steps of 1 mm, or 80, of 1 cm.")] = (
+        LaserReach.FAR
+    )
+    renderer: Annotated[RendererName | None, RENDERER] = RendererName.FILAMENT
+
+
+@dataclass(frozen=True)
+class CarrierInMap(Carrier):
+    """As ``Carrier``, where a map tells what drove when it was learnt."""
+
+    robot: Annotated[str | None, defaulting(ROBOT, "the map's")] = None
+    renderer: Annotated[RendererName | None, defaulting(RENDERER, "as the sensors need")] = None
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """When a view is taken."""
+
+    panel: ClassVar[str] = "Views"
+    distance: Annotated[float | None, defaulting(DISTANCE, "0.85")] = None
+    turn: Annotated[
+        float | None, option("DEGREES", "Take a view whenever the robot has turned so far.", min=1, max=360)
+    ] = None
+    time: Annotated[float | None, option("SECONDS", "Take a view at least so often.")] = None
+
+    @property
+    def trigger(self) -> "Trigger":
+        """The same in radians. Raises ``SimError``."""
+        from math import radians
+
+        from sim.drives.recorder import Trigger
+
+        turn = None if self.turn is None else radians(self.turn)
+        if self.distance is None:
+            return Trigger(turn=turn, time=self.time)
+        return Trigger(distance=self.distance or None, turn=turn, time=self.time)
+
+    def trigger_unless(self, on_request: bool) -> "Trigger | None":
+        """The same, or None where a view is taken only on request. Raises ``ScenarioError`` for both at once."""
+        for name, value in (("distance", self.distance), ("turn", self.turn), ("time", self.time)):
+            if on_request and value is not None:
+                raise ScenarioError(f"--on-request and --{name} {value:g} exclude each other; valid is one of them")
+        return None if on_request else self.trigger
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The part of a recording that is used."""
+
+    panel: ClassVar[str] = "Views"
+    views: Annotated[str | None, option("FROM:TO", "Only these views of the recording, TO not among them: 0:160.")] = (
+        None
+    )
+    thin: Annotated[float | None, option("METRES", "Keep one view every so far. [default: all]", min=0.0)] = None
+
+
+@dataclass(frozen=True)
+class NoisySelection(Selection):
+    """As ``Selection``, of logs whose odometry may have been replaced."""
+
+    odometry_noise: Annotated[
+        bool,
+        flag("--odometry-noise", "Add noise to the odometry, for logs where mapped poses replaced it."),
+    ] = False
+
+
+@dataclass(frozen=True)
+class Screen:
+    """The viewer: elsewhere, in a browser, or else one that is started here."""
+
+    panel: ClassVar[str] = "Viewer (one is started here unless told otherwise)"
+    connect: Annotated[str | None, option("URL", "Viewer that runs elsewhere: rerun+http://HOST:9876/proxy.")] = None
+    serve: Annotated[int | None, option("PORT", "Browsers of this machine, until Ctrl-C.", min=1, max=65535)] = None
+    memory_limit: Annotated[
+        str, option("LIMIT", "Memory of a viewer started or served, 4GB or 50%; then the oldest is dropped.")
+    ] = "50%"
+
+    def check(self) -> None:
+        """Raise ``RefseqError`` where nothing could be shown."""
+        from refseq.viewer.sinks import check_answers, check_display, check_free
+
+        if self.connect is not None:
+            check_answers(self.connect)
+        elif self.serve is not None:
+            check_free(self.serve)
+        else:
+            check_display()
+
+
+def drive_in(world: str, setting: Setting, carrier: Carrier, sampling: Sampling, **more: Any) -> "Drive":
+    """Put a drive together. Raises the rooms' own errors for what cannot be read."""
+    from scenarios.drives.record import Drive
+    from sim.rendering.renderer import RendererKind
+    from sim.sensors.laser import RangeMode
+
+    asked: dict[str, Any] = {
+        "world": world,
+        **{one.name: getattr(setting, one.name) for one in fields(setting)},
+        "robot": carrier.robot,
+        "sensors": words(carrier.sensors, "sensors"),
+        "cameras": assignments(carrier.camera, "camera"),
+        "laser": RangeMode[f"METRES_{carrier.laser_range.value}"],
+        "renderer": RendererKind(carrier.renderer or RendererName.FILAMENT),
+        "trigger": sampling.trigger,
+    }
+    return Drive(**{**asked, **more})
+
+
+def only_one_of(**given: object) -> None:
+    """Raise ``ScenarioError`` where more than one of some options is given."""
+    chosen = [
+        f"--{name.replace('_', '-')}" for name, value in given.items() if value is not None and value is not False
+    ]
+    if len(chosen) > 1:
+        raise ScenarioError(f"{' and '.join(chosen)} exclude each other; valid is one of them, or none")
+
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """Make an option of each field of a parameter that is a dataclass; its default's fields are theirs."""
+    groups: dict[str, type] = {}
+    parameters = list(_expanded(inspect.signature(command), groups))
+
+    def called(**given: Any) -> None:
+        made = {name: kind(**{one.name: given.pop(one.name) for one in fields(kind)}) for name, kind in groups.items()}
+        command(**given, **made)
+
+    called.__name__, called.__doc__, called.__module__ = command.__name__, command.__doc__, command.__module__
+    called.__annotations__ = {one.name: one.annotation for one in parameters}
+    called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    return called
+
+
+def _expanded(signature: inspect.Signature, groups: dict[str, type]) -> Iterator[inspect.Parameter]:
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    for parameter in signature.parameters.values():
+        kind = parameter.annotation
+        if not (isinstance(kind, type) and is_dataclass(kind)):
+            yield parameter.replace(kind=keyword)
+            continue
+        groups[parameter.name] = kind
+        for name, hint in get_type_hints(kind, include_extras=True).items():
+            if name == "panel":
+                continue
+            declared = copy(hint.__metadata__[0])
+            declared.rich_help_panel = kind.panel  # type: ignore[attr-defined]
+            yield inspect.Parameter(
+                name,
+                keyword,
+                default=getattr(parameter.default, name),
+                annotation=Annotated[hint.__origin__, declared],
+            )

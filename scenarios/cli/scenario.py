@@ -1,4 +1,4 @@
-"""The commands ``refseq scenario list | show | template | run | report | tables``."""
+"""The commands ``refseq scenario list | show | run | report | tables | template``."""
 
 import signal
 from collections import Counter
@@ -9,95 +9,153 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.console import err, out, say
-from scenarios.cli.scenario_show import list_scenarios, show, template
-from scenarios.drives.inputs import words
+from scenarios.cli.console import err, out, print_json
+from scenarios.cli.options import CACHE, CASE, METHODS, Json, flag, only_one_of, option, output
+from scenarios.cli.usage import Command, group
+from scenarios.drives.inputs import check_folder, check_output, words, writing
 from scenarios.errors import ScenarioError
+from scenarios.tables import print_whole, say
 
 if TYPE_CHECKING:
+    from scenarios.campaign.declare.cases import Case
     from scenarios.campaign.judge.drives import Judged
+    from scenarios.campaign.results import Results
     from scenarios.campaign.run.workers import WorkerPool
     from scenarios.campaign.store.cache import Store
 
-FAILED, BROKEN, INTERRUPTED = 1, 2, 130
+FAILED, BROKEN = 1, 2
+TEMPLATE_CLASS = "MyLocaliser"
 
-scenario = typer.Typer(
-    help="Declared experiments: what there is, what one declares, running them, their verdicts.",
-    no_args_is_help=True,
-    rich_markup_mode="markdown",
-)
+app = group("Run declared experiments, and read their verdicts.")
 
 Names = Annotated[
-    list[str], typer.Argument(metavar="SCENARIO...", help="Names, cases, or tags of the library, or paths (.toml).")
+    list[str], typer.Argument(metavar="SCENARIO", help="Names, cases or tags of the library, or paths (.toml).")
 ]
+Campaign = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder that `refseq scenario run` filled.")]
+Cases = Annotated[list[str] | None, CASE]
+Cache = Annotated[Path | None, CACHE]
 
 
-scenario.command("list")(list_scenarios)
-scenario.command("show")(show)
-scenario.command("template")(template)
+@app.command(
+    "list",
+    cls=Command,
+    epilog="""Examples:
+
+* `refseq scenario list`
+* `refseq scenario list thesis --json`""",
+)
+def list_scenarios(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="SCENARIO", help="Only these: names, tags, or paths (.toml). [default: all]"),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """List scenarios with their purpose, their numbers of cases and seeds, and their tags."""
+    from scenarios.campaign.declare.cases import find, names
+    from scenarios.campaign.pages.listing import by_file, list_table, listed
+
+    files = by_file(find(scenarios or names()))
+    if as_json:
+        print_json([listed(cases) for cases in files])
+    else:
+        print_whole(out, list_table(files))
 
 
-@scenario.command()
+@app.command(
+    cls=Command,
+    epilog="""Examples:
+
+* `refseq scenario show kidnap`
+* `refseq scenario show light-dial --case noon`""",
+)
+def show(
+    name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A name, a case, a tag, or a path (.toml).")],
+    case: Cases = None,
+    cache: Cache = None,
+    as_json: Json = False,
+) -> None:
+    """Show all that a scenario declares or leaves to defaults, and what of it is in the cache."""
+    from scenarios.campaign.declare.cases import find
+    from scenarios.campaign.pages.listing import lines, resolved
+    from scenarios.campaign.run.estimate import rest_of
+    from scenarios.campaign.store.cache import Store, default_store
+
+    cases = _only(find([name]), case or ())
+    if as_json:
+        print_json([resolved(one) for one in cases])
+        return
+    store = Store(cache or default_store())
+    for one in cases:
+        for line in lines(one, store):
+            say(out, line)
+    if len(cases) > 1:
+        say(out, f"all {len(cases)} cases together, which share drives: {rest_of(cases, store).summary}")
+
+
+def _only(cases: "list[Case]", names: Sequence[str]) -> "list[Case]":
+    """The cases of these names, all without any. Raises ``ScenarioError``."""
+    known = [{case.name, case.name.partition("/")[2]} for case in cases]
+    for name in names:
+        if not any(name in one for one in known):
+            raise ScenarioError(f"case {name!r} is unknown; valid are {', '.join(case.name for case in cases)}")
+    return [case for case, one in zip(cases, known, strict=True) if not names or one & set(names)]
+
+
+@app.command(
+    cls=Command,
+    epilog="""Examples:
+
+* `refseq scenario run smoke`
+* `refseq scenario run light-dial kidnap -j 4 -o out/nightly`
+* `refseq scenario run smoke --localiser my_localiser:MyLocaliser --methods none`
+* `refseq scenario run my/scenario.toml --seeds 1,2 --cache out/cache`
+* `refseq scenario run thesis --ray 10.0.0.1:6379`
+
+Stop with Ctrl-C whenever you like: the same command goes on, since nothing that is in the cache is done again.
+
+Exit codes: 0 all passed; 1 an expectation was missed; 2 something broke. Scenarios that are not blocking never change
+it.""",
+)
 def run(
     scenarios: Names,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder to fill.")] = Path(
-        "out/campaign"
-    ),
+    output: Annotated[Path, output("Folder to fill.", "FOLDER")] = Path("out/campaign"),
     workers: Annotated[
-        int | None,
-        typer.Option("--workers", "-j", min=1, metavar="N", help="Processes on this machine. [default: 1]"),
+        int | None, option("N", "Processes on this machine. [default: 1]", "--workers", "-j", min=1)
     ] = None,
-    ray: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Work on a Ray cluster instead: HOST:PORT or auto."),
-    ] = None,
-    cache: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Where recordings and answers are kept. [default: the user's]")
-    ] = None,
-    seeds: Annotated[
-        str | None, typer.Option(metavar="N,N", help="Only these seeds. [default: those of each scenario]")
-    ] = None,
+    ray: Annotated[str | None, option("ADDRESS", "Work on a Ray cluster instead: HOST:PORT or auto.")] = None,
+    cache: Cache = None,
+    seeds: Annotated[str | None, option("N,N", "Only these seeds. [default: those of each scenario]")] = None,
     localiser: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="MODULE:CLASS", help="Judge your own localiser, or another method by its name; may be repeated."
-        ),
+        option("MODULE:CLASS", "Judge your own localiser, or another method by its name; may be repeated."),
     ] = None,
-    methods: Annotated[
-        str | None,
-        typer.Option(metavar="NAMES", help="Beside it only these methods run, commas between; none: no other."),
-    ] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Ask all methods anew; recordings are kept.")] = False,
+    methods: Annotated[str | None, option("NAMES", f"{METHODS.help} none: only --localiser.")] = None,
+    fresh: Annotated[bool, flag("--fresh", "Ask all methods anew; recordings are kept.")] = False,
 ) -> None:
-    """Run scenarios and judge them.
-
-    What is kept in the cache is not done again: stop with Ctrl-C whenever you like, and the same command goes on.
-    Exit code 0: all passed; 1: an expectation was missed; 2: something broke. Scenarios that are not blocking never
-    change it.
-
-    `refseq scenario run smoke`
-
-    `refseq scenario run light-dial kidnap -j 4 -o out/nightly`
-
-    `refseq scenario run smoke --localiser my_localiser:MyLocaliser --methods none`
-
-    `refseq scenario run my/scenario.toml --seeds 1,2 --cache out/cache`
-
-    `refseq scenario run thesis --ray 10.0.0.1:6379`
-    """
-    from scenarios.campaign.campaign import run_campaign
+    """Run scenarios and judge them."""
     from scenarios.campaign.declare.cases import find
     from scenarios.campaign.declare.overrides import with_methods, with_seeds
-    from scenarios.campaign.pages.index import INDEX
-    from scenarios.campaign.progress import watcher_on
     from scenarios.campaign.results import Results
     from scenarios.campaign.store.cache import Store, default_store
-    from scenarios.report.words import size_text
 
+    only_one_of(workers=workers, ray=ray)
+    check_folder(output)
     cases = with_seeds(with_methods(find(scenarios), localiser or (), words(methods, "methods")), seeds)
     store = Store(cache or default_store())
-    folder = Results(output, cases, store)
-    executor = _executor(workers, ray, store)
+    results = _judged(cases, Results(output, cases, store), _executor(workers, ray, store), store, fresh=fresh)
+    _leave(results)
+
+
+def _judged(
+    cases: "Sequence[Case]", folder: "Results", executor: "WorkerPool", store: "Store", *, fresh: bool
+) -> "list[Judged]":
+    """Run and judge cases, and tell how they went; what is interrupted tells how to go on."""
+    from scenarios.campaign.campaign import run_campaign
+    from scenarios.campaign.pages.index import INDEX
+    from scenarios.campaign.progress import watcher_on
+    from scenarios.report.words import size_text
+
     watcher = watcher_on(err, executor)
     results: list[Judged] = []
     at_once = True
@@ -108,105 +166,16 @@ def run(
             at_once = False
         except KeyboardInterrupt:
             done = f"{watcher.done} done, {watcher.kept} kept from before"
-            interrupted = f"interrupted: {done}: all is kept in {store.folder}, and the same command goes on from there"
         finally:
             watcher.close()
             executor.close(at_once=at_once)
     if at_once:
         store.sweep()
-        say(err, interrupted)
-        raise typer.Exit(INTERRUPTED)
+        raise KeyboardInterrupt(f"{done}: all is kept in {store.folder}, and the same command goes on from there")
     _tell(results)
     say(err, f"{watcher.summary}; {size_text(store.size)} kept in {store.folder}")
     say(out, f"look at {folder.folder / INDEX}")
-    _leave(results)
-
-
-@scenario.command()
-def report(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="What `refseq scenario run` filled.")] = Path(
-        "out/campaign"
-    ),
-    figures: Annotated[bool, typer.Option("--figures", help="Print the figures of all methods as well.")] = False,
-    table: Annotated[
-        list[str] | None,
-        typer.Option(metavar="FIGURE", help="Print only this figure, of all methods over all cases; may be repeated."),
-    ] = None,
-    case: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="In a table only this case or scenario; may be repeated.")
-    ] = None,
-    markdown: Annotated[
-        bool, typer.Option("--markdown", help="Print in Markdown, for the summary of a CI job, or for a page.")
-    ] = False,
-) -> None:
-    """Tell what came of a campaign: verdicts, reasons, and where its pages lie.
-
-    Needs nothing but the folder: not the cache, not the machine that it ran on.
-
-    `refseq scenario report out/nightly --figures`
-
-    `refseq scenario report out/campaign --markdown >> "$GITHUB_STEP_SUMMARY"`
-
-    `refseq scenario report out/nightly --table failures --table lost_auroc --case kidnap`
-    """
-    from scenarios.campaign.pages.summary import summary
-    from scenarios.campaign.pages.text_report import print_report, print_summary, report_markdown, summary_markdown
-    from scenarios.campaign.store.result_file import read_result
-
-    record = read_result(folder)
-    if case and not table:
-        raise ScenarioError("--case goes with --table; valid is to name a figure as well, as in --table success")
-    tables = [summary(record, figure, case or ()) for figure in table or ()]
-    if tables:
-        for one in tables:
-            if markdown:
-                typer.echo(summary_markdown(one))
-            else:
-                print_summary(one, out)
-    elif markdown:
-        typer.echo(report_markdown(record, figures=figures), nl=False)
-    else:
-        print_report(record, folder, out, figures=figures)
-
-
-@scenario.command()
-def tables(
-    page: Annotated[Path, typer.Argument(metavar="PAGE", help="A page in Markdown that declares tables.")],
-    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER...", help="What `refseq scenario run` filled.")],
-    table: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Only this table of the page; may be repeated.")
-    ] = None,
-    check: Annotated[
-        bool, typer.Option("--check", help="Write nothing; exit code 1 where a table stands otherwise.")
-    ] = False,
-) -> None:
-    """Fill a page's tables with figures of campaigns.
-
-    A table is declared in a comment, what follows is replaced up to `<!-- end table -->` (docs/write-scenario.md).
-    Where two campaigns asked a method in the same case, the later one named counts.
-
-    `refseq scenario tables docs/results.md out/thesis out/nightly`
-
-    `refseq scenario tables docs/results.md out/missions --table missions`
-    """
-    from refseq.files import replace_text
-    from scenarios.campaign.pages.tables import CampaignRuns, blocks, replaced, selected_blocks, stale
-    from scenarios.campaign.store.result_file import read_result
-
-    try:
-        text = page.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        told = getattr(error, "strerror", None) or "is not UTF-8"
-        raise ScenarioError(f"{page}: cannot be read: {told}; valid is a page in Markdown") from error
-    wanted = selected_blocks(blocks(text, str(page)), table or (), str(page))
-    changed = list(stale(wanted, CampaignRuns([read_result(folder) for folder in folders])))
-    for block, _ in changed:
-        say(out, f"{page}: table {block.name}: " + ("stands otherwise" if check else "filled"))
-    say(out, f"{page}: {len(wanted) - len(changed)} of {len(wanted)} tables stood as they should")
-    if check and changed:
-        raise typer.Exit(FAILED)
-    if changed and not check:
-        replace_text(page, replaced(text, changed))
+    return results
 
 
 @contextmanager
@@ -220,12 +189,10 @@ def _cancelled_as_by_ctrl_c() -> Iterator[None]:
 
 
 def _executor(workers: int | None, ray: str | None, store: "Store") -> "WorkerPool":
-    from scenarios.campaign.run.workers import LocalWorkers
-
     if ray is None:
+        from scenarios.campaign.run.workers import LocalWorkers
+
         return LocalWorkers(workers or 1, store.folder)
-    if workers is not None:
-        raise ScenarioError(f"--workers {workers} and --ray {ray} exclude each other: a cluster has its own workers")
     from scenarios.campaign.run.ray_workers import RayWorkers
 
     return RayWorkers(ray, store)
@@ -254,3 +221,113 @@ def _leave(results: "Sequence[Judged]") -> None:
         raise typer.Exit(BROKEN)
     if Verdict.FAILED in verdicts:
         raise typer.Exit(FAILED)
+
+
+@app.command(
+    cls=Command,
+    epilog="""Examples:
+
+* `refseq scenario report out/nightly --figures`
+* `refseq scenario report out/campaign --markdown >> "$GITHUB_STEP_SUMMARY"`
+* `refseq scenario report out/nightly --across failures --across lost_auroc --case kidnap`
+
+It needs nothing but the folder: not the cache, not the machine that it ran on.""",
+)
+def report(
+    folder: Campaign = Path("out/campaign"),
+    figures: Annotated[bool, flag("--figures", "Print the figures of all methods as well.")] = False,
+    across: Annotated[
+        list[str] | None, option("FIGURE", "Print only this figure, of all methods over all cases; may be repeated.")
+    ] = None,
+    case: Cases = None,
+    markdown: Annotated[
+        bool, flag("--markdown", "Print Markdown, for the summary of a CI job, or for a page.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Print a campaign's verdicts, their reasons, and the place of its pages."""
+    from scenarios.campaign.pages.summary import summary
+    from scenarios.campaign.pages.text_report import print_report, print_summary, report_markdown, summary_markdown
+    from scenarios.campaign.store.result_file import read_result
+
+    only_one_of(markdown=markdown, json=as_json)
+    if case and not across:
+        raise ScenarioError("--case goes with --across; valid is to name a figure as well, as in --across success")
+    record = read_result(folder)
+    tables = [summary(record, figure, case or ()) for figure in across or ()]
+    if as_json:
+        print_json(tables or record)
+    elif tables:
+        for table in tables:
+            if markdown:
+                typer.echo(summary_markdown(table))
+            else:
+                print_summary(table, out)
+    elif markdown:
+        typer.echo(report_markdown(record, figures=figures), nl=False)
+    else:
+        print_report(record, folder, out, figures=figures)
+
+
+@app.command(
+    cls=Command,
+    epilog="""Examples:
+
+* `refseq scenario tables docs/results.md out/thesis out/nightly`
+* `refseq scenario tables docs/results.md out/missions --table missions`
+
+A table is declared in a comment; the lines up to `<!-- end table -->` are replaced (docs/write-scenario.md). Where two
+campaigns asked a method in the same case, the later one named counts.""",
+)
+def tables(
+    page: Annotated[Path, typer.Argument(metavar="PAGE", help="A page in Markdown that declares tables.")],
+    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER", help="Folders that `refseq scenario run` filled.")],
+    table: Annotated[list[str] | None, option("NAME", "Only this table of the page; may be repeated.")] = None,
+    check: Annotated[bool, flag("--check", "Write nothing; exit 1 where a table stands otherwise.")] = False,
+) -> None:
+    """Fill a page's tables with figures of campaigns."""
+    from refseq.files import replace_text
+    from scenarios.campaign.pages.tables import CampaignRuns, blocks, replaced, selected_blocks, stale
+    from scenarios.campaign.store.result_file import read_result
+
+    text = _text_of(page)
+    wanted = selected_blocks(blocks(text, str(page)), table or (), str(page))
+    changed = list(stale(wanted, CampaignRuns([read_result(folder) for folder in folders])))
+    for block, _ in changed:
+        say(out, f"{page}: table {block.name}: " + ("stands otherwise" if check else "filled"))
+    say(out, f"{page}: {len(wanted) - len(changed)} of {len(wanted)} tables stood as they should")
+    if check and changed:
+        raise typer.Exit(FAILED)
+    if changed and not check:
+        replace_text(page, replaced(text, changed))
+
+
+def _text_of(page: Path) -> str:
+    try:
+        return page.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "is not UTF-8"
+        raise ScenarioError(f"{page}: cannot be read: {reason}; valid is a page in Markdown") from error
+
+
+@app.command(
+    cls=Command,
+    epilog="""Examples:
+
+* `refseq scenario template -o my_localiser.py`
+* `refseq scenario run smoke --localiser my_localiser:MyLocaliser`""",
+)
+def template(output: Annotated[Path, output("Python file to write.")] = Path("my_localiser.py")) -> None:
+    """Write a small localiser that works, to begin one of your own with."""
+    from refseq.files import replace_text
+    from scenarios.methods.templates import MY_LOCALISER
+
+    if not (output.suffix == ".py" and output.stem.isidentifier()):
+        raise ScenarioError(f"{output}: is no module's name; valid is a name that can be imported, ending in .py")
+    check_output(output)
+    if output.exists():
+        raise ScenarioError(f"{output}: is there already; valid is a new file")
+    with writing(output):
+        replace_text(output, MY_LOCALISER.read_text(encoding="utf-8"))
+    run_it = f"refseq scenario run smoke --localiser {output.stem}:{TEMPLATE_CLASS}"
+    say(out, f"{output} is written; run it from this folder: {run_it}")

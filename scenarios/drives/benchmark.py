@@ -12,6 +12,9 @@ from scenarios.drives.naming import pair_name
 from scenarios.errors import ScenarioError
 from scenarios.methods.by_name import METHODS, answers
 from scenarios.scoring.comparison import Comparison
+from scenarios.scoring.figures import Figures, figures
+
+ALL = "all drives together"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +61,13 @@ def run_benchmark(contest: Benchmark, step: Callable[[str], object]) -> list[Com
     return comparisons
 
 
+def by_experiment(comparisons: Sequence[Comparison]) -> list[tuple[str, list[Figures]]]:
+    """The figures of each name's comparisons, and, where there is more than one name, of all of them."""
+    names = list(dict.fromkeys(one.name for one in comparisons))
+    found = [(name, figures([one for one in comparisons if one.name == name])) for name in names]
+    return [*found, (ALL, figures(comparisons))] if len(names) > 1 else found
+
+
 def query_views(views: Sequence[View], contest: Benchmark, path: Path) -> tuple[View, ...]:
     """The views of a query drive that are asked about."""
     left = tuple(views[first_view(contest.start, len(views), path) :])
@@ -69,7 +79,7 @@ def first_view(start: str, count: int, path: Path) -> int:
     match = re.fullmatch(r"(\d+)(%?)", start)
     first = (int(match[1]) * count // 100 if match[2] else int(match[1])) if match else count
     if first >= count:
-        raise ScenarioError(f"{path}: start {start!r} is not in it; valid are 0 to {count - 1} and 0% to 99%")
+        raise ScenarioError(f"{path}: first view {start!r} is not in it; valid are 0 to {count - 1} and 0% to 99%")
     return first
 
 

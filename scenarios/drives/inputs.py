@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.drives.selection import stretch
 from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -80,6 +79,7 @@ def read_drive(path: Path, views: str | None, thin: float | None, noise_seed: in
 
     from refseq.logs import read_recording
     from refseq.logs.thin import every, with_odometry_noise
+    from scenarios.drives.selection import stretch
 
     recording = read_recording(path)
     if not recording.complete:

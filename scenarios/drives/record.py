@@ -238,7 +238,10 @@ def write_drive(
     """
     views: list[View] = []
     taken_on = (taken if scanning else replace(taken, view=replace(taken.view, scan=None)) for taken in drive_on)
-    first = next(taken_on, None)
+    try:
+        first = next(taken_on, None)
+    except KeyboardInterrupt:
+        raise Interrupted(f"{path or 'the drive'} is not written") from None
     if first is None:
         raise NoViewError(f"{path or 'the drive'} is not written: no view was taken")
 

@@ -1,5 +1,6 @@
 """Teleoperated drives, recorded as any other drive."""
 
+import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
@@ -7,7 +8,16 @@ from pathlib import Path
 
 from refseq.logs import Recording, read_recording
 from robots import Stop
-from scenarios.drives.record import Drive, ViewCallback, check_recording, described, open_bench, scans, write_drive
+from scenarios.drives.record import (
+    Drive,
+    ViewCallback,
+    check_recording,
+    described,
+    open_bench,
+    scans,
+    sensors_of,
+    write_drive,
+)
 from scenarios.errors import ScenarioError
 from sim.bench.bench import Bench
 from sim.drives.recorder import Trigger
@@ -102,3 +112,23 @@ def controls_in(path: Path) -> tuple[TimedCommand, ...]:
     if text is None:
         raise ScenarioError(f"{path}: was not led by hand; valid is a recording of `refseq drive`")
     return parse(text, str(path))
+
+
+def by_viewer(session: TeleopDrive, *, port: int = 0, gamepad: Path | None = None, rate: float = 1.0) -> Controls:
+    """Open the controls on a page in the browser."""
+    from sim.teleop.viewer import ViewerSettings, opened
+
+    settings = ViewerSettings(session.name, sampling_in_words(session.sampling), sensors_of(session.drive), port, rate)
+    return lambda bench: opened(bench, settings, gamepad)
+
+
+def sampling_in_words(sampling: Trigger | None) -> str:
+    """Tell when a view is taken."""
+    if sampling is None:
+        return "by hand"
+    parts = [
+        f"every {sampling.time:g} s" if sampling.time is not None else "",
+        f"after {sampling.distance:g} m" if sampling.distance is not None else "",
+        f"after {math.degrees(sampling.turn):g}°" if sampling.turn is not None else "",
+    ]
+    return " or ".join(part for part in parts if part)

@@ -15,8 +15,8 @@ from scenarios.errors import ScenarioError
 from scenarios.tables import TextTable
 
 HEAD = """\
-# Joins that refseq merge made or refused. Turn `joined` round, or add a join of your own, and give this file to
-# refseq merge --decisions. `first` and `second` are the first and last view of the stretch in either sequence.
+# Joins that refseq map merge made or refused. Turn `joined` round, or add a join of your own, and give this file to
+# refseq map merge --decisions. `first` and `second` are the first and last view of the stretch in either sequence.
 """
 BY_A_PERSON = "a person says so"
 

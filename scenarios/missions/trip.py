@@ -124,11 +124,11 @@ def bench_on_way(trip: MissionTrip, poses: Sequence[Pose], plan: Plan) -> Bench:
     """A bench with the robot set down on a plan's way, looking as it looked when that was learnt."""
     way = plan.path
     if not 0 <= trip.at < way.length:
-        raise ScenarioError(f"at {trip.at:g} m is not on the way; valid is 0 to {way.length:.1f} m, less than that")
+        raise ScenarioError(f"start {trip.at:g} m is not on the way; valid is 0 to {way.length:.1f} m, less than that")
     at = int(np.searchsorted(way.along, trip.at, side="right")) - 1
     ahead = next((pose for pose in poses[at + 1 :] if np.hypot(pose.x - poses[at].x, pose.y - poses[at].y) > 0.1), None)
     if ahead is None:
-        raise ScenarioError(f"at {trip.at:g} m the way is at its end; valid is before that")
+        raise ScenarioError(f"start {trip.at:g} m the way is at its end; valid is before that")
     start = poses[at]
     waypoints = ((start.x, start.y), (ahead.x, ahead.y))
     bench = open_bench(replace(trip.drive, waypoints=waypoints), watched=trip.strip is not None)

@@ -90,7 +90,7 @@ def parse_pose(text: str) -> Pose:
     except ValueError:
         x = y = heading = math.nan
     if not all(map(math.isfinite, (x, y, heading))):
-        raise ScenarioError(f"at '{text}' is not valid; it should be X,Y,HEADING in metres and degrees, such as 3,0,90")
+        raise ScenarioError(f"pose '{text}' is not valid; it should be X,Y,DEGREES, x and y in metres, such as 3,0,90")
     return Pose(x, y, math.radians(heading))
 
 
@@ -118,7 +118,7 @@ def drive_behaviours(asked: BehaviourDrive) -> Iterator[BehaviourResult]:
 
 def _put(bench: Bench, plan: FloorPlan, pose: Pose) -> None:
     """Carry the robot to ``pose``; raises ``ScenarioError`` where there is no room."""
-    at = f"at {pose.x:g},{pose.y:g},{math.degrees(pose.heading):g}"
+    at = f"pose {pose.x:g},{pose.y:g},{math.degrees(pose.heading):g}"
     if not inside(plan, (pose.x, pose.y)):
         raise ScenarioError(f"{at} lies outside '{plan.name}'; {valid_areas(rectangles(plan))}")
     bench.place(pose)

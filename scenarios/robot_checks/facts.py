@@ -26,6 +26,28 @@ def robots_table() -> TextTable:
     return table
 
 
+def robots_facts() -> list[dict[str, object]]:
+    """All robots, for other programs."""
+    return [robot_facts(Body(robots.load(name))) for name in robots.names()]
+
+
+def robot_facts(body: Body) -> dict[str, object]:
+    """One robot, for other programs; measures as in ``sources.Measure``."""
+    robot, limits = body.robot, body.robot.limits
+    return {
+        "name": robot.name,
+        "mass_kg": body.mass,
+        "size_m": body.whole.size.tolist(),
+        "measures_m": {measure.value: value for measure, value in measures(body).items()},
+        "speed_mps": limits.speed,
+        "turn_rate_radps": limits.turn_rate,
+        "pulses_per_turn": robot.pulses_per_turn,
+        "cameras": list(robot.cameras),
+        "sonars": list(robot.sonars),
+        "bumpers": list(robot.bumpers),
+    }
+
+
 def sensors_text(robot: Robot) -> str:
     """What a robot senses with, in a few words."""
     counted = {"cameras": len(robot.cameras), "sonars": len(robot.sonars), "bumpers": len(robot.bumpers)}

@@ -30,6 +30,20 @@ GENERATED = "corridor:SEED"
 # --- list and show ---
 
 
+def library() -> list[dict[str, object]]:
+    """The worlds of the library, for other programs."""
+    return [
+        {
+            "name": name,
+            "title": plan.title,
+            "size_m": (plan.bounds[1] - plan.bounds[0]).tolist(),
+            "routes_m": {route: round(length(points), 3) for route, points in plan.routes.items()},
+            "things": dict(_counts(plan)),
+        }
+        for name, plan in ((name, load_plan(name)) for name in world_names())
+    ]
+
+
 def library_table() -> TextTable:
     """The worlds of the library, a row each, and the one that is made from a seed."""
     table = TextTable("world", "what", "size [m]", "routes [m]", ">things", wraps=("what", "routes [m]"))

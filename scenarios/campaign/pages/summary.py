@@ -38,7 +38,7 @@ def summary(record: CampaignRecord, figure: str, wanted: Sequence[str] = ()) -> 
     methods = list(dict.fromkeys(one.method for case in cases for one in case.methods))
     known = [*SHARES, *dict.fromkeys(name for case in cases for one in case.methods for name in one.figures)]
     if figure not in known:
-        raise ScenarioError(f"--table {figure!r} is no figure of this campaign; valid are {', '.join(known)}")
+        raise ScenarioError(f"--across {figure!r} is no figure of this campaign; valid are {', '.join(known)}")
     return Summary(
         figure=figure,
         cases=tuple(case.name for case in cases),

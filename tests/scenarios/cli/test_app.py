@@ -29,7 +29,7 @@ at = 7.8
 width = 0.9
 material = "door"
 """
-COMMANDS = ("record", "learn", "localise", "matrix", "report", "view", "demo", "doctor")
+COMMANDS = ("record", "learn", "localise", "live", "drive", "compare", "report", "view", "demo", "doctor")
 LASER_ONLY = ("--renderer", "none")
 
 
@@ -41,7 +41,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (home / "door.toml").write_text(SMALL.format(top="", end="") + DOOR)
     script = "import sys; from scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
     for line in (
-        "record small.toml --renderer none --every 0.4 -o run.mcap",
+        "record small.toml --renderer none --distance 0.4 -o run.mcap",
         "learn run.mcap --features walls,boundary,sectors -o map.refseq",
         "localise map.refseq run.mcap -o beliefs.parquet",
     ):
@@ -124,25 +124,25 @@ BAD_INPUT = [
     ("compare run.mcap", "run.mcap: comes without a query; valid are pairs of a reference"),
     ("compare run.mcap nothing.mcap", "nothing.mcap: is no file; valid is a recording"),
     ("compare run.mcap run.mcap --methods magic", "method 'magic' is unknown; valid are thesis/uniform, thesis/prior"),
-    ("compare run.mcap run.mcap --start 120%", "run.mcap: start '120%' is not in it; valid are 0 to "),
-    ("compare run.mcap run.mcap --start soon", "run.mcap: start 'soon' is not in it; valid are 0 to "),
+    ("compare run.mcap run.mcap --first-view 120%", "run.mcap: first view '120%' is not in it; valid are 0 to "),
+    ("compare run.mcap run.mcap --first-view soon", "run.mcap: first view 'soon' is not in it; valid are 0 to "),
     ("compare run.mcap run.mcap --kidnap 0:1", "run.mcap: kidnap '0:1' is not in it; valid is FROM:TO"),
     ("compare run.mcap run.mcap --places 5", "run.mcap: views '5' is no stretch of it; valid is FROM:TO within 0:"),
-    ("compare run.mcap run.mcap --table new.txt", "new.txt: is no table's name; valid is a name that ends in .csv"),
+    ("compare run.mcap run.mcap -o new.txt", "new.txt: is no table's name; valid is a name that ends in .csv"),
     ("demo --world nowhere -o new", "unknown world 'nowhere'; known are annex, "),
-    ("demo --to dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
-    ("demo --from dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
+    ("demo --query-light dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
+    ("demo --light dusk -o new", "unknown light 'dusk'; known are morning, noon, 16:00, "),
     ("demo --robot r2d2 -o new", "unknown robot 'r2d2': valid are robuter, segway_rmp, segway_rmp-tractor"),
     # numbers out of range
-    (f"{RECORD} --every -1", "trigger: distance = -1.0 is not positive and finite"),
-    (f"{RECORD} --every nan", "trigger: distance = nan is not positive and finite"),
-    (f"{RECORD} --every 0", "trigger: distance, turn and time are all off; valid is at least one of them"),
-    (f"{RECORD} --turn -0.1", "trigger: turn = -0.1 is not positive and finite"),
+    (f"{RECORD} --distance -1", "trigger: distance = -1.0 is not positive and finite"),
+    (f"{RECORD} --distance nan", "trigger: distance = nan is not positive and finite"),
+    (f"{RECORD} --distance 0", "trigger: distance, turn and time are all off; valid is at least one of them"),
+    (f"{RECORD} --start 99", "start 99.0 m and end 6 m are no stretch of route"),
     (f"{RECORD} --time inf", "trigger: time = inf is not positive and finite"),
     ("learn run.mcap -o new.refseq --thin inf", "thin inf is not valid; it should be a number of metres, 0 or more"),
     ("learn run.mcap -o new.refseq --views 5:2", "run.mcap: views '5:2' is no stretch of it; valid is FROM:TO within"),
     ("localise map.refseq run.mcap --views 0:999", "run.mcap: views '0:999' is no stretch of it; valid is FROM:TO"),
-    ("view run.mcap --save new.rrd --views abc", "run.mcap: views 'abc' is no stretch of it; valid is FROM:TO"),
+    ("view run.mcap -o new.rrd --views abc", "run.mcap: views 'abc' is no stretch of it; valid is FROM:TO"),
     # files that cannot be read
     ("record missing.toml -o new.mcap", "missing.toml: cannot be read: No such file or directory"),
     (
@@ -159,16 +159,16 @@ BAD_INPUT = [
     ("learn prose.log -o new.refseq", "prose.log: holds no scan (kinds of lines seen: hello); valid are FLASER"),
     ("localise missing.refseq run.mcap", "missing.refseq: cannot be read: No such file or directory"),
     ("localise run.mcap run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
-    ("localise version-9.refseq run.mcap", "version-9.refseq: is of map format version 9; valid is 3: learn it anew"),
+    ("localise version-9.refseq run.mcap", "version-9.refseq: is of map format version 9; valid is 4: learn it anew"),
     ("report map.refseq run.mcap missing.parquet -o new.html", "missing.parquet: is no file; valid is a table of"),
     ("report map.refseq run.mcap folder -o new.html", "folder: is no file; valid is a table of beliefs (.parquet)"),
     ("report map.refseq run.mcap run.mcap -o new.html", "run.mcap: is no table of beliefs"),
     ("report map.refseq run.mcap other.parquet -o new.html", "other.parquet: is no table of beliefs: column 'method'"),
     ("report map.refseq run.mcap magic.parquet -o new.html", "magic.parquet: column 'method' holds int64; valid is"),
     ("report map.refseq run.mcap none.parquet -o new.html", "none.parquet: holds no belief; valid is one a view of"),
-    ("matrix missing.refseq", "missing.refseq: cannot be read: No such file or directory"),
-    ("matrix run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
-    ("matrix version-9.refseq", "version-9.refseq: is of map format version 9; valid is 3: learn it anew"),
+    ("map matrix missing.refseq", "missing.refseq: cannot be read: No such file or directory"),
+    ("map matrix run.mcap", "run.mcap: is not a .refseq map, or is damaged"),
+    ("map matrix version-9.refseq", "version-9.refseq: is of map format version 9; valid is 4: learn it anew"),
     ("compare missing.mcap run.mcap", "missing.mcap: is no file; valid is a recording"),
     ("compare folder run.mcap", "folder: cannot be read: Is a directory"),
     ("compare run.mcap empty.mcap", "empty.mcap: is empty; valid are an MCAP recording and a CARMEN log"),
@@ -176,24 +176,24 @@ BAD_INPUT = [
     ("compare run.mcap run.mcap cut.mcap", "cut.mcap: comes without a query; valid are pairs of a reference and a"),
     ("report map.refseq run.mcap few.parquet -o new.html", "few.parquet: comparison 'map.refseq ← run.mcap', stage"),
     ("report map.refseq run.mcap beliefs.parquet --views 0:3 -o new.html", "15 answers; valid is one a query view, 3"),
-    ("view map.refseq run.mcap few.parquet --save new.rrd", "5 answers; valid is one a query view, 15"),
-    ("view run.mcap map.refseq --save new.rrd", "run.mcap map.refseq: valid is a recording, a map (.refseq), or map,"),
+    ("view map.refseq run.mcap few.parquet -o new.rrd", "5 answers; valid is one a query view, 15"),
+    ("view run.mcap map.refseq -o new.rrd", "run.mcap map.refseq: valid is a recording, a map (.refseq), or map,"),
     # results that cannot be written
     ("record small.toml --renderer none -o folder", "folder: is a folder; valid is the name of a recording to write"),
     ("record small.toml --renderer none -o run.mcap/x.mcap", "run.mcap/x.mcap: cannot be written: run.mcap: File"),
-    ("demo --world small.toml --renderer none -o run.mcap", "run.mcap/reference.mcap: cannot be written: run.mcap"),
+    ("demo --world small.toml --renderer none -o run.mcap", "run.mcap: /"),
     ("learn run.mcap -o folder", "folder: is a folder; valid is the name of a file to write"),
     ("learn run.mcap -o missing/new.refseq", "missing/new.refseq: cannot be written: there is no folder missing"),
     ("learn run.mcap -o run.mcap/new.refseq", "run.mcap/new.refseq: cannot be written: there is no folder run.mcap"),
     ("localise map.refseq run.mcap -o folder", "folder: is a folder; valid is the name of a file to write"),
     ("localise map.refseq run.mcap -o missing/b.parquet", "missing/b.parquet: cannot be written: there is no folder"),
-    ("matrix map.refseq -o folder", "folder: is a folder; valid is the name of a file to write"),
-    ("matrix map.refseq -o missing/m.png", "missing/m.png: cannot be written: there is no folder missing"),
-    ("matrix map.refseq -o m.txt", "m.txt: is no picture's name; valid are names that end in .png, .svg, .pdf"),
+    ("map matrix map.refseq -o folder", "folder: is a folder; valid is the name of a file to write"),
+    ("map matrix map.refseq -o missing/m.png", "missing/m.png: cannot be written: there is no folder missing"),
+    ("map matrix map.refseq -o m.txt", "m.txt: is no picture's name; valid are names that end in .png, .svg, .pdf"),
     ("report map.refseq run.mcap beliefs.parquet -o folder", "folder: is a folder; valid is the name of a file"),
     ("report map.refseq run.mcap beliefs.parquet -o missing/r.html", "missing/r.html: cannot be written: there is no"),
-    ("view run.mcap --save missing/new.rrd", "missing/new.rrd: cannot be written: there is no folder missing"),
-    ("view run.mcap --save folder", "folder: is a folder; valid is the name of a file to write"),
+    ("view run.mcap -o missing/new.rrd", "missing/new.rrd: cannot be written: there is no folder missing"),
+    ("view run.mcap -o folder", "folder: is a folder; valid is the name of a file to write"),
 ]
 
 
@@ -211,14 +211,14 @@ def test_bad_input_is_one_line_and_code_2(refseq: Refseq, at_desk: Path, line: s
     ("line", "option"),
     [
         (f"{RECORD} --seed -1", "--seed"),
-        (f"{RECORD} --every much", "--every"),
+        (f"{RECORD} --distance much", "--distance"),
         ("record small.toml --renderer gl -o new.mcap", "--renderer"),
         ("learn run.mcap -o new.refseq --thin -1", "--thin"),
         ("learn run.mcap -o new.refseq --thin nan", "--thin"),
         ("localise map.refseq run.mcap --at-least 101", "--at-least"),
         ("localise map.refseq run.mcap --at-least nan", "--at-least"),
-        ("demo --seeds 0", "--seeds"),
-        ("matrix map.refseq --top -1", "--top"),
+        ("demo --runs 0", "--runs"),
+        ("map matrix map.refseq --top -1", "--top"),
         ("compare", "REFERENCE"),
         ("learn run.mcap", "--output"),
         ("record small.toml -o new.mcap --wings", "--wings"),
@@ -334,9 +334,9 @@ def test_at_least_decides_between_0_and_1(refseq: Refseq, desk: Path) -> None:
 def test_a_drive_is_reported_and_shown_from_its_files(refseq: Refseq, desk: Path, tmp_path: Path) -> None:
     files = (desk / "map.refseq", desk / "run.mcap", desk / "beliefs.parquet")
     assert refseq("report", *files, "-o", tmp_path / "r.html").code == 0
-    assert refseq("view", *files, "--save", tmp_path / "s.rrd").code == 0
-    assert refseq("view", desk / "run.mcap", "--save", tmp_path / "run.rrd").code == 0
-    assert refseq("view", desk / "map.refseq", "--save", tmp_path / "map.rrd").code == 0
+    assert refseq("view", *files, "-o", tmp_path / "s.rrd").code == 0
+    assert refseq("view", desk / "run.mcap", "-o", tmp_path / "run.rrd").code == 0
+    assert refseq("view", desk / "map.refseq", "-o", tmp_path / "map.rrd").code == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["map.rrd", "r.html", "run.rrd", "s.rrd"]
     assert (tmp_path / "r.html").read_text().startswith("<!")
 
@@ -346,14 +346,14 @@ def test_a_matrix_is_described_and_drawn(
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     picture = tmp_path / "m.png"
-    answer = refseq("matrix", desk / "map.refseq", "-o", picture, "--top", "3")
+    answer = refseq("map", "matrix", desk / "map.refseq", "-o", picture, "--top", "3")
     assert answer.code == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
     for words in ("walls/laser", "boundary/laser", "sectors/laser", "all", "features at 15 places", "of 3.91 bits"):
         assert words in answer.out
     assert "The 3 features that tell the most" in answer.out
     assert "…" not in answer.out, "no cell is cut off"
-    assert "tell the most" not in refseq("matrix", desk / "map.refseq", "--top", "0").out
+    assert "tell the most" not in refseq("map", "matrix", desk / "map.refseq", "--top", "0").out
 
 
 # --- stopping it ---
@@ -365,7 +365,7 @@ def driving(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     plan = SMALL.format(top="", end="").replace("[8, ", "[300, ").replace("[7, 0]", "[299, 0]")
     (tmp_path / "long.toml").write_text(plan)
     script = "import sys; from scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
-    words = ["record", "long.toml", *LASER_ONLY, "--every", "0.2", "-o", "long.mcap"]
+    words = ["record", "long.toml", *LASER_ONLY, "--distance", "0.2", "-o", "long.mcap"]
     process = subprocess.Popen(
         [sys.executable, "-c", script, *words],
         cwd=tmp_path,
@@ -407,6 +407,6 @@ def test_a_killed_recording_is_readable_up_to_its_last_view(
     assert not recording.complete
     assert len(recording.views) > 5
     assert all(view.scan is not None for view in recording.views[:-1])
-    answer = refseq("view", tmp_path / "long.partial.mcap", "--save", tmp_path / "long.rrd")
+    answer = refseq("view", tmp_path / "long.partial.mcap", "-o", tmp_path / "long.rrd")
     assert answer.code == 0
     assert "was cut off" in answer.err

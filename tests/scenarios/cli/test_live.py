@@ -42,12 +42,12 @@ def here(desk: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     return tmp_path
 
 
-LIVE = ("localise", "map.refseq", "--live", "small.toml")
+LIVE = ("live", "map.refseq", "small.toml")
 
 
-@pytest.mark.parametrize("led", [("--every", "0.3"), ("--every", "0.3", "--script", "keys.txt")])
+@pytest.mark.parametrize("led", [("--distance", "0.3"), ("--distance", "0.3", "--script", "keys.txt")])
 def test_beliefs_on_the_way_are_those_of_the_recording(here: Path, refseq: Refseq, led: tuple[str, ...]) -> None:
-    answer = refseq(*LIVE, *led, "--save", "live.rrd", "--record", "q.mcap", "-o", "live.parquet")
+    answer = refseq(*LIVE, *led, "--rrd", "live.rrd", "--recording", "q.mcap", "-o", "live.parquet")
     assert answer.code == 0, answer.err
     afterwards = refseq("localise", "map.refseq", "q.mcap", "-o", "after.parquet")
     assert afterwards.code == 0
@@ -65,7 +65,7 @@ def test_beliefs_on_the_way_are_those_of_the_recording(here: Path, refseq: Refse
 
 
 def test_what_is_shown_is_what_is_believed(here: Path, refseq: Refseq) -> None:
-    assert refseq(*LIVE, "--every", "0.5", "--save", "live.rrd", "-o", "live.parquet").code == 0
+    assert refseq(*LIVE, "--distance", "0.5", "--rrd", "live.rrd", "-o", "live.parquet").code == 0
     assert verified(here / "live.rrd")
     beliefs = read_beliefs(here / "live.parquet")
     for stage in STAGES:
@@ -83,16 +83,16 @@ def test_no_panel_of_a_live_drive_stays_empty(desk: Path, refseq: Refseq, here: 
     from scenarios.drives.record import Drive
     from sim.rendering.renderer import RendererKind
 
-    assert refseq(*LIVE, "--every", "0.5", "--save", "live.rrd").code == 0
+    assert refseq(*LIVE, "--distance", "0.5", "--rrd", "live.rrd").code == 0
     drive = Drive(world="small.toml", renderer=RendererKind.NONE, sensors=("laser",))
     layer = LocaliserLayer("map", STAGES, Places.of(Map.load(here / "map.refseq")))
     assert empty_views(LiveTab(scene_ahead(drive, layer.places), [layer]).layout(), here / "live.rrd") == []
 
 
 def test_one_stage_and_a_share_asked_for(here: Path, refseq: Refseq) -> None:
-    words = (*LIVE, "--every", "0.3", "--stage", "prior", "--save", "live.rrd")
+    words = (*LIVE, "--distance", "0.3", "--stage", "prior", "--rrd", "live.rrd")
     assert refseq(*words, "--at-least", "1").code == 0
-    below = refseq(*words, "--at-least", "100", "--change", "busy", "--drive-seed", "5")
+    below = refseq(*words, "--at-least", "100", "--change", "busy", "--seed", "5")
     assert below.code in (0, 1)
     assert ("below what was asked" in below.err) == (below.code == 1)
     assert not any(stage in below.out for stage in ("uniform", "chain"))
@@ -101,20 +101,14 @@ def test_one_stage_and_a_share_asked_for(here: Path, refseq: Refseq) -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("localise", "map.refseq"), "there is no later drive; valid is a recording, or --live WORLD"),
-        (("localise", "map.refseq", "q.mcap", "--light", "18:00"), "--light goes with --live"),
-        (("localise", "map.refseq", "q.mcap", "--drive-seed", "0"), "--drive-seed goes with --live"),
-        (("localise", "map.refseq", "q.mcap", "--live", "hallway"), "q.mcap and --live hallway are both later drives"),
-        ((*LIVE, "--views", "0:3"), "--views is for recordings; valid with --live is --every"),
-        ((*LIVE, "--odometry-noise"), "--odometry-noise is for recordings"),
-        ((*LIVE, "--script", "keys.txt", "--keys"), "--script and --keys: valid is one of them"),
-        ((*LIVE, "--save", "x.rrd", "--serve", "9090"), "--save and --serve: valid is one of them"),
-        ((*LIVE, "--save", "no/x.rrd"), "there is no folder no"),
-        ((*LIVE, "--sensors", "sonar", "--save", "x.rrd"), "sonar"),
-        ((*LIVE, "--route", "up", "--save", "x.rrd"), "unknown route 'up'"),
-        ((*LIVE, "--light", "25:00", "--save", "x.rrd"), "25:00"),
-        ((*LIVE, "--script", "none.txt", "--save", "x.rrd"), "none.txt: is no file"),
-        ((*LIVE, "--every", "0", "--save", "x.rrd"), "trigger: distance = 0.0 is not positive"),
+        ((*LIVE, "--script", "keys.txt", "--keys"), "--script and --keys exclude each other; valid is one of them"),
+        ((*LIVE, "--rrd", "x.rrd", "--serve", "9090"), "--rrd and --serve exclude each other; valid is one of them"),
+        ((*LIVE, "--rrd", "no/x.rrd"), "there is no folder no"),
+        ((*LIVE, "--sensors", "sonar", "--rrd", "x.rrd"), "sonar"),
+        ((*LIVE, "--route", "up", "--rrd", "x.rrd"), "unknown route 'up'"),
+        ((*LIVE, "--light", "25:00", "--rrd", "x.rrd"), "25:00"),
+        ((*LIVE, "--script", "none.txt", "--rrd", "x.rrd"), "none.txt: is no file"),
+        ((*LIVE, "--distance", "-1", "--rrd", "x.rrd"), "trigger: distance = -1.0 is not positive"),
         ((*LIVE, "--connect", "rerun+http://127.0.0.1:9/proxy"), "nobody answers"),
     ],
 )
@@ -122,7 +116,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     here: Path, refseq: Refseq, words: tuple[str, ...], told: str
 ) -> None:
     before = sorted(here.iterdir())
-    answer = refseq(*words, *(() if "q.mcap" in words or len(words) == 2 else ("--record", "kept.mcap")))
+    answer = refseq(*words, "--recording", "kept.mcap")
     assert answer.code == 2
     assert told in answer.err
     assert len(answer.err.strip().splitlines()) == 1
@@ -151,7 +145,7 @@ def test_an_interrupted_drive_keeps_its_recording(here: Path, refseq: Refseq, mo
             raise KeyboardInterrupt
 
     monkeypatch.setattr(LiveLogger, "update", stop)
-    answer = refseq(*LIVE, "--every", "0.3", "--save", "live.rrd", "--record", "q.mcap")
+    answer = refseq(*LIVE, "--distance", "0.3", "--rrd", "live.rrd", "--recording", "q.mcap")
     assert answer.code == 130
     assert answer.err.strip().endswith("q.mcap is readable and holds all views up to now, 3")
     assert len(read_recording(here / "q.mcap").views) == 3

@@ -66,14 +66,14 @@ def test_a_mission_s_folder_is_viewed_as_it_was_recorded(refseq: Refseq, here: P
     assert refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "--odometry", "-o", str(tmp_path / "out")).code == 0
     record, copy = tmp_path / "out" / "mission.rrd", tmp_path / "copy.rrd"
     for asked in (tmp_path / "out", record):
-        assert refseq("view", str(asked), "--save", str(copy)).code == 0
+        assert refseq("view", str(asked), "-o", str(copy)).code == 0
         assert same(record, copy)
-    answer = refseq("view", str(tmp_path / "out"), "--thin", "2", "--save", str(copy))
+    answer = refseq("view", str(tmp_path / "out"), "--thin", "2", "-o", str(copy))
     assert answer.code == 2
     assert "is shown as it is; valid is without --reference, --views and --thin" in answer.err
     record.write_bytes(b"no recording")
     for asked, told in ((record, "mission.rrd: cannot be read: "), (here, "holds nothing to show; valid is a folder ")):
-        answer = refseq("view", str(asked), "--save", str(tmp_path / "other.rrd"))
+        answer = refseq("view", str(asked), "-o", str(tmp_path / "other.rrd"))
         assert answer.code == 2
         assert told in answer.err
         assert len(answer.err.splitlines()) == 1
@@ -82,7 +82,7 @@ def test_a_mission_s_folder_is_viewed_as_it_was_recorded(refseq: Refseq, here: P
 
 def test_who_is_not_told_where_he_begins_fails_by_the_odometer_alone(refseq: Refseq, here: Path) -> None:
     """He takes the third door for the second one, and that is not open."""
-    answer = refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "--odometry", "--at", "7")
+    answer = refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "--odometry", "--start", "7")
     assert answer.code == 1
     assert answer.err.startswith("not completed: failed: MC:left failed: ")
 
@@ -109,17 +109,20 @@ def test_in_an_atlas_one_says_where_to(refseq: Refseq, here: Path) -> None:
         (("plan", "atlas.refseq"), "nobody says where to; valid is --to PATH:VIEW, a view of east, again"),
         (("plan", "atlas.refseq", "--to", "west:3"), "place 'west:3': path 'west' is unknown; valid are east, again"),
         (("plan", "none.refseq"), "none.refseq: "),
-        (("run", "offices.refseq", "--at", "99"), "at 99 m is not on the way; valid is 0 to 14.0 m"),
+        (("run", "offices.refseq", "--start", "99"), "start 99 m is not on the way; valid is 0 to 14.0 m"),
         (
             ("run", "offices.refseq", "--renderer", "oil"),
-            "renderer 'oil' is unknown; valid are filament, classic, none",
+            "--renderer 'oil' is not valid; valid are filament, classic, none",
         ),
-        (("run", "offices.refseq", "--at", "99", "-o", "new/out"), "at 99 m is not on the way"),
+        (("run", "offices.refseq", "--start", "99", "-o", "new/out"), "start 99 m is not on the way"),
         (
             ("run", "offices.refseq", "-o", "offices.mcap/out"),
             "offices.mcap is no folder; valid is the name of a folder",
         ),
-        (("run", "offices.refseq", "--strip", "5"), "--strip is left in a folder; valid is to name one as well"),
+        (
+            ("run", "offices.refseq", "--filmstrip", "5"),
+            "--filmstrip is left in a folder; valid is to name one as well",
+        ),
         (("run", "offices.refseq", "--world", "moon"), "unknown world 'moon'"),
         (("run", "offices.refseq", "--light", "dusky"), "unknown light 'dusky'"),
     ],

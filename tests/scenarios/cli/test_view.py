@@ -82,7 +82,7 @@ def at_the_desk(desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_whatever_is_given_is_shown(refseq: Refseq, tmp_path: Path, files: str, expected: set[str]) -> None:
-    answer = refseq("view", *files.split(), "--save", tmp_path / "show.rrd")
+    answer = refseq("view", *files.split(), "-o", tmp_path / "show.rrd")
     assert answer.code == 0, answer.err
     assert answer.err == ""
     assert expected <= entities(tmp_path / "show.rrd")
@@ -93,7 +93,7 @@ def test_whatever_is_given_is_shown(refseq: Refseq, tmp_path: Path, files: str, 
 def test_answers_shown_are_those_of_the_table(refseq: Refseq, tmp_path: Path, desk: Path) -> None:
     from refseq.logs.beliefs import read_beliefs
 
-    refseq("view", "map.refseq", "second.mcap", "all.parquet", "--save", tmp_path / "a.rrd")
+    refseq("view", "map.refseq", "second.mcap", "all.parquet", "-o", tmp_path / "a.rrd")
     for stage, answers in read_beliefs(desk / "all.parquet").items():
         bars = values(tmp_path / "a.rrd", f"/posterior/all/{stage}/belief", "BarChart:values", "view")
         assert [bar[0]["buffer"] for bar in bars] == [answer.places.tolist() for answer in answers]
@@ -101,7 +101,7 @@ def test_answers_shown_are_those_of_the_table(refseq: Refseq, tmp_path: Path, de
 
 def test_the_same_files_twice_compare_equal(refseq: Refseq, tmp_path: Path) -> None:
     for name in ("a.rrd", "b.rrd"):
-        assert refseq("view", "map.refseq", "second.mcap", "all.parquet", "--save", tmp_path / name).code == 0
+        assert refseq("view", "map.refseq", "second.mcap", "all.parquet", "-o", tmp_path / name).code == 0
     words = [*PROGRAM, "rrd", "compare", str(tmp_path / "a.rrd"), str(tmp_path / "b.rrd")]
     assert subprocess.run(words, capture_output=True, check=False).returncode == 0
 
@@ -127,17 +127,17 @@ def test_layers_are_files_of_one_recording(refseq: Refseq, tmp_path: Path) -> No
         ("second.mcap", "no display: DISPLAY and WAYLAND_DISPLAY are unset"),
         ("second.mcap --connect rerun+http://127.0.0.1:1/proxy", "viewer rerun+http://127.0.0.1:1/proxy: nobody answ"),
         ("second.mcap --connect nobody", "viewer 'nobody': is no viewer's address; valid is rerun+http://HOST:PORT/pr"),
-        ("second.mcap --save a.rrd --serve 9090", "--save and --serve: valid is one of them, or none"),
+        ("second.mcap -o a.rrd --serve 9090", "--output and --serve exclude each other; valid is one of them, or none"),
         ("second.mcap --layers new", "--layers: there is no localiser's answer"),
-        ("first.mcap second.mcap --save new.rrd", "first.mcap second.mcap: valid is a recording, a map (.refseq), or"),
-        ("map.refseq second.mcap --save new.rrd", "map.refseq second.mcap: valid is a recording, a map (.refseq), or"),
-        ("map.refseq all.parquet --save new.rrd", "map.refseq all.parquet: valid is a recording, a map (.refseq), or"),
-        ("map.refseq map.refseq map.refseq second.mcap all.parquet all.parquet --save n.rrd", "one map for all or one"),
-        ("map.refseq second.mcap all.parquet all.parquet --save new.rrd", "all.parquet: two tables have this name"),
-        ("map.refseq second.mcap no.parquet --save new.rrd", "no.parquet: is no file; valid is a table of beliefs"),
-        ("atlas.refseq second.mcap all.parquet --save new.rrd", "all.parquet: comparison"),
-        ("map.refseq --reference cut.mcap --save new.rrd", "cut.mcap: has 4 views, map.refseq has 10 places; valid is"),
-        ("missing.mcap --save new.rrd", "missing.mcap: cannot be read: No such file or directory"),
+        ("first.mcap second.mcap -o new.rrd", "first.mcap second.mcap: valid is a recording, a map (.refseq), or"),
+        ("map.refseq second.mcap -o new.rrd", "map.refseq second.mcap: valid is a recording, a map (.refseq), or"),
+        ("map.refseq all.parquet -o new.rrd", "map.refseq all.parquet: valid is a recording, a map (.refseq), or"),
+        ("map.refseq map.refseq map.refseq second.mcap all.parquet all.parquet -o n.rrd", "one map for all or one"),
+        ("map.refseq second.mcap all.parquet all.parquet -o new.rrd", "all.parquet: two tables have this name"),
+        ("map.refseq second.mcap no.parquet -o new.rrd", "no.parquet: is no file; valid is a table of beliefs"),
+        ("atlas.refseq second.mcap all.parquet -o new.rrd", "all.parquet: comparison"),
+        ("map.refseq --reference cut.mcap -o new.rrd", "cut.mcap: has 4 views, map.refseq has 10 places; valid is"),
+        ("missing.mcap -o new.rrd", "missing.mcap: cannot be read: No such file or directory"),
     ],
 )
 def test_what_cannot_be_shown_is_one_line_and_leaves_nothing(refseq: Refseq, desk: Path, words: str, said: str) -> None:
@@ -221,7 +221,7 @@ def test_every_tab_is_drawn(refseq: Refseq, tmp_path: Path, files: str) -> None:
         pytest.skip("no Vulkan driver: the viewer cannot draw")
     import cv2
 
-    assert refseq("view", *files.split(), "--save", tmp_path / "a.rrd").code == 0
+    assert refseq("view", *files.split(), "-o", tmp_path / "a.rrd").code == 0
     words = [*PROGRAM, str(tmp_path / "a.rrd"), "--headless", "--window-size", "1280x800"]
     words += ["--port", str(free_port()), "--screenshot-to", str(tmp_path / "a.png")]
     try:

@@ -8,7 +8,7 @@ from rich.console import Console
 from refseq.belief import Timings
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.cli.compare import ALL, by_experiment
+from scenarios.drives.benchmark import ALL, by_experiment
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
 from scenarios.scoring.path_geometry import NARROW

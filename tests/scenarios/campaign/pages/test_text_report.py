@@ -75,13 +75,13 @@ def test_markdown_holds_all_methods_where_they_are_asked_for() -> None:
 
 def test_one_figure_of_all_methods_over_all_cases(tmp_path: Path, refseq: Refseq) -> None:
     write_result(tmp_path, campaign(*dial_cases(["noon", "18:00"]), case("alone", None)))
-    answer = refseq("scenario", "report", tmp_path, "--table", "failures", "--table", "auc", "--markdown")
+    answer = refseq("scenario", "report", tmp_path, "--across", "failures", "--across", "auc", "--markdown")
     failed, auc = answer.out.strip().split("\n\n")
     assert failed.splitlines()[:1] + failed.splitlines()[2:] == [
         "| failures | dial/0 | dial/1 |", "| a | 1 of 10 | 2 of 10 |", "| b | 9 of 10 | 9 of 10 |",
     ]  # fmt: skip
     assert auc.splitlines()[2:] == ["| a | 0.500 | 0.500 |", "| b | 0.500 | 0.500 |"]
-    drawn = refseq("scenario", "report", tmp_path, "--table", "success", "--case", "dial/1")
+    drawn = refseq("scenario", "report", tmp_path, "--across", "success", "--case", "dial/1")
     assert "80.0 % [49, 94]" in drawn.out
     assert "90.0" not in drawn.out
 
@@ -89,9 +89,12 @@ def test_one_figure_of_all_methods_over_all_cases(tmp_path: Path, refseq: Refseq
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
-        (["--table", "recal"], "--table 'recal' is no figure of this campaign; valid are success, success_narrow,"),
-        (["--table", "auc", "--case", "dail"], "--case 'dail' is not in this campaign; valid are dial, dial/0, dial/1"),
-        (["--case", "dial"], "--case goes with --table; valid is to name a figure as well"),
+        (["--across", "recal"], "--across 'recal' is no figure of this campaign; valid are success, success_narrow,"),
+        (
+            ["--across", "auc", "--case", "dail"],
+            "--case 'dail' is not in this campaign; valid are dial, dial/0, dial/1",
+        ),
+        (["--case", "dial"], "--case goes with --across; valid is to name a figure as well"),
     ],
 )
 def test_a_table_of_what_is_not_there_is_one_line(asked: list[str], told: str, tmp_path: Path, refseq: Refseq) -> None:

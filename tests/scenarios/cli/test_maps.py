@@ -1,5 +1,6 @@
-"""``refseq merge``: maps to an atlas, a person's decisions, and what is wrong told in one line."""
+"""``refseq map merge | similarity | route``: joins, a person's decisions, legs, and mistakes in one line."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,23 +9,33 @@ import cv2
 import numpy as np
 import pytest
 
-from refseq.atlas.merge import Decision
+from refseq.atlas.merge import Decision, merge_maps
+from refseq.atlas.routes import Leg, Route
 from refseq.map.learning import learn
-from refseq.map.map import Map
+from refseq.map.map import Map, beside
 from refseq.map.profile import BEST, THESIS
 from refseq.view import LASER
+from scenarios.cli.console import out
 from scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
+from scenarios.maps.routes import leg_table
+from tests.refseq.rooms import named_maps
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive
+
+SPACING = 0.85
 
 
 @pytest.fixture(scope="module")
 def maps(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Maps of the two halves of a drive, which share 12 views, and some that do not go with them."""
     folder = tmp_path_factory.mktemp("maps")
-    drive = corridor_drive(np.random.default_rng(1), count=44, size=96)
-    learn(drive[:28], profile=BEST).save(folder / "west.refseq")
-    learn(drive[16:], profile=BEST).save(folder / "east.refseq")
+    drive = corridor_drive(np.random.default_rng(1), count=44, spacing=SPACING, size=96)
+    names, halves = ["west", "east"], [learn(drive[:28], profile=BEST), learn(drive[16:], profile=BEST)]
+    for name, half in zip(names, halves, strict=True):
+        half.save(folder / f"{name}.refseq")
+    merge_maps(named_maps(names, halves)).map.save(folder / "atlas.refseq")
+    beside(named_maps(names, halves)).save(folder / "apart.refseq")
+    (folder / "text.refseq").write_text("no map")
     learn(drive[:5], profile=THESIS).save(folder / "thesis.refseq")
     learn(drive[:5], profile=BEST, sensors=["forward", LASER]).save(folder / "one-eye.refseq")
     learn(drive[:5], profile=replace(BEST, sift=replace(BEST.sift, cap=7))).save(folder / "seven.refseq")
@@ -45,15 +56,17 @@ DECISIONS: Sequence[Decision] = (
 
 
 def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
-    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "atlas.refseq", "--log", "joins.toml")
+    answer = refseq(
+        "map", "merge", "west.refseq", "east.refseq", "-o", "whole.refseq", "--write-decisions", "joins.toml"
+    )
     assert (answer.code, answer.err) == (0, "")
-    atlas = Map.load(here / "atlas.refseq")
+    atlas = Map.load(here / "whole.refseq")
     # Of the last 12 views of the one and the first 12 of the other one dozen is left, but for a view at either end.
     assert 42 <= len(atlas) <= 46
     links = len(atlas.links)
     assert (
         answer.out.splitlines()[-1]
-        == f"atlas.refseq: 2 paths, {len(atlas)} places of 56, {links} links, 1 of 1 stretches joined"
+        == f"whole.refseq: 2 paths, {len(atlas)} places of 56, {links} links, 1 of 1 stretches joined"
     )
     assert links in (1, 2)
     assert [path.name for path in atlas.paths] == ["west", "east"]
@@ -65,21 +78,21 @@ def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
 def test_a_person_refuses_and_adds_joins_by_the_file(refseq: Refseq, here: Path) -> None:
     refuse = Decision("west", "east", (14, 27), (0, 11), (0, 0), False, "")
     write_decisions(here / "no.toml", [refuse])
-    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "no.toml")
+    answer = refseq("map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "no.toml")
     assert answer.code == 0
     assert "refused" in answer.out
     assert len(Map.load(here / "two.refseq")) == 56
     write_decisions(here / "yes.toml", [refuse, Decision("west", "east", (0, 5), (20, 25), (0, 0), True, "")])
-    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "yes.toml")
+    answer = refseq("map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "yes.toml")
     assert answer.code == 0
     assert len(Map.load(here / "two.refseq")) == 50
 
 
 def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
-    refseq("merge", "west.refseq", "-o", "atlas.refseq")
-    answer = refseq("merge", "atlas.refseq", "east.refseq", "-o", "larger.refseq")
+    refseq("map", "merge", "west.refseq", "-o", "whole.refseq")
+    answer = refseq("map", "merge", "whole.refseq", "east.refseq", "-o", "larger.refseq")
     assert answer.code == 0
-    refseq("merge", "west.refseq", "east.refseq", "-o", "at-once.refseq")
+    refseq("map", "merge", "west.refseq", "east.refseq", "-o", "at-once.refseq")
     assert (here / "larger.refseq").read_bytes() == (here / "at-once.refseq").read_bytes()
 
 
@@ -94,11 +107,11 @@ def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
         ("west.refseq east.refseq cut.refseq -o x.refseq", "cut.refseq: is not a .refseq map, or is damaged"),
         ("cut.refseq west.refseq -o x.refseq", "cut.refseq: is not a .refseq map, or is damaged"),
         (
-            "west.refseq east.refseq -o x.refseq --log x.refseq",
-            "x.refseq: is the atlas and the log at once; valid are two files",
+            "west.refseq east.refseq -o x.refseq --write-decisions x.refseq",
+            "x.refseq: is the map and its decisions at once; valid are two files",
         ),
         ("west.refseq east.refseq -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
-        ("west.refseq east.refseq -o x.refseq --least -1", "overlap.least is -1.0 m; valid is 0 or more"),
+        ("west.refseq east.refseq -o x.refseq --min-overlap -1", "overlap.least is -1.0 m; valid is 0 or more"),
         ("west.refseq east.refseq -o x.refseq --decisions bad.toml", "bad.toml: is no TOML"),
         ("west.refseq east.refseq -o x.refseq --decisions odd.toml", "bad.toml"),
     ],
@@ -106,7 +119,7 @@ def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
 def test_what_is_wrong_is_told_in_one_line(refseq: Refseq, here: Path, words: str, told: str) -> None:
     (here / "bad.toml").write_text("[[join")
     write_decisions(here / "odd.toml", [Decision("west", "moon", (0, 1), (0, 1), (0, 0), True, "")])
-    answer = refseq("merge", *words.split())
+    answer = refseq("map", "merge", *words.split())
     assert (answer.code, answer.out) == (2, "")
     assert len(answer.err.splitlines()) == 1
     if "odd" in words:
@@ -127,11 +140,13 @@ def test_one_corrupt_map_among_eight_is_named_and_nothing_is_written(
             whole[:at] + bytes([whole[at] ^ 255]) + whole[at + 1 :] if number == spoilt else whole
         )
     (tmp_path / "old.toml").write_text("an older log")
-    answer = refseq("merge", *sorted(tmp_path.glob("*.refseq")), "-o", "atlas.refseq", "--log", "old.toml")
+    answer = refseq(
+        "map", "merge", *sorted(tmp_path.glob("*.refseq")), "-o", "whole.refseq", "--write-decisions", "old.toml"
+    )
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith(f"error: {tmp_path / f'{spoilt}.refseq'}: ")
     assert len(answer.err.splitlines()) == 1
-    assert not (tmp_path / "atlas.refseq").exists()
+    assert not (tmp_path / "whole.refseq").exists()
     assert (tmp_path / "old.toml").read_text() == "an older log"
 
 
@@ -158,7 +173,7 @@ def test_decisions_about_what_is_not_there(
 ) -> None:
     """None of them would ever have held, or not for the views that it names."""
     write_decisions(here / "odd.toml", [Decision(one, other, first, second, (0, 0), joined, "")])
-    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "x.refseq", "--decisions", "odd.toml")
+    answer = refseq("map", "merge", "west.refseq", "east.refseq", "-o", "x.refseq", "--decisions", "odd.toml")
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith(f"error: decisions: {told}")
     assert len(answer.err.splitlines()) == 1
@@ -172,7 +187,7 @@ def test_a_map_that_does_not_go_with_the_others_is_refused_before_any_is_merged(
         pytest.fail("a merge was begun")
 
     monkeypatch.setattr("refseq.atlas.merge.added", begun)
-    answer = refseq("merge", "west.refseq", "east.refseq", "one-eye.refseq", "-o", "x.refseq")
+    answer = refseq("map", "merge", "west.refseq", "east.refseq", "one-eye.refseq", "-o", "x.refseq")
     assert answer.code == 2
     assert answer.err.startswith("error: one-eye.refseq: features are ")
 
@@ -201,14 +216,14 @@ def test_decisions_are_read_as_they_were_written(tmp_path: Path) -> None:
 )
 def test_decisions_that_are_none(refseq: Refseq, here: Path, text: str, told: str) -> None:
     (here / "wrong.toml").write_text(text)
-    answer = refseq("merge", "west.refseq", "east.refseq", "-o", "x.refseq", "--decisions", "wrong.toml")
+    answer = refseq("map", "merge", "west.refseq", "east.refseq", "-o", "x.refseq", "--decisions", "wrong.toml")
     assert answer.code == 2
     assert answer.err.startswith(f"error: wrong.toml: {told}")
     assert len(answer.err.splitlines()) == 1
 
 
 def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, here: Path) -> None:
-    answer = refseq("similarity", "west.refseq", "east.refseq", "-o", "alike.png", "--arrays", "alike.npz")
+    answer = refseq("map", "similarity", "west.refseq", "east.refseq", "-o", "alike.png", "--arrays", "alike.npz")
     assert (answer.code, answer.err) == (0, "")
     assert "joined" in answer.out
     assert answer.out.splitlines()[-2:] == ["alike.npz", "alike.png"]
@@ -236,7 +251,7 @@ def test_two_maps_are_compared_and_drawn_without_being_merged(refseq: Refseq, he
     ],
 )
 def test_what_cannot_be_compared_is_told(refseq: Refseq, here: Path, words: str, told: str) -> None:
-    answer = refseq("similarity", *words.split())
+    answer = refseq("map", "similarity", *words.split())
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith(f"error: {told}")
     assert len(answer.err.splitlines()) == 1
@@ -244,3 +259,75 @@ def test_what_cannot_be_compared_is_told(refseq: Refseq, here: Path, words: str,
 
 def test_a_map_is_still_a_map(here: Path) -> None:
     assert len(Map.load(here / "west.refseq")) == 28
+
+
+# --- route ---
+
+
+def rows(said: str) -> list[tuple[str, int, int, float]]:
+    """The table's legs: path, first and last view, length [m]."""
+    found = re.findall(r"^ *(\S+) +(\d+)-(\d+) +(\d+\.\d) *$", said, re.MULTILINE)
+    return [(path, int(first), int(last), float(length)) for path, first, last, length in found]
+
+
+def test_a_route_goes_over_from_path_to_path(refseq: Refseq, here: Path) -> None:
+    answer = refseq("map", "route", "atlas.refseq", "west:2", "east:25")
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.split()[:4] == ["path", "views", "length", "[m]"]
+    west, east = rows(answer.out)
+    # View 16 + k of the west is view k of the east, give or take one: from view 2 to 41 of the whole drive.
+    assert (west[:2], east[0], east[2]) == (("west", 2), "east", 25)
+    assert west[2] - east[1] == pytest.approx(16, abs=1)
+    total = (west[2] - 2 + 25 - east[1]) * SPACING
+    assert total == pytest.approx(39 * SPACING, abs=SPACING + 0.01)
+    line = re.fullmatch(r"(\d+\.\d) m from west:2 to east:25, (\d+) places, 2 legs", answer.out.splitlines()[-1])
+    assert line is not None
+    assert float(line[1]) == pytest.approx(total, abs=0.05)
+    assert int(line[2]) == pytest.approx(40, abs=1)
+
+
+def test_a_map_alone_is_an_atlas_of_one(refseq: Refseq, here: Path) -> None:
+    answer = refseq("map", "route", "west.refseq", "west:1", "west:21")
+    assert (answer.code, answer.err) == (0, "")
+    assert rows(answer.out) == [("west", 1, 21, 17.0)]
+    assert answer.out.splitlines()[-1] == "17.0 m from west:1 to west:21, 21 places, 1 leg"
+
+
+def test_where_one_is_there_is_nothing_to_follow(refseq: Refseq, here: Path) -> None:
+    answer = refseq("map", "route", "west.refseq", "west:7", "west:7")
+    assert answer == (0, "0.0 m from west:7 to west:7, the same place\n", "")
+
+
+@pytest.mark.parametrize(
+    ("atlas", "start", "goal"),
+    [("atlas", "east:25", "west:2"), ("apart", "west:2", "east:25"), ("west", "west:2", "west:0")],
+)
+def test_where_nothing_leads_the_exit_code_is_one(
+    refseq: Refseq, here: Path, atlas: str, start: str, goal: str
+) -> None:
+    answer = refseq("map", "route", f"{atlas}.refseq", start, goal)
+    assert answer == (1, "", f"no path leads from {start} to {goal}: paths are driven one way only\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("none.refseq west:0 west:1", "none.refseq: cannot be read: No such file or directory"),
+        ("text.refseq west:0 west:1", "text.refseq: is not a .refseq map, or is damaged: "),
+        ("atlas.refseq west west:1", "place 'west' is no PATH:VIEW; valid is a path and a view of it: west:0"),
+        ("atlas.refseq west:0 north:1", "place 'north:1': path 'north' is unknown; valid are west, east"),
+        ("atlas.refseq west:28 east:0", "place 'west:28': path 'west' has 28 views; valid is 0 to 27"),
+        ("west.refseq west:0 west:-1", "place 'west:-1': path 'west' has 28 views; valid is 0 to 27"),
+    ],
+)
+def test_a_place_that_is_none_is_told_in_one_line(refseq: Refseq, here: Path, words: str, told: str) -> None:
+    answer = refseq("map", "route", *words.split())
+    assert (answer.code, answer.out) == (2, "")
+    assert len(answer.err.splitlines()) == 1
+    assert answer.err.startswith(f"error: {told}")
+
+
+def test_a_name_is_printed_as_it_is(capsys: pytest.CaptureFixture[str]) -> None:
+    """Names of files may hold what rich takes for markup or for a picture."""
+    out.print(leg_table(Route(np.arange(3), (Leg("[red]a", 0, 1, 1.0), Leg(":100:", 1, 2, 2.5)))))
+    assert rows(capsys.readouterr().out) == [("[red]a", 0, 1, 1.0), (":100:", 1, 2, 2.5)]

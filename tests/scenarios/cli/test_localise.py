@@ -115,7 +115,7 @@ def test_below_what_is_asked_is_exit_code_1_after_all_was_told(refseq: Refseq, h
         ("localise query.mcap query.mcap", "query.mcap: is not a .refseq map, or is damaged"),
         ("localise cut.refseq query.mcap", "cut.refseq: is not a .refseq map, or is damaged"),
         ("localise spoilt.refseq query.mcap", "spoilt.refseq"),
-        ("matrix atlas.refseq", "the map holds 2 paths, west, east; valid is a map of one"),
+        ("map matrix atlas.refseq", "the map holds 2 paths, west, east; valid is a map of one"),
         (
             "report atlas.refseq query.mcap right.parquet --reference query.mcap -o x.html",
             "query.mcap: has the pictures of one drive, atlas.refseq is a map of several; valid is no reference",
@@ -140,7 +140,7 @@ def test_what_is_wrong_is_told_in_one_line(refseq: Refseq, here: Path, words: st
 def test_an_atlas_is_shown_alone_or_with_a_drive(refseq: Refseq, here: Path) -> None:
     refseq("localise", "atlas.refseq", "query.mcap", "--stage", "chain", "-o", "seen.parquet")
     for number, files in enumerate((["atlas.refseq"], ["atlas.refseq", "query.mcap", "seen.parquet"])):
-        assert refseq("view", *files, "--save", f"seen-{number}.rrd").code == 0
+        assert refseq("view", *files, "-o", f"seen-{number}.rrd").code == 0
     assert (here / "seen-1.rrd").stat().st_size > (here / "seen-0.rrd").stat().st_size > 0
 
 

@@ -41,7 +41,7 @@ def worlds(refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> W
     (tmp_path / "blocked.toml").write_text(SMALL.format(top="", end=CRATE))
     (tmp_path / "broken.toml").write_text(SMALL.format(top="colour = 1", end=""))
     (tmp_path / "folder").mkdir()
-    return lambda words: refseq("worlds", *words.split())
+    return lambda words: refseq("world", *words.split())
 
 
 # --- what is right ---
@@ -123,7 +123,7 @@ def test_lux_is_what_the_meter_reads_there(worlds: Worlds) -> None:
 
 
 def test_lux_takes_an_hour(worlds: Worlds) -> None:
-    by_day, at_night = (worlds(f"lux corridor:6 --at 5,0,1 --hour {hour}") for hour in ("13:00", "23:00"))
+    by_day, at_night = (worlds(f"lux corridor:6 --at 5,0,1 --light {hour}") for hour in ("13:00", "23:00"))
     totals = [float(answer.out.split()[-1]) for answer in (by_day, at_night)]
     assert totals[0] > totals[1] > 0
 
@@ -132,7 +132,7 @@ def test_generate_writes_the_corridor_of_that_seed(worlds: Worlds, tmp_path: Pat
     answer = worlds("generate --seed 7 -o mine.toml")
     assert (answer.code, answer.out) == (0, f"mine.toml: {corridor(7).title}\n")
     assert load_plan(tmp_path / "mine.toml") == load_plan("corridor:7") == corridor(7)
-    assert (tmp_path / "mine.toml").read_text().startswith("# Made by: refseq worlds generate --seed 7\n")
+    assert (tmp_path / "mine.toml").read_text().startswith("# Made by: refseq world generate --seed 7\n")
 
 
 def test_lengths_that_are_told_are_those_of_the_lines() -> None:
@@ -175,20 +175,26 @@ BAD_INPUT = [
         f"{LUX} --facing 0,0,0",
         "facing '0,0,0' is not valid; it should be up, down or X,Y,Z, a direction such as 0,1,0\n",
     ),
-    (f"{LUX} --hour 25:00", "unknown light '25:00'; known are morning, noon, "),
+    (f"{LUX} --light 25:00", "unknown light '25:00'; known are morning, noon, "),
     (
         f"{LUX} --light 18:00,cloud=2",
         "light '18:00,cloud=2': cloud '2' is not valid; it should be a share from 0 to 1\n",
     ),
-    ("sheet small.toml -o sheet.gif", "sheet.gif: cannot draw a '.gif' file; valid are .svg, .png\n"),
-    ("sheet small.toml --light dawn -o s.png", "unknown light 'dawn'; known are morning, noon, "),
-    ("sheet small.toml --along 9 -o s.png", "place 9 m is not on the route; valid is 0 to 6\n"),
-    ("sheet small.toml --route up -o s.png", "unknown route 'up' in world 'small.toml'; valid are forward\n"),
-    ("sheet small.toml --change rain=1 -o s.png", "change 'rain=1': unknown 'rain=1'; valid is none, few, busy, or "),
-    ("sheet small.toml --robot r2d2 -o s.png", "unknown robot 'r2d2': valid are robuter, "),
-    ("day small.toml --reference dawn -o d.png", "unknown light 'dawn'; known are morning, noon, "),
-    ("day small.toml --with fog=1 -o d.png", "light '06:00,fog=1': unknown option 'fog=1'; valid is HH:MM "),
-    ("day small.toml --from 9 --to 8 -o d.png", "--from 9 --to 8: no hour lies between; valid is a last hour "),
+    ("contact-sheet small.toml -o sheet.gif", "sheet.gif: cannot draw a '.gif' file; valid are .svg, .png\n"),
+    ("contact-sheet small.toml --light dawn -o s.png", "unknown light 'dawn'; known are morning, noon, "),
+    ("contact-sheet small.toml --along 9 -o s.png", "place 9 m is not on the route; valid is 0 to 6\n"),
+    ("contact-sheet small.toml --route up -o s.png", "unknown route 'up' in world 'small.toml'; valid are forward\n"),
+    (
+        "contact-sheet small.toml --change rain=1 -o s.png",
+        "change 'rain=1': unknown 'rain=1'; valid is none, few, busy, or ",
+    ),
+    ("contact-sheet small.toml --robot r2d2 -o s.png", "unknown robot 'r2d2': valid are robuter, "),
+    ("day small.toml --light dawn -o d.png", "unknown light 'dawn'; known are morning, noon, "),
+    ("day small.toml --conditions fog=1 -o d.png", "light '06:00,fog=1': unknown option 'fog=1'; valid is HH:MM "),
+    (
+        "day small.toml --first-hour 9 --last-hour 8 -o d.png",
+        "--first-hour 9 --last-hour 8: no hour lies between; valid is a last hour ",
+    ),
     ("generate --seed 7 -o mine.txt", "mine.txt: is no name of a plan; valid is one that ends in .toml\n"),
     ("generate --seed 7 -o folder", "folder: is a folder; valid is the name of a file to write\n"),
 ]
@@ -214,11 +220,11 @@ def test_bad_input_is_one_line_and_leaves_with_2(words: str, said: str, worlds: 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("lux small.toml", "Missing option '--at'"),
-        ("generate --seed -1 -o mine.toml", "greater than or equal to 0"),
-        ("draw small.toml", "Missing option '--output'"),
-        ("check", "Missing argument"),
-        ("paint", "No such command 'paint'"),
+        ("lux small.toml", "--at X,Y,Z of 'refseq world lux' is missing"),
+        ("generate --seed -1 -o mine.toml", "--seed '-1' is not valid; valid is a whole number of 0 or more"),
+        ("draw small.toml", "--output FILE of 'refseq world draw' is missing"),
+        ("check", "WORLD of 'refseq world check' is missing"),
+        ("paint", "command 'world paint' is unknown"),
     ],
 )
 @pytest.mark.usefixtures("untouched")

@@ -41,7 +41,7 @@ def keys(tmp_path: Path) -> Path:
 
 def test_a_script_is_a_recording_as_any_other(plan: str, keys: Path, tmp_path: Path, refseq: Refseq) -> None:
     path = tmp_path / "out" / "drive.mcap"
-    answer = refseq("drive", plan, "--script", keys, *LASER, "--distance", "0.4", "--light", "18:00", "-o", path)
+    answer = refseq("record", plan, "--script", keys, *LASER, "--distance", "0.4", "--light", "18:00", "-o", path)
     assert answer.code == 0, answer.err
     read = read_recording(path)
     assert answer.out.startswith(f"{path}: {len(read.views)} views of laser, ")
@@ -65,10 +65,17 @@ def test_the_same_script_is_the_same_file_and_a_recording_is_a_script(
 ) -> None:
     once, twice, again = (tmp_path / name / "drive.mcap" for name in ("once", "twice", "again"))
     for path, script in ((once, keys), (twice, keys), (again, once)):
-        assert refseq("drive", plan, "--script", script, *LASER, "--every", "1", "-o", path).code == 0
+        assert (
+            refseq("record", plan, "--script", script, *LASER, "--distance", "0", "--time", "1", "-o", path).code == 0
+        )
     assert once.read_bytes() == twice.read_bytes() == again.read_bytes()
     other = tmp_path / "other" / "drive.mcap"
-    assert refseq("drive", plan, "--script", keys, *LASER, "--every", "1", "--seed", "2", "-o", other).code == 0
+    assert (
+        refseq(
+            "record", plan, "--script", keys, *LASER, "--distance", "0", "--time", "1", "--seed", "2", "-o", other
+        ).code
+        == 0
+    )
     assert other.read_bytes() != once.read_bytes()
 
 
@@ -76,7 +83,9 @@ def test_by_hand_there_are_only_the_views_that_were_asked_for(
     plan: str, keys: Path, tmp_path: Path, refseq: Refseq
 ) -> None:
     path = tmp_path / "drive.mcap"
-    assert refseq("drive", plan, "--script", keys, "--by-hand", "--name", "two places", *LASER, "-o", path).code == 0
+    assert (
+        refseq("record", plan, "--script", keys, "--on-request", "--name", "two places", *LASER, "-o", path).code == 0
+    )
     read = read_recording(path)
     assert [view.time for view in read.views] == pytest.approx([0.0, 8.0], abs=1e-6)
     assert read.metadata["name"] == "two places"
@@ -85,7 +94,7 @@ def test_by_hand_there_are_only_the_views_that_were_asked_for(
 
 def test_where_it_starts_and_with_which_robot(plan: str, keys: Path, tmp_path: Path, refseq: Refseq) -> None:
     path = tmp_path / "drive.mcap"
-    answer = refseq("drive", plan, "--script", keys, *LASER, "--robot", "segway_rmp", "--start", "1.5", "-o", path)
+    answer = refseq("record", plan, "--script", keys, *LASER, "--robot", "segway_rmp", "--start", "1.5", "-o", path)
     assert answer.code == 0, answer.err
     first = read_recording(path).views[0].truth
     assert first is not None
@@ -97,7 +106,7 @@ def test_a_robot_that_stops_itself_is_told_of_and_its_views_are_kept(plan: str, 
     """Backwards out of the corridor's start, into nothing; forwards at its side wall."""
     script, path = tmp_path / "wall.txt", tmp_path / "drive.mcap"
     script.write_text("0 left\n3.9 forward\n14 stop")
-    answer = refseq("drive", plan, "--script", script, *LASER, "--every", "1", "-o", path)
+    answer = refseq("record", plan, "--script", script, *LASER, "--distance", "0", "--time", "1", "-o", path)
     assert answer.code == 0, answer.err
     assert any("stopped at" in line and "sonar" in line for line in answer.out.splitlines())
     assert len(read_recording(path).views) == 14
@@ -107,12 +116,12 @@ def test_a_robot_that_stops_itself_is_told_of_and_its_views_are_kept(plan: str, 
 def test_what_is_aborted_leaves_nothing_and_what_was_there_stays(plan: str, tmp_path: Path, refseq: Refseq) -> None:
     script, path = tmp_path / "abort.txt", tmp_path / "drive.mcap"
     script.write_text("0 forward\n3 abort")
-    answer = refseq("drive", plan, "--script", script, *LASER, "--every", "1", "-o", path)
+    answer = refseq("record", plan, "--script", script, *LASER, "--distance", "0", "--time", "1", "-o", path)
     assert answer.code == 1
     assert answer.err.splitlines()[-1] == "aborted at 3.0 s, after 3 views: none is kept"
     assert not list(tmp_path.glob("*.mcap"))
     path.write_bytes(b"older")
-    assert refseq("drive", plan, "--script", script, *LASER, "-o", path).code == 1
+    assert refseq("record", plan, "--script", script, *LASER, "-o", path).code == 1
     assert path.read_bytes() == b"older"
     assert [found.name for found in tmp_path.glob("*.mcap")] == ["drive.mcap"]
 
@@ -159,12 +168,15 @@ def test_stopped_before_the_first_view_nothing_is_written(plan: str, tmp_path: P
     ("words", "told"),
     [
         (("--script", "missing.txt"), "missing.txt: is no file; valid is a script of controls"),
-        (("--script", "KEYS", "--gamepad", "/dev/input/js0"), "and gamepad /dev/input/js0 both say who leads"),
-        (("--script", "KEYS", "--by-hand", "--every", "2"), "by-hand and every 2 exclude each other"),
-        (("--script", "KEYS", "--every", "0"), "trigger: time = 0.0 is not positive"),
+        (("--script", "KEYS", "--behaviours", "MN:1"), "--behaviours and --script exclude each other"),
+        (("--script", "KEYS", "--on-request", "--time", "2"), "--on-request and --time 2 exclude each other"),
+        (("--script", "KEYS", "--time", "0"), "trigger: time = 0.0 is not positive"),
         (("--script", "KEYS", "--distance", "-1"), "trigger: distance = -1.0 is not positive"),
         (("--script", "KEYS", "--sensors", "sonar"), "sensor 'sonar' is not on robot 'robuter'"),
-        (("--script", "KEYS", "--renderer", "fast"), "renderer 'fast' is unknown; valid are filament, classic, none"),
+        (
+            ("--script", "KEYS", "--renderer", "fast"),
+            "--renderer 'fast' is not valid; valid are filament, classic, none",
+        ),
         (("--script", "KEYS", "--start", "99"), "start 99.0 m and end 6 m are no stretch"),
         (("--script", "KEYS", "--robot", "r2d2"), "r2d2"),
         (("--script", "BAD"), "bad.txt, line 1, column 3: 'forwad' is not valid"),
@@ -182,7 +194,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(
     named = {"KEYS": keys, "BAD": tmp_path / "bad.txt", "LED": tmp_path / "led.mcap", "BYTES": tmp_path / "bytes.txt"}
     path = tmp_path / "out" / "drive.mcap"
     laser = () if "--sensors" in words else LASER
-    answer = refseq("drive", plan, *(named.get(word, word) for word in words), *laser, "-o", path)
+    answer = refseq("record", plan, *(named.get(word, word) for word in words), *laser, "-o", path)
     assert answer.code == 2
     assert told in answer.err
     assert len(answer.err.strip().splitlines()) == 1

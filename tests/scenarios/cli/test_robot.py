@@ -38,7 +38,7 @@ def command(refseq: Refseq, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> 
     (tmp_path / "small.toml").write_text(SMALL.format(top="", end=""))
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder.png").mkdir()
-    return lambda words: refseq("robots", *words.split())
+    return lambda words: refseq("robot", *words.split())
 
 
 @pytest.fixture(scope="module", params=ROBOTS)
@@ -115,7 +115,7 @@ def test_show_draws_a_picture_that_is_neither_dark_nor_empty(command: Command, t
 
 
 def test_a_strip_ends_with_the_route(command: Command, tmp_path: Path) -> None:
-    answer = command("strip robuter --world small.toml --seconds 40 --frames 9 --renderer classic -o strip.png")
+    answer = command("filmstrip robuter --world small.toml --seconds 40 --frames 9 --renderer classic -o strip.png")
     assert answer.code == 0
     frames, seconds = map(int, re.search(r"(\d+) frames of (\d+) s", answer.out).groups())
     assert frames < 9
@@ -127,7 +127,7 @@ def test_a_strip_ends_with_the_route(command: Command, tmp_path: Path) -> None:
 
 
 def test_behaviours_run_one_after_another(command: Command, tmp_path: Path) -> None:
-    answer = command("drive robuter MN:1 MT:90 --world small.toml -o plan.svg")
+    answer = command("try robuter MN:1 MT:90 --world small.toml -o plan.svg")
     assert answer.code == 0
     assert len(re.findall(r"\bfinished\b", answer.out)) == 2
     assert "went on for" in answer.out
@@ -135,7 +135,7 @@ def test_behaviours_run_one_after_another(command: Command, tmp_path: Path) -> N
 
 
 def test_one_that_fails_ends_the_drive_with_1(command: Command) -> None:
-    answer = command("drive robuter MA:0,3 MT:90 --world small.toml --at 4,0,0 --timeout 30")
+    answer = command("try robuter MA:0,3 MT:90 --world small.toml --pose 4,0,0 --timeout 30")
     assert answer.code == 1
     assert "failed" in answer.out
     assert "MT:90" not in answer.out
@@ -185,7 +185,7 @@ def served(folder: Path, *words: str) -> "subprocess.Popen[str]":
     # Python, not a shell, starts it: the signal then reaches the process that it is meant for.
     code = "from signal import *; signal(SIGINT, default_int_handler); from scenarios.cli.app import main; main()"
     pipe = subprocess.PIPE
-    command = [sys.executable, "-c", code, "robots", "serve", "robuter", "--world", "small.toml", *words]
+    command = [sys.executable, "-c", code, "robot", "serve", "robuter", "--world", "small.toml", *words]
     return subprocess.Popen(command, cwd=folder, stdout=pipe, stderr=pipe, text=True)
 
 
@@ -235,29 +235,29 @@ def test_serving_ends_after_its_time(command: Command) -> None:
         ("show robuter -o nowhere/a.png", "nowhere/a.png: cannot be written: there is no folder nowhere"),
         ("show robuter -o folder", "folder: cannot draw a '' file"),
         ("show robuter -o folder.png", "folder.png"),
-        ("strip robuter --world atlantis -o a.png", "atlantis"),
-        ("strip robuter --world small.toml --route up -o a.png", "unknown route 'up' in world 'small'"),
-        ("strip robuter --seconds 0 -o a.png", "seconds 0 is not valid; it should be a time above 0"),
-        ("strip robuter --seconds nan -o a.png", "seconds nan is not valid"),
-        ("strip robuter --frames 1 -o a.png", "frames 1 is not valid; it should be 2 or more"),
-        ("strip robuter --speed -1 -o a.png", "speed -1 is not valid; it should be above 0 m/s"),
-        ("drive robuter XX", "unknown behaviour 'XX'"),
-        ("drive robuter MT:ninety", "MT:ninety"),
-        ("drive robuter MN:1 --at 3,0", "at '3,0' is not valid; it should be X,Y,HEADING"),
-        ("drive robuter MN:1 --at 3,0,nan", "at '3,0,nan' is not valid"),
-        ("drive robuter MN:1 --at 3,0,0 --route forward", "both say where to start"),
-        ("drive robuter MN:1 --world small.toml --at 30,0,0", "at 30,0,0 lies outside 'small'"),
-        ("drive robuter MN:1 --world small.toml --at 4,1.1,0", "at 4,1.1,0 is no place for robuter: it stands in '"),
-        ("drive robuter MN:1 --world small.toml --timeout 0", "timeout 0 is not valid"),
-        ("drive robuter MA:nan,0", "behaviour 'MA:nan,0': x 'nan': valid is a number from -1000 to 1000 m"),
-        ("drive robuter MC:up", "behaviour 'MC:up': side 'up': valid are ahead, left, right"),
-        ("drive robuter MW:left,0.1 --world small.toml", "distance 0.1 m to a wall"),
+        ("filmstrip robuter --world atlantis -o a.png", "atlantis"),
+        ("filmstrip robuter --world small.toml --route up -o a.png", "unknown route 'up' in world 'small'"),
+        ("filmstrip robuter --seconds 0 -o a.png", "seconds 0 is not valid; it should be a time above 0"),
+        ("filmstrip robuter --seconds nan -o a.png", "seconds nan is not valid"),
+        ("filmstrip robuter --frames 1 -o a.png", "frames 1 is not valid; it should be 2 or more"),
+        ("filmstrip robuter --speed -1 -o a.png", "speed -1 is not valid; it should be above 0 m/s"),
+        ("try robuter XX", "unknown behaviour 'XX'"),
+        ("try robuter MT:ninety", "MT:ninety"),
+        ("try robuter MN:1 --pose 3,0", "pose '3,0' is not valid; it should be X,Y,DEGREES"),
+        ("try robuter MN:1 --pose 3,0,nan", "pose '3,0,nan' is not valid"),
+        ("try robuter MN:1 --pose 3,0,0 --route forward", "--pose and --route exclude each other"),
+        ("try robuter MN:1 --world small.toml --pose 30,0,0", "pose 30,0,0 lies outside 'small'"),
+        ("try robuter MN:1 --world small.toml --pose 4,1.1,0", "pose 4,1.1,0 is no place for robuter: it stands in '"),
+        ("try robuter MN:1 --world small.toml --timeout 0", "timeout 0 is not valid"),
+        ("try robuter MA:nan,0", "behaviour 'MA:nan,0': x 'nan': valid is a number from -1000 to 1000 m"),
+        ("try robuter MC:up", "behaviour 'MC:up': side 'up': valid are ahead, left, right"),
+        ("try robuter MW:left,0.1 --world small.toml", "distance 0.1 m to a wall"),
         ("umbmark robuter --side 0", "side = 0.0 m must be above 0"),
         ("umbmark robuter --side nan", "side = nan m must be above 0"),
         ("umbmark robuter --runs 0", "runs = 0 must be 1 or more"),
         ("serve segway_rmp --world small.toml", "robot 'segway_rmp' has no serial line: valid is robuter"),
         ("serve robuter --world small.toml --tcp 70000", "TCP port 70000 does not exist"),
-        ("serve robuter --world small.toml --tcp 1 --pty", "both say where to connect"),
+        ("serve robuter --world small.toml --tcp 1 --pty", "--tcp and --pty exclude each other"),
         ("serve robuter --world small.toml --rate 0", "real-time factor = 0.0 must be positive"),
         ("serve robuter --world small.toml --seconds -3", "seconds -3 is not valid"),
     ],

@@ -1,0 +1,257 @@
+"""The commands ``refseq learn`` and ``refseq map merge | similarity | route | matrix``."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scenarios.cli.console import err, out, print_json, wrote
+from scenarios.cli.options import (
+    CHART,
+    Features,
+    Json,
+    MapFile,
+    NoisySelection,
+    Profile,
+    Seed,
+    Sensors,
+    flag,
+    grouped,
+    option,
+    output,
+)
+from scenarios.cli.usage import Command, group
+from scenarios.drives.inputs import check_output, read_drive, words
+from scenarios.errors import ScenarioError
+from scenarios.tables import say
+
+if TYPE_CHECKING:
+    from refseq.atlas.merge import Decision
+
+BELOW = 1
+
+LEARN_HELP = """Examples:
+
+* `refseq learn reference.mcap -o map.refseq`
+* `refseq learn reference.mcap --sensors camera-1 -o one-camera.refseq`
+* `refseq learn robot.log --views 0:160 --thin 0.5 --features walls,boundary,sectors -o laser.refseq`"""
+
+app = group("Merge and compare maps, find routes in them, look into them.")
+
+MinOverlap = Annotated[float, option("METRES", "Shortest stretch that is joined.")]
+
+
+@grouped
+def learn(
+    recording: Annotated[
+        Path, typer.Argument(metavar="RECORDING", help="First drive: an MCAP recording or a CARMEN log.")
+    ],
+    output: Annotated[Path, output("Map to write (.refseq).")],
+    sensors: Sensors = None,
+    profile: Profile = "thesis",
+    features: Features = None,
+    seed: Seed = 1,
+    selection: NoisySelection = NoisySelection(),
+) -> None:
+    """Learn a map, a reference sequence, from a first drive."""
+    from refseq.map.learning import learn as learn_map
+    from refseq.map.profile import profile_named
+
+    check_output(output)
+    chosen, wanted, extracted = profile_named(profile), words(sensors, "sensors"), words(features, "features")
+    drive = read_drive(recording, selection.views, selection.thin, seed if selection.odometry_noise else None)
+    metadata = {**drive.metadata, "source": recording.name}
+    map_ = learn_map(drive.views, sensors=wanted, features=extracted, profile=chosen, metadata=metadata)
+    map_.save(output)
+    say(
+        out,
+        f"{output}: {len(map_)} places over {map_.paths[0].length:.1f} m, {map_.sequence.matrix.N} features of "
+        f"{', '.join(sorted(map_.sensors))}",
+    )
+
+
+@app.command(
+    cls=Command,
+    epilog="""Examples:
+
+* `refseq map merge east.refseq west.refseq -o whole.refseq`
+* `refseq map merge whole.refseq north.refseq -o larger.refseq --write-decisions joins.toml`
+* `refseq map merge east.refseq west.refseq -o whole.refseq --decisions joins.toml`""",
+)
+def merge(
+    maps: Annotated[list[Path], typer.Argument(metavar="MAP", help="Maps of one path; the first may have several.")],
+    output: Annotated[Path, output("Map to write (.refseq).")],
+    decisions: Annotated[Path | None, option("FILE", "Joins that a person made or refused (.toml).")] = None,
+    write_decisions: Annotated[
+        Path | None, option("FILE", "Joins made and refused, with the reasons, to write (.toml).")
+    ] = None,
+    confirm: Annotated[bool, flag("--confirm", "Ask about every join on the terminal.")] = False,
+    min_overlap: MinOverlap = 5.0,
+) -> None:
+    """Merge maps to one of several paths, which share the places that they have in common."""
+    from refseq.atlas.merge import leave_it, merge_maps
+    from refseq.atlas.overlap import OverlapSettings
+    from scenarios.maps import joins
+    from scenarios.maps.checks import read_maps
+
+    check_output(output)
+    if write_decisions is not None:
+        check_output(write_decisions)
+        if write_decisions.resolve() == output.resolve():
+            raise ScenarioError(f"{write_decisions}: is the map and its decisions at once; valid are two files")
+    settings = OverlapSettings(least=min_overlap)
+    wishes = joins.read_decisions(decisions) if decisions else []
+    read = read_maps(maps, wishes)
+    merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
+    if write_decisions is not None:
+        joins.write_decisions(write_decisions, merged.decisions)
+    merged.map.save(output)
+    if merged.decisions:
+        out.print(joins.decision_table(merged.decisions))
+    whole, joined = merged.map, sum(decision.joined for decision in merged.decisions)
+    say(
+        out,
+        f"{output}: {len(whole.paths)} paths, {len(whole)} places of {sum(map(len, read))}, {len(whole.links)} links, "
+        f"{joined} of {len(merged.decisions)} stretches joined",
+    )
+
+
+def ask(decision: "Decision") -> "Decision":
+    """Ask on the terminal whether a join is right; an empty answer leaves it as it is."""
+    from scenarios.maps.joins import BY_A_PERSON
+
+    say(
+        out,
+        f"{decision.one} views {decision.first[0]}-{decision.first[1]} and {decision.other} views "
+        f"{decision.second[0]}-{decision.second[1]}, {decision.lengths[0]:.1f} and {decision.lengths[1]:.1f} m: "
+        f"{decision.why}",
+    )
+    joined = typer.confirm("join them?", default=decision.joined)
+    return decision if joined is decision.joined else replace(decision, joined=joined, why=BY_A_PERSON)
+
+
+@app.command(
+    cls=Command,
+    epilog="""Examples:
+
+* `refseq map similarity east.refseq west.refseq`
+* `refseq map similarity east.refseq west.refseq -o alike.png --arrays alike.npz`""",
+)
+def similarity(
+    one: MapFile,
+    other: Annotated[Path, typer.Argument(metavar="OTHER", help="Map to compare with.")],
+    output: Annotated[Path | None, CHART] = None,
+    arrays: Annotated[Path | None, option("FILE", "Both matrices to write, there and back (.npz).")] = None,
+    min_overlap: MinOverlap = 5.0,
+    as_json: Json = False,
+) -> None:
+    """Compare the views of two maps, and tell the stretches that they share; nothing is merged."""
+    from refseq.atlas.merge import merge_maps
+    from refseq.atlas.overlap import OverlapSettings
+    from scenarios.maps.checks import read_maps
+    from scenarios.maps.joins import decision_table
+    from scenarios.maps.matrix import check_picture
+    from scenarios.maps.similarity import draw, similarity_of, write_arrays
+
+    for path in (output, arrays):
+        if path is not None:
+            check_output(path)
+    if output is not None:
+        check_picture(output)
+    if arrays is not None and arrays.suffix != ".npz":
+        raise ScenarioError(f"{arrays}: is no name for arrays; valid is one that ends in .npz")
+    settings = OverlapSettings(least=min_overlap)
+    first, second = read_maps([one, other], first_of_one_path=True)
+    decisions, matrices = merge_maps([first, second], settings).decisions, similarity_of(first, second)
+    if as_json:
+        print_json(decisions)
+    elif decisions:
+        out.print(decision_table(decisions))
+    else:
+        say(out, "no view of one leads to the other and back")
+    if arrays is not None:
+        with wrote(arrays, quiet=as_json):
+            write_arrays(arrays, matrices)
+    if output is not None:
+        with wrote(output, quiet=as_json):
+            draw(output, matrices, decisions)
+
+
+@app.command(
+    cls=Command,
+    epilog="""Example: `refseq map route whole.refseq east:3 west:90`
+
+Exit codes: 0 a route leads there; 1 none does; 2 bad input.""",
+)
+def route(
+    map_file: MapFile,
+    start: Annotated[str, typer.Argument(metavar="FROM", help="Place PATH:VIEW, a path and a view of it, from 0.")],
+    goal: Annotated[str, typer.Argument(metavar="TO", help="Place to go to, likewise.")],
+    as_json: Json = False,
+) -> None:
+    """Find the shortest route between two places of a map; paths are driven one way only."""
+    from refseq.atlas.routes import NoRouteError, place_of, shortest_route
+    from refseq.map.map import Map
+    from scenarios.maps.routes import leg_table, route_in_words
+
+    map_ = Map.load(map_file)
+    ends = place_of(map_, start), place_of(map_, goal)
+    try:
+        found = shortest_route(map_, *ends)
+    except NoRouteError:
+        # A place has as many names as paths run through it: say those that were asked for.
+        say(err, f"no path leads from {start} to {goal}: paths are driven one way only")
+        raise typer.Exit(BELOW) from None
+    if as_json:
+        print_json({"length_m": found.length, "places": found.places.tolist(), "legs": found.legs})
+        return
+    if found.legs:
+        out.print(leg_table(found))
+    say(out, f"{found.length:.1f} m from {start} to {goal}, {route_in_words(found)}")
+
+
+@app.command(
+    cls=Command,
+    epilog="""Examples:
+
+* `refseq map matrix map.refseq`
+* `refseq map matrix map.refseq -o matrix.png --top 20`""",
+)
+def matrix(
+    map_file: MapFile,
+    output: Annotated[Path | None, CHART] = None,
+    top: Annotated[int, option("N", "Number of the most informative features to list.", min=0)] = 10,
+    seed: Seed = 1,
+    as_json: Json = False,
+) -> None:
+    """Describe a map's incidence matrix and what it tells about the place, and draw it."""
+    import numpy as np
+
+    from refseq.map.map import Map
+    from scenarios.maps.matrix import (
+        check_picture,
+        draw,
+        features_table,
+        information_table,
+        statistics_table,
+        summaries,
+        top_features,
+    )
+
+    if output is not None:
+        check_output(output)
+        check_picture(output)
+    found = Map.load(map_file).sequence.matrix
+    title = f"{map_file.name}: {found.N} features at {found.K} places"
+    rows, best = summaries(found, np.random.default_rng(seed)), top_features(found, top) if top else []
+    if as_json:
+        print_json({"features": found.N, "places": found.K, "kinds": rows, "top": best})
+    else:
+        out.print(statistics_table(title, rows))
+        out.print(information_table(rows))
+        if top:
+            out.print(features_table(best))
+    if output is not None:
+        with wrote(output, quiet=as_json):
+            draw(output, found, title)

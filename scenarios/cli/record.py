@@ -1,0 +1,142 @@
+"""The commands ``refseq record`` and ``refseq drive``: a drive that leads itself, and one that a person leads."""
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from scenarios.cli.console import bars_on_terminal, out, progress_bar
+from scenarios.cli.options import (
+    RATE,
+    RECORDING,
+    SCRIPT,
+    Carrier,
+    Sampling,
+    Setting,
+    World,
+    drive_in,
+    flag,
+    grouped,
+    only_one_of,
+    option,
+)
+from scenarios.errors import ScenarioError
+from scenarios.tables import say
+
+if TYPE_CHECKING:
+    from scenarios.drives.teleop import TeleopDrive, TeleopResult
+    from sim.drives.recorder import RecordedView
+
+RECORD_HELP = """Examples:
+
+* `refseq record hallway --light 16:00 --seed 1 -o reference.mcap`
+* `refseq record hallway --light 17:45,cloud=0.6 --change busy --seed 3 -o another-day.mcap`
+* `refseq record corridor:7 --camera camera-2=fire-i-wide -o wide.mcap`
+* `refseq record hallway --renderer none -o laser-only.mcap`
+* `refseq record hallway --behaviours "MN:12 MT:180 MN:10" -o there-and-back.mcap`
+* `refseq record hallway --script keys.txt -o scripted.mcap`
+* `refseq record hallway --script reference.mcap --light 18:00 -o again.mcap`
+
+A script has one command a line, with its time in seconds: `2.0 forward`, `5.5 left 0.3`, `6 sample`, `8 pause`,
+`9 resume`, `30 stop` (docs/live.md). A recording of `refseq drive` is a script as well.
+
+Exit codes: 0 recorded; 1 aborted, or ended before the first view: nothing is written; 2 bad input; 130 interrupted:
+the views up to then are kept."""
+
+DRIVE_HELP = """Examples:
+
+* `refseq drive hallway -o reference.mcap`
+* `refseq drive hallway --light 18:00 --sensors laser -o query.mcap`
+* `refseq drive hallway --on-request --gamepad /dev/input/js0 -o places.mcap`
+
+Keys: hold W A S D or the arrows to lead the robot. Space starts, pauses and resumes sampling; V takes a view; + and -
+change the speed; E is the emergency stop, R releases it; X stops and keeps the recording, Delete aborts and keeps
+nothing; C changes the camera. Gamepad: the left stick leads while a shoulder button is held.
+
+Exit codes: as those of `refseq record`."""
+
+NAME = option("NAME", "Name of the sequence. [default: the file's]")
+OnRequest = Annotated[
+    bool, flag("--on-request", "Take views only where they are asked for.", rich_help_panel=Sampling.panel)
+]
+
+
+@grouped
+def record(
+    world: World,
+    output: Annotated[Path, RECORDING],
+    behaviours: Annotated[
+        str | None, option("WORDS", "Run these from the start of the route, blanks between, instead of following it.")
+    ] = None,
+    script: Annotated[Path | None, SCRIPT] = None,
+    name: Annotated[str | None, option("NAME", "With --script: name of the sequence. [default: the file's]")] = None,
+    setting: Setting = Setting(),
+    carrier: Carrier = Carrier(),
+    sampling: Sampling = Sampling(),
+    on_request: OnRequest = False,
+) -> None:
+    """Record a robot that follows a route, behaviours or a script."""
+    from scenarios.drives.record import record as record_drive
+    from scenarios.drives.teleop import TeleopDrive
+
+    only_one_of(behaviours=behaviours, script=script)
+    drive = drive_in(world, setting, carrier, sampling, behaviours=tuple((behaviours or "").split()))
+    if script is not None:
+        session = TeleopDrive(name or output.stem, drive, sampling.trigger_unless(on_request))
+        tell_of(_by_script(session, output, script), output)
+        return
+    for given, value in (("--name", name), ("--on-request", on_request)):
+        if value:
+            raise ScenarioError(f"{given} goes with --script; valid is to lead the robot by a script, or without it")
+    with progress_bar(f"{world} at {setting.light}") as progress:
+        recording = record_drive(drive, output, progress)
+    say(out, f"{output}: {len(recording.views)} views of {', '.join(sorted(recording.sensors))}")
+
+
+@grouped
+def drive(
+    world: World,
+    output: Annotated[Path, RECORDING],
+    name: Annotated[str | None, NAME] = None,
+    port: Annotated[int, option("PORT", "Port of the page; 0: any free one.", min=0, max=65535)] = 0,
+    gamepad: Annotated[
+        Path | None, option("DEVICE", "Joystick device. [default: /dev/input/js0 if there is one]")
+    ] = None,
+    rate: Annotated[float, RATE] = 1.0,
+    setting: Setting = Setting(),
+    carrier: Carrier = Carrier(),
+    sampling: Sampling = Sampling(),
+    on_request: OnRequest = False,
+) -> None:
+    """Record a robot that you lead in the browser, by keys or a gamepad."""
+    from scenarios.drives.teleop import TeleopDrive, by_viewer, record_by_hand
+
+    asked = drive_in(world, setting, carrier, sampling)
+    session = TeleopDrive(name or output.stem, asked, sampling.trigger_unless(on_request))
+    tell_of(record_by_hand(session, output, by_viewer(session, port=port, gamepad=gamepad, rate=rate)), output)
+
+
+def tell_of(led: "TeleopResult", output: Path) -> None:
+    """Print how a drive that was led went, and where the robot stopped itself."""
+    sensed = ", ".join(sorted(led.recording.sensors))
+    say(out, f"{output}: {len(led.recording.views)} views of {sensed}, {led.way:.1f} m in {led.time:.1f} s")
+    for stop in led.stops:
+        say(out, f"stopped at {stop.since:.1f} s: {stop.cause.value}: {stop.detail}")
+
+
+def _by_script(session: "TeleopDrive", output: Path, script: Path) -> "TeleopResult":
+    """Lead the robot by a script, with a bar of its time."""
+    from scenarios.drives.teleop import controls_in, record_by_hand
+    from sim.teleop.script import ScriptSource
+
+    moments = controls_in(script)
+    end = moments[-1].time
+    with bars_on_terminal() as bars:
+        task = bars.add_task(f"{session.drive.world} by {script.name}", total=end or 1.0, seen="")
+
+        def show(taken: "RecordedView", views: int) -> None:
+            time = taken.view.time
+            bars.update(task, completed=time, seen=f"{time:5.1f} of {end:.0f} s, {views:3d} views")
+
+        led = record_by_hand(session, output, lambda bench: nullcontext(ScriptSource(moments)), show)
+        bars.update(task, completed=end or 1.0)
+    return led

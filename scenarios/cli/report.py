@@ -1,0 +1,38 @@
+"""The command ``refseq report``: a page about a localised drive."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scenarios.cli.console import out
+from scenarios.cli.options import REFERENCE, MapFile, QueryFile, Selection, grouped, output
+from scenarios.drives.inputs import check_output, read_comparison, writing
+from scenarios.tables import say
+
+REPORT_HELP = "Example: `refseq report map.refseq query.mcap beliefs.parquet --reference reference.mcap -o report.html`"
+
+
+@grouped
+def report(
+    map_file: MapFile,
+    query: QueryFile,
+    beliefs: Annotated[
+        Path, typer.Argument(metavar="BELIEFS", help="Beliefs that `refseq localise` wrote (.parquet).")
+    ],
+    output: Annotated[Path, output("Page to write (.html).")],
+    reference: Annotated[Path | None, REFERENCE] = None,
+    selection: Selection = Selection(),
+) -> None:
+    """Write a page about a localised drive.
+
+    It has a plan, heat maps of the posterior, frames, success and cost.
+    """
+    from scenarios.report.document import write_report
+    from scenarios.report.outline import outline_for
+
+    check_output(output)
+    comparison = read_comparison(map_file, query, beliefs, reference, selection.views, selection.thin)
+    with writing(output):
+        write_report(output, [comparison], title=comparison.name, outline=outline_for([comparison]))
+    say(out, f"{output}")

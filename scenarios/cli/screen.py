@@ -1,0 +1,61 @@
+"""The viewer that commands show things in, and files for it."""
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scenarios.cli.console import out
+from scenarios.cli.options import Screen
+from scenarios.drives.inputs import writing
+from scenarios.tables import say
+
+if TYPE_CHECKING:
+    import rerun as rr
+
+
+def hush() -> None:
+    """Keep Rerun from telling on the terminal, in several lines, what goes wrong; call it before Rerun is imported."""
+    os.environ.setdefault("RUST_LOG", "off")
+
+
+@contextmanager
+def in_file(path: Path, name: str) -> "Iterator[rr.RecordingStream]":
+    """A stream to a file for the viewer."""
+    from refseq.viewer.recording import saved
+
+    with writing(path), saved(path, name) as stream:
+        yield stream
+    say(out, f"{path}: open it with 'rerun {path}'")
+
+
+@contextmanager
+def on_screen(name: str, screen: Screen, *, live: bool = False) -> "Iterator[rr.RecordingStream]":
+    """A stream to a viewer; browsers are served until Ctrl-C, and told of before a ``live`` drive, else behind."""
+    from refseq.viewer.sinks import connected, served, spawned
+
+    batches: dict[str, Any] = {}
+    if live:
+        from scenarios.drives.live import LIVE
+
+        batches = {"batches": LIVE}
+    if screen.connect is not None:
+        with connected(screen.connect, name, **batches) as stream:
+            yield stream
+        say(out, f"{name}: sent to {screen.connect}")
+    elif screen.serve is not None:
+        with served(screen.serve, name, screen.memory_limit, **batches) as (stream, page):
+            line = f"{name}: open {page} in a browser of this machine; Ctrl-C ends it"
+            if live:
+                say(out, line)
+            yield stream
+            if not live:
+                say(out, line)
+            with suppress(KeyboardInterrupt):
+                while True:
+                    time.sleep(3600)
+    else:
+        with spawned(name, screen.memory_limit, **batches) as stream:
+            yield stream

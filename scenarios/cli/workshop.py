@@ -1,0 +1,79 @@
+"""The commands ``refseq demo`` and ``refseq doctor``."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scenarios.cli.console import leave_below, out, print_json, print_results, step_bars
+from scenarios.cli.options import (
+    LIGHT,
+    RENDERER,
+    ROBOT,
+    WORLD,
+    AtLeast,
+    Json,
+    Profile,
+    RendererName,
+    option,
+    output,
+)
+from scenarios.tables import say
+
+if TYPE_CHECKING:
+    from scenarios.drives.evaluate import StageResult
+
+DEMO_HELP = """Examples:
+
+* `refseq demo`
+* `refseq demo --query-light 18:00 --query-light late-evening --runs 5 -o out/five`"""
+DOCTOR_HELP = "Exit codes: 0 the demo can run; 1 something that it needs is missing."
+
+
+def demo(
+    output: Annotated[Path, output("Folder to fill.", "FOLDER")] = Path("out/demo"),
+    world: Annotated[str, WORLD] = "hallway",
+    light: Annotated[str, LIGHT] = "16:00",
+    query_light: Annotated[
+        list[str] | None, option("LIGHT", "Light of the later drive; may be repeated. [default: 18:00]")
+    ] = None,
+    runs: Annotated[int, option("N", "Pairs of drives, with seeds 1 to N.", min=1)] = 1,
+    robot: Annotated[str, ROBOT] = "robuter",
+    renderer: Annotated[RendererName, RENDERER] = RendererName.FILAMENT,
+    profile: Profile = "thesis",
+    at_least: AtLeast = None,
+) -> None:
+    """Record two drives, learn, localise and report, all at once."""
+    from refseq.map.profile import profile_named
+    from scenarios.cli.demo import Demo, run_demo
+    from scenarios.drives.evaluate import results
+    from scenarios.drives.inputs import check_folder
+    from scenarios.drives.record import Drive
+    from sim.rendering.renderer import RendererKind
+    from worlds.light import light_named
+
+    lights, chosen = tuple(dict.fromkeys(query_light or ["18:00"])), profile_named(profile)
+    for name in lights:
+        light_named(name)  # a name that is wrong is told before the first drive, not after it
+    check_folder(output)
+    first = Drive(world=world, light=light, robot=robot, renderer=RendererKind(renderer.value))
+    with step_bars() as step:
+        comparisons = run_demo(Demo(first, lights, tuple(range(1, runs + 1)), chosen), output, step)
+    last: list[StageResult] = []
+    for name in dict.fromkeys(comparison.name for comparison in comparisons):
+        same = [comparison for comparison in comparisons if comparison.name == name]
+        last = results(same)
+        print_results(f"{world}, {name}", last, same)
+    say(out, f"look at {output / 'report.html'}, and: rerun {output / 'demo.rrd'}")
+    leave_below(last, at_least)
+
+
+def doctor(as_json: Json = False) -> None:
+    """Tell what this machine lacks for the bench, and how to mend it."""
+    from scenarios.cli.doctor import checks, report
+
+    if not as_json:
+        raise typer.Exit(report(out))
+    found = checks()
+    print_json(found)
+    raise typer.Exit(int(any(check.needed and not check.ok for check in found)))

@@ -1,0 +1,158 @@
+"""Tabs of the viewer made from files: recordings, maps, and tables of beliefs."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.drives.inputs import read_drive
+from scenarios.drives.viewer_recording import is_recorded, name_of, record_at
+from scenarios.errors import ScenarioError
+
+if TYPE_CHECKING:
+    import rerun as rr
+
+    from refseq.belief import Belief
+    from refseq.logs import Recording
+    from refseq.map.map import Map
+    from refseq.view import View
+    from refseq.viewer.localise_tab import LocaliseTab
+    from refseq.viewer.places import Places
+    from refseq.viewer.tab import Tab
+
+MAP, TABLE = ".refseq", ".parquet"
+
+
+@dataclass(frozen=True)
+class ViewerContent:
+    """Content for the viewer: tabs from left to right, of which the last drive's is on top."""
+
+    name: str
+    tabs: "Sequence[Tab]"
+    drive: "LocaliseTab | None" = None
+
+    @property
+    def all(self) -> "list[Tab]":
+        """Every tab, the drive's last."""
+        return [*self.tabs, *([self.drive] if self.drive else [])]
+
+    def send(self, stream: "rr.RecordingStream") -> None:
+        """Send layout and data."""
+        from refseq.viewer.recording import send
+
+        send(stream, self.all, name=self.name, active=len(self.all) - 1 if self.drive else 0)
+
+
+@dataclass(frozen=True)
+class RecordedContent(ViewerContent):
+    """A recording of the viewer, with a layout of its own."""
+
+    path: Path = Path()
+
+    def send(self, stream: "rr.RecordingStream") -> None:
+        """Send the file as it is."""
+        stream.log_file_from_path(self.path)
+
+
+@dataclass(frozen=True)
+class _Files:
+    """The files given, by what they are."""
+
+    maps: list[Path] = field(default_factory=list)
+    recordings: list[Path] = field(default_factory=list)
+    tables: list[Path] = field(default_factory=list)
+
+    @classmethod
+    def sorted_out(cls, files: Sequence[Path]) -> "_Files":
+        """Tell files apart by their endings. Raises ``ScenarioError`` for what cannot be shown together."""
+        found = cls(
+            [file for file in files if file.suffix == MAP],
+            [file for file in files if file.suffix not in (MAP, TABLE)],
+            [file for file in files if file.suffix == TABLE],
+        )
+        maps, recordings, tables = len(found.maps), len(found.recordings), len(found.tables)
+        alone = tables == 0 and maps + recordings == 1
+        together = recordings == 1 and tables >= 1 and maps in (1, tables)
+        if not (alone or together):
+            given = " ".join(str(file) for file in files)
+            raise ScenarioError(
+                f"{given}: valid is a recording, a map (.refseq), or map, recording and beliefs (.parquet): one or "
+                "several tables, and one map for all or one for each"
+            )
+        stems = [file.stem for file in found.tables]
+        if twice := sorted({stem for stem in stems if stems.count(stem) > 1}):
+            raise ScenarioError(f"{twice[0]}{TABLE}: two tables have this name; valid are names of their own")
+        return found
+
+
+def read_content(files: Sequence[Path], reference: Path | None, views: str | None, thin: float | None) -> ViewerContent:
+    """Read what the files hold. Raises ``ScenarioError`` for files that do not belong together."""
+    from refseq.map.map import Map
+    from refseq.viewer.localise_tab import LocaliseTab
+    from refseq.viewer.map.tab import MapTab
+
+    if len(files) == 1 and is_recorded(files[0]):
+        if reference is not None or views is not None or thin is not None:
+            raise ScenarioError(f"{files[0]}: is shown as it is; valid is without --reference, --views and --thin")
+        record = record_at(files[0])
+        return RecordedContent(name_of(record), (), path=record)
+    found = _Files.sorted_out(files)
+    learnt = [Map.load(path) for path in found.maps]
+    first = read_drive(reference, None, None).views if reference else ()
+    if not found.recordings:
+        places = _places(found.maps[0], learnt[0], reference, first)
+        return ViewerContent(files[0].name, [MapTab(learnt[0], places.views)])
+    drive = read_drive(found.recordings[0], views, thin)
+    if not found.tables:
+        return ViewerContent(files[0].name, (), LocaliseTab(drive.views))
+    name = f"{found.maps[0].name} ← {found.recordings[0].name}"
+    return _localised(name, found, learnt, (reference, first), drive)
+
+
+def _localised(
+    name: str,
+    files: _Files,
+    learnt: "Sequence[Map]",
+    reference: "tuple[Path | None, Sequence[View]]",
+    drive: "Recording",
+) -> ViewerContent:
+    from refseq.viewer.belief_log import LocaliserLayer, beside
+    from refseq.viewer.localise_tab import LocaliseTab
+    from refseq.viewer.map.tab import MapTab
+
+    places = [_places(path, map_, *reference) for path, map_ in zip(files.maps, learnt, strict=True)]
+    answers, layers = {}, []
+    for number, table in enumerate(files.tables):
+        which = number if len(learnt) > 1 else 0
+        answers[table.stem] = _beliefs(name, table, learnt[which], drive)
+        layers.append(LocaliserLayer(table.stem, tuple(answers[table.stem]), places[which]))
+    tab = MapTab(learnt[0], places[0].views, drive.views, answers[files.tables[0].stem])
+    return ViewerContent(name, [tab], LocaliseTab(drive.views, beside(layers), answers))
+
+
+def _beliefs(name: str, table: Path, learnt: "Map", drive: "Recording") -> "Mapping[str, Sequence[Belief]]":
+    """The answers of a table. Raises ``ScenarioError`` for those that fit neither drive nor map."""
+    from refseq.logs.beliefs import read_beliefs
+    from scenarios.drives.evaluate import comparison_of
+
+    if not table.is_file():
+        raise ScenarioError(f"{table}: is no file; valid is a table of beliefs (.parquet)")
+    found = read_beliefs(table)
+    if not found:
+        raise ScenarioError(f"{table}: holds no belief; valid is one a view of the recording")
+    try:
+        return comparison_of(name, learnt, drive, found).beliefs
+    except ScenarioError as error:
+        raise ScenarioError(f"{table}: {error}") from error
+
+
+def _places(path: Path, learnt: "Map", reference: Path | None, views: "Sequence[View]") -> "Places":
+    """The places of a map, with the pictures of its drive."""
+    from refseq.viewer.places import Places
+
+    if reference is not None and len(views) != len(learnt):
+        raise ScenarioError(
+            f"{reference}: has {len(views)} views, {path} has {len(learnt)} places; valid is the drive it was learnt "
+            "from, or no reference for an atlas or a reduced map"
+        )
+    return Places.of(learnt, views)

@@ -1,0 +1,113 @@
+"""Mistakes in commands and options, old spellings among them: one line each; options that mean one thing."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import typer
+from typer.core import TyperGroup
+
+from scenarios.cli.app import app
+from scenarios.cli.usage import RENAMED_COMMANDS, RENAMED_OPTIONS
+from tests.scenarios.conftest import Refseq
+
+SEVERAL_MEANINGS = {"--output": {"FILE", "FOLDER"}}
+"""Placeholders of options that have more than one."""
+
+
+def commands(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]]:
+    """All commands with their names, groups among them."""
+    for name, command in group.commands.items():
+        yield " ".join((*path, name)), command
+        if isinstance(command, TyperGroup):
+            yield from commands(command, (*path, name))
+
+
+COMMANDS = dict(commands(typer.main.get_command(app)))
+RECORD = "record hallway -o new.mcap"
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("recrod hallway", "command 'recrod' is unknown; the nearest is 'record'"),
+        ("world paint", "command 'world paint' is unknown; valid are list, show, check, draw, contact-sheet, lux, "),
+        (f"{RECORD} --sed 2", "option '--sed' of 'refseq record' is unknown; the nearest is '--seed'"),
+        ("robot list --wings", "option '--wings' of 'refseq robot list' is unknown; valid are --json, --help"),
+        ("--wings", "option '--wings' is unknown; valid are --version, --help"),
+        ("record hallway", "--output FILE of 'refseq record' is missing: Recording to write (.mcap)"),
+        ("learn -o x.refseq", "RECORDING of 'refseq learn' is missing: First drive: an MCAP recording or a CARMEN log"),
+        (f"{RECORD} --seed x", "--seed 'x' is not valid; valid is a whole number of 0 or more [N]"),
+        (f"{RECORD} --seed -1", "--seed '-1' is not valid; valid is a whole number of 0 or more [N]"),
+        (f"{RECORD} --distance far", "--distance 'far' is not valid; valid is a number [METRES]"),
+        (f"{RECORD} --turn 0.2", "--turn '0.2' is not valid; valid is a number from 1 to 360 [DEGREES]"),
+        (f"{RECORD} --renderer gl", "--renderer 'gl' is not valid; valid are filament, classic, none"),
+        (f"{RECORD} annex", "'refseq record' takes no 'annex'; 'refseq record --help' tells what it takes"),
+        ("record hallway -o", "option '-o' requires an argument"),
+        ("doctor --json=yes", "option '--json' does not take a value"),
+        ("record hallway -o a.mcap --name b", "--name goes with --script; valid is to lead the robot by a script"),
+        ("view a.mcap -o a.rrd --layers b", "--output and --layers exclude each other; valid is one of them, or none"),
+    ],
+)
+def test_a_mistake_is_one_line_and_code_2(
+    refseq: Refseq, tmp_path: Any, monkeypatch: pytest.MonkeyPatch, line: str, said: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    answer = refseq(*line.split())
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith(f"error: {said}")
+    assert answer.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("old", RENAMED_COMMANDS)
+def test_an_old_command_is_refused_with_the_new_one(refseq: Refseq, old: str) -> None:
+    answer = refseq(*old.split(), "x")
+    new = RENAMED_COMMANDS[old]
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == f"error: 'refseq {old}' is called 'refseq {new}' now\n"
+    assert any(new == name or new.startswith(f"{name} ") for name in COMMANDS)
+
+
+@pytest.mark.parametrize("old", RENAMED_OPTIONS)
+def test_an_old_option_is_refused_with_the_new_one(refseq: Refseq, old: str) -> None:
+    command, _, option = old.rpartition(" ")
+    answer = refseq(*command.split(), option, "1")
+    new = RENAMED_OPTIONS[old]
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == f"error: {option} of 'refseq {command}' is called {new!r} now\n"
+    words = [word for word in new.split() if not word.isupper()]
+    where = command if new.startswith("-") else words[0]
+    known = {spelling for parameter in COMMANDS[where].params for spelling in parameter.opts}
+    assert {word for word in words if word.startswith("-")} <= known
+    assert option not in {spelling for parameter in COMMANDS[command].params for spelling in parameter.opts}
+
+
+def test_an_option_means_one_thing_in_the_whole_program() -> None:
+    meanings: dict[str, set[str]] = {}
+    for name, command in COMMANDS.items():
+        for parameter in command.params:
+            if parameter.param_type_name == "option":
+                assert parameter.help, f"{name} {parameter.opts}"
+                assert parameter.metavar is not None, f"{name} {parameter.opts}"
+                meanings.setdefault(parameter.opts[0], set()).add(parameter.metavar)
+    assert {name: units for name, units in meanings.items() if len(units) > 1} == SEVERAL_MEANINGS
+
+
+def test_what_a_program_would_read_on_is_json(refseq: Refseq) -> None:
+    for line in ("world list", "world show hallway", "robot list", "robot show robuter", "scenario list smoke"):
+        answer = refseq(*line.split(), "--json")
+        assert (answer.code, answer.err) == (0, "")
+        assert json.loads(answer.out)
+    checks = json.loads(refseq("doctor", "--json").out)
+    assert {"name", "found", "ok", "cost", "remedy"} <= set(checks[0])
+
+
+def test_help_loads_nothing_that_a_command_needs() -> None:
+    """So that it comes at once, and `refseq doctor` answers where packages are missing."""
+    code = "import sys, scenarios.cli.app; print(*{name.partition('.')[0] for name in sys.modules})"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"numpy", "scipy", "cv2", "mujoco", "rerun", "matplotlib", "pydantic_settings", "pyarrow"} & {*loaded}
