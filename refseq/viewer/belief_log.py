@@ -1,4 +1,4 @@
-"""What one localiser answers, logged view by view: posteriors, their history, P(lost), entropy, the believed place."""
+"""Log of one localiser's answers, view by view: posteriors, their history, P(lost), entropy, the believed place."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""What the robot senses, logged view by view: pictures, the scan with its walls and doors, the robot in the plan."""
+"""Log of the robot's sensors, view by view: pictures, the scan with its walls and doors, the robot in the plan."""
 
 from dataclasses import dataclass, field
 

@@ -1,4 +1,4 @@
-"""Watching a localiser at work: each view and what is believed of it, sent to the viewer as it comes."""
+"""Live log of a localiser at work: each view and the beliefs about it, as they come."""
 
 from collections.abc import Mapping, Sequence
 
@@ -64,6 +64,6 @@ class LiveLogger:
 
 
 def _settings(layers: Sequence[LocaliserLayer]) -> tuple[WallSettings, DoorSettings]:
-    """How walls and doors are found: as the first map does it."""
+    """Settings of the detectors of walls and doors: those of the first map."""
     profile = next((sequence.profile for layer in layers for sequence in layer.places.sequences), None) or Profile()
     return profile.walls, profile.doors

@@ -1,4 +1,4 @@
-"""The thesis' localisation form: what the robot sees, where it is, where it believes it is, and why."""
+"""The tab *Localise*, the thesis' localisation form: the robot's sensors, its place, its beliefs."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -40,12 +40,12 @@ class LocaliseTab:
 
     @property
     def name(self) -> str:
-        """What stands on the tab."""
+        """The tab's title."""
         return "Localise" if self.layers else "Drive"
 
     @cached_property
     def scene(self) -> Scene:
-        """What there is to see."""
+        """The drive's scene."""
         return scene_of(self.views, self.layers)
 
     def layout(self) -> rrb.Container:
@@ -135,21 +135,19 @@ def _frame(scene: Scene, camera: str) -> rrb.VisualBounds2D | None:
 def _laser(scene: Scene) -> Iterator[rrb.View]:
     """The scan as the robot sees it."""
     if scene.laser:
-        reach = scene.reach
-        bounds = rrb.VisualBounds2D(x_range=[-reach * 0.7, reach * 0.7], y_range=[-reach, reach * 0.15])
-        yield rrb.Spatial2DView(origin="laser", name="laser: walls, doors", visual_bounds=bounds)
+        yield rrb.Spatial2DView(origin="laser", name="laser: walls, doors", visual_bounds=scene.scan_bounds)
 
 
 def _plan(scene: Scene, layers: Sequence[LocaliserLayer]) -> Iterator[rrb.View]:
     """The plan, as wide as the path; of several localisers the first shows its places, all show where they believe."""
     if scene.extent is None:
         return
-    (west, south), (east, north) = scene.extent.low, scene.extent.high
-    bounds = rrb.VisualBounds2D(x_range=[west, east], y_range=[-north, -south])
     hidden = [f"- {layer.path('plan', 'places')}" for layer in layers[1:]]
     believed = "rings" if len(layers) > 1 else "orange"
     name = f"plan [m]: blue where it is, {believed} where it believes it is" if layers else "plan [m]"
-    yield rrb.Spatial2DView(origin="plan", contents=["$origin/**", *hidden], name=name, visual_bounds=bounds)
+    yield rrb.Spatial2DView(
+        origin="plan", contents=["$origin/**", *hidden], name=name, visual_bounds=scene.extent.bounds
+    )
 
 
 def _beliefs(layers: Sequence[LocaliserLayer]) -> rrb.Container:

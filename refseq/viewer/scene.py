@@ -1,9 +1,10 @@
-"""What there is to see of a drive, found before anything is drawn, so that no panel stays empty."""
+"""Scene of a drive: its cameras, laser and extent, found before drawing so that no panel stays empty."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from refseq.planar import Pose, after_motion
@@ -28,7 +29,7 @@ class Extent:
 
     @classmethod
     def around(cls, poses: Iterable[Pose | None]) -> "Extent | None":
-        """What holds all poses, with a margin; ``None`` without any."""
+        """The rectangle around all poses, with a margin; ``None`` without any."""
         points = np.array([(pose.x, pose.y) for pose in poses if pose])
         if not len(points):
             return None
@@ -36,8 +37,14 @@ class Extent:
         return cls((float(west), float(south)), (float(east), float(north)))
 
     @property
+    def bounds(self) -> rrb.VisualBounds2D:
+        """The rectangle as a plan shows it, with north up."""
+        (west, south), (east, north) = self.low, self.high
+        return rrb.VisualBounds2D(x_range=[west, east], y_range=[-north, -south])
+
+    @property
     def wide(self) -> bool:
-        """Whether it is a strip."""
+        """True for a strip."""
         (west, south), (east, north) = self.low, self.high
         return east - west >= WIDE * (north - south)
 
@@ -58,6 +65,13 @@ class Scene:
     framed: bool = True
     count: int | None = None
     sizes: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+
+    @property
+    def scan_bounds(self) -> rrb.VisualBounds2D:
+        """The part of a scan that is shown, forward up."""
+        return rrb.VisualBounds2D(
+            x_range=[-self.reach * 0.7, self.reach * 0.7], y_range=[-self.reach, self.reach * 0.15]
+        )
 
 
 def scene_of(views: Iterable[View], layers: Sequence[LocaliserLayer] = ()) -> Scene:

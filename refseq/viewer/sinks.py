@@ -1,4 +1,4 @@
-"""Where a recording goes but into a file: to a viewer of its own, to one that runs elsewhere, or to a browser.
+"""Sinks of a recording beside files: a viewer of its own, one that runs elsewhere, or a browser.
 
 Rerun itself connects without saying whether anybody is there, listens on every network, and drops what it could not
 send: all that is looked at here, and told in one line as a ``RefseqError``.
@@ -22,7 +22,7 @@ from refseq.viewer.recording import BATCH, new_stream
 
 LOOPBACK = "127.0.0.1"
 MEMORY = "50%"
-"""What a viewer or server takes of the machine's memory before it drops the oldest."""
+"""Share of the machine's memory at which a viewer or server drops the oldest data."""
 START = 30.0
 """Seconds that a viewer may take to start."""
 ANSWER = 5.0
@@ -196,7 +196,7 @@ def _wait(process: "subprocess.Popen[bytes]", port: int) -> None:
 
 
 def _ended(process: "subprocess.Popen[bytes]", recording: str) -> RefseqError | None:
-    """What is to be told of a viewer that is no longer there; ``None`` if it runs."""
+    """The error of a viewer that has ended; ``None`` if it runs."""
     with suppress(subprocess.TimeoutExpired):
         code = process.wait(1.0)
         return RefseqError(

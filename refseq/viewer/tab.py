@@ -1,4 +1,4 @@
-"""What every tab of the viewer is: a name, a layout, and the data that fills it."""
+"""Protocol of a tab of the viewer: a name, a layout, and the data that fills it."""
 
 from typing import Protocol
 
@@ -15,7 +15,7 @@ class Tab(Protocol):
 
     @property
     def name(self) -> str:
-        """What stands on the tab."""
+        """The tab's title."""
 
     def layout(self) -> rrb.Container:
         """Panels of the tab."""

@@ -32,7 +32,7 @@ def time_points_of(views: Iterable[View]) -> Iterator[TimePoint]:
 
 
 def set_time_point(stream: rr.RecordingStream, moment: TimePoint) -> None:
-    """What is logged from here on is of this moment; ``stream.reset_time()`` ends that."""
+    """Set the time point of what is logged next; ``stream.reset_time()`` ends that."""
     stream.reset_time()
     stream.set_time(VIEW, sequence=moment.view)
     if moment.time is not None:

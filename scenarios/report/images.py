@@ -11,7 +11,7 @@ from refseq.view import Scan
 FRAME_WIDTH = 320
 """Width of a frame [pixels]."""
 SCAN_REACH = 12.0
-"""How far a drawn scan reaches [m]."""
+"""Range of a drawn scan [m]."""
 
 
 def picture(image: NDArray[np.uint8]) -> str:

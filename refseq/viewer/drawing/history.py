@@ -1,4 +1,4 @@
-"""All beliefs so far in one picture of bounded size: place upwards, views to the right, the truth as a blue band.
+"""History of beliefs as one picture of bounded size: place upwards, views to the right, the truth as a blue band.
 
 What is too fine for the picture is not thinned out but joined by the largest: a single sharp belief among 2000 places
 stays as bright as it is. The band lies under the belief, never over it.
@@ -23,7 +23,7 @@ BAND = 1 / 60
 """Half width of the truth's band, in shares of the picture, but at least ``LEAST`` rows."""
 LEAST = 2
 DIMMED = 0.42
-"""How bright the band is."""
+"""Brightness of the band."""
 
 
 class History:

@@ -16,7 +16,7 @@ LEAST = 38
 GAP = 4
 """Between extractors [pixels]."""
 FAINT = 0.25
-"""How bright a cell is that holds but a few ones among many features."""
+"""Brightness of a cell that holds few ones among many features."""
 
 SHADES = (
     colours.TRUTH,
@@ -31,7 +31,7 @@ SHADES = (
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """Where an extractor's features stand in the picture: rows ``top`` to ``bottom`` [pixels], in its colour."""
+    """Rows of an extractor's features in the picture: ``top`` to ``bottom`` [pixels], in its colour."""
 
     key: str
     top: int
@@ -66,7 +66,7 @@ def incidence_picture(matrix: IncidenceMatrix, width: int = WIDTH) -> NDArray[np
 
 
 def features_a_place(matrix: IncidenceMatrix) -> Mapping[str, NDArray[np.intp]]:
-    """How many features of each extractor were seen at each place, (K,)."""
+    """Count the features of each extractor at each place, (K,)."""
     return {
         key: np.bincount(matrix.places[_entries(matrix, block)], minlength=matrix.K)
         for key, block in matrix.blocks.items()

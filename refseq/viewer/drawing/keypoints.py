@@ -1,4 +1,4 @@
-"""Which keys of a picture are words that the map has seen at a place: what makes the robot believe that it is there."""
+"""Keypoints of an image told apart by the words that the map has seen at a place."""
 
 from dataclasses import dataclass, field
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""The path travelled so far, in a bounded number of points."""
+"""Path travelled so far, in a bounded number of points."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -34,7 +34,7 @@ class PlacePanels:
 
     @property
     def scene(self) -> Scene:
-        """What there is to see of the drive."""
+        """The scene of the drive."""
         return scene_of(self.places.views)
 
     # --- layout ---
@@ -144,15 +144,12 @@ def _frames(scene: Scene) -> Iterator[rrb.View]:
     for camera in scene.cameras:
         yield rrb.Spatial2DView(origin=f"map/places/frames/{camera}", name=camera)
     if scene.laser:
-        reach = scene.reach
-        bounds = rrb.VisualBounds2D(x_range=[-reach * 0.7, reach * 0.7], y_range=[-reach, reach * 0.15])
-        yield rrb.Spatial2DView(origin="map/places/scan", name="laser, forward is up", visual_bounds=bounds)
+        name = "laser, forward is up"
+        yield rrb.Spatial2DView(origin="map/places/scan", name=name, visual_bounds=scene.scan_bounds)
 
 
 def _plan(extent: Extent) -> rrb.View:
-    (west, south), (east, north) = extent.low, extent.high
-    bounds = rrb.VisualBounds2D(x_range=[west, east], y_range=[-north, -south])
-    return rrb.Spatial2DView(origin="map/places/plan", name="places [m]", visual_bounds=bounds)
+    return rrb.Spatial2DView(origin="map/places/plan", name="places [m]", visual_bounds=extent.bounds)
 
 
 def _send_matrix(stream: rr.RecordingStream, path: str, sequence: ReferenceSequence) -> None:

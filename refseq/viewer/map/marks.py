@@ -1,4 +1,4 @@
-"""Colours of an atlas' paths, and labels in its drawings."""
+"""Colours of a map's paths, and labels in its drawings."""
 
 from collections.abc import Sequence
 

@@ -17,13 +17,13 @@ from refseq.viewer.drawing.plane import ROBOT, circle, north_up
 from refseq.viewer.map.marks import of_path
 
 ASIDE = 0.35
-"""How far to the right of its way each further path is drawn [m], or they would hide each other."""
+"""Distance to the right at which each further path is drawn [m]; at 0 they hide each other."""
 AROUND = 2.0
 """The plan goes so far beyond the paths [m]."""
 LIKELY = 0.001
 """Places that are less likely do not glow."""
 UNDER = 10.0
-"""What is drawn in this order lies under all lines."""
+"""Draw order below all lines."""
 ORIGIN = "map/paths/plan"
 
 
@@ -53,7 +53,7 @@ class PathsPlan:
 
     @property
     def known(self) -> bool:
-        """Whether there is a plan."""
+        """True where there is a plan."""
         return bool(np.isfinite(self._poses).any())
 
     @property
@@ -95,7 +95,7 @@ class PathsPlan:
                 stream.log(f"{ORIGIN}/shared/{number}", rr.LineStrips2D(rings, colors=colour, radii=-0.5), static=True)
 
     def send_pose(self, stream: rr.RecordingStream, pose: Pose | None) -> None:
-        """Where the robot truly is now."""
+        """Log the robot's true pose."""
         if not self.known:
             return
         shape = [] if pose is None else [north_up(in_world(ROBOT, pose))]
@@ -115,7 +115,7 @@ class PathsPlan:
         stream.log(f"{ORIGIN}/best", rr.LineStrips2D(rings, colors=BELIEVED, radii=-1.2))
 
     def _own(self, number: int) -> NDArray[np.bool_]:
-        """Which views of a path hold their place themselves."""
+        """Mark the views of a path that hold their place themselves."""
         path = self.map.paths[number]
         return np.array([self.map.names[sequence] == path.name for sequence in path.sequences])
 

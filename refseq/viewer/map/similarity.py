@@ -1,4 +1,4 @@
-"""What the paths of a map have in common: how alike their views are, and which places they share."""
+"""Similarity of the views of a map's paths, and the places that paths share."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -56,7 +56,7 @@ class Mosaic:
 
     @cached_property
     def first(self) -> NDArray[np.intp]:
-        """Where each path's views begin, and the number of all."""
+        """First view of each path, and the number of all."""
         return np.cumsum([0, *map(len, self.map.paths)])
 
     @property
@@ -66,7 +66,7 @@ class Mosaic:
 
     @property
     def unit(self) -> int:
-        """How many views a pixel stands for."""
+        """Number of views a pixel."""
         return -(-self.size // MOST_PIXELS)
 
     @property
@@ -75,7 +75,7 @@ class Mosaic:
         return -(-self.size // self.unit)
 
     def at(self, looked_for: int, found: int, views: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Where pairs of views (n, 2) of two paths, by the paths' numbers, lie in the picture, (n, 2) [pixels].
+        """Positions in the picture, (n, 2) [pixels], of pairs of views (n, 2) of two paths, by the paths' numbers.
 
         A view is a pixel wide: whole numbers are meant to be its middle.
         """

@@ -1,4 +1,4 @@
-"""How large an atlas is, path by path, and what merging or reducing took out, as a table in Markdown."""
+"""Sizes of a map path by path, and the views that merging or reducing took out, as a table in Markdown."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""How alike all paths of a map are as one square picture, with what was joined and what was refused drawn on it."""
+"""Similarity of all paths of a map as one square picture, with the joined and the refused stretches."""
 
 import math
 from collections.abc import Sequence

@@ -35,7 +35,7 @@ class Strips:
 
     @property
     def telling(self) -> bool:
-        """Whether there is more to be seen than places in a row."""
+        """True where a strip shows more than places in a row."""
         return len(self.map.paths) > 1 or any(len(self._gone(path)) for path in self.map.paths)
 
     @property
@@ -85,7 +85,7 @@ class Strips:
         stream.log(f"{ORIGIN}/best", rr.LineStrips2D(rings, colors=BELIEVED, radii=-1.2))
 
     def _gone(self, path: MapPath) -> NDArray[np.float64]:
-        """Where views were that a path has no more, from its first one on [m]."""
+        """Positions of views that a path has lost, from its first one on [m]."""
         if path.name not in self.before or path.name not in self.map.names:
             return np.zeros(0)
         own = self.map.names.index(path.name)

@@ -16,7 +16,7 @@ from refseq.viewer.scene import Extent
 
 ORIGIN = "mission/plan"
 UNDER = 10.0
-"""What is drawn in this order lies under all lines."""
+"""Draw order below all lines."""
 CLOSE = 1.0
 """Steps that are nearer to each other along the way [m] have one label."""
 LIKELY = 0.001
@@ -31,16 +31,14 @@ class MissionPlan:
 
     @property
     def extent(self) -> Extent | None:
-        """What of the world is to be seen."""
+        """The part of the world that is shown."""
         places = [Pose(float(x), float(y), 0.0) for x, y in self.record.places]
         return Extent.around([*places, *(instant.truth for instant in self.record.instants)])
 
     def view(self, extent: Extent) -> rrb.View:
         """The panel."""
-        (west, south), (east, north) = extent.low, extent.high
-        bounds = rrb.VisualBounds2D(x_range=[west, east], y_range=[-north, -south])
         name = "plan [m]: grey the way and its steps, blue the robot, orange where it believes to be"
-        return rrb.Spatial2DView(origin=ORIGIN, name=name, visual_bounds=bounds)
+        return rrb.Spatial2DView(origin=ORIGIN, name=name, visual_bounds=extent.bounds)
 
     def send(self, stream: rr.RecordingStream) -> None:
         """Log what does not change."""
@@ -57,7 +55,7 @@ class MissionPlan:
         stream.log(f"{ORIGIN}/steps", steps, static=True)
 
     def _steps(self) -> list[tuple[NDArray[np.float64], str]]:
-        """Where orders begin and where the goal is, and what stands there; what is close together has one label."""
+        """Positions and labels of the orders' begins and of the goal; those close together share a label."""
         plan = self.record.plan
         orders = [(order.at, f"{number}: {order.behaviour}") for number, order in enumerate(plan.orders, 1)]
         found: list[tuple[float, str]] = []
@@ -69,7 +67,7 @@ class MissionPlan:
         return [(self._spot(at), text) for at, text in found]
 
     def send_instant(self, stream: rr.RecordingStream, instant: Instant) -> None:
-        """Where the robot is, and where it believes to be."""
+        """Log the robot, and the place that it believes in."""
         if instant.truth is not None:
             shape = north_up(in_world(ROBOT, instant.truth))
             stream.log(f"{ORIGIN}/robot", rr.LineStrips2D([shape], colors=TRUTH, radii=-1.5))
@@ -78,7 +76,7 @@ class MissionPlan:
             stream.log(f"{ORIGIN}/believed", rr.LineStrips2D([ring], colors=BELIEVED, radii=-1.5))
 
     def send_view(self, stream: rr.RecordingStream, seen: LocalisedView, trail: Trail) -> None:
-        """What was seen there, how likely each place of the way is, and the path up to there."""
+        """Log the scan, the probability of each place of the way, and the path so far."""
         pose = seen.instant.truth
         if pose is not None:
             scan = north_up(in_world(returns(seen.view), pose))

@@ -1,4 +1,4 @@
-"""What is kept of a mission to be seen afterwards: how it stood from moment to moment, its views, its log."""
+"""Record of a mission for the viewer: its state from moment to moment, its views, its log."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,12 +14,12 @@ from refseq.view import View
 from refseq.viewer.drawing.pictures import frame
 
 EVERY = 0.2
-"""How a mission stands is noted so often [s], and whenever something changes: a choice."""
+"""Period of the recorded states [s]; less makes files larger, changes are recorded in any case."""
 
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """How a mission stood at a ``time`` [s], when the odometer had gone ``travelled`` [m].
+    """State of a mission at a ``time`` [s], when the odometer had gone ``travelled`` [m].
 
     ``truth`` is where the robot truly was, ``along`` where it believed itself to be [m along its way]. The order in
     force is the one with this number; ``doing`` is the behaviour that ran, empty when the robot stood, and ``tasks``
@@ -37,7 +37,7 @@ class Instant:
 
     @classmethod
     def of(cls, executor: Executor, truth: Pose | None) -> "Instant":
-        """As the executor has it."""
+        """The executor's state."""
         doing = executor.do.behaviour if executor.status.moving else ""
         return cls(
             time=executor.time,
@@ -51,7 +51,7 @@ class Instant:
         )
 
     def unlike(self, other: "Instant") -> bool:
-        """Whether something else was done."""
+        """True where something else was done."""
         ours, its = ((one.status, one.order, one.doing, one.tasks) for one in (self, other))
         return ours != its
 

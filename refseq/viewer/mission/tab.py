@@ -16,7 +16,7 @@ from refseq.viewer.mission.record import Instant, LocalisedView, MissionRecord
 from refseq.viewer.timelines import DISTANCE, TIME, VIEW
 
 STANDING = "stands"
-"""What the robot does when no behaviour runs."""
+"""State shown when no behaviour runs."""
 STATUS: dict[Status, Colour] = {
     Status.LOCALISING: BELIEVED,
     Status.TRAVELLING: MATCHED,
@@ -39,7 +39,7 @@ class MissionTab:
 
     @property
     def name(self) -> str:
-        """What stands on the tab."""
+        """The tab's title."""
         return "Mission"
 
     @cached_property
@@ -135,7 +135,7 @@ class MissionTab:
         )
 
     def _send_doing(self, stream: rr.RecordingStream) -> None:
-        """What was done, wherever it changes: a lane each of status, order, behaviour and tasks, and the steps."""
+        """Log changes: a lane each of status, order, behaviour and tasks, and the steps."""
         before: Instant | None = None
         views = [seen.instant.time for seen in self.record.views]
         for instant in self.record.instants:
@@ -170,7 +170,7 @@ _NONE = rrb.PlotLegend(visible=False)
 
 
 def _set(stream: rr.RecordingStream, time: float, travelled: float, view: int | None = None) -> None:
-    """What is logged from here on is of this time [s] and distance [m]; between views it is on no line of views."""
+    """Set time [s] and distance [m] of what is logged next; between views it is on no line of views."""
     stream.reset_time()
     if view is not None:
         stream.set_time(VIEW, sequence=view)

@@ -1,4 +1,4 @@
-"""Plots of several drives in one atlas: what was joined, and which of them the robot was taken to be on."""
+"""Plots of several drives in one map: the joins, and the drive that the robot was taken to be on."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ from scenarios.scoring.merging import Merging
 from scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
 
 ASIDE = 0.25
-"""How far to the right of its way each further drive is drawn [m], or they would hide each other."""
+"""Distance to the right at which each further drive is drawn [m]; at 0 they hide each other."""
 OVER_DRIVES = 1.0
 """Power of the colour: as it is."""
 
@@ -105,7 +105,7 @@ def which_drive(comparison: Comparison, methods: Sequence[str], within: Toleranc
 
 
 def shares(beliefs: Sequence[Belief], path: ReferencePath) -> NDArray[np.float64]:
-    """What each drive's places have of the belief, (D, M); what is left of 1 is P(lost)."""
+    """Probability of each drive's places, (D, M); the rest of 1 is P(lost)."""
     return np.array([[(1 - b.lost) * b.places[stretch].sum() for b in beliefs] for stretch in path.stretches])
 
 

@@ -113,7 +113,7 @@ def coarser(shares: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def coarser_note(places: int, views: int) -> str:
-    """What a reader must know where a heat map is coarser than what it shows."""
+    """A note for the reader where a heat map is coarser than its data."""
     each = [math.ceil(count / finest) for count, finest in zip((places, views), FINEST, strict=True)]
     told = [f"{n} {what}" for n, what in zip(each, ("places", "views"), strict=True) if n > 1]
     return f"Each cell is the highest of {' and '.join(told)}." if told else ""

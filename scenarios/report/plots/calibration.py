@@ -1,4 +1,4 @@
-"""Calibration: how often what was said with some probability came true."""
+"""Calibration: observed frequency over stated probability."""
 
 from collections.abc import Mapping
 
@@ -22,7 +22,7 @@ from scenarios.scoring.score import Score
 
 @page_style
 def reliability(scores: Mapping[str, Score]) -> Plot:
-    """How often what was said with some probability came true: of the top place, and of being lost."""
+    """Observed frequency over stated probability, of the top place and of being lost."""
     styles = method_styles(scores)
     # P(lost) can be judged only by drives that leave the map.
     leaves = any(score.off_map.any() for score in scores.values())

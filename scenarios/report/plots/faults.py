@@ -10,7 +10,7 @@ from scenarios.report.plots.style import INK
 from scenarios.scoring.fault_spans import FaultSpan
 
 HATCHES = ("////", "....", "xxxx", "----")
-"""What tells faults on the drive apart: colour is left to the methods."""
+"""Hatches tell faults apart: colour is left to the methods."""
 
 
 def mark_ends(axes: Axes, span: FaultSpan) -> None:
@@ -35,7 +35,7 @@ def _shade(axes: Axes, span: FaultSpan, number: int, stretch: tuple[float, float
 
 
 def shade_positions(axes: Axes, true: NDArray[np.float64], spans: Sequence[FaultSpan]) -> None:
-    """Where along the reference path the query's faults were, as far as it was on the map there."""
+    """Shade the query's faults along the reference path, as far as it was on the map there."""
     for number, span in enumerate(spans):
         there = true[span.first : span.last + 1]
         if np.isfinite(there).any():

@@ -1,4 +1,4 @@
-"""The plot of a mission: where the robot really went, by what it was doing there, and where it began with what."""
+"""Plan of a mission: the true path, in a colour an order, and the points where orders began."""
 
 import math
 from collections.abc import Sequence

@@ -41,7 +41,7 @@ STRIP = 4.0
 """A path this many times longer than wide (or wider than long) is stretched, or it would be drawn as a hair."""
 
 SURROUNDINGS = 6.0
-"""How much of a world is drawn around the drives [m]."""
+"""Width of the world drawn around the drives [m]."""
 
 
 @page_style

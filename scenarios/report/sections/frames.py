@@ -1,4 +1,4 @@
-"""PlaceFrames of a section: the same places in both drives, and the worst failures."""
+"""Frames of a section: the same places in both drives, and the worst failures."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
