@@ -12,8 +12,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from sim.bench.bench import Bench, BenchSettings
+    from sim.bench.bench import Bench
     from sim.bench.faults import CameraBlack, Kidnap, LaserDazzled, WheelSlip
+    from sim.bench.settings import BenchSettings
     from sim.cameras.camera import CameraModel
     from sim.drives.operator import Operator, OperatorStyle
     from sim.drives.recorder import Trigger, record
@@ -24,8 +25,9 @@ if TYPE_CHECKING:
     from sim.sensors.sonar import SonarModel
 
 _HOMES = {
-    "bench.bench": ("Bench", "BenchSettings"),
+    "bench.bench": ("Bench",),
     "bench.faults": ("CameraBlack", "Kidnap", "LaserDazzled", "WheelSlip"),
+    "bench.settings": ("BenchSettings",),
     "cameras.camera": ("CameraModel",),
     "drives.operator": ("Operator", "OperatorStyle"),
     "drives.recorder": ("Trigger", "record"),

@@ -15,8 +15,9 @@ from refseq.logs import Recording, RecordingWriter, read_recording
 from refseq.view import LASER, View
 from robots import Robot
 from scenarios.errors import ScenarioError
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
 from sim.bench.faults import Fault
+from sim.bench.settings import BenchSettings
 from sim.cameras.library import load_camera
 from sim.drives.behaviour_drive import run_and_sense
 from sim.drives.chase_camera import with_chase_camera

@@ -59,7 +59,8 @@ def run_in_world(asked: LampRun) -> "Sequence[BehaviourResult]":
     """Run the program; what became of its stages, up to the first that failed."""
     import robots
     from scenarios.robot_checks.behaviour_drive import BehaviourResult, StopLog
-    from sim.bench.bench import Bench, BenchSettings
+    from sim.bench.bench import Bench
+    from sim.bench.settings import BenchSettings
     from sim.missions.lamp import run_lamp
     from sim.rendering.renderer import RendererKind
     from worlds.build import build_world

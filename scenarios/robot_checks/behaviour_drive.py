@@ -19,7 +19,8 @@ from robots.behaviours.written import ParsedBehaviour, make_behaviour, parse_beh
 from robots.robot import Shape
 from scenarios.errors import ScenarioError
 from scenarios.tables import TextTable
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
 from sim.drives.doors import doors_seen
 from sim.rendering.renderer import RendererKind

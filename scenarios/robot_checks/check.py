@@ -8,7 +8,8 @@ import robots
 from scenarios.tables import TextTable
 from sim.acceptance import trials
 from sim.acceptance.floor import empty_floor
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.rendering.renderer import RendererKind
 from worlds.build import World
 

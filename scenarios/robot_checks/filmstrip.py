@@ -13,7 +13,8 @@ from refseq.planar import Pose
 from robots import RobotState
 from scenarios.errors import ScenarioError
 from scenarios.report.contact_sheet import CaptionedImage, contact_sheet
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.chase_camera import ChaseCamera, with_chase_camera
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import operator_for

@@ -12,7 +12,8 @@ import robots
 from scenarios.robot_checks.body import Body
 from scenarios.robot_checks.drawings import MEASURE, SOURCE, draw_views
 from sim.acceptance.floor import empty_floor
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.chase_camera import ChaseCamera, with_chase_camera
 from sim.rendering.renderer import RendererKind
 

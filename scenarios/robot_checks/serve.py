@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import robots
 from scenarios.errors import ScenarioError
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
 from sim.bench.serial_port import LOOPBACK, TERMINAL, SerialPace, open_port, serve
+from sim.bench.settings import BenchSettings
 from sim.rendering.renderer import RendererKind
 from worlds.build import build_world
 from worlds.light import light_named

@@ -17,7 +17,8 @@ from refseq.planar import Pose, relative_pose
 from robots import Twist
 from robots.odometry import Geometry
 from sim.acceptance.floor import empty_floor
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.errors import SimError
 from sim.rendering.renderer import RendererKind
 

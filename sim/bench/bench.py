@@ -1,8 +1,8 @@
 """World and robot as one simulation: clock, stepping, sensors, odometry."""
 
 import math
-from collections.abc import Callable, Generator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 import mujoco
@@ -12,18 +12,17 @@ from numpy.typing import NDArray
 from refseq.planar import Pose, motion_between
 from refseq.view import Scan, View
 from robots import ControlLayer, Inertial, Robot, RobotState, Signals, Twist
-from robots.odometry import CalibrationErrors, believed_geometry
+from robots.odometry import believed_geometry
+from sim.bench.assembly import SensorStreams, compile_model, prefix_of, route_named, start_of, streams_of
 from sim.bench.hardware import Hardware
-from sim.cameras.camera import Camera, CameraModel
+from sim.bench.settings import BenchSettings, resolved
+from sim.cameras.camera import Camera
 from sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
 from sim.errors import SimError
 from sim.physics import Due, Physics, alone
-from sim.rendering.filament import prepare_spec
 from sim.rendering.opening import open_renderer
 from sim.rendering.renderer import Closing, Renderer, RendererKind
-from sim.sensors.inertial import InertialModel
-from sim.sensors.laser import Laser, LaserModel
-from sim.sensors.sonar import SonarModel
+from sim.sensors.laser import Laser
 from worlds.build import World
 from worlds.parts.people import Crowd
 
@@ -37,27 +36,6 @@ ADAPTATION = 0.5
 Until then it saw what the last view showed. So the exposure trails the light by the camera's lag, as a real one's does,
 and no frame is rendered just to be metered: a small frame costs nearly half of a whole one."""
 NO_READING = Inertial(math.nan, math.nan, math.nan, math.nan)
-OPTIONS = ("timestep", "integrator", "cone", "impratio")
-"""Physics options that the robot's model asks for: the world takes them over."""
-
-
-@dataclass(frozen=True, slots=True)
-class BenchSettings:
-    """Sensors of the bench, and the individual robot ``unit``, which fixes its calibration errors for all drives.
-
-    ``cameras`` are those that take images, None for all of the robot's: rendering is the cost of the bench.
-    ``camera_models`` are the cameras that are no plain ``CameraModel()``, by name; a model's lens and sensor rule over
-    the field of view in the robot's own file.
-    """
-
-    renderer: RendererKind = RendererKind.FILAMENT
-    cameras: tuple[str, ...] | None = None
-    camera_models: Mapping[str, CameraModel] = field(default_factory=dict)
-    laser: LaserModel = field(default_factory=LaserModel)
-    sonar: SonarModel = field(default_factory=SonarModel)
-    inertial: InertialModel = field(default_factory=InertialModel)
-    calibration: CalibrationErrors = field(default_factory=CalibrationErrors)
-    unit: int = 1
 
 
 class Bench(Closing):
@@ -79,57 +57,44 @@ class Bench(Closing):
         seed: int = 0,
         settings: BenchSettings | None = None,
     ) -> None:
-        self.world, self.robot, self.settings = world, robot, _resolved(settings or BenchSettings(), robot)
-        self.route = _route_in(world, route) if isinstance(route, str) else route
-        self._prefix = f"{robot.name}/"
-        self.model = self._compile()
+        self.world, self.robot, self.settings = world, robot, resolved(settings or BenchSettings(), robot)
+        self.route = route_named(world, route) if isinstance(route, str) else route
+        self._prefix = prefix_of(robot)
+        self.model = compile_model(world, robot, self.settings)
         self.data = mujoco.MjData(self.model)
         self._crowd = Crowd(self.model, world.plan)
-        self._stand_at(_start_of(self.route))
+        self._stand_at(start_of(self.route))
         self._physics = Physics(self.model, self.data)
+        self._add_electronics()
+        self._add_sensors(streams_of(seed, robot))
+        self._due = Due(self._physics, _whole(self.control.period, self.model.opt.timestep, "physics step"))
+        self._ticks = _whole(CONTROL_PERIOD, self.control.period, "tick")
+        self.renderer: Renderer = open_renderer(self.settings.renderer, self.model)
 
-        seeds = np.random.SeedSequence(seed).spawn(3 + len(robot.cameras))
-        laser_seed, *camera_seeds, sonar_seed, inertial_seed = seeds
-        self._laser = Laser(self.settings.laser, np.random.default_rng(laser_seed))
-        self._cameras = {
-            name: Camera(self.settings.camera_models[name], np.random.default_rng(camera_seed))
-            # Seeds go by the robot's cameras, so that one's noise does not depend on which others take images.
-            for name, camera_seed in zip(robot.cameras, camera_seeds, strict=True)
-            if name in (self.settings.cameras or ())
-        }
+    def _add_electronics(self) -> None:
         unit = np.random.default_rng(self.settings.unit)
-        self.believed = believed_geometry(robot.drive, self.settings.calibration, unit)
+        self.believed = believed_geometry(self.robot.drive, self.settings.calibration, unit)
         """What the robot believes of its wheels."""
-        self.control: ControlLayer = robot.control(self.believed)
+        self.control: ControlLayer = self.robot.control(self.believed)
         self.tamper: Callable[[Signals], Signals] = _untouched
         """What happens to the signals on their way to the electronics: faults are put in here."""
-        sonars = self.settings.sonar, np.random.default_rng(sonar_seed)
-        inertial = self.settings.inertial, np.random.default_rng(inertial_seed)
-        self._hardware = Hardware(self.model, self.data, robot, self._prefix, sonars, inertial)
+
+    def _add_sensors(self, streams: SensorStreams) -> None:
+        settings = self.settings
+        self._laser = Laser(settings.laser, streams.laser)
+        self._cameras = {
+            name: Camera(settings.camera_models[name], stream)
+            for name, stream in streams.cameras.items()
+            if name in (settings.cameras or ())
+        }
+        sonars, inertial = (settings.sonar, streams.sonar), (settings.inertial, streams.inertial)
+        self._hardware = Hardware(self.model, self.data, self.robot, self._prefix, sonars, inertial)
         self.covered: frozenset[str] = frozenset()
         """Cameras into which no light falls."""
         self._scanned: tuple[float, Scan] | None = None
         self._last_view: Pose | None = None
         self._last_look = 0.0
         self._stood = MocapPoses.of(self.data)  # a control period ago
-        self._due = Due(self._physics, _whole(self.control.period, self.model.opt.timestep, "physics step"))
-        self._ticks = _whole(CONTROL_PERIOD, self.control.period, "tick")
-        self.renderer: Renderer = open_renderer(self.settings.renderer, self.model)
-
-    def _compile(self) -> mujoco.MjModel:
-        spec = self.world.spec.copy()
-        for option in OPTIONS:
-            setattr(spec.option, option, getattr(self.robot.spec.option, option))
-        spec.attach(self.robot.spec, frame=spec.worldbody.add_frame(), prefix=self._prefix)
-        picture = spec.visual.global_
-        for name, model in self.settings.camera_models.items():
-            mounted, pinhole = spec.camera(self._prefix + name), model.optics().pinhole
-            mounted.fovy, mounted.resolution = pinhole.fovy, (pinhole.width, pinhole.height)
-            mounted.sensor_size = (0.0, 0.0)  # else it would set the field of view
-            picture.offwidth = max(picture.offwidth, pinhole.width)
-            picture.offheight = max(picture.offheight, pinhole.height)
-        prepare_spec(spec)
-        return spec.compile()
 
     def place(self, pose: Pose) -> None:
         """Carry the robot to ``pose``, where it stands still: its odometer does not notice, its cameras adapt."""
@@ -252,16 +217,6 @@ class Bench(Closing):
         self.renderer.close()
 
 
-def _resolved(settings: BenchSettings, robot: Robot) -> BenchSettings:
-    """``settings`` with all cameras of the robot named and a model for each."""
-    for name in (*(settings.cameras or ()), *settings.camera_models):
-        if name not in robot.cameras:
-            raise SimError(f"unknown camera {name!r} of robot {robot.name!r}: valid are {', '.join(robot.cameras)}")
-    cameras = robot.cameras if settings.cameras is None else tuple(settings.cameras)
-    models = {name: settings.camera_models.get(name) or CameraModel() for name in robot.cameras}
-    return replace(settings, cameras=cameras, camera_models=models)
-
-
 def _untouched(signals: Signals) -> Signals:
     return signals
 
@@ -272,15 +227,3 @@ def _whole(period: float, part: float, name: str) -> int:
     if count < 1 or not math.isclose(count * part, period):
         raise SimError(f"a {name} of {part} s does not divide {period} s: valid is a whole part of it")
     return count
-
-
-def _route_in(world: World, name: str) -> NDArray[np.float64]:
-    if name not in world.routes:
-        raise SimError(f"unknown route {name!r} in world {world.name!r}: valid are {', '.join(world.routes)}")
-    return world.routes[name]
-
-
-def _start_of(route: NDArray[np.float64]) -> Pose:
-    """A route's first point, facing its second."""
-    (x, y), (ahead_x, ahead_y) = route[:2]
-    return Pose(float(x), float(y), math.atan2(ahead_y - y, ahead_x - x))

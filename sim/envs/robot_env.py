@@ -1,4 +1,4 @@
-"""A robot in a world as a Gymnasium environment: one of four tasks, with behaviours or twists for actions."""
+"""Gymnasium environment of a robot in a world: one of four tasks, with behaviours or twists for actions."""
 
 import math
 from collections.abc import Generator, Iterable, Mapping, Sequence
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import robots
-from sim.bench.bench import BenchSettings
+from sim.bench.settings import BenchSettings
 from sim.drives.behaviour_runner import description_of
 from sim.drives.chase_camera import ChaseCamera
 from sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
@@ -94,14 +94,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self._acting = self._actions(actions)
         self.metadata = self.metadata | {"render_fps": round(1 / self._acting.period)}
         self._map = familiar(self._worlds[0], light, robot, route) if self._task.mapped else None
-        self._sensing = Sensing(
-            sonars=len(self._robot.sonars),
-            max_range=self._settings.laser.mode.max_range,
-            cameras=self._cameras,
-            places=None if self._map is None else len(self._map),
-            belief=belief,
-            goal=self._task.goes_to_place,
-        )
+        self._sensing = self._observations(belief)
         self.action_space, self.observation_space = self._acting.space, self._sensing.space
         self._run: BenchEpisode | None = None
 
@@ -109,6 +102,16 @@ class RobotEnv(gym.Env[Arrays, Any]):
         if form == "twist":
             return ByTwist(self._robot.limits)
         return ByBehaviour(self._task.behaviours, description_of(self._robot))
+
+    def _observations(self, belief: str) -> Sensing:
+        return Sensing(
+            sonars=len(self._robot.sonars),
+            max_range=self._settings.laser.mode.max_range,
+            cameras=self._cameras,
+            places=None if self._map is None else len(self._map),
+            belief=belief,
+            goal=self._task.goes_to_place,
+        )
 
     @property
     def behaviours(self) -> tuple[str, ...]:

@@ -17,7 +17,8 @@ import robots
 import sim.bench.bench
 from refseq.logs import RecordingWriter
 from scenarios.drives.record import Drive, open_bench
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.cameras.camera import Camera
 from sim.cameras.sensor import Sensor
 from sim.drives.operator import Operator

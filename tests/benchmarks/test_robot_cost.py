@@ -10,7 +10,8 @@ import pytest
 
 import robots
 from robots import Twist
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.rendering.renderer import RendererKind
 from tests.benchmarks.stopwatch import Stopwatch
 from worlds.build import World, build_world

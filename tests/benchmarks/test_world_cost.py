@@ -13,7 +13,8 @@ import pytest
 import robots
 from scenarios.drives.record import Drive
 from scenarios.world_survey.snapshots import places_on, pose_along
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.rendering.drivers import gl_backend, vulkan_device
 from sim.rendering.renderer import RendererKind
 from tests.benchmarks.stopwatch import Stopwatch

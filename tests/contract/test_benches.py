@@ -10,7 +10,8 @@ import pytest
 
 import robots
 from refseq.view import LASER
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.recorder import operator_for
 from sim.rendering.renderer import RendererKind
 from sim.sensors.beams import SEEN_GROUPS

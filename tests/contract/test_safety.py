@@ -12,7 +12,8 @@ import robots
 from refseq.planar import Pose
 from robots import Cause, Inertial, Signals, Twist
 from robots.odometry import Pulses
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 from worlds.build import World, build_world

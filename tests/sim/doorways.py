@@ -14,7 +14,8 @@ from refseq.planar import Pose
 from robots.behaviours import BehaviourOutcome, RobotDescription
 from robots.behaviours.cross_door import CrossDoor, DoorSide
 from robots.behaviours.guarded import PATIENCE
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
 from sim.drives.doors import doors_to_cross
 from sim.rendering.renderer import RendererKind

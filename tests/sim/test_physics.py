@@ -11,7 +11,8 @@ import pytest
 import robots
 from refseq.planar import Pose
 from robots import Cause, Twist
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.errors import SimError
 from sim.physics import Physics
 from sim.rendering.renderer import RendererKind

@@ -8,7 +8,8 @@ import pytest
 from numpy.typing import ArrayLike
 
 import robots
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.recorder import Trigger, drive_and_sense, operator_for
 from sim.rendering.frustum import frustum
 from sim.rendering.renderer import RendererKind

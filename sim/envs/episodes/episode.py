@@ -11,8 +11,9 @@ from refseq.planar import Pose, relative_pose, wrap
 from robots import Twist
 from robots.behaviours import BehaviourOutcome, Senses
 from robots.state import LATCHED
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
 from sim.bench.contacts import ContactLog
+from sim.bench.settings import BenchSettings
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import operator_for
 from sim.envs.episodes.actions import Acting, periods

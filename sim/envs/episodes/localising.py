@@ -16,7 +16,8 @@ from refseq.map.map import Map
 from refseq.map.profile import BEST
 from refseq.planar import Pose, motion_between
 from refseq.view import LASER, View
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.recorder import Moved, Trigger, drive_and_sense, operator_for
 from sim.envs.worlds.named import world_named
 from sim.rendering.renderer import RendererKind

@@ -18,7 +18,8 @@ from robots.robuter.firmware import HOLD
 from robots.robuter.regulator import SERVO_LAG
 from robots.robuter.sonars import FRONT_SONARS, SONARS
 from robots.robuter.watches import MARGIN, REACTION, ROUND
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.operator import Operator, OperatorStyle
 from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import box, in_the_open

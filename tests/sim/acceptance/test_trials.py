@@ -12,7 +12,8 @@ from refseq.planar import Pose
 from robots import Limits, Twist
 from sim.acceptance import trials
 from sim.acceptance.floor import empty_floor
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.rendering.renderer import RendererKind
 from worlds.build import World
 

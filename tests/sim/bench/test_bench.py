@@ -13,7 +13,8 @@ from refseq.planar import Pose
 from refseq.view import View
 from robots import Twist
 from robots.odometry import CalibrationErrors
-from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.cameras.camera import METER_STEP, CameraModel
 from sim.cameras.exposure import ExposureControl, centre_weights
 from sim.cameras.lens import Lens

@@ -16,9 +16,10 @@ import sim.bench.bench
 from refseq.planar import Pose
 from robots import Robot, Twist
 from sim.acceptance.floor import empty_floor
-from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
 from sim.bench.faults import Agenda, CameraBlack, Fault, Kidnap, LaserDazzled, WheelSlip
 from sim.bench.hardware import SIDES
+from sim.bench.settings import BenchSettings
 from sim.cameras.camera import CameraModel
 from sim.cameras.sensor import WHITE
 from sim.drives.operator import Operator, OperatorStyle

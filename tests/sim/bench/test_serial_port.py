@@ -14,8 +14,9 @@ import pytest
 import robots
 from robots import Cause, Motors
 from robots.robuter.line import CAPACITY, SerialLine
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
 from sim.bench.serial_port import LOOPBACK, SerialPace, SerialPort, TcpOutlet, TerminalOutlet, open_port, serve
+from sim.bench.settings import BenchSettings
 from sim.errors import SimError
 from sim.rendering.renderer import RendererKind
 from tests.terminals import needs_terminals

@@ -10,7 +10,8 @@ from refseq.planar import Pose
 from robots.behaviours import Behaviour, BehaviourOutcome
 from robots.behaviours.written import make_behaviour, parse_behaviour
 from robots.odometry import CalibrationErrors
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.behaviour_runner import BehaviourEnd, BehaviourMoment, description_of, run
 from sim.drives.doors import doors_to_cross
 from sim.rendering.renderer import RendererKind

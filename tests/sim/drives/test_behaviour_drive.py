@@ -9,7 +9,8 @@ import pytest
 import robots
 from refseq.logs import RecordingWriter, read_recording
 from robots.errors import RobotsError
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.behaviour_drive import run_and_sense
 from sim.drives.recorder import RecordedView, Trigger
 from sim.errors import StuckError

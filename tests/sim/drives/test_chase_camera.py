@@ -9,7 +9,8 @@ import robots
 from refseq.planar import Pose
 from robots import Twist
 from sim.acceptance.floor import empty_floor
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.chase_camera import APART, CAMERA, EXPOSED, ChaseCamera, developed, with_chase_camera
 from sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 import robots
 from refseq.logs import RecordingWriter, read_mcap
 from refseq.planar import Pose
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.operator import OperatorStyle
 from sim.drives.recorder import Moved, RecordedView, Trigger, describe, drive_and_sense, operator_for
 from sim.errors import SimError

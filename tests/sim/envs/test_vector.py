@@ -9,7 +9,8 @@ import pytest
 
 import robots
 from robots import Twist
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.envs.vector import PhysicsBatch
 from sim.envs.worlds.named import world_named
 from sim.physics import Due, alone

@@ -13,7 +13,8 @@ from refseq.planar import Pose
 from robots.behaviours import BehaviourOutcome
 from robots.behaviours.beside import keeps
 from scenarios.library import LIBRARY
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.behaviour_runner import description_of
 from sim.errors import SimError
 from sim.missions.lamp import LampEnded, run_lamp

@@ -29,7 +29,8 @@ from refseq.missions import (
 from refseq.planar import Pose
 from refseq.view import View
 from robots.errors import RobotsError
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.behaviour_drive import run_and_sense
 from sim.drives.recorder import Trigger
 from sim.errors import SimError

@@ -12,7 +12,9 @@ import robots
 from refseq.planar import Pose
 from robots.robuter import sonars
 from sim.acceptance.floor import FLOOR
-from sim.bench.bench import OPTIONS, Bench, BenchSettings
+from sim.bench.assembly import OPTIONS
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.errors import SimError
 from sim.rendering.renderer import RendererKind
 from sim.sensors.beams import SEEN_GROUPS

@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 import robots
 from refseq.view import Scan
 from robots import Twist
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.errors import SimError
 from sim.rendering.renderer import RendererKind
 from sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase, SessionStatus

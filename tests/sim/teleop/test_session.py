@@ -8,7 +8,8 @@ import pytest
 
 import robots
 from robots import Cause
-from sim.bench.bench import CONTROL_PERIOD, Bench, BenchSettings
+from sim.bench.bench import CONTROL_PERIOD, Bench
+from sim.bench.settings import BenchSettings
 from sim.drives.recorder import RecordedView, Trigger
 from sim.rendering.renderer import RendererKind
 from sim.teleop.commands import Button, Commands, CommandSource, SessionPhase, SessionStatus

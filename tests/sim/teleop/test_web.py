@@ -9,7 +9,8 @@ import pytest
 
 import robots
 from refseq.viewer.sinks import free_port
-from sim.bench.bench import Bench, BenchSettings
+from sim.bench.bench import Bench
+from sim.bench.settings import BenchSettings
 from sim.errors import SimError
 from sim.rendering.renderer import RendererKind
 from sim.teleop.commands import Button, Commands, SessionStatus

@@ -1,0 +1,42 @@
+"""Settings of a bench: its sensors, its renderer, and which individual robot it is."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from robots import Robot
+from robots.odometry import CalibrationErrors
+from sim.cameras.camera import CameraModel
+from sim.errors import SimError
+from sim.rendering.renderer import RendererKind
+from sim.sensors.inertial import InertialModel
+from sim.sensors.laser import LaserModel
+from sim.sensors.sonar import SonarModel
+
+
+@dataclass(frozen=True, slots=True)
+class BenchSettings:
+    """Sensors of the bench, and the individual robot ``unit``, which fixes its calibration errors for all drives.
+
+    ``cameras`` are those that take images, None for all of the robot's: rendering is the cost of the bench.
+    ``camera_models`` are the cameras that are no plain ``CameraModel()``, by name; a model's lens and sensor rule over
+    the field of view in the robot's own file.
+    """
+
+    renderer: RendererKind = RendererKind.FILAMENT
+    cameras: tuple[str, ...] | None = None
+    camera_models: Mapping[str, CameraModel] = field(default_factory=dict)
+    laser: LaserModel = field(default_factory=LaserModel)
+    sonar: SonarModel = field(default_factory=SonarModel)
+    inertial: InertialModel = field(default_factory=InertialModel)
+    calibration: CalibrationErrors = field(default_factory=CalibrationErrors)
+    unit: int = 1
+
+
+def resolved(settings: BenchSettings, robot: Robot) -> BenchSettings:
+    """``settings`` with all cameras of the robot named and a model for each."""
+    for name in (*(settings.cameras or ()), *settings.camera_models):
+        if name not in robot.cameras:
+            raise SimError(f"unknown camera {name!r} of robot {robot.name!r}: valid are {', '.join(robot.cameras)}")
+    cameras = robot.cameras if settings.cameras is None else tuple(settings.cameras)
+    models = {name: settings.camera_models.get(name) or CameraModel() for name in robot.cameras}
+    return replace(settings, cameras=cameras, camera_models=models)
