@@ -19,7 +19,7 @@ ALL = "all drives together"
 
 @dataclass(frozen=True, slots=True)
 class Benchmark:
-    """What is asked: ``pairs`` of files, reference and query, and the ``methods`` by name.
+    """Methods to compare: ``pairs`` of files, reference and query, and the ``methods`` by name.
 
     ``places`` (``FROM:TO``) is the stretch of the reference drive that is learnt, so that the query drive is off the
     map before and behind it. ``start`` is where the query drive begins: a view's number, or a share of its views as
@@ -95,7 +95,7 @@ def kidnapped(views: Sequence[View], kidnap: str, path: Path) -> tuple[View, ...
 
 
 def _name(reference: Recording, query: Recording, contest: Benchmark) -> str:
-    """What drives have in common that differ in the seed only, and what was made of them."""
+    """Name the experiment: what drives share that differ in the seed only, and what was made of them."""
     parts = [pair_name(reference.metadata, query.metadata)]
     if contest.places:
         parts.append(f"places {contest.places} learnt")

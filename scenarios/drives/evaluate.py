@@ -70,7 +70,7 @@ def places_as_views(map_: Map) -> tuple[View, ...]:
 
 @dataclass(frozen=True, slots=True)
 class StageResult:
-    """How one stage did, pooled over seeds: right answers of the views on the map, for each tolerance."""
+    """Result of one stage, pooled over seeds: right answers of the views on the map, for each tolerance."""
 
     stage: Stage
     success: Mapping[Tolerance, Proportion]

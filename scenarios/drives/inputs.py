@@ -1,4 +1,4 @@
-"""What the commands are given: names, files, stretches of recordings; what is wrong is told in one line."""
+"""Read recordings, maps and beliefs; check names and files; a mistake is told in one line."""
 
 import logging
 import math

@@ -24,7 +24,7 @@ from sim.cameras.library import load_camera
 from sim.drives.recorder import RecordedView
 
 LIVE = rr.ChunkBatcherConfig(flush_tick=0.2)
-"""How long a viewer waits for what was logged [s]."""
+"""Time that a viewer waits for what was logged [s]."""
 
 Answer = Callable[[View], Mapping[Stage, Belief]]
 """Answers to a view, at all stages that were asked for, from it and those before."""
@@ -59,7 +59,7 @@ class LiveRun:
 
 
 def status(view: View, count: int, answers: Mapping[Stage, Belief], places: Places) -> str:
-    """What the last of the stages believes, in a line, and how far off it is [m], where that is known."""
+    """The belief of the last stage in a line, with its error [m], where that is known."""
     belief = answers[list(answers)[-1]]
     told = f"view {count}: place {belief.best} of {len(places)}, P {belief.places[belief.best]:.2f}, "
     told += f"P(lost) {belief.lost:.2f}"
@@ -84,7 +84,7 @@ class LiveTab:
 
     @property
     def name(self) -> str:
-        """What stands on the tab."""
+        """Panels of the tab."""
         return "Localise"
 
     def layout(self) -> rrb.Container:
@@ -96,7 +96,7 @@ class LiveTab:
 
 
 def scene_ahead(drive: Drive, places: Places) -> Scene:
-    """What there will be to see of a drive: its sensors, and a plan of the map and of the route."""
+    """Panels of a drive: its sensors, and a plan of the map and of the route."""
     sensors = sensors_of(drive)
     named = {name: load_camera(model) for name, model in drive.cameras.items()}
     lenses = {name: named.get(name, CameraModel()).optics().pinhole for name in sensors if name != LASER}
@@ -109,7 +109,7 @@ def scene_ahead(drive: Drive, places: Places) -> Scene:
 
 
 def live_logger(stream: rr.RecordingStream, name: str, drive: Drive, layer: LocaliserLayer) -> LiveLogger:
-    """What shows a drive that is yet to come in a stream; the layout is sent at once."""
+    """A logger that shows a drive to come in a stream; the layout is sent at once."""
     send_layout(stream, [LiveTab(scene_ahead(drive, layer.places), [layer])], name=name)
     return LiveLogger(stream, [layer])
 

@@ -1,4 +1,4 @@
-"""What two drives have in common that differ in the seed only: the name of an experiment."""
+"""Names of experiments: what two drives share that differ in the seed only."""
 
 from collections.abc import Mapping
 

@@ -204,7 +204,7 @@ def check_recording(path: Path | None) -> None:
 
 
 def scans(drive: Drive) -> bool:
-    """Whether the laser is among the sensors that are recorded."""
+    """Tell whether the laser is among the sensors that are recorded."""
     return drive.sensors is None or LASER in drive.sensors
 
 
@@ -217,7 +217,7 @@ def sensors_of(drive: Drive) -> tuple[str, ...]:
 def described(
     bench: Bench, drive: Drive, trigger: Trigger | None, style: OperatorStyle | None = None
 ) -> Mapping[str, str]:
-    """What a recording tells of its drive, with the change from its plan."""
+    """Metadata of a recording about its drive, with the change from its plan."""
     told = describe(bench, route=name_of_route(drive), seed=drive.seed, trigger=trigger, style=style)
     return {**told, "change": change_named(drive.change).as_text(), "change_seed": str(drive.day)}
 

@@ -1,22 +1,22 @@
-"""What was recorded for the viewer before: a file (.rrd), or a folder in which a mission left one."""
+"""Recordings for the viewer that were saved before: a file (.rrd), or a folder in which a mission left one."""
 
 from pathlib import Path
 
 from scenarios.errors import ScenarioError
 
 RECORD = "mission.rrd"
-"""What a mission leaves for the viewer in its folder."""
+"""File that a mission leaves for the viewer in its folder."""
 ENDING = ".rrd"
 NAME = "RecordingInfo:name"
 
 
 def is_recorded(path: Path) -> bool:
-    """Whether it is to be taken for such a file or folder."""
+    """Tell whether a path is such a file or folder."""
     return path.suffix == ENDING or path.is_dir()
 
 
 def name_of(record: Path) -> str:
-    """What a recording is called in the viewer: sent on under that name it stays one recording."""
+    """Name of a recording in the viewer: sent on under that name it stays one recording."""
     from rerun.chunk import RrdReader
 
     for chunk in RrdReader(record).stream():

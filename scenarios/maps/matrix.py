@@ -35,8 +35,8 @@ LEFT, RIGHT, TOP, BOTTOM, GAP = 130, 150, 100, 80, 50
 
 
 @dataclass(frozen=True, slots=True)
-class Summary:
-    """What some rows of a matrix are and tell: an extractor's, a sensor's, or all.
+class MatrixSummary:
+    """Statistics and information of some rows of a matrix: an extractor's, a sensor's, or all.
 
     ``noise`` is how an extractor's features are seen again at the next place, ``None`` where there are several
     extractors; ``told`` is the information of views with that noise, ``distinct`` of the matrix taken at its word.
@@ -61,7 +61,7 @@ class FeatureSummary:
     distinct: float
 
 
-def summaries(matrix: IncidenceMatrix, rng: np.random.Generator) -> list[Summary]:
+def summaries(matrix: IncidenceMatrix, rng: np.random.Generator) -> list[MatrixSummary]:
     """Each extractor, each sensor that several extractors use, and all together."""
     noise = _noise(matrix)
     groups: dict[str, tuple[str, ...]] = {key: (key,) for key in matrix.blocks}
@@ -76,8 +76,8 @@ def summaries(matrix: IncidenceMatrix, rng: np.random.Generator) -> list[Summary
 
 def _summary(
     name: str, keys: Sequence[str], matrix: IncidenceMatrix, noise: Mapping[str, Noise], rng: np.random.Generator
-) -> Summary:
-    return Summary(
+) -> MatrixSummary:
+    return MatrixSummary(
         name,
         matrix.statistics(*(matrix.blocks[key] for key in keys)),
         noise[keys[0]] if len(keys) == 1 else None,
@@ -113,7 +113,7 @@ def _noise(matrix: IncidenceMatrix) -> dict[str, Noise]:
 # --- tables ---
 
 
-def statistics_table(title: str, found: Sequence[Summary]) -> TextTable:
+def statistics_table(title: str, found: Sequence[MatrixSummary]) -> TextTable:
     """The figures of the rows."""
     headings = (">rows", ">always", ">never", ">once", ">a view", ">zeros", ">B/place")
     table = TextTable("features of", *headings, title=title)
@@ -125,7 +125,7 @@ def statistics_table(title: str, found: Sequence[Summary]) -> TextTable:
     return table
 
 
-def information_table(found: Sequence[Summary]) -> TextTable:
+def information_table(found: Sequence[MatrixSummary]) -> TextTable:
     """The information of the views, in bits, beside the noise that it was reckoned with."""
     limit = found[0].told.limit
     title = f"Information of a view about the place, of {limit:.2f} bits"

@@ -58,14 +58,14 @@ def check_methods(names: Iterable[str]) -> None:
 
 
 def family(name: str) -> str:
-    """What a method shares its dear steps with: a profile's stages, the methods on VLAD; else it is its own."""
+    """Name the family that a method shares its dear steps with: a profile's stages, those on VLAD; else itself."""
     return next((shared for shared, members in FAMILIES.items() if name in members), name)
 
 
 def answers(
     methods: Sequence[str], reference: Sequence[View], query: Sequence[View], *, seed: int = 0
 ) -> dict[str, list[Belief]]:
-    """What each method, having learnt the reference views, answers to the query views."""
+    """Answers of each method to the query views after it has learnt the reference views."""
     return Learnt(methods, {"reference": Reference(reference)}, seed=seed).answers(query)
 
 
@@ -83,12 +83,12 @@ class InMap:
             self.map, self.merging = merged_drives(self.maps, merging)
 
     def answers(self, query: Sequence[View], stages: Sequence[Stage], seed: int) -> Mapping[Stage, list[Belief]]:
-        """What each stage answers to the query views, by the views that were learnt."""
+        """Answers of each stage to the query views, by the views that were learnt."""
         found = localise(self.map, query, stages=stages, seed=seed)
         return {stage: [by_views(self.map, belief) for belief in beliefs] for stage, beliefs in found.items()}
 
     def in_hindsight(self, query: Sequence[View], seed: int) -> list[Belief]:
-        """What the chain answers in the light of the whole drive."""
+        """Answers of the chain in the light of the whole drive."""
         return smoothed(self.map, query, seed=seed)
 
 
@@ -117,12 +117,12 @@ class Learnt:
 
     @property
     def mergings(self) -> dict[str, Merging]:
-        """How the drives were merged, by the methods that have an atlas of them."""
+        """Mergings of the drives, by the methods that have an atlas of them."""
         merged = {profile: one.merging for profile, one in self.ours.items() if one.merging is not None}
         return {f"{profile}/{stage}": one for profile, one in merged.items() for stage in self._stages(profile)}
 
     def answers(self, query: Sequence[View]) -> dict[str, list[Belief]]:
-        """What each method answers to the query views."""
+        """Answers of each method to the query views."""
         found = run(self.localisers, query)
         for profile, one in self.ours.items():
             beliefs = one.answers(query, self._stages(profile), self._seed)

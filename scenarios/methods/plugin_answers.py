@@ -1,4 +1,4 @@
-"""Whether what a user's localiser answers is a belief, part by part."""
+"""Check the answers of a user's localiser, part by part."""
 
 from collections.abc import Sequence
 
@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from refseq.belief import LOST, Belief, Timings
 
 SLACK = 1e-5
-"""What probabilities may sum to beside 1: those that were summed in single precision are no mistake."""
+"""Deviation from 1 that a sum of probabilities may have: those that were summed in single precision are no mistake."""
 
 
 class NoAnswerError(Exception):
-    """What is wrong with an answer."""
+    """An answer is no belief; the message says why."""
 
 
 def checked(belief: object, places: int, seconds: float) -> Belief:

@@ -42,7 +42,7 @@ class MisbehavedError(Exception):
 
 
 def is_plugin(name: str) -> bool:
-    """Whether a method's name is that of a user's localiser. A baseline's name always means the baseline."""
+    """Tell whether a method's name is that of a user's localiser. A baseline's name always means the baseline."""
     return ":" in name or (name in installed() and name not in BASELINES)
 
 

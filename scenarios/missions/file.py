@@ -45,7 +45,7 @@ from robots.errors import RobotsError
 from scenarios.errors import ScenarioError
 
 NAME = r"^[A-Za-z0-9][A-Za-z0-9 ._-]{0,59}$"
-"""What a photograph or a function may be called: it becomes part of a file's name."""
+"""Pattern of the name of a photograph or a function: it becomes part of a file's name."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A mission as a strip of frames, as a bystander sees it, with what the robot is doing under each."""
+"""Filmstrip of a mission as a bystander sees it, with what the robot is doing under each frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from sim.drives.chase_camera import ChaseCamera
 
 @dataclass(frozen=True, slots=True)
 class MissionFrame:
-    """What a bystander sees at a ``time`` [s], where the robot believes itself to be, and what it does."""
+    """A bystander's picture at a ``time`` [s], where the robot believes itself to be, and what it does."""
 
     time: float
     along: float

@@ -1,4 +1,4 @@
-"""Who leads a robot on a mission, made of what was learnt: the way, where it really is, and what localises on it."""
+"""Leaders of missions: the way that was learnt, its true places, and the localiser on it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ PROFILE = "best"
 
 
 AHEAD = 0.5
-"""Which way a way leads at a place is told by what is so far behind it and ahead [m]."""
+"""Distance behind and ahead of a place that gives the direction of a way there [m]."""
 
 
 @dataclass(frozen=True)
@@ -56,13 +56,13 @@ class GroundTruth:
         return Pose(float(x), float(y), float(np.arctan2(*(ahead - behind)[::-1])))
 
     def nearest(self, pose: Pose) -> float:
-        """How far along the way the place nearest to a pose is [m]."""
+        """Distance along the way of the place nearest to a pose [m]."""
         return float(self.way.along[int(np.hypot(*(self.places - (pose.x, pose.y)).T).argmin())])
 
 
 @dataclass(frozen=True)
 class Leader:
-    """What a method leads by: the ground, and its localiser; None for one that has none. ``map`` is what it keeps."""
+    """A method as a leader: the ground truth, and its localiser, None without one. ``map`` is what it keeps."""
 
     ground: GroundTruth
     localiser: LocaliserProtocol | None
@@ -132,7 +132,7 @@ class InPlaces:
         self._inner.reset()
 
     def update(self, view: View) -> Belief:
-        """What the views of a place have of a belief the place has."""
+        """Answer with the belief of all views of a place summed up at the place."""
         belief = self._inner.update(view)
         places = np.bincount(self._held, weights=belief.places, minlength=self._places).astype(np.float64)
         path = tuple(int(self._held[view]) if view >= 0 else view for view in belief.path)

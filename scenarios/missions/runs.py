@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from robots.motion import Limits
 from scenarios.drives.record import Drive
 from scenarios.drives.selection import only
 from scenarios.missions.leader import GroundTruth, Leader
-from scenarios.scoring.missions import LogLine, MissionRun, Ordered
+from scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
 from sim.bench.bench import CONTROL_PERIOD, Bench
 from sim.bench.contacts import ContactLog
 from sim.bench.faults import Agenda, Fault, Traveller
@@ -43,7 +43,7 @@ class MissionResult:
 
 @dataclass(frozen=True, slots=True)
 class MissionBounds:
-    """How far and how long a mission is at least: ``way`` [m], ``ideal`` and ``optimal`` [s] as ``MissionRun`` says."""
+    """Least length and duration of a mission: ``way`` [m], ``ideal`` and ``optimal`` [s] as ``MissionRun`` says."""
 
     way: float
     ideal: float
@@ -89,7 +89,7 @@ class _Watcher:
 
 
 class _OnItsWay(Traveller):
-    """How far a robot has really come [m]: from where it was set down along the way by all that it has gone."""
+    """True progress of a robot [m]: from where it was set down along the way by all that it has gone."""
 
     length = math.inf  # whoever declared the faults was told what is beyond the route
 
@@ -99,7 +99,7 @@ class _OnItsWay(Traveller):
 
     @property
     def progress(self) -> float:
-        """What is behind the robot [m]."""
+        """Way behind the robot [m]."""
         return self._progress
 
     def look(self) -> None:
@@ -121,15 +121,13 @@ def run_plan(
     *,
     sensors: tuple[str, ...] | None,
     drive: Drive,
-    each: Each | None = None,
+    each: Each = lambda _executor, _bench: None,
 ) -> MissionResult:
-    """Run a plan, led by the odometer and, if the leader has one, a localiser. Raises what these raise.
+    """Run a plan, led by the odometer and, if the leader has one, a localiser; ``each`` hears of control periods.
 
-    Of the ``drive`` there are its faults, when views are taken, and how long it may last. ``each`` is called after
-    every control period.
+    The ``drive`` tells its faults, when views are taken, and how long it may last. Raises what these raise.
     """
-    ground = leader.ground
-    end = goal or _pair(ground, plan.goal)
+    ground, end = leader.ground, goal or _pair(leader.ground, plan.goal)
     measure = mission_bounds(plan, ground, bench, end)
     executor = Executor(plan, localised=leader.localiser is not None)
     localiser = None if leader.localiser is None else SensorFilter(leader.localiser, sensors)
@@ -137,29 +135,30 @@ def run_plan(
 
     def look(executor: Executor, bench: Bench) -> None:
         watcher(executor, bench)
-        if each is not None:
-            each(executor, bench)
+        each(executor, bench)
 
     mission = run_mission(bench, executor, localiser, trigger=drive.trigger, timeout=drive.patience, each=look)
+    completed = executor.status is Status.COMPLETED
     run = MissionRun(
-        completed=executor.status is Status.COMPLETED,
-        why="" if executor.status is Status.COMPLETED else f"{executor.status.value}: {executor.why}",
+        completed=completed,
+        why="" if completed else f"{executor.status.value}: {executor.why}",
         track=mission.track,
-        orders=tuple(
-            Ordered(order.at, order.behaviour, order.why, ground.where(plan, number))
-            for number, order in enumerate(plan.orders)
-        ),
+        orders=_given(plan, ground),
         switches=tuple(executor.switches),
-        log=tuple(LogLine(entry.time, entry.along, entry.what) for entry in executor.log),
+        log=tuple(MissionLogLine(entry.time, entry.along, entry.what) for entry in executor.log),
         goal=end,
-        way=measure.way,
-        ideal=measure.ideal,
-        optimal=measure.optimal,
+        **asdict(measure),
         touched=mission.touched,
         lost=watcher.losses,
         views=len(mission.seen),
     )
     return MissionResult(run, tuple(seen.belief for seen in mission.seen), mission.photographs)
+
+
+def _given(plan: Plan, ground: GroundTruth) -> tuple[Ordered, ...]:
+    """The orders of a plan, each with the true places where it may begin."""
+    orders = enumerate(plan.orders)
+    return tuple(Ordered(one.at, one.behaviour, one.why, ground.where(plan, number)) for number, one in orders)
 
 
 def run_program(
@@ -193,9 +192,7 @@ def run_program(
         switches=tuple(enumerate(_begun(ended))),
         log=_told(ended),
         goal=end,
-        way=measure.way,
-        ideal=measure.ideal,
-        optimal=measure.optimal,
+        **asdict(measure),
         touched=touches.found,
     )
     return MissionResult(run)
@@ -205,13 +202,13 @@ def refused_run(bench: Bench, why: str, goal: tuple[float, float] | None) -> Mis
     """A mission that what was learnt has no place for: the robot stays where it is."""
     pose = bench.pose
     track = np.array([[0.0, pose.x, pose.y, pose.heading, math.nan]])
-    log = (LogLine(0.0, math.nan, f"refused: {why}"),)
+    log = (MissionLogLine(0.0, math.nan, f"refused: {why}"),)
     run = MissionRun(False, f"refused: {why}", track, (), (), log, goal or NOWHERE, 0.0, 0.0, 0.0, refused=True)
     return MissionResult(run)
 
 
 def mission_bounds(plan: Plan, ground: GroundTruth, bench: Bench, goal: tuple[float, float]) -> MissionBounds:
-    """How far and how long it is from where the robot stands to the goal.
+    """Bound a mission from where the robot stands to the goal.
 
     The way is that of the plan from the place nearest to the robot on, and straight from the plan's end to a goal that
     lies off it. Each turn by itself, and that into a door beside the way, is at the robot's turn rate.
@@ -228,7 +225,7 @@ def _ideal(optimal: float, turned: float, limits: Limits) -> float:
 
 
 def turn_of(behaviour: str) -> float:
-    """How far a behaviour turns the robot about itself [rad]: a quarter before a door beside the way."""
+    """Turn of a behaviour about the robot itself [rad]: a quarter before a door beside the way."""
     values = parse_behaviour(behaviour).values if ":" in behaviour else ()
     match code_of(behaviour):
         case "MT":
@@ -251,10 +248,10 @@ def _begun(ended: LampEnded) -> list[float]:
     return [0.0, *np.cumsum([one.time for one in ended.stages]).tolist()][: len(ended.stages)]
 
 
-def _told(ended: LampEnded) -> tuple[LogLine, ...]:
+def _told(ended: LampEnded) -> tuple[MissionLogLine, ...]:
     """A line a stage, when it ends."""
     ends = np.cumsum([one.time for one in ended.stages]).tolist()
     lines = (
         f"{number}. {one.stage}: {one.outcome.name.lower()}, {one.why}" for number, one in enumerate(ended.stages, 1)
     )
-    return tuple(LogLine(time, math.nan, line) for time, line in zip(ends, lines, strict=True))
+    return tuple(MissionLogLine(time, math.nan, line) for time, line in zip(ends, lines, strict=True))

@@ -1,4 +1,4 @@
-"""One mission in a world, as a person asks for it: where the robot is set down, what it goes by, what is left of it."""
+"""Run one mission in a world as a person asks for it, and write what is left of it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -62,7 +62,7 @@ class MissionTrip:
         strip: float | None = None,
         every: float = EVERY,
     ) -> "MissionTrip":
-        """What is None is as in the first map's own drive. Raises ``ScenarioError``."""
+        """Complete what is None from the first map's own drive. Raises ``ScenarioError``."""
         told = map_.sequences[0].metadata
         for name, given in (("world", world), ("light", light), ("robot", robot)):
             if given is None and name not in told:

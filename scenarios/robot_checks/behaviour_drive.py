@@ -37,14 +37,14 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 AROUND = 2.5
 """So much is drawn around the path [m]."""
 SUNK = -0.005
-"""What is deeper in each other [m] does not only touch."""
+"""Bodies that are deeper in each other than this [m] do not only touch."""
 OUTLINES = 1.0
 """The robot's outline is drawn every so many metres of its way."""
 
 
 @dataclass(frozen=True, slots=True)
 class BehaviourDrive:
-    """What a robot is to do, and from where: ``at`` a pose, or None, the start of a ``route``."""
+    """Behaviours to run, and where from: ``at`` a pose, or None, the start of a ``route``."""
 
     robot: str
     behaviours: tuple[str, ...]
@@ -57,7 +57,7 @@ class BehaviourDrive:
 
 @dataclass(frozen=True, slots=True)
 class BehaviourResult:
-    """What became of one behaviour: ``path`` (n, 3) is the true one, x, y [m], heading [rad]."""
+    """Result of one behaviour: ``path`` (n, 3) is the true one, x, y [m], heading [rad]."""
 
     text: str
     outcome: BehaviourOutcome

@@ -7,18 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots import Robot
+from worlds.arrays import Floats
 from worlds.check import geom_boxes
 
-Floats = NDArray[np.float64]
-
 HEAD = ("mast-", "laser-")
-"""How the materials of ``robots.sensor_mast`` begin: what wears them is no part of the bare vehicle."""
+"""Prefixes of the materials of ``robots.sensor_mast``: geoms with them are no part of the bare vehicle."""
 CHASSIS = "body"
 """Name of the geom that is the chassis' body, where a model has one."""
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class BodyBox:
     """Corners along x, y, z, (3,) each [m]."""
 
     low: Floats
@@ -70,24 +69,24 @@ class Body:
         return total
 
     @property
-    def whole(self) -> Box:
+    def whole(self) -> BodyBox:
         """The box around all that is seen or touched."""
         return self._around(np.union1d(self.seen, self.touched))
 
     @property
-    def vehicle(self) -> Box:
+    def vehicle(self) -> BodyBox:
         """The box around all that is seen of the vehicle without what it carries to see with."""
         return self._around(np.array([g for g in self.seen if not self._material(int(g)).startswith(HEAD)]))
 
     @property
-    def chassis(self) -> Box | None:
+    def chassis(self) -> BodyBox | None:
         """The box around the chassis' body, None where the model names none."""
         if mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_GEOM, CHASSIS) < 0:
             return None
         return self._around(np.array([self.model.geom(CHASSIS).id]))
 
     @property
-    def wheel(self) -> Box:
+    def wheel(self) -> BodyBox:
         """The box around the tyre of the left drive wheel: the tallest of the wheel's geoms."""
         body = self.model.joint(self.robot.wheel_joints[0]).bodyid[0]
         own = [geom for geom in self.seen if self.model.geom_bodyid[geom] == body]
@@ -111,7 +110,7 @@ class Body:
 
     @property
     def torque(self) -> float:
-        """What a motor can give its wheel [N·m]: the limit of its force, or of its control where that is the torque."""
+        """Greatest torque of a motor on its wheel [N·m]: the limit of its force, or of its control."""
         motor = self.model.actuator(self.robot.wheel_actuators[0])
         limit = motor.forcerange if motor.forcelimited[0] else motor.ctrlrange
         return float(limit.max())
@@ -120,5 +119,5 @@ class Body:
         number = int(self.model.geom_matid[geom])
         return self.model.mat(number).name if number >= 0 else ""
 
-    def _around(self, geoms: NDArray[np.intp]) -> Box:
-        return Box(self._low[geoms].min(axis=0), self._high[geoms].max(axis=0))
+    def _around(self, geoms: NDArray[np.intp]) -> BodyBox:
+        return BodyBox(self._low[geoms].min(axis=0), self._high[geoms].max(axis=0))

@@ -16,11 +16,11 @@ from worlds.build import World
 STRAIGHT, ANGLE = 10.0, 360.0
 STANDING = 60.0
 IMPULSE = 50.0
-"""What is asked for: [m], [deg], [s], [N·s]."""
+"""Commands of the trials: [m], [deg], [s], [N·s]."""
 SHORT, ASIDE = 0.005, 0.05
-"""How far off the straight may end, of its length; how far to the side [m]: choices."""
+"""Tolerance of the straight's end, of its length, and to the side [m]: choices."""
 TURN_OFF, CREPT = 0.02, 0.02
-"""How far off the turn may end, of its angle, and how far from where it began [m]: choices; wheels scrub."""
+"""Tolerance of the turn, of its angle, and of its place [m]: choices; wheels scrub."""
 REACTION = 0.3
 """Time from the command to stop until the robot slows as it can [s]: the line's 5 Hz, the time to lean; a choice."""
 STILL = 0.02
@@ -30,9 +30,9 @@ WARMER = 0.01
 TIPPED = 45.0
 """Beyond this pitch [deg] a RMP switches off."""
 BACK = -0.005
-"""What balances first rolls back by at least this [m]: a choice, ten times what the wheels give at rest."""
+"""A robot that balances first rolls back by at least this [m]: a choice, ten times what the wheels give at rest."""
 FASTER, FASTER_AT_100_HZ = 20.0, 10.0
-"""How many times real time a simulation on one core has to run; less where the electronics tick so often."""
+"""Least speed of a simulation on one core, in times real time; less where the electronics tick so often."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +51,12 @@ class Finding:
 
     @property
     def good(self) -> bool:
-        """Whether it is as it should, as far as that is judged."""
+        """True where it is as it should be, or is not judged."""
         return not self.judged or self.low <= self.measured <= self.high
 
     @property
     def verdict(self) -> str:
-        """What becomes of it, in a word."""
+        """Verdict in a word."""
         if not self.judged:
             return "not judged"
         return "good" if self.good else "BAD"

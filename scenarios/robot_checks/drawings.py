@@ -11,8 +11,9 @@ from matplotlib.patches import Circle, Patch, Polygon, Rectangle
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from scenarios.robot_checks.body import Body, Box, Floats
+from scenarios.robot_checks.body import Body, BodyBox
 from scenarios.robot_checks.sources import BODY, VEHICLE, RobotMeasure, sourced
+from worlds.arrays import Floats
 
 INK, SOURCE, MEASURE = "#222222", "#d55e00", "#0072b2"
 AROUND = np.linspace(0.0, 2 * np.pi, 32, endpoint=False)
@@ -45,7 +46,7 @@ class PlacedView:
         """Points (n, 3) of the robot on the sheet, (n, 2)."""
         return points @ self.side.axes[:2].T + self.at
 
-    def box(self, box: Box) -> tuple[Floats, Floats]:
+    def box(self, box: BodyBox) -> tuple[Floats, Floats]:
         """Lower left corner and size of a box on the sheet, (2,) each."""
         ends = self.on_paper(np.array([box.low, box.high]))
         return ends.min(axis=0), np.abs(ends[1] - ends[0])
@@ -149,7 +150,7 @@ def _dashed(outline: Patch) -> Patch:
     return outline
 
 
-def _sourced_boxes(body: Body) -> Iterator[tuple[Box, NDArray[np.bool_]]]:
+def _sourced_boxes(body: Body) -> Iterator[tuple[BodyBox, NDArray[np.bool_]]]:
     """Boxes of sourced size from the rear and the bottom of the model's on, and which sides (3,) sources give."""
     known = sourced(body)
     for box, names in ((body.vehicle, VEHICLE), (body.chassis, BODY)):
@@ -157,7 +158,7 @@ def _sourced_boxes(body: Body) -> Iterator[tuple[Box, NDArray[np.bool_]]]:
             given = np.array([name in known for name in names])
             size = np.array([known[name].value if name in known else 0.0 for name in names])
             low = np.array([box.low[0], box.middle[1] - size[1] / 2, box.low[2]])
-            yield Box(low, low + size), given
+            yield BodyBox(low, low + size), given
 
 
 # --- measures ---

@@ -1,4 +1,4 @@
-"""What the commands about robots tell of one: figures taken from its compiled model and from its Control layer."""
+"""Facts about robots: figures taken from its compiled model and from its Control layer."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -10,9 +10,10 @@ from rich.text import Text
 import robots
 from robots import Robot
 from robots.odometry import true_geometry
-from scenarios.robot_checks.body import Body, Floats
+from scenarios.robot_checks.body import Body
 from scenarios.robot_checks.sources import RobotMeasure, measures, sourced
 from scenarios.tables import TextTable
+from worlds.arrays import Floats
 
 
 def robots_table() -> TextTable:
@@ -49,7 +50,7 @@ def robot_facts(body: Body) -> dict[str, object]:
 
 
 def sensors_text(robot: Robot) -> str:
-    """What a robot senses with, in a few words."""
+    """Sensors of a robot in a few words."""
     counted = {"cameras": len(robot.cameras), "sonars": len(robot.sonars), "bumpers": len(robot.bumpers)}
     return ", ".join(("laser", *(f"{count} {what}" for what, count in counted.items() if count)))
 

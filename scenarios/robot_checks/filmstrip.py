@@ -1,4 +1,4 @@
-"""A drive as a strip of frames, as a bystander sees it, with what the robot tells of itself under each."""
+"""Filmstrip of a drive as a bystander sees it, with what the robot tells of itself under each frame."""
 
 import math
 from collections.abc import Iterator
@@ -52,7 +52,7 @@ class FilmedDrive:
 
 @dataclass(frozen=True, slots=True)
 class DriveFrame:
-    """What a bystander sees at one ``time`` [s], and how the robot does.
+    """A bystander's picture at one ``time`` [s], and the robot's state.
 
     ``pitches`` are the least and the greatest that it told of since the frame before [rad].
     """
@@ -89,7 +89,7 @@ def filmstrip(strip: FilmedDrive, frames: list[DriveFrame]) -> Figure:
 
 
 def caption(frame: DriveFrame) -> str:
-    """What stands under a frame; the pitch since the frame before in brackets, where it changed."""
+    """Caption of a frame; the pitch since the frame before in brackets, where it changed."""
     state = frame.state
     low, high = map(math.degrees, frame.pitches)
     swing = f" ({low:+.1f} to {high:+.1f})" if high - low > SWING else ""

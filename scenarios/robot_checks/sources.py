@@ -12,7 +12,7 @@ from scenarios.robot_checks.body import Body
 
 
 class RobotMeasure(StrEnum):
-    """What is measured [m]; length, width and height are those of the vehicle without mast, cameras and laser."""
+    """Measures of a robot [m]; length, width and height are those of the vehicle without mast, cameras and laser."""
 
     WHEEL = "wheel diameter"
     WHEEL_WIDTH = "wheel width"
@@ -59,7 +59,7 @@ SOURCED: Mapping[str, Mapping[RobotMeasure, Sourced]] = {
 
 
 def sourced(body: Body) -> Mapping[RobotMeasure, Sourced]:
-    """What sources tell of a robot; nothing for one of which none was found."""
+    """Sourced measures of a robot; nothing for one of which none was found."""
     return SOURCED.get(body.robot.name, {})
 
 

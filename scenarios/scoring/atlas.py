@@ -1,4 +1,4 @@
-"""How an atlas of several drives did: what was joined, against the truth, and what came of it where paths part.
+"""Scores of maps of several drives: joins against the truth, and what comes of them where paths part.
 
 A view of one drive is *shared* with another that has a view within half the tolerance of it: that drive passes its
 place. A view that was taken out is rightly joined where the view that holds its place now lies within the tolerance.
@@ -26,7 +26,7 @@ SETTLED = 0.9
 
 @dataclass(frozen=True, slots=True)
 class JoinScore:
-    """What was merged, against the truth.
+    """Joins of a map against the truth.
 
     ``precision``: of the views taken out those that are rightly joined. ``recall``: of all views shared with another
     drive, counted once for each, those whose place is held by the sequence that holds that drive's there.
@@ -51,7 +51,7 @@ class JoinScore:
 
 @dataclass(frozen=True, slots=True)
 class AtlasScore:
-    """How a method did that has learnt several drives.
+    """Score of a method that has learnt several drives.
 
     ``forks`` hold, each time the robot comes off one of several drives and stays on another, the way [m] until
     P(right), the probability of all places within the tolerance, is above ``SETTLED``; None where that never came, as
@@ -83,7 +83,7 @@ def p_right(beliefs: Sequence[Belief], near: NDArray[np.bool_]) -> NDArray[np.fl
 
 
 def passing(path: ReferencePath, near: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which drives pass each query view, (M, D)."""
+    """Mark the drives that pass each query view, (M, D)."""
     return np.stack([near[:, stretch].any(axis=1) for stretch in path.stretches], axis=1)
 
 
@@ -169,7 +169,7 @@ def _duplicates(path: ReferencePath, merging: Merging, half: Tolerance) -> int:
 
 
 def _is_true(decision: Decision, path: ReferencePath, merging: Merging, tolerance: Tolerance) -> bool:
-    """Whether most views of the second stretch lie beside one of the first."""
+    """Tell whether most views of the second stretch lie beside one of the first."""
     one, other = (path.stretches[merging.names.index(name)].start for name in (decision.one, decision.other))
     first = slice(one + decision.first[0], one + decision.first[1] + 1)
     views = range(other + decision.second[0], other + decision.second[1] + 1)

@@ -1,4 +1,4 @@
-"""What is scored and reported: one drive localised in the map of another."""
+"""Comparisons: one drive localised in the map of another, as scorers and reports take it."""
 
 import itertools
 from collections.abc import Mapping, Sequence

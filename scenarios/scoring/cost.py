@@ -1,4 +1,4 @@
-"""What a method costs beside the time a view takes: the bytes that it keeps, and the memory of the process."""
+"""Costs of a method beside the time a view takes: the bytes that it keeps, and the memory of the process."""
 
 import gc
 import sys

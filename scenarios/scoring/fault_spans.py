@@ -1,4 +1,4 @@
-"""Where on a drive something went wrong: the faults that its recording tells of, as stretches of its views."""
+"""Faults that a recording tells of, as stretches of its views."""
 
 import json
 import math
@@ -25,7 +25,7 @@ class FaultSpan:
 
 @dataclass(frozen=True, slots=True)
 class RouteProgress:
-    """How far along its route each view is [m]; ``kidnapped`` are the first views after the kidnaps, in their order."""
+    """Distance of each view along its route [m]; ``kidnapped`` are the first views after each kidnap."""
 
     along: tuple[float, ...]
     kidnapped: tuple[int, ...]

@@ -112,14 +112,7 @@ def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
 def figures_record(one: Figures) -> dict[str, float | None]:
     """All figures of a method by their names, units in them; None where there is none."""
     wide, curve = one.wide, one.wide.retrieval
-    record: dict[str, float | None] = {}
-    for part in (one.wide, one.narrow):
-        within, (low, high) = f"within_{part.tolerance.distance:g}_m", part.success.interval
-        record |= {f"{within}_right_views": part.success.successes, f"{within}_on_map_views": part.success.trials}
-        record |= {f"{within}_low_percent": _finite(100 * low), f"{within}_high_percent": _finite(100 * high)}
-        seeds = success_over_seeds(one.wide_runs if part is one.wide else one.narrow_runs)
-        ends = (None, None) if seeds is None else tuple(_finite(100 * end) for end in seeds)
-        record |= {f"{within}_seeds_low_percent": ends[0], f"{within}_seeds_high_percent": ends[1]}
+    record = _success_record(one.wide, one.wide_runs) | _success_record(one.narrow, one.narrow_runs)
     record |= {f"within_{n}_places_right_views": wide.within_places(n).successes for n in PLACES_OFF}
     record |= {f"recall_at_{n}_percent": _finite(100 * wide.recall(n).value) for n in RANKS}
     return record | {
@@ -149,6 +142,20 @@ def figures_record(one: Figures) -> dict[str, float | None]:
         **{f"{step}_median_ms": _finite(one.times[step].median) for step in STEPS},
         **{f"{step}_p95_ms": _finite(one.times[step].p95) for step in STEPS},
         **({} if one.atlas is None else _atlas_record(one.atlas)),
+    }
+
+
+def _success_record(pooled: Score, runs: Sequence[Score]) -> dict[str, float | None]:
+    within, (low, high) = f"within_{pooled.tolerance.distance:g}_m", pooled.success.interval
+    seeds = success_over_seeds(runs) or (None, None)
+    shares = {"low": low, "high": high, "seeds_low": seeds[0], "seeds_high": seeds[1]}
+    return {
+        f"{within}_right_views": pooled.success.successes,
+        f"{within}_on_map_views": pooled.success.trials,
+        **{
+            f"{within}_{name}_percent": None if share is None else _finite(100 * share)
+            for name, share in shares.items()
+        },
     }
 
 

@@ -19,7 +19,7 @@ from refseq.map.map import Map, beside
 
 @dataclass(frozen=True, slots=True)
 class Merging:
-    """What became of the K views of several drives.
+    """Record of a merging: what became of the K views of several drives.
 
     ``names`` are those of the drives, ``lengths`` their numbers of views; ``held_by`` (K,) is for each view the one
     whose place it is at now, mostly itself. ``size`` are the bytes of all maps before and of the atlas after, and

@@ -1,4 +1,4 @@
-"""How a mission went, against the truth: the one scorer of missions."""
+"""Score missions against the truth."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -28,7 +28,7 @@ class Ordered:
 
 
 @dataclass(frozen=True)
-class LogLine:
+class MissionLogLine:
     """A line of the log: when [s], where the robot believed itself to be, and what happened.
 
     ``along`` is in metres along its way, nan of one that believes nothing.
@@ -58,7 +58,7 @@ class MissionRun:
     track: NDArray[np.float64]
     orders: tuple[Ordered, ...]
     switches: tuple[tuple[int, float], ...]
-    log: tuple[LogLine, ...]
+    log: tuple[MissionLogLine, ...]
     goal: tuple[float, float]
     way: float
     ideal: float
@@ -70,7 +70,7 @@ class MissionRun:
 
     @property
     def time(self) -> float:
-        """How long it took [s]."""
+        """Duration [s]."""
         return float(self.track[-1, 0])
 
     def position(self, time: float) -> NDArray[np.float64]:
@@ -170,7 +170,7 @@ class MissionFigures:
 
     @property
     def goal_distance(self) -> float:
-        """How far from the goal the robot ended, completed or not, median [m]; nan where nobody knows the goal."""
+        """Distance from the goal at the end, completed or not, median [m]; nan where nobody knows the goal."""
         return _median(one.goal_distance for one in self.scores if math.isfinite(one.goal_distance))
 
     @property
@@ -192,7 +192,7 @@ class MissionFigures:
 
     @property
     def time(self) -> float:
-        """How long those took that were completed, median [s]; nan without any."""
+        """Duration of those that were completed, median [s]; nan without any."""
         return _median(one.time for one in self.scores if one.completed)
 
     @property
@@ -207,7 +207,7 @@ class MissionFigures:
 
     @property
     def lost(self) -> int:
-        """How often the robot said that it was lost."""
+        """Times that the robot said that it was lost."""
         return sum(one.lost for one in self.scores)
 
     @property
@@ -243,7 +243,7 @@ def mission_record(one: MissionFigures) -> dict[str, float | int | str | None]:
 
 
 def outcome_words(run: MissionRun, score: MissionScore) -> str:
-    """What became of a mission, in words."""
+    """Outcome of a mission in words."""
     where = f"{score.goal_distance:.2f} m from the goal"
     if math.isnan(score.goal_distance):
         return run.why  # it was refused, and so nobody knows where it would have led

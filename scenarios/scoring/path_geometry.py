@@ -15,7 +15,7 @@ from scenarios.scoring.comparison import Comparison
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How near an answer must be: ``distance`` [m] and ``heading`` [rad], both inclusive."""
+    """Greatest error of a right answer: ``distance`` [m] and ``heading`` [rad], both above 0 and inclusive."""
 
     distance: float = 1.5
     heading: float = math.radians(30)
@@ -59,18 +59,18 @@ class ReferencePath:
         self.along[self._known] = np.concatenate([[0.0], np.cumsum(steps)])
 
     def within(self, pose: Pose | None, tolerance: Tolerance) -> NDArray[np.bool_]:
-        """Which places lie within the tolerance of a pose, (K,); none when it is not known."""
+        """Mark the places within the tolerance of a pose, (K,); none when it is not known."""
         if pose is None:
             return np.zeros(self.size, dtype=bool)
         near = np.hypot(*(self.points - (pose.x, pose.y)).T) <= tolerance.distance
         return near & (angle_between(self.headings, pose.heading) <= tolerance.heading)
 
     def near(self, views: Sequence[View], tolerance: Tolerance) -> NDArray[np.bool_]:
-        """Which places lie within the tolerance of each view's true pose, (M, K)."""
+        """Mark the places within the tolerance of each view's true pose, (M, K)."""
         return np.array([self.within(view.truth, tolerance) for view in views]).reshape(len(views), self.size)
 
     def apart(self, place: int, pose: Pose) -> float:
-        """How far a place is from a pose, straight [m]; nan where it is not known."""
+        """Straight distance of a place from a pose [m]; nan where it is not known."""
         return math.hypot(*(self.points[place] - (pose.x, pose.y)))
 
     def nearest(self, pose: Pose | None, among: slice | None = None) -> int | None:

@@ -71,12 +71,12 @@ def _known(views: Sequence[View], outcomes: Sequence[Outcome]) -> Iterator[_Know
 
 
 def apart(one: Pose, other: Pose) -> float:
-    """How far two true poses are from each other [m]."""
+    """Distance between two true poses [m]."""
     return math.hypot(one.x - other.x, one.y - other.y)
 
 
 def is_carried(step: float, odometer: float) -> bool:
-    """Whether a true ``step`` is so much longer than what the ``odometer`` counted [m] that somebody carried it."""
+    """Tell whether a true ``step`` is so much longer than the ``odometer`` counted [m] that it was carried."""
     return step > odometer + JUMP
 
 

@@ -73,12 +73,12 @@ class Score:
 
     @property
     def on_map(self) -> NDArray[np.bool_]:
-        """Which views are on the map."""
+        """Mark the views on the map."""
         return np.isin(self.outcomes, ON_MAP)
 
     @property
     def off_map(self) -> NDArray[np.bool_]:
-        """Which views have a true pose that no reference view is near to."""
+        """Mark the views with a true pose that no reference view is near to."""
         return np.isin(self.outcomes, OFF_MAP)
 
     @property
@@ -122,7 +122,7 @@ class Score:
 
     @property
     def proven_information(self) -> float:
-        """What the true places leave of that [bits]: more than claimed means too little trust, less too much.
+        """Information that the true places prove [bits]: more than claimed means too little trust, less too much.
 
         Below zero a uniform answer would have been better; ``nan`` without a view on the map.
         """

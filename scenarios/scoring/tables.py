@@ -57,7 +57,7 @@ def _cells(one: Figures) -> list[str]:
 
 
 def lost_table(title: str, found: Sequence[Figures]) -> TextTable | None:
-    """How the methods did off the map and on coming back to it; ``None`` where nothing of the kind happened."""
+    """Figures of the methods off the map and on coming back to it; ``None`` where nothing of the kind happened."""
     if not any(one.wide.off_map.any() or any(one.wide.recovery) for one in found):
         return None
     table = TextTable(
@@ -90,7 +90,7 @@ def ways_text(ways: Sequence[DistanceOrNever]) -> str:
 
 
 def join_cells(joined: JoinScore | None) -> list[str]:
-    """What was merged, in words: joins, precision, recall, places, duplicates, bytes."""
+    """Cells of what was merged: joins, precision, recall, places, duplicates, bytes."""
     if joined is None:
         return [NONE] * 6
     return [

@@ -1,4 +1,4 @@
-"""How alike a place looks over the day: which of a reference picture's SIFT keys are found again at other hours."""
+"""Likeness of a place over the day: SIFT keys of a reference picture that are found again at other hours."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
 @dataclass(frozen=True, slots=True)
 class Day:
-    """What to look at: pictures of ``drive`` in its own light, and in ``lights``, at ``places`` along its route [m]."""
+    """Pictures of ``drive`` in its own light, and in ``lights``, at ``places`` along its route [m]."""
 
     drive: Drive
     lights: tuple[LightSetting, ...]

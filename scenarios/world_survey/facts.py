@@ -1,4 +1,4 @@
-"""What the commands about worlds tell: the library, one world, light at a point, and how large robots are."""
+"""Facts about worlds: the library, one world, light at a point, and the room that robots take."""
 
 import math
 from collections import Counter
@@ -76,7 +76,7 @@ def length(points: Sequence[Point]) -> float:
 
 
 def _counts(plan: FloorPlan) -> Counter[str]:
-    """How many things of each kind there are."""
+    """Count the things of each kind."""
     found: Counter[str] = Counter()
     for table in THINGS:
         found.update(getattr(item, "kind", table) if table == "fixture" else table for item in getattr(plan, table))

@@ -15,7 +15,7 @@ from worlds.plans.load import load_plan
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
-    """What the cameras see ``along`` the route [m] in one light; ``images`` by camera, (height, width) uint8."""
+    """Pictures of the cameras ``along`` the route [m] in one light; ``images`` by camera, (height, width) uint8."""
 
     light: str
     along: float

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 
 from refseq.files import replacing
 from scenarios.scoring.cost import Cost
-from scenarios.scoring.missions import LogLine, MissionRun, Ordered
+from scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
 
 COLUMNS = ("time_s", "true_x_m", "true_y_m", "true_heading_rad", "along_m")
 PLAIN = ("completed", "why", "way", "ideal", "optimal", "lost", "views", "refused")
@@ -57,7 +57,9 @@ def read_mission(path: Path) -> KeptMission:
             for at, behaviour, why, where in content["orders"]
         ),
         switches=tuple((int(number), float(time)) for number, time in content["switches"]),
-        log=tuple(LogLine(time, np.nan if along is None else along, what) for time, along, what in content["log"]),
+        log=tuple(
+            MissionLogLine(time, np.nan if along is None else along, what) for time, along, what in content["log"]
+        ),
         goal=(content["goal"][0], content["goal"][1]),
         touched=tuple(content["touched"]),
     )

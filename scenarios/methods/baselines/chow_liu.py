@@ -64,7 +64,7 @@ class ChowLiuTree:
         return cls(parents, marginal, given)
 
     def states(self, shown: NDArray[np.bool_]) -> NDArray[np.intp]:
-        """Whether each word's parent is shown, (N,) of 0 and 1, by a view (N,); 0 for a word without parent."""
+        """State of each word's parent, shown or not, (N,) of 0 and 1, by a view (N,); 0 for a word without parent."""
         return np.where(self.parents == ROOT, False, shown[self.parents]).astype(np.intp)
 
 

@@ -1,4 +1,4 @@
-"""How FAB-MAP's places show words: the generative model of one camera.
+"""FAB-MAP's generative model of one camera: how places show words.
 
 M. Cummins, P. Newman, "FAB-MAP: probabilistic localization and mapping in the space of appearance", International
 Journal of Robotics Research 27(6), 2008. Letters as there: z_q says whether a view shows word q, e_q whether the thing
@@ -14,7 +14,7 @@ from scenarios.methods.baselines.chow_liu import ChowLiuTree
 from scenarios.methods.baselines.fabmap_words import Bags
 
 CERTAIN = 1e-3
-"""How near to 0 and 1 the probability that a thing exists may be before any view of it."""
+"""Least distance from 0 and 1 of the probability that a thing exists, before any view of it."""
 
 
 @dataclass(frozen=True, slots=True)

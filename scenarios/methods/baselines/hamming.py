@@ -50,7 +50,7 @@ class NearestColumn:
         return answer(self._sequence.profile.mixture.cost ** (differing - differing[best]), float(doubt), spent)
 
     def differing(self, observed: Mapping[str, Observed]) -> NDArray[np.float64]:
-        """How many bits of each place (K,) differ from what a view's extractors observed."""
+        """Count the bits of each place (K,) that differ from what a view's extractors observed."""
         total = np.zeros(len(self._sequence))
         for key, seen in observed.items():
             bits = len(seen.ids) + self._shown[key] - 2 * self._sightings(key, seen.ids)
@@ -66,6 +66,6 @@ class NearestColumn:
         return total
 
     def _sightings(self, key: str, ids: NDArray[np.intp]) -> NDArray[np.intp]:
-        """How many of an extractor's features each place showed, (K,)."""
+        """Count an extractor's features that each place showed, (K,)."""
         rows = self._sequence.matrix.block(key).select(ids)
         return np.bincount(rows.places, minlength=len(self._sequence))

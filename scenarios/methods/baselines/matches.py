@@ -118,7 +118,7 @@ def mutual_matches(
 
 
 def _single(values: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Which values occur once."""
+    """Mark the values that occur once."""
     _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
     single: NDArray[np.bool_] = counts[inverse] == 1
     return single

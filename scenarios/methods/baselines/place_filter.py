@@ -39,11 +39,11 @@ class PlaceFilter(ABC, Generic[Seen]):
 
     @abstractmethod
     def _predict(self, belief: NDArray[np.float64] | None, view: View) -> NDArray[np.float64]:
-        """Where the robot is before the view is looked at; ``belief`` is None before the first."""
+        """Belief before the view is looked at; ``belief`` is None before the first."""
 
     @abstractmethod
     def _likelihood(self, seen: Seen) -> NDArray[np.float64]:
-        """How likely what was seen is in each state."""
+        """Likelihood of what was seen in each state."""
 
     def _places_and_lost(self, belief: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
         """Weights of the places and P(lost): the last state is that of being off the map."""

@@ -100,7 +100,7 @@ class RansacInliers:
 
 
 def count_inliers(matches: Matches, usac: cv2.UsacParams) -> int:
-    """How many matches agree with the homography that most agree with; 0 where no more than any ``SAMPLE`` do."""
+    """Count the matches that agree with the homography that most agree with; 0 where no more than any ``SAMPLE`` do."""
     if len(matches) <= SAMPLE:
         return 0
     _, agree = cv2.findHomography(matches.place, matches.view, usac)

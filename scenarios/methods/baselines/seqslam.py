@@ -128,7 +128,7 @@ def enhance(differences: NDArray[np.float64], reach: int) -> NDArray[np.float64]
 
 
 def trajectories(settings: SeqSlamSettings) -> NDArray[np.intp]:
-    """How many places behind the last one each trajectory was, (trajectories, views), the present view first."""
+    """Places by which each trajectory lags behind the last one, (trajectories, views), the present view first."""
     count = round((settings.fastest - settings.slowest) / settings.step) + 1
     speeds = settings.slowest + settings.step * np.arange(count)
     lags = np.rint(speeds[:, None] * np.arange(settings.views)).astype(np.intp)

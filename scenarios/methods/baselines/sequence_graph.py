@@ -18,7 +18,7 @@ UNLIKE = 1e-3
 """Least cosine that a cost is made of: one at or below 0 would have none."""
 
 TIE = 1e-6
-"""What orders places whose ways cost the same, as many do behind hidden nodes: this share of a node's own cost, and
+"""Order of places whose ways cost the same, as many do behind hidden nodes: this share of a node's own cost, and
 this much for each place that a step differs from one place ahead."""
 
 
@@ -97,7 +97,7 @@ class SequenceGraph:
         return replace(answer(weights, lost, likeness, start), path=path)
 
     def _costs(self, cosines: NDArray[np.float64] | None) -> NDArray[np.float64]:
-        """What a view costs at each place, (K,)."""
+        """Cost of a view at each place, (K,)."""
         if cosines is None:
             return np.full(len(self._places), 1 / UNLIKE)
         return 1 / np.maximum(cosines, UNLIKE)
@@ -117,7 +117,7 @@ class SequenceGraph:
         return TrellisLayer(ways - ways.min() + entering, costs, before)
 
     def _is_lost(self) -> bool:
-        """Whether too many of the last nodes on the best way are hidden."""
+        """Tell whether too many of the last nodes on the best way are hidden."""
         if len(self._layers) < self._settings.window:
             return False
         last = self._layers[-1]

@@ -9,7 +9,7 @@ from scenarios.methods.baselines.likelihood import SimilarityLikelihood
 from scenarios.methods.baselines.vlad import VladMap
 
 CONTRAST = 20.0
-"""How much less likely a place is that looks as little alike as any; it shapes the belief, not the answer."""
+"""Ratio of likelihoods between the most and the least alike place; it shapes the belief, not the answer."""
 
 
 class SingleBest:

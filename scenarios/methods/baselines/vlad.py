@@ -24,7 +24,7 @@ PATCH_OF_KEY = 6
 
 @dataclass(frozen=True, slots=True)
 class VladSettings:
-    """How an image becomes a vector.
+    """Parameters that make a vector of an image.
 
     It is shrunk to each of ``widths`` [pixels]; there, descriptors of squares ``patch`` wide are taken every ``step``.
     A square whose grey values have a standard deviation below ``contrast`` shows nothing but noise and is left out.
@@ -133,7 +133,7 @@ def vlad(points: NDArray[np.float32], centres: NDArray[np.float32]) -> NDArray[n
 
 @dataclass(frozen=True, slots=True)
 class Likeness:
-    """How alike a view and each place look, (K,) in [−1, 1], and the time spent on features and on comparing [s].
+    """Cosines between a view and each place, (K,) in [−1, 1], and the time spent on features and on comparing [s].
 
     ``values`` is ``None`` where the view has no image that could be compared.
     """

@@ -15,15 +15,15 @@ from refseq.belief import Belief, belief_from
 from refseq.view import View
 
 SIZE = (32, 24)
-"""What an image is shrunk to [pixels]: small enough to care little where exactly the robot stands."""
+"""Size that an image is shrunk to [pixels]: small enough to care little where exactly the robot stands."""
 BEAMS, FAR = 30, 10.0
-"""What a scan is shrunk to: means of so many stretches, nothing counted farther away than this [m]."""
+"""Parts that a scan is shrunk to: means of so many stretches, nothing counted farther away than this [m]."""
 SLACK = 0.7
 """Standard deviation of how far the robot went along the path, beside what odometry says [m]."""
 STRAY, RETURN = 0.01, 0.1
 """Chance, from one view to the next, to leave the path and to come back to it."""
 SHARPNESS = 1.0
-"""How much more a place counts that looks one standard deviation more alike than places do on average, as exp(...)."""
+"""Weight of a place that looks one standard deviation more alike than places do on average, as exp(...)."""
 USUAL = 1.0
 """By how many standard deviations the right place stands out; a robot that is lost sees places stand out less."""
 
@@ -70,13 +70,13 @@ class MyLocaliser:
         self._places, self._lost = self._places / total, float(self._lost / total)
 
     def _likeness(self, look: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
-        """How alike a view and each place look, (K,): the mean correlation over the sensors that both have."""
+        """Likeness of a view and each place, (K,): the mean correlation over the sensors that both have."""
         alike = [[look[name] @ place[name] for name in look if name in place] for place in self._looks]
         return np.array([float(np.mean(each)) if each else 0.0 for each in alike])
 
 
 def _look(view: View) -> dict[str, NDArray[np.float64]]:
-    """What each sensor shows, as a vector of length 1 and mean 0, so that brighter light changes nothing."""
+    """Describe what each sensor shows as a vector of length 1 and mean 0, so that brighter light changes nothing."""
     found = {}
     for camera, image in view.images.items():
         small = cv2.resize(image, SIZE, interpolation=cv2.INTER_AREA).astype(np.float64)
