@@ -42,6 +42,15 @@ def expired(code: int) -> ProcessExpired:
 # --- processes ---
 
 
+def test_nothing_that_counts_threads_is_loaded_before_a_worker_is_initialised() -> None:
+    """A spawned process imports the command line first; BLAS with all cores would round otherwise."""
+    code = (
+        "import sys, scenarios.cli.app, scenarios.campaign.run.worker_init; "
+        "sys.exit(bool({'numpy', 'scipy', 'cv2'} & set(sys.modules)))"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 @pytest.fixture
 def processes() -> Iterator[Processes]:
     found = Processes(2)
