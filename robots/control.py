@@ -20,7 +20,7 @@ class ControlLayer(Protocol):
 
     @property
     def state(self) -> RobotState:
-        """What was last heard from the robot."""
+        """The state that was last heard from the robot."""
 
     @property
     def odometry(self) -> PlanarPose:

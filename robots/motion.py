@@ -25,7 +25,7 @@ class Twist:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """How fast a robot is let: ``speed`` [m/s], ``turn_rate`` [rad/s], and how fast they change [m/s², rad/s²].
+    """Limits of a robot's motion: ``speed`` [m/s], ``turn_rate`` [rad/s], and how fast they change [m/s², rad/s²].
 
     Raises ``RobotsError`` for values that are not positive.
     """

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FLOOR = 0.10
-"""What is lower than this above the floor is taken for the floor [m]: a choice. A pitch that is 0.4° off, as ours can
+"""Points lower than this are taken for the floor [m]: a choice. A pitch that is 0.4° off, as ours can
 be, moves the end of a beam by 2 cm at 3 m and by 4 cm at 6 m, beyond which nobody looks."""
 
 

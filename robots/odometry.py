@@ -19,7 +19,7 @@ class Pulses(NamedTuple):
 
     @property
     def finite(self) -> bool:
-        """Whether both can be read."""
+        """True if both can be read."""
         return math.isfinite(self.left) and math.isfinite(self.right)
 
 
@@ -48,7 +48,7 @@ class Encoders:
 
 @dataclass(frozen=True, slots=True)
 class CalibrationErrors:
-    """How far off a calibrated robot's believed geometry is, one standard deviation each, relative.
+    """Errors of a calibrated robot's believed geometry, one standard deviation each, relative.
 
     ``size`` is common to both wheels, ``mismatch`` is the right wheel's excess over the left one, ``track`` the
     axle's. The defaults are choices: a calibrated drive does about ten times better than CARMEN's loose motion model

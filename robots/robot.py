@@ -1,4 +1,4 @@
-"""What a robot is to those who put it into a world: a model, names in it, size and limits, its Control layer."""
+"""Description of a robot for whoever puts it into a world: model, names in it, size and limits, its Control layer."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What the thesis' robots see with: a mast with Camera #1 (forward) and Camera #2 (to the left), and a LMS 200.
+"""Sensors of the thesis' robots: a mast with Camera #1 (forward) and Camera #2 (to the left), and a LMS 200.
 
 Each part is mounted on a body of a robot's spec. Its shapes become static geoms of that body, so that whoever leaves
 out the body in a ray cast leaves out its sensors too.

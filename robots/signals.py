@@ -1,4 +1,4 @@
-"""What passes between a robot's electronics and its body: readings come in, what its motors are to do goes out."""
+"""Signals between a robot's electronics and its body: readings come in, what its motors are to do goes out."""
 
 import math
 from dataclasses import dataclass, field
@@ -40,7 +40,7 @@ class Inertial(NamedTuple):
 
     @property
     def finite(self) -> bool:
-        """Whether all readings are numbers."""
+        """True if all readings are numbers."""
         return all(map(math.isfinite, self))
 
 
@@ -49,7 +49,7 @@ LEVEL = Inertial()
 
 @dataclass(frozen=True, slots=True)
 class Signals:
-    """What the electronics of a robot read at one ``time`` [s].
+    """Readings of a robot's electronics at one ``time`` [s].
 
     ``pulses`` are the encoders' counters, ``torques`` what the motors give to the (left, right) wheel [N·m],
     ``bumpers`` the names of those that are pressed. ``sonar`` (n,) [m] and ``scan`` are the newest that there are, None
@@ -67,7 +67,7 @@ class Signals:
 
 @dataclass(frozen=True, slots=True)
 class Actuation:
-    """What the motors of the (left, right) wheel are told, in the unit of the robot's actuators; brakes hold them."""
+    """Commands to the motors of the (left, right) wheel, in the unit of the robot's actuators; brakes hold them."""
 
     left: float = 0.0
     right: float = 0.0

@@ -1,4 +1,4 @@
-"""What a robot tells of itself to those above, in SI units: where it thinks it is, and why it does not go on."""
+"""State of a robot for those above, in SI units: where it thinks it is, and why it does not go on."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -47,7 +47,7 @@ class Stop:
 
 
 class Motors(Enum):
-    """What the motors do."""
+    """State of the motors."""
 
     ON = "on"
     LOCKED = "locked"
@@ -56,7 +56,7 @@ class Motors(Enum):
 
 @dataclass(frozen=True, slots=True)
 class RobotState:
-    """What the Control layer last heard from the robot, at ``time`` [s].
+    """State that the Control layer last heard from the robot, at ``time`` [s].
 
     ``pose`` is the odometer's since the start, ``distance`` [m] the signed path length, ``twist`` the motion that was
     measured. ``stops`` are all reasons not to go that hold now, in the order in which they came; empty when it is free.
@@ -75,5 +75,5 @@ class RobotState:
 
     @property
     def free(self) -> bool:
-        """Whether nothing keeps it from going as it is told."""
+        """True if nothing keeps it from going as it is told."""
         return not self.stops

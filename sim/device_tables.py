@@ -1,4 +1,4 @@
-"""What the tables of a device's figures have in common: how a file may write them, and how a wrong one is told."""
+"""Tables of a device's figures: how a file may write them, and how a wrong one is refused."""
 
 import math
 from typing import Annotated
@@ -12,7 +12,7 @@ Number = Annotated[float, Field(strict=True)]
 Whole = Annotated[int, Field(strict=True)]
 """A whole number in a file."""
 TABLE = ConfigDict(extra="forbid")
-"""How a file's table is read into a dataclass: no key that the dataclass does not have."""
+"""Reading of a file's table into a dataclass: no key that the dataclass does not have."""
 
 
 def require(holds: bool, key: str, value: object, valid: str) -> None:

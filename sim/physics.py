@@ -55,7 +55,7 @@ class Physics:
         self.arrive(end)
 
     def after(self, count: int) -> float:
-        """What the time will be after so many steps [s]."""
+        """The time after so many steps [s]."""
         return float(self.data.time + count * self.model.opt.timestep)
 
     def arrive(self, end: float) -> None:

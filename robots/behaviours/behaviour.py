@@ -1,4 +1,4 @@
-"""What a behaviour is: it looks at what the robot senses, says how to go on, and when it is done (card X1, appendix C).
+"""The interface of behaviours: from what a robot senses to how it is to go on, until it is done (card X1, appendix C).
 
 A behaviour knows no map and no truth. One object is one execution: make another to do the same again.
 """
@@ -24,7 +24,7 @@ ON_THE_ROBUTER = Mounting(ahead=0.25, height=0.35, axle=0.12)
 
 @dataclass(frozen=True, slots=True)
 class Senses:
-    """What the robot senses at ``time`` [s]: its own ``state`` (odometry, sonars, stops) and the newest ``scan``.
+    """Readings of the robot at ``time`` [s]: its own ``state`` (odometry, sonars, stops) and the newest ``scan``.
 
     There is no scan where the laser is lost. Without a time the state counts as new.
     """
@@ -40,7 +40,7 @@ class Senses:
 
     @property
     def age(self) -> float:
-        """How old the state is [s]."""
+        """Age of the state [s]."""
         return self.now - self.state.time
 
     @property
@@ -51,7 +51,7 @@ class Senses:
 
     @property
     def distance(self) -> float:
-        """What the path length would be now [m]: carried on like the pose."""
+        """Path length now [m]: carried on like the pose."""
         return self.state.distance + self.state.twist.linear * self._forecast
 
     @property
@@ -82,7 +82,7 @@ class RobotDescription:
 
 
 class BehaviourOutcome(Enum):
-    """How far a behaviour has come."""
+    """Progress of a behaviour."""
 
     RUNNING = "running"
     FINISHED = "finished"
@@ -91,7 +91,7 @@ class BehaviourOutcome(Enum):
 
 @dataclass(frozen=True, slots=True)
 class BehaviourStep:
-    """What a behaviour wants: a motion, and whether it goes on.
+    """One period's answer of a behaviour: a motion, and whether it goes on.
 
     ``why`` is one line with values: the reason of the end, or while it runs, what it waits for; else empty.
     """

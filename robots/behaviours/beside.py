@@ -18,9 +18,9 @@ from robots.motion import Twist
 from robots.planar import PlanarPose, out_of
 
 REACH = 1.5
-"""What a sonar of the side hears farther away than this is not beside the robot [m]: a choice."""
+"""Echoes of a sonar of the side from farther away are not beside the robot [m]: a choice."""
 REMEMBERED = 1.0
-"""What was heard on so much of the way counts [m]: a choice, enough that the line through it is true to a degree."""
+"""Echoes of so much of the way count [m]: a choice, enough that the line through it is true to a degree."""
 FEW, SHORT = 40, 0.2
 """Fewer echoes than this, or the halves of them nearer together [m], make no line: choices."""
 STEEPEST = 0.2
@@ -30,7 +30,7 @@ CURVATURE = 0.5
 
 
 def keeps(robot: RobotDescription) -> float:
-    """How far the middle of the axle keeps from what it goes beside [m]: there it could turn on the spot.
+    """Distance of the middle of the axle from what it goes beside [m]: there it could turn on the spot.
 
     A line of the program after it may say so, and a robot with a tail would meet the wall.
     """

@@ -49,7 +49,7 @@ SIDE_SPREAD = math.radians(50)
 
 @dataclass(frozen=True, slots=True)
 class CrossingSettings:
-    """How doors are crossed, in [m] and [m/s]; all are choices.
+    """Settings of door crossing, in [m] and [m/s]; all are choices.
 
     ``margin`` is to be free on each side: 5 cm, within which a robot's own watch may stop it, as the RMP's does, and
     1 cm, to which the doorway's place is known and the line is kept.
@@ -225,14 +225,14 @@ class CrossDoor(Guarded):
         return BehaviourStep(twist)
 
     def _free(self, senses: Senses) -> float:
-        """How far the way before the front is free [m], as wide as the robot; a single point is a stray."""
+        """Free length of the way before the front [m], as wide as the robot; a single point is a stray."""
         shape = self.robot.shape
         x, y = self._around.points(senses.pose).T
         near = np.sort(x[(np.abs(y) < shape.half_width) & (x > 0)])
         return float(near[1]) - shape.ahead if len(near) > 1 else math.inf
 
     def _seen_instead(self, senses: Senses) -> str:
-        """What hides a door, or is where one should be."""
+        """Tell of something that hides a door, or is where one should be."""
         free = self._free(senses)
         return f"; something {free:.1f} m in front" if self._side is DoorSide.AHEAD and math.isfinite(free) else ""
 

@@ -100,7 +100,7 @@ class FollowWall(Guarded):
             self._front = front if front is not None and self._bars(front, pose) else None
 
     def _bars(self, front: DetectedWall, pose: PlanarPose) -> bool:
-        """Whether a wall ahead goes across all of the robot's way, and on to the side that it would turn to."""
+        """True if a wall ahead goes across all of the robot's way, and on to the side that it would turn to."""
         along, half = front.line.pose(pose).x, self.robot.shape.half_width
         return front.start < along - half / 2 and front.end > along + half and front.gap < FRONT_GAP
 
@@ -138,7 +138,7 @@ class FollowWall(Guarded):
         return turned(self.robot, self._around.points(pose), left)
 
     def _room_at_corner(self) -> float:
-        """How far from both walls of a corner the axle is when the robot turns there [m]."""
+        """Distance of the axle from both walls of a corner when the robot turns there [m]."""
         shape = self.robot.shape
         return max(self._distance, swing(shape) + 2 * SIDE_MARGIN, shape.ahead + MARGIN + SIDE_MARGIN)
 

@@ -1,4 +1,4 @@
-"""What all behaviours have in common: they heed the robot's stops, wait a while, end once, and never drive too fast."""
+"""The common base of behaviours: they heed the robot's stops, wait a while, end once, and never drive too fast."""
 
 import math
 from abc import ABC, abstractmethod
@@ -9,7 +9,7 @@ from robots.motion import Twist
 from robots.state import LATCHED, Blocked, RobotState, Stop
 
 PATIENCE = 10.0
-"""How long a behaviour waits for what may go away by itself, such as a person [s]: a choice."""
+"""Time that a behaviour waits for what may go away by itself, such as a person [s]: a choice."""
 GOT_ON, TURNED_ON = 0.3, math.radians(20)
 """After a wait a robot has got on when it has moved or turned by more [m, rad]: a choice."""
 STALE = 0.5
@@ -79,7 +79,7 @@ class _Wait:
     heading: float
 
     def over(self, senses: Senses) -> bool:
-        """Whether the robot has got on since."""
+        """True if the robot has got on since."""
         moved, turned = senses.state.distance - self.distance, senses.state.pose.heading - self.heading
         return abs(moved) > GOT_ON or abs(turned) > TURNED_ON
 
@@ -89,7 +89,7 @@ def _told(stop: Stop) -> str:
 
 
 def _forbids(stop: Stop, twist: Twist) -> bool:
-    """Whether a stop keeps the robot from a motion. Waiting is a command too: it ends a stop for want of one."""
+    """True if a stop keeps the robot from a motion. Waiting is a command too: it ends a stop for want of one."""
     if stop.blocks is Blocked.ALL:
         return twist != Twist()
     return twist.linear > 0 if stop.blocks is Blocked.FORWARD else twist.linear < 0

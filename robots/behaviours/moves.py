@@ -17,7 +17,7 @@ TIGHT = 3.0
 STOP_SHORT = 0.02
 """With no more way free than this a robot does not set out [m]: a choice."""
 REACTION = 0.5
-"""How long before it brakes a robot may have to see what stands there [s]: a scan's and a state's age, and the round of
+"""Time before it brakes in which a robot has to see what stands there [s]: a scan's and a state's age, and the round of
 the Robuter's sonars, which else would stop it first."""
 EASED = (1.0, 0.5, 0.25, 0.1, 0.0)
 """Parts of the curvature that it tries: a choice."""

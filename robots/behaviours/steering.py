@@ -1,4 +1,4 @@
-"""How fast a robot turns and drives, by how far it still has to go."""
+"""Speeds and turn rates of a robot, by how far it still has to go."""
 
 import math
 
@@ -8,7 +8,7 @@ from robots.planar import PlanarPose, wrapped
 APPROACH = math.radians(30)
 """The steepest that a robot heads for its line: a choice."""
 CONVERGENCE = 1.0
-"""How strongly it heads for it [rad/m]: with ``TURN_GAIN`` a damping ratio of 1 at 0.5 m/s, 0.7 at 1 m/s; a choice."""
+"""Gain of heading for it [rad/m]: with ``TURN_GAIN`` a damping ratio of 1 at 0.5 m/s, 0.7 at 1 m/s; a choice."""
 TURN_GAIN = 2.0
 """Turn rate for an error of heading [rad/s per rad]: a choice."""
 EASE = 0.5

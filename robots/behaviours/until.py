@@ -1,4 +1,4 @@
-"""What ends a motion of LAMP: an angle turned, a length gone, or what one sonar reads.
+"""Ends of a motion of LAMP: an angle turned, a length gone, or what one sonar reads.
 
 Each counts from its first look, so that nothing of an earlier motion's odometry is left in it.
 """

@@ -47,7 +47,7 @@ class BehaviourKind:
 
     @property
     def form(self) -> str:
-        """How it is written, such as ``MA:x,y[,heading]``."""
+        """Its written form, such as ``MA:x,y[,heading]``."""
         text = ""
         for argument in self.arguments:
             comma = "," if text else ""

@@ -39,7 +39,7 @@ COMMAND_PERIOD = 0.2
 STATE_PERIOD = 0.1
 """Time between two requests for the state [s] (card R1: 10 Hz)."""
 PATIENCE = 3
-"""How many commands may stay without an ``ack`` before the robot counts as dead: a choice, 0.6 s."""
+"""Commands that may stay without an ``ack`` before the robot counts as dead: a choice, 0.6 s."""
 STATE_PATIENCE = 6
 """As ``PATIENCE``, for requests of the state: the same time."""
 
@@ -78,7 +78,7 @@ class RobuterControl:
 
     @property
     def state(self) -> RobotState:
-        """What was last heard from the robot."""
+        """The state that was last heard from the robot."""
         return self._state
 
     @property

@@ -37,9 +37,9 @@ from robots.stops import Stops, StuckWatch, let_through, not_a_number, tipped
 PERIOD = 0.02
 """Time between two ticks [s]: a choice."""
 HOLD = 0.5
-"""How long a command holds, and the beginning of a line waits for its end [s]; the hold is the project's figure."""
+"""Time that a command holds, and the beginning of a line waits for its end [s]; the hold is the project's figure."""
 BYTES_PER_TICK = 256
-"""How much is read from a line in one tick; 115 200 baud would carry 230."""
+"""Bytes that are read from a line in one tick; 115 200 baud would carry 230."""
 STUCK_SLACK = 20
 """Pulses by which a wheel that is stuck may give way: 2 mm of its rim, a choice."""
 TOLERANCE = 1e-9

@@ -61,7 +61,7 @@ class ProtocolWord(Enum):
 
 
 class Servo(Enum):
-    """Whether the motors hold the wheels at a speed or are locked."""
+    """State of the motors: they hold the wheels at a speed, or are locked."""
 
     ON = "ON"
     OFF = "OFF"

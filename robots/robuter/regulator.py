@@ -1,4 +1,4 @@
-"""How the Robuter's processor keeps a wheel at its speed: by what its encoder counts.
+"""Speed regulator of a wheel in the Robuter's processor, by what its encoder counts.
 
 The motors' servos are proportional, and such a one gives way to a load: at a torque τ [N·m] a wheel turns slower by
 τ / 400 rad/s, and a turn on the spot, against the scrub of the tyres, would end 0.8 % short. So the processor sums up

@@ -1,4 +1,4 @@
-"""What the Robuter's processor looks at to stop it: front sonars and bumpers."""
+"""Watches that stop the Robuter: front sonars and bumpers."""
 
 from collections.abc import Iterable, Sequence
 
@@ -10,13 +10,13 @@ from robots.robuter.protocol import Bumper
 from robots.state import Blocked
 
 MARGIN = 0.25
-"""What is left in front of the sonars when it has stopped [m]: a choice; the front bumper stands 6 cm further out."""
+"""Room left in front of the sonars when it has stopped [m]: a choice; the front bumper stands 6 cm further out."""
 ROUND = 0.4
 """No sonar is silent for so long [s]: a round of all groups takes 0.373 s (``sim.sensors.sonar``)."""
 REACTION = 0.5
-"""How long the robot goes on before it brakes [s]: a round of the sonars, two ticks, the motors' lag."""
+"""Time that the robot goes on before it brakes [s]: a round of the sonars, two ticks, the motors' lag."""
 HYSTERESIS = 0.1
-"""How much more room there has to be until it goes on [m]: two deviations of a sonar's reading."""
+"""Room that there has to be on top until it goes on [m]: two deviations of a sonar's reading."""
 
 _WAYS = {Bumper.FRONT: Blocked.FORWARD, Bumper.REAR: Blocked.BACKWARD}
 

@@ -1,4 +1,4 @@
-"""How far the Robuter's wheels have turned and how fast they turn, by their counters."""
+"""Angles and speeds of the Robuter's wheels by their counters."""
 
 from collections import deque
 

@@ -15,7 +15,7 @@ Vector = NDArray[np.float64]
 
 
 class GainSet(IntEnum):
-    """What the machine is told to balance, by the word of its interface."""
+    """Load that the machine is told to balance, by the word of its interface."""
 
     LIGHT = 0
     TALL = 1
@@ -24,7 +24,7 @@ class GainSet(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """What counts as equally much (Bryson's rule): deviations in units of the state, and the torque spent on them.
+    """Deviations that count as equally much (Bryson's rule): in units of the state, and the torque spent on them.
 
     ``integral`` [m·s], ``position`` [m], ``speed`` [m/s], ``pitch`` [rad], ``rate`` [rad/s], ``torque`` [N·m]; choices.
     """
@@ -39,7 +39,7 @@ class Weights:
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What a gain set takes for granted on top of the machine as it stands: ``mass`` [kg], ``height`` over the axle."""
+    """Load that a gain set takes for granted on top of the machine itself: ``mass`` [kg], ``height`` over the axle."""
 
     mass: float
     height: float

@@ -30,9 +30,9 @@ COMMAND_TICKS = 2
 SILENCE = 0.4
 """Without a command from above for so long [s] the robot is stopped: what the machine itself holds a command."""
 LATENCY = 0.5
-"""What passes until the machine slows down [s] (C): a scan 0.2, frames 0.03, smoothing 0.24; rounded up."""
+"""Time until the machine slows down [s] (C): a scan 0.2, frames 0.03, smoothing 0.24; rounded up."""
 SURGE = 0.08
-"""What the axle runs ahead so that the body leans back [m] (C): arm · tilt · acceleration, ``plant.Flatness``."""
+"""Way that the axle runs ahead so that the body leans back [m] (C): arm · tilt · acceleration, ``plant.Flatness``."""
 MARGIN = 0.15
 """Room that is left to what is in the way [m]: a choice."""
 CLEAR = 0.1
@@ -64,7 +64,7 @@ class SegwayControl:
 
     @property
     def state(self) -> RobotState:
-        """What was last heard from the robot."""
+        """The state that was last heard from the robot."""
         return self._state
 
     @property

@@ -1,4 +1,4 @@
-"""What the machine knows of its motion, from its sensors and from what its motors gave."""
+"""State estimate of the machine's motion, from its sensors and from what its motors gave."""
 
 import math
 from typing import NamedTuple
@@ -46,7 +46,7 @@ class Estimate:
 
     @property
     def zero(self) -> float:
-        """What the pitch sensor is thought to read while the machine is upright [rad]."""
+        """Estimated reading of the pitch sensor while the machine is upright [rad]."""
         return float(self._pitching.state[4])
 
     @property

@@ -1,4 +1,4 @@
-"""What the machine does, a hundred times a second: hear sensors and commands, balance, drive, tell its status."""
+"""The machine's firmware, a hundred times a second: hear sensors and commands, balance, drive, tell its status."""
 
 import math
 from dataclasses import dataclass, field
@@ -36,7 +36,7 @@ POSITION_ERROR = 12 * 0.3048
 LATERAL = 0.5 * GRAVITY
 """Cap of the acceleration across the path [m/s²]."""
 ACCELERATION, ANGULAR_ACCELERATION = 1.0, 3.0
-"""How fast speed and turn rate change at most [m/s², rad/s²]: choices; 1 m/s² leans the machine by 11°."""
+"""Greatest change of speed and turn rate [m/s², rad/s²]: choices; 1 m/s² leans the machine by 11°."""
 SMOOTHING = 0.24
 """The ramp of the speed is averaged twice over so long [s], so that the machine leans over gently: a choice.
 
@@ -44,10 +44,10 @@ It is a whole number of command periods (20 ms), so that the steps of commands c
 REACH, TURN_REACH = 0.3, 0.5
 """Errors of place [m] and heading [rad] that are fed back at most, so that a robot held back does not tear: choices."""
 LEAN = math.radians(15)
-"""What is off in place and speed makes the machine lean over by so much at most [rad]: a choice. More, and it could not
+"""Greatest lean for errors of place and speed [rad]: a choice. More, and it could not
 come upright again before it has run too fast, or run out of torque."""
 TORQUE = 60.0
-"""What a motor gives a wheel at most [N·m]: a choice (README)."""
+"""Greatest torque of a motor on its wheel [N·m]: a choice (README)."""
 
 WHEEL_SPEED = 20.0
 """A wheel that turns faster is not driven any faster [rad/s], else one in the air would race: a choice, 4.8 m/s."""
@@ -68,7 +68,7 @@ class Build:
 
 @dataclass
 class _Drive:
-    """What is being followed, and what has been summed."""
+    """Courses that are followed, and sums of their errors."""
 
     way: Follower = field(default_factory=lambda: Follower(ACCELERATION, SMOOTHING, PERIOD))
     heading: Follower = field(default_factory=lambda: Follower(ANGULAR_ACCELERATION, PERIOD, PERIOD))
@@ -96,7 +96,7 @@ class SegwayFirmware:
 
     @property
     def courses(self) -> tuple[Course, Course]:
-        """What is followed: the courses of the way [m] and of the heading [rad]."""
+        """Followed courses: those of the way [m] and of the heading [rad]."""
         return self._drive.way.course, self._drive.heading.course
 
     def receive(self, command: Command, time: float) -> None:
@@ -170,7 +170,7 @@ class SegwayFirmware:
 
     @property
     def _asked(self) -> Posture:
-        """How the machine should stand now."""
+        """The posture that the machine should have now."""
         course = self._drive.way.course
         if self._mode is Mode.BALANCE:
             return self._flatness.posture(course)
@@ -178,7 +178,7 @@ class SegwayFirmware:
 
     @property
     def _off(self) -> float:
-        """How far the machine is ahead of where it should be [m]."""
+        """Lead of the machine over where it should be [m]."""
         return float(self._known.state[0]) - self._asked.place
 
     def _follow(self, time: float) -> None:
@@ -207,7 +207,7 @@ class SegwayFirmware:
         return float(forward), float(turning)
 
     def _balance(self, errors: Vector) -> float:
-        """What the state feedback takes off the torque: place and speed ask for a lean, which has its limit."""
+        """Torque that the state feedback takes off: place and speed ask for a lean, which has its limit."""
         if abs(errors[0]) < REACH:  # else it would go on summing while something holds the machine back
             self._drive.integral += errors[0] * PERIOD
         gains = self._balancing

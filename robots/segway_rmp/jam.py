@@ -5,9 +5,9 @@ import math
 from robots.signals import Signals
 
 HOLDING = 15.0
-"""What a motor may give all the time while its wheel stands [N·m]: a choice, enough to stand on a slope of 8° (C)."""
+"""Torque that a motor may always give while its wheel stands [N·m]: a choice, enough to stand on a slope of 8° (C)."""
 IMPULSE = 4.0
-"""What it may give beyond that [N·m·s]: a choice. A free wheel would have been set rolling at 0.2 m/s (C)."""
+"""Impulse that it may give beyond that [N·m·s]: a choice. A free wheel would have been set rolling at 0.2 m/s (C)."""
 
 
 class JamWatch:

@@ -20,7 +20,7 @@ BLIND_TIME = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
-    """What is in the way: how far the robot's front can still go [m], and in which bearing it was seen [rad]."""
+    """An obstacle: how far the robot's front can still go [m], and in which bearing it was seen [rad]."""
 
     gap: float
     bearing: float
@@ -75,7 +75,7 @@ def obstacle(scan: LaserScan, pitch: float, twist: Twist, shape: Shape, mounting
 
 
 def _along_arc(points: NDArray[np.float64], twist: Twist) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """How far along the arc of ``twist`` points (n, 2) lie, and how far beside it [m]."""
+    """Distances of points (n, 2) along the arc of ``twist``, and beside it [m]."""
     x, y = points.T
     if abs(twist.angular) < 1e-3 * max(abs(twist.linear), 0.1):
         return x, y

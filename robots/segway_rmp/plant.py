@@ -1,4 +1,4 @@
-"""What the controllers know of the machine: its masses as the compiled model has them, and linear models of its motion.
+"""Model of the machine for its controllers: its masses as the compiled model has them, and linear models of its motion.
 
 Wheeled inverted pendulum, linearised about upright: x [m] is the way of the axle, θ [rad] the pitch, nose down, u
 [N·m] the torque of both motors on their wheels, which pushes back on the body. m, l and I are the body's mass, its
@@ -47,7 +47,7 @@ class Course(NamedTuple):
 
 
 class Posture(NamedTuple):
-    """What a course asks of the machine: states x, ẋ, θ, θ̇ and the torque of both motors [N·m]."""
+    """Posture and torque that a course asks of the machine: states x, ẋ, θ, θ̇ and the torque of both motors [N·m]."""
 
     place: float
     speed: float

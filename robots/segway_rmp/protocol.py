@@ -37,7 +37,7 @@ class Mode(IntEnum):
 
 
 class Config(IntEnum):
-    """What a command sets besides the motion, by its word."""
+    """Settings that a command carries besides the motion, by their words."""
 
     NONE = 0
     GAIN_SET = 13
@@ -115,7 +115,7 @@ def _check_within(name: str, value: int, most: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class StatusFrame:
-    """What the machine tells of itself, in counts.
+    """Status frame of the machine, in counts.
 
     ``frames`` counts ticks and wraps at 65536. ``left``, ``right``, ``forward`` and ``yaw`` are ways since the start,
     against the floor: the body's pitch is taken out of the wheels' counters. Torques that are too large for their word

@@ -1,4 +1,4 @@
-"""What of the sensors' readings can be believed, and the last that could where one cannot."""
+"""Plausibility of the sensors' readings: those that can be believed, else the last that could."""
 
 import math
 
@@ -33,29 +33,29 @@ class Sensors:
         self.angles = 0.0, 0.0
         """Turns of the wheels against the body since the start [rad]."""
         self.rates = 0.0, 0.0
-        """How fast they turned from the last reading to this one [rad/s], as if no tick had been missed."""
+        """Rates at which they turned from the last reading to this one [rad/s], as if no tick had been missed."""
         self.inertial: Inertial = LEVEL
         self._encoders, self._period = encoders, period
         self.trust(self.angles)
 
     @property
     def wheels_believed(self) -> tuple[bool, bool]:
-        """Whether the encoders' newest readings are such."""
+        """True if the encoders' newest readings are such."""
         return self._wheels[0].good, self._wheels[1].good
 
     @property
     def wheels_lost(self) -> tuple[bool, bool]:
-        """Whether the encoders have failed for good."""
+        """True if the encoders have failed for good."""
         return self._wheels[0].lost, self._wheels[1].lost
 
     @property
     def inertial_believed(self) -> bool:
-        """Whether the inertial sensors' newest reading is one."""
+        """True if the inertial sensors' newest reading is one."""
         return self._body.good
 
     @property
     def inertial_lost(self) -> bool:
-        """Whether the inertial sensors have failed for good."""
+        """True if the inertial sensors have failed for good."""
         return self._body.lost
 
     def trust(self, angles: tuple[float, float]) -> None:

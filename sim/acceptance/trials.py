@@ -1,4 +1,4 @@
-"""What a robot does on an empty floor, measured against what was asked for and against mechanics.
+"""Acceptance measurements of a robot on an empty floor, measured against what was asked for and against mechanics.
 
 Each trial takes a fresh bench. Positions are those of the middle of the axle, which does not lean with the robot.
 """
@@ -19,14 +19,14 @@ from sim.bench.bench import CONTROL_PERIOD, Bench
 
 Floats = NDArray[np.float64]
 Command = Callable[[float], Twist]
-"""What to command at a time since the start [s]."""
+"""The command at a time since the start [s]."""
 
 SETTLING = 3.0
 """A robot stands so long before it is measured, and after it was told to stop [s]; a choice."""
 PUSH_TIME = 0.2
 """A push lasts so long [s]; a choice, between a blow and what a hand does."""
 UPRIGHT = math.radians(5)
-"""What leans less than this stands [rad]; a choice."""
+"""A robot that leans less than this stands [rad]; a choice."""
 STILL = 0.02
 """Slower than this [m/s] a robot has come to a stop: the sway of a balancing one is below it."""
 
@@ -46,17 +46,17 @@ class Track:
 
     @property
     def along(self) -> float:
-        """How far it got along its first heading [m]."""
+        """Distance covered along its first heading [m]."""
         return float(self.points[-1, 0])
 
     @property
     def aside(self) -> float:
-        """How far it got to the left of it [m]."""
+        """Distance covered to the left of it [m]."""
         return float(self.points[-1, 1])
 
     @property
     def turned(self) -> float:
-        """How far it turned [rad]."""
+        """Angle turned [rad]."""
         return float(self.headings[-1])
 
     @property
@@ -175,7 +175,7 @@ def braking(bench: Bench, share: float = 1.0) -> Braking:
 
 
 def braking_distance(limits: Limits, speed: float) -> float:
-    """What stopping from ``speed`` [m/s] takes at the most that the robot is let slow down [m]: v² / 2a."""
+    """Way that stopping from ``speed`` [m/s] takes at the most that the robot is let slow down [m]: v² / 2a."""
     return speed**2 / (2 * limits.acceleration)
 
 
@@ -197,7 +197,7 @@ def standing(bench: Bench, seconds: float = 60.0) -> Track:
 
 @dataclass(frozen=True, slots=True)
 class Pushed:
-    """What a push did: greatest ``pitch`` [rad] and ``excursion``, how far ``off`` it ended [m], if it ``stands``."""
+    """Outcome of a push: greatest ``pitch`` [rad] and ``excursion`` [m], end ``off`` by [m], if it ``stands``."""
 
     pitch: float
     excursion: float
@@ -234,7 +234,7 @@ def push(
 
 
 def balances(bench: Bench) -> bool:
-    """Whether it stands on its two drive wheels alone, so that it would fall without its motors."""
+    """True if it stands on its two drive wheels alone, so that it would fall without its motors."""
     follow(bench, stand, SETTLING)
     bodies = bench.model.geom_bodyid[bench.data.contact.geom]  # (contacts, 2)
     touching = {int(body) for pair in bodies if 0 in pair for body in pair} - {0}

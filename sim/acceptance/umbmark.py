@@ -16,6 +16,7 @@ import robots
 from refseq.planar import Pose, relative_pose
 from robots import Twist
 from robots.odometry import Geometry
+from robots.planar import wrapped
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import Bench
 from sim.bench.settings import BenchSettings
@@ -69,7 +70,7 @@ class Return:
 
 @dataclass(frozen=True, slots=True)
 class Umbmark:
-    """What squares of ``side`` [m] gave, driven by a robot that ``believed`` in a geometry of its wheels."""
+    """Result of squares of ``side`` [m], driven by a robot that ``believed`` in a geometry of its wheels."""
 
     robot: str
     side: float
@@ -82,7 +83,7 @@ class Umbmark:
         return Point(sum(run.x for run in mine) / len(mine), sum(run.y for run in mine) / len(mine))
 
     def spread(self, direction: Direction) -> float:
-        """How far the runs in a direction are from their centre, root mean square [m]."""
+        """Distance of the runs in a direction from their centre, root mean square [m]."""
         centre = self.centre(direction)
         mine = [run for run in self.returns if run.direction is direction]
         return math.sqrt(sum((run.x - centre.x) ** 2 + (run.y - centre.y) ** 2 for run in mine) / len(mine))
@@ -117,7 +118,7 @@ class Umbmark:
 
     @property
     def corrected(self) -> Geometry:
-        """What the robot should believe: the same mean size of its wheels, their ratio and the track put right."""
+        """The geometry to believe in: the same mean size of its wheels, their ratio and the track put right."""
         left, right = self.believed.left_radius, self.believed.right_radius * self.wheel_ratio
         size = (self.believed.left_radius + self.believed.right_radius) / (left + right)
         return Geometry(left * size, right * size, self.believed.track * self.track_ratio)
@@ -154,7 +155,7 @@ def _square(bench: Bench, direction: Direction, side: float) -> Return:
         square.follow_side(number)
         square.turn(number)
     end, believed = relative_pose(bench.pose, truth), square.seen
-    heading = math.remainder(end.heading - believed.heading, 2 * math.pi)
+    heading = wrapped(end.heading - believed.heading)
     return Return(direction, end.x - believed.x, end.y - believed.y, heading)
 
 
@@ -170,7 +171,7 @@ class _Square:
 
     @property
     def seen(self) -> Pose:
-        """What the odometer shows since the start."""
+        """The odometer's pose since the start."""
         return relative_pose(self._bench.odometry, self._origin)
 
     def follow_side(self, number: int) -> None:

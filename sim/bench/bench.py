@@ -31,7 +31,7 @@ CONTROL_PERIOD = 0.04
 SCAN_PERIOD = 0.2
 """Time between two scans while somebody steers by the laser [s]: 5.2 a second come over its serial line (facts)."""
 ADAPTATION = 0.5
-"""How long before a view the cameras' exposure control has been looking at what the view shows [s]; a choice.
+"""Time before a view in which the cameras' exposure control sees what the view shows [s]; a choice.
 
 Until then it saw what the last view showed. So the exposure trails the light by the camera's lag, as a real one's does,
 and no frame is rendered just to be metered: a small frame costs nearly half of a whole one."""
@@ -74,10 +74,10 @@ class Bench(Closing):
     def _add_electronics(self) -> None:
         unit = np.random.default_rng(self.settings.unit)
         self.believed = believed_geometry(self.robot.drive, self.settings.calibration, unit)
-        """What the robot believes of its wheels."""
+        """The wheels' geometry that the robot believes in."""
         self.control: ControlLayer = self.robot.control(self.believed)
         self.tamper: Callable[[Signals], Signals] = _untouched
-        """What happens to the signals on their way to the electronics: faults are put in here."""
+        """Applied to the signals on their way to the electronics: faults are put in here."""
 
     def _add_sensors(self, streams: SensorStreams) -> None:
         settings = self.settings
@@ -136,12 +136,12 @@ class Bench(Closing):
 
     @property
     def state(self) -> RobotState:
-        """What the robot last told of itself."""
+        """The state that the robot told of itself last."""
         return self.control.state
 
     @property
     def fault(self) -> str | None:
-        """What went wrong with the physics, None while all is well; from then on the robot hears no sensor."""
+        """The failure of the physics, None while all is well; from then on the robot hears no sensor."""
         return self._physics.fault
 
     def drive(self, twist: Twist) -> None:
@@ -222,7 +222,7 @@ def _untouched(signals: Signals) -> Signals:
 
 
 def _whole(period: float, part: float, name: str) -> int:
-    """How many parts make a period; raises ``SimError`` where that is no whole number."""
+    """Number of parts that make a period; raises ``SimError`` where that is no whole number."""
     count = round(period / part)
     if count < 1 or not math.isclose(count * part, period):
         raise SimError(f"a {name} of {part} s does not divide {period} s: valid is a whole part of it")

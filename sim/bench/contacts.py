@@ -50,7 +50,7 @@ class ContactLog:
 
     @property
     def has_room(self) -> bool:
-        """Whether it touches nothing, and would not if it stood a little elsewhere."""
+        """True if it touches nothing, and would not if it stood a little elsewhere."""
         if self.look():
             return False
         model, data = self._bench.model, self._bench.data

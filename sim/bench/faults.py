@@ -1,4 +1,4 @@
-"""What goes wrong on a drive, and where: each fault begins when the robot has come so far along its route.
+"""Faults of a drive: each begins when the robot has come so far along its route.
 
 The physics and the sensors do the rest: a kidnapped robot's wheels have not turned, a covered camera turns its gain up,
 a wheel on a slick spins under the motor that regulates it.
@@ -116,7 +116,7 @@ FAULTS = (Kidnap, CameraBlack, LaserDazzled, WheelSlip)
 
 
 class Traveller(Protocol):
-    """Who knows how far a robot has come: of ``length`` [m] in all, as far as can be told, it is ``progress`` [m]."""
+    """Progress of a robot on its way: of ``length`` [m] in all, as far as can be told, it is ``progress`` [m]."""
 
     @property
     def length(self) -> float:
@@ -124,7 +124,7 @@ class Traveller(Protocol):
 
     @property
     def progress(self) -> float:
-        """What of it is behind the robot [m]."""
+        """Part of it that is behind the robot [m]."""
 
     def carried(self, to: float) -> Pose:
         """The robot is carried so far along the way [m]; returns where it is set down."""
@@ -173,7 +173,7 @@ class Agenda:
 
 
 def _within(fault: Fault, kidnap: Kidnap) -> bool:
-    """Whether all of a fault lies where a kidnapped robot is carried past."""
+    """True if all of a fault lies where a kidnapped robot is carried past."""
     end = fault.until if isinstance(fault, CameraBlack | LaserDazzled) else fault.at
     return kidnap.at <= fault.at < kidnap.to and end <= kidnap.to
 

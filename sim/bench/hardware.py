@@ -10,7 +10,7 @@ from sim.sensors.inertial import InertialModel, InertialSensors
 from sim.sensors.sonar import SonarModel, SonarRing
 
 BRAKE_TORQUE = 60.0
-"""What a brake holds a wheel with [N·m]; a choice, more than any motor gives."""
+"""Torque of a brake on its wheel [N·m]; a choice, more than any motor gives."""
 SIDES = ("left", "right")
 NOTHING: frozenset[str] = frozenset()
 

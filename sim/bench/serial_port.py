@@ -23,13 +23,13 @@ TERMINAL = "pty"
 
 
 class Outlet(Protocol):
-    """What a client is plugged into; nothing here waits or raises because of a client."""
+    """The end of the line that a client is plugged into; nothing here waits or raises because of a client."""
 
     address: str
     """Where a client finds it."""
 
     def read(self) -> bytes:
-        """What the client has written since."""
+        """Bytes that the client has written since."""
 
     def write(self, data: bytes) -> None:
         """Give the client as much as it takes at once."""
@@ -58,7 +58,7 @@ class TcpOutlet:
         self.address = f"{host}:{self._server.getsockname()[1]}"
 
     def read(self) -> bytes:
-        """What the client has written since; a new one is let in if there is none."""
+        """Bytes that the client has written since; a new one is let in if there is none."""
         data = self._received()
         self._let_in()
         return data or self._received()
@@ -129,7 +129,7 @@ class TerminalOutlet:
         os.set_blocking(self._own, False)
 
     def read(self) -> bytes:
-        """What the client has written since."""
+        """Bytes that the client has written since."""
         try:
             return os.read(self._own, CAPACITY)
         except OSError:

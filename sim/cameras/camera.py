@@ -64,7 +64,7 @@ class Camera:
 
     @property
     def exposure(self) -> Exposure:
-        """What the next frame is taken with; raises ``SimError`` before anything was seen."""
+        """Exposure of the next frame; raises ``SimError`` before anything was seen."""
         if self._log_exposure is None:
             raise SimError("camera: no exposure before the first adapt() or expose()")
         return split_exposure(self.model.exposure, math.exp(self._log_exposure))

@@ -38,7 +38,7 @@ class ExposureControl:
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """What a frame is taken with: ``shutter`` [s] and analogue ``gain``."""
+    """Exposure of a frame: ``shutter`` [s] and analogue ``gain``."""
 
     shutter: float
     gain: float

@@ -52,7 +52,7 @@ class Lens:
 
     @property
     def distorts(self) -> bool:
-        """Whether straight lines may be drawn bent."""
+        """True if straight lines may be drawn bent."""
         return self.k1 != 0.0 or self.k2 != 0.0
 
     def drawn(self, r: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""What a camera's picture loses while the shutter is open and camera or scene move.
+"""Motion blur of a picture: the shutter is open while camera or scene move.
 
 Each point's path over the picture follows from its depth and from the velocities of camera and body; a pixel then is
 the mean of the picture along the path through it.
@@ -47,7 +47,7 @@ class MocapPoses(NamedTuple):
 def paths(
     model: mujoco.MjModel, data: mujoco.MjData, camera: str, optics: Optics, shutter: float
 ) -> NDArray[np.float32]:
-    """How far (right, down) the image of what each block shows runs in ``shutter`` [s], (rows, columns, 2) [pixels].
+    """Motion (right, down) of the image of what each block shows in ``shutter`` [s], (rows, columns, 2) [pixels].
 
     ``data`` is the middle of that time. Bodies move as ``data`` says, and so does what the camera is mounted on.
     """

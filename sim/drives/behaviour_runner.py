@@ -29,7 +29,7 @@ class BehaviourMoment:
 
 @dataclass(frozen=True, slots=True)
 class BehaviourEnd:
-    """How a behaviour ended: outcome and reason, how long it took [s], and the true ``path`` (n, 3): x, y, heading."""
+    """End of a behaviour: outcome and reason, how long it took [s], and the true ``path`` (n, 3): x, y, heading."""
 
     outcome: BehaviourOutcome
     why: str
@@ -38,7 +38,7 @@ class BehaviourEnd:
 
 
 def description_of(robot: Robot) -> RobotDescription:
-    """What behaviours have to know of a robot; sensors are where they are on the level robot."""
+    """Describe a robot for behaviours; sensors are where they are on the level robot."""
     # The robot's own spec may be part of a world by now: MuJoCo crashes on compiling a copy of that.
     model = robots.load(robot.name).spec.compile()
     data = mujoco.MjData(model)

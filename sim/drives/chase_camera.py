@@ -26,10 +26,10 @@ BEARINGS = 24
 POINTS = ((-0.35, 0.15), (-0.35, MIDDLE), (0.0, 0.15), (0.0, MIDDLE), (0.0, 1.2), (0.35, 0.15), (0.35, MIDDLE))
 """Points of a robot that are to be seen: to the side of its middle and above the floor [m]; a choice."""
 EXPOSED = 0.65
-"""What is as bright as half of a picture gets so much of white; a choice."""
+"""Share of white that the median brightness of a picture gets; a choice."""
 GAMMA = 2.2
 WHITE = 1.5
-"""What is so much brighter than a screen's white at that exposure is white; a choice."""
+"""Brightness over a screen's white, at that exposure, that is drawn white; a choice."""
 
 
 def with_chase_camera(world: World) -> World:
@@ -41,7 +41,7 @@ def with_chase_camera(world: World) -> World:
 
 
 class _Hit(NamedTuple):
-    """What a ray met: at which distance [m], and whether it is the robot."""
+    """Hit of a ray: at which distance [m], and whether it is the robot."""
 
     distance: float
     robot: bool
@@ -86,7 +86,7 @@ class ChaseCamera:
         return np.array([level * math.cos(bearing), level * math.sin(bearing), rise])
 
     def _free(self, target: NDArray[np.float64], way: NDArray[np.float64]) -> float:
-        """How far one may stand back along ``way`` [m] before something is in the way."""
+        """Distance that one may stand back along ``way`` [m] before something is in it."""
         hit = self._ray(target + self._clear * way, way)
         return self._clear + hit.distance - APART
 

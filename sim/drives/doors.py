@@ -8,7 +8,7 @@ from refseq.view import Scan
 from robots.signals import LaserScan
 
 TO_CROSS = DoorSettings(edge=0.04, recess=0.0, probability=0.5, tilt=math.radians(20))
-"""How doors are found that are to be crossed; all are choices.
+"""Settings of the door finder for doors that are to be crossed; all are choices.
 
 A closed door counts, too, so that it can be refused: its leaf lies more than ``edge`` behind the wall's face, and
 beams that it stops need no ``recess`` more. The robot has been sent to a door: one is as good as found at even odds,

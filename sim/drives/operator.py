@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose
 from robots import Twist
+from robots.planar import wrapped
 from sim.errors import SimError
 
 REVERSAL = math.radians(100)
@@ -25,7 +26,7 @@ ARRIVED = 0.03
 
 @dataclass(frozen=True, slots=True)
 class OperatorStyle:
-    """How somebody drives; raises ``SimError`` for values that nobody could drive with.
+    """Style of somebody who drives; raises ``SimError`` for values that nobody could drive with.
 
     ``strength`` scales all imperfections: 0 is perfect, 1 a careful person. ``wander`` [m] to the side is correlated
     over ``wander_length`` [m] and never more than ``wander_limit`` [m]; ``heading_error`` [rad] over ``heading_length``
@@ -86,7 +87,7 @@ class Operator:
 
     @property
     def progress(self) -> float:
-        """How far along the route the robot has come [m]."""
+        """Way along the route that the robot has come [m]."""
         return sum(leg.length for leg in self._legs[: self._leg]) + self._along
 
     @property
@@ -145,7 +146,7 @@ class Operator:
         side = style.wander_limit * math.tanh(self._wander.value / style.wander_limit)
         x, y = leg.point(ahead) + side * leg.normal(ahead)
         distance = math.hypot(x - pose.x, y - pose.y)
-        alpha = _wrapped(math.atan2(y - pose.y, x - pose.x) + self._heading.value - pose.heading)
+        alpha = wrapped(math.atan2(y - pose.y, x - pose.x) + self._heading.value - pose.heading)
         self._turning = abs(alpha) > (math.radians(10) if self._turning else math.radians(60))
         if self._turning:
             return Twist(0.0, math.copysign(style.max_angular, alpha))
@@ -247,8 +248,3 @@ def _split_at_reversals(points: NDArray[np.float64]) -> list[NDArray[np.float64]
 def _moved(value: float, target: float, most: float) -> float:
     """Return ``value``, moved towards ``target`` by at most ``most``."""
     return value + min(max(target - value, -most), most)
-
-
-def _wrapped(angle: float) -> float:
-    """Return the same direction within ±π."""
-    return math.remainder(angle, 2 * math.pi)

@@ -38,7 +38,7 @@ class Trigger:
                 raise SimError(f"trigger: {name} = {value} is not positive and finite")
 
     def fires(self, moved: "Moved") -> bool:
-        """Whether so much motion calls for a view."""
+        """True if so much motion calls for a view."""
         pairs = ((self.distance, moved.distance), (self.turn, abs(moved.turn)), (self.time, moved.time))
         return any(limit is not None and value >= limit for limit, value in pairs)
 

@@ -20,16 +20,16 @@ from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
 from sim.errors import SimError
 
 PATIENCE = 20.0
-"""How long a stage waits for what stops it [s]: a choice; at the program's 20 mm/s less would be no way at all."""
+"""Time that a stage waits for what stops it [s]: a choice; at the program's 20 mm/s less would be no way at all."""
 TIMEOUT = 900.0
-"""How long a stage may take [s]: a choice, 18 m at 20 mm/s."""
+"""Time that a stage may take [s]: a choice, 18 m at 20 mm/s."""
 SIDES = {1: WallSide.LEFT, 2: WallSide.RIGHT}
-"""What ``PS`` means: the thesis does not tell, this is a choice."""
+"""Meaning of ``PS``: the thesis does not tell, this is a choice."""
 
 
 @dataclass(frozen=True, slots=True)
 class StageEnded:
-    """How one ``stage`` ended: outcome and reason, how long it took [s], the true ``path`` (n, 3): x, y, heading."""
+    """End of one ``stage``: outcome and reason, how long it took [s], the true ``path`` (n, 3): x, y, heading."""
 
     stage: LampStage
     outcome: BehaviourOutcome
@@ -40,19 +40,19 @@ class StageEnded:
 
 @dataclass(frozen=True, slots=True)
 class LampEnded:
-    """How a program ended: its ``stages`` up to the first that failed, of ``asked`` ones."""
+    """End of a program: its ``stages`` up to the first that failed, of ``asked`` ones."""
 
     asked: int
     stages: tuple[StageEnded, ...]
 
     @property
     def finished(self) -> bool:
-        """Whether all stages have finished."""
+        """True if all stages have finished."""
         return len(self.stages) == self.asked and self.stages[-1].outcome is BehaviourOutcome.FINISHED
 
     @property
     def time(self) -> float:
-        """How long it took [s]."""
+        """Duration [s]."""
         return sum(stage.time for stage in self.stages)
 
 
@@ -104,7 +104,7 @@ def behaviour_for(stage: LampStage, description: RobotDescription, robot: str) -
 
 
 def _until(stage: LampStage, description: RobotDescription) -> Until:
-    """What ends a stage; the parser has seen to it that something does."""
+    """The condition that ends a stage; the parser has seen to it that something does."""
     has = stage.numbers
     if LampWord.ANGLE in has:
         return Turned(math.radians(has[LampWord.ANGLE]))

@@ -35,7 +35,7 @@ TIMEOUT = 1800.0
 
 
 class ViewLocaliser(Protocol):
-    """What answers to views on the way."""
+    """A localiser that answers to views on the way."""
 
     def update(self, view: View) -> Belief:
         """Take the next view and answer."""
@@ -51,7 +51,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class DrivenMission:
-    """What became of a mission.
+    """Record of a mission that was driven.
 
     ``track`` (n, 5) holds, each control period: time [s], true x, y [m], heading [rad], and where the robot believed
     itself to be [m along its way]. ``switches`` are the orders that were begun: number and time [s]. ``touched`` are
@@ -67,7 +67,7 @@ class DrivenMission:
 
 @dataclass
 class Hands:
-    """What a robot does at its tasks: photographs are kept, calls are passed on."""
+    """Tasks that a robot carries out: photographs are kept, calls are passed on."""
 
     calls: Mapping[str, Callable[[View], None]] = field(default_factory=dict)
     photographs: dict[str, Mapping[str, NDArray[np.uint8]]] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""What this machine has to draw with: a Vulkan device for Filament, software or hardware GL for classic drawing."""
+"""Drivers of this machine for drawing: a Vulkan device for Filament, software or hardware GL for classic drawing."""
 
 import contextlib
 import ctypes

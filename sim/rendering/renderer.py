@@ -39,7 +39,7 @@ class Renderer(Protocol):
 
 
 class Closing:
-    """What holds a device: ``with`` closes it."""
+    """Base of what holds a device: ``with`` closes it."""
 
     def close(self) -> None:
         """Nothing to give back."""

@@ -35,7 +35,7 @@ _PARTS = np.array_split(_FIRING_ORDER, 8)
 
 @dataclass(frozen=True, slots=True)
 class Hits:
-    """What rays meet first, each (beams, rays).
+    """First hits of rays, each (beams, rays).
 
     ``distance`` [m], infinite where nothing is met; ``cosine`` of the angle of incidence; ``geom`` ids, −1 for nothing.
     """
@@ -62,7 +62,7 @@ class LaserSweep:
 
 
 def ages() -> NDArray[np.float64]:
-    """How long before the end of the scan each beam left, (beams,) [s]; the last one, beam 359, ends the scan."""
+    """Time from when each beam left to the end of the scan, (beams,) [s]; the last one, beam 359, ends the scan."""
     index = np.arange(BEAMS)
     departure = TURN_TIME * (index * STEP / (2 * np.pi) + index % 2)
     return np.asarray(departure.max() - departure)

@@ -20,7 +20,7 @@ ABOVE_MAX, LOW_SNR, DAZZLE = 8183, 8187, 8190
 
 
 class RangeMode(Enum):
-    """How many words of the device make a metre. Words go up to 8182, codes begin at 8183."""
+    """Words of the device in a metre. Words go up to 8182, codes begin at 8183."""
 
     METRES_8 = 1000
     METRES_80 = 100

@@ -1,4 +1,4 @@
-"""What light comes back to a LMS 200, and which echo its receiver answers to.
+"""Light that comes back to a LMS 200, and the echo that its receiver answers to.
 
 Power is relative to what a white matt surface that is met squarely sends back from 1 m: the share of a beam that meets
 a surface, times its remission, times the cosine of incidence (Lambert's law), over the square of the distance.
@@ -35,7 +35,7 @@ class Light:
 
 @dataclass(frozen=True, slots=True)
 class LaserEchoes:
-    """What the receiver answers to, beam by beam.
+    """Echoes that the receiver answers to, beam by beam.
 
     ``distance`` (beams,) [m] is infinite where too little light came back; ``power`` (beams,) is that of the echo, or
     all that came back where it was too little.
@@ -52,7 +52,7 @@ def remissions(model: mujoco.MjModel) -> NDArray[np.float64]:
 
 
 def light_from(solid: Hits, glass: Hits, remission: NDArray[np.float64]) -> Light:
-    """What comes back from solids, by rays of equal shares of a beam, and from the pane that its middle ray meets.
+    """Light back from solids, by rays of equal shares of a beam, and from the pane that its middle ray meets.
 
     ``solid`` is (beams, rays), ``glass`` (beams, 1), ``remission`` (ngeom,).
     """

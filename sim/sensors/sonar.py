@@ -93,7 +93,7 @@ class SonarRing:
         self._readings = readings
 
     def distances(self, data: mujoco.MjData, group: NDArray[np.intp]) -> NDArray[np.float64]:
-        """How far the first sound that comes back to each ranger of ``group`` has gone, there and back, halved [m]."""
+        """Half the way of the first sound that comes back to each ranger of ``group`` [m]."""
         ways = self._ears.echoes(data, group)
         own = np.sqrt((ways * ways).sum(axis=1))
         if not self.model.cross_talk:

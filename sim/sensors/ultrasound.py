@@ -1,4 +1,4 @@
-"""What an ultrasonic ranger hears: where sound that it sends into a cone is thrown back to it.
+"""Echoes of an ultrasonic ranger: where sound that it sends into a cone is thrown back to it.
 
 Walls are mirrors for sound of 7 mm wavelength. A smooth one answers from the foot of the perpendicular on it, and two
 that meet at a right angle answer from their edge, as far off the axis as the side lobes reach: ±42° for walls (facts).
@@ -26,7 +26,7 @@ SMOOTH = 0.02
 RIGHT_ANGLE = math.sin(math.radians(3))
 """Faces meet at a right angle if the cosine between them is smaller: a choice."""
 NEAR = 0.01
-"""What is met within this distance [m] of where a mirror point should be is that point."""
+"""Hits within this distance [m] of where a mirror point should be are that point."""
 
 
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -59,7 +59,7 @@ RAYS = np.concatenate([_fan(INNER_RAYS, NOMINAL), _spiral(OUTER_RAYS, NOMINAL, W
 
 @dataclass(frozen=True, slots=True)
 class RayHits:
-    """What rays of each ranger meet: ``distance`` [m], infinite for nothing, and ``geom`` (rangers, rays).
+    """Hits of each ranger's rays: ``distance`` [m], infinite for nothing, and ``geom`` (rangers, rays).
 
     ``normal`` and ``point``, seen from the ranger, are (rangers, rays, 3) in the world's axes [m].
     """
@@ -111,7 +111,7 @@ class UltrasoundRangers:
     def between(
         self, data: mujoco.MjData, speakers: NDArray[np.intp], ways: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """How far it is from the points at ``ways`` (n, 3) [m] from ``speakers`` (n,) to each of them.
+        """Distances from the points at ``ways`` (n, 3) [m] from ``speakers`` (n,) to each of them.
 
         (points, rangers) [m], infinite where a point is outside a ranger's cone.
         """
@@ -186,7 +186,7 @@ class UltrasoundRangers:
 def _any_points(
     met: RayHits, axes: NDArray[np.float64], reach: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """How far (rangers,) [m] and which way (rangers, 3) the nearest points in the nominal cones are that answer.
+    """Distance (rangers,) [m] of the nearest points in the nominal cones that answer, and the way there (rangers, 3).
 
     All within ``reach`` [m] do whose surface is slanted to the axis by no more than a wall may be.
     """

@@ -29,7 +29,7 @@ STEP = 0.12
 FACE = (-0.1, 0.3)
 """Depths before and behind the wall's face [m] between which the leaf of a door has its hinge: a choice."""
 PROUD = 0.04
-"""What is nearer to a jamb [m] is the jamb: a choice, a few times a beam's error."""
+"""Points nearer to a jamb [m] are the jamb: a choice, a few times a beam's error."""
 STRAYS = 2
 """So many points are nothing: a beam that meets two things at once ends between them."""
 
@@ -62,7 +62,7 @@ class Passage:
     width: float
 
     def same(self, other: "Passage") -> bool:
-        """Whether two findings are of one doorway."""
+        """True if two findings are of one doorway."""
         return self.away(other) < SAME and self.alike(other)
 
     def away(self, other: "Passage") -> float:
@@ -70,7 +70,7 @@ class Passage:
         return math.hypot(self.axis.x - other.axis.x, self.axis.y - other.axis.y)
 
     def alike(self, other: "Passage") -> bool:
-        """Whether two findings have about the same heading."""
+        """True if two findings have about the same heading."""
         return abs(wrapped(self.axis.heading - other.axis.heading)) < ALIKE
 
 
@@ -126,7 +126,7 @@ class DoorWatch:
 
     @property
     def off(self) -> float:
-        """How far from where it is held to be the doorway is found at least, now and the times before [m]."""
+        """Least distance of the doorway's newest findings from where it is held to be [m]."""
         return min(self._off) if len(self._off) == SURE else 0.0
 
     def _often(self, door: Passage) -> bool:
@@ -149,7 +149,7 @@ def clearance_of(door: Passage, points: NDArray[np.float64], before: float, beyo
 
 
 def _all_hang_on_a_jamb(place: NDArray[np.float64], half: float) -> bool:
-    """Whether points (n, 2) in a doorway of ``half`` the width can be reached from a jamb in small steps."""
+    """True if points (n, 2) in a doorway of ``half`` the width can be reached from a jamb in small steps."""
     jamb = (half - np.abs(place[:, 1]) < PROUD + STEP) & (place[:, 0] > FACE[0]) & (place[:, 0] < FACE[1])
     reached, rest = place[jamb], place[~jamb]
     while len(reached) and len(rest) > STRAYS:

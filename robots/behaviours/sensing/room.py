@@ -1,4 +1,4 @@
-"""Whether there is room to go on: along an arc, or about itself."""
+"""Free room for a robot: along an arc, or for a turn about itself."""
 
 import math
 
@@ -14,7 +14,7 @@ SIDE_MARGIN = 0.06
 TOUCH = 0.02
 """A point less deep in the robot's box is beside it: the scan's noise and the odometer's drift [m]; a choice."""
 LOOK = 2.5
-"""How far ahead a way must be free [m]: a choice, room enough to change by a metre."""
+"""Length of way that must be free [m]: a choice, room enough to change by a metre."""
 ARC_STEP = 0.05
 TURN_STEP = math.radians(3)
 MOST_TURNED = math.radians(90)
@@ -22,7 +22,7 @@ MOST_TURNED = math.radians(90)
 
 
 def free_ahead(points: NDArray[np.float64], shape: Shape, curvature: float, reach: float) -> float:
-    """How far [m] a robot may drive along an arc of ``curvature`` [1/m] and keep ``MARGIN`` to what it would meet.
+    """Distance [m] that a robot may drive along an arc of ``curvature`` [1/m] and keep ``MARGIN`` to what it meets.
 
     ``points`` (n, 2) are in its frame; it is ``reach`` where there are none before the arc has turned by
     ``MOST_TURNED``. A point beside the robot from the start does not count: it is being passed, and lanes keep it off.

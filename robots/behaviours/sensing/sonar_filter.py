@@ -1,4 +1,4 @@
-"""What each sonar reads, steadied: a single reading errs, and may be lost or stray."""
+"""Median filter of sonar readings: a single one errs, and may be lost or stray."""
 
 import math
 from collections import deque
@@ -33,7 +33,7 @@ class SonarFilter:
 
     @property
     def steady(self) -> bool:
-        """Whether it has listened for long enough that a stray reading does not count."""
+        """True if it has listened for long enough that a stray reading does not count."""
         return bool(self._heard) and self._heard[-1][0] - self._heard[0][0] > HISTORY / 2
 
     @property

@@ -1,4 +1,4 @@
-"""What a robot's sonars have around it."""
+"""Points around a robot from its sonars' echoes."""
 
 from collections import deque
 
@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from robots.behaviours.behaviour import Ranger, Senses
 
 HISTORY = 1.2
-"""What a sonar has read for most of so long counts, as single readings err [s]: a choice, three times what the slowest
-robot takes until a sonar has its turn again."""
+"""Length of a sonar's history of which the median counts, as single readings err [s]: a choice, three times what the
+slowest robot takes until a sonar has its turn again."""
 SONAR_REACH = 2.0
 """A sonar's echo from farther away is not looked at [m]: a choice."""
 
 
 class SonarEchoes:
-    """What the sonars have heard near the robot, as points in the middle of their cones."""
+    """Echoes near the robot, as points in the middle of the sonars' cones."""
 
     def __init__(self, sonars: tuple[Ranger, ...]) -> None:
         self._sonars = np.array(sonars, np.float64).reshape(-1, 3)

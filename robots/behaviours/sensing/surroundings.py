@@ -1,4 +1,4 @@
-"""What a robot has around it, as its scans tell: in the odometer's frame, so that it stays put between two scans."""
+"""Local map of the points of a robot's scans: in the odometer's frame, so that it stays put between two scans."""
 
 import math
 
@@ -11,15 +11,15 @@ from robots.planar import PlanarPose, into, out_of
 from robots.signals import LaserScan
 
 REACH = 6.0
-"""How far behaviours look [m]: a choice."""
+"""Range of behaviours' sight [m]: a choice."""
 KEPT_BEHIND = 1.5
-"""How far around the robot it remembers what its laser has left behind [m]: a choice, more than any robot's tail."""
+"""Range within which it remembers what its laser has left behind [m]: a choice, more than any robot's tail."""
 MOST_BLIND = 0.5
 """Share of beams that are no numbers from which on a scan is lost: a choice."""
 STALE_SCAN = 1.0
 """With no new scan for so long the laser is lost [s]: a choice, five times the time that one takes."""
 CELL = 0.05
-"""What is remembered is thinned to one point in a square of this side [m]: a choice."""
+"""Side of the squares of which one point each is remembered [m]: a choice."""
 
 
 class Surroundings:
@@ -36,7 +36,7 @@ class Surroundings:
         self._ahead = self._behind = np.empty((0, 2))
         self.lost = "no scan yet"
         self.fresh = False
-        """Whether the last look brought a new scan."""
+        """True if the last look brought a new scan."""
 
     def look(self, senses: Senses) -> None:
         """Take in what is new."""

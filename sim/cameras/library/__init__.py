@@ -24,7 +24,7 @@ _WANTED = {
     "too_long": "a pair",
     "missing": "a pair",  # of the first or second of two: all else has a default
 }
-"""What should have been there, by pydantic's name of the mistake."""
+"""Valid values, by pydantic's name of the mistake."""
 
 
 def camera_names() -> tuple[str, ...]:

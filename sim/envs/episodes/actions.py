@@ -1,4 +1,4 @@
-"""What an agent may say: one of some behaviours, or a twist. Both become steps for a robot, period by period."""
+"""Actions of an agent: one of some behaviours, or a twist. Both become steps for a robot, period by period."""
 
 import math
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ class Acting(Protocol):
 
     @property
     def doing(self) -> str:
-        """What was chosen, in words; empty before the first action."""
+        """The chosen action in words; empty before the first action."""
 
     def reset(self) -> None:
         """Begin an episode."""
@@ -35,7 +35,7 @@ class Acting(Protocol):
         """Take an action; raises ``SimError`` for one that is not in the space."""
 
     def step(self, senses: Senses) -> BehaviourStep:
-        """How to move in the next control period."""
+        """The motion in the next control period."""
 
 
 class ByBehaviour:
@@ -77,7 +77,7 @@ class ByBehaviour:
             self._behaviour = make_behaviour(self._choices[self._chosen], self._description, _doors)
 
     def step(self, senses: Senses) -> BehaviourStep:
-        """What the behaviour wants."""
+        """The behaviour's motion."""
         assert self._behaviour is not None, "an action was chosen"
         step = self._behaviour.step(senses)
         if step.outcome is not BehaviourOutcome.RUNNING:
@@ -122,7 +122,7 @@ class ByTwist:
 
 
 def periods(acting: Acting, control_period: float) -> int:
-    """How many control periods an action lasts."""
+    """Number of control periods that an action lasts."""
     return math.ceil(acting.period / control_period - 1e-9)
 
 

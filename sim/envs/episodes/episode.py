@@ -35,7 +35,7 @@ LEAD_TIME = 60.0
 
 @dataclass(frozen=True, slots=True)
 class EpisodeSetting:
-    """What all episodes in a world share: the world, the robot's name, the bench's settings, the route, the map."""
+    """Settings shared by all episodes in a world: world, robot's name, bench's settings, route, map."""
 
     world: World
     robot: str
@@ -61,11 +61,11 @@ class BenchEpisode:
         self.episode = self._with_room(task, ground, rng)
         self.following = self._led(setting.map)
         self.motion = (0.0, 0.0, 0.0)
-        """What the odometer counted in the last action, in the robot's frame at its begin [m, m, rad]."""
+        """Motion that the odometer counted in the last action, in the robot's frame at its begin [m, m, rad]."""
         self.outcome, self.why = BehaviourOutcome.RUNNING, ""
-        """How far the last action has come, and why."""
+        """Outcome of the last action, and why."""
         self.touches = False
-        """Whether the robot touched anything in the last action."""
+        """True if the robot touched anything in the last action."""
         self.remaining = self.episode.begin(self.situation)
 
     def _with_room(self, task: Task, ground: TaskGround, rng: np.random.Generator) -> Episode:
@@ -81,7 +81,7 @@ class BenchEpisode:
         )
 
     def _has_room(self, start: Pose, turned: float) -> bool:
-        """Whether the robot has room where it is set down, turned by so much; it stands there then."""
+        """True if the robot has room where it is set down, turned by so much; it stands there then."""
         self.bench.place(Pose(start.x, start.y, start.heading + turned))
         return self._contacts.has_room
 
@@ -114,7 +114,7 @@ class BenchEpisode:
 
     @property
     def situation(self) -> Situation:
-        """What is true now; touches are those since the last action began."""
+        """The truth now; touches are those since the last action began."""
         belief = None if self.following is None else self.following.belief
         return Situation(self.bench.pose, self.touches, self._down, belief)
 

@@ -1,4 +1,4 @@
-"""What an agent is given of what the robot senses: arrays of fixed shape in which every number is finite.
+"""Observations of what a robot senses: arrays of fixed shape in which every number is finite.
 
 ``Senses`` of a robot go in, arrays come out, fresh ones each time. No bench and no truth is needed for them.
 """
@@ -112,7 +112,7 @@ def odometry(values: Sequence[float]) -> NDArray[np.float32]:
 
 
 def stops(state: RobotState) -> NDArray[np.float32]:
-    """Whether the robot may not go ahead, may not go back, and touches something with a bumper, (3,) of 0 or 1."""
+    """Flags (3,) of 0 or 1: it may not go ahead, may not go back, touches something with a bumper."""
     blocked = {stop.blocks for stop in state.stops}
     bumped = any(stop.cause is Cause.BUMPER for stop in state.stops)
     ahead, back = ({Blocked.ALL, way} & blocked for way in (Blocked.FORWARD, Blocked.BACKWARD))

@@ -18,7 +18,7 @@ from sim.envs.learning.training_config import FIRST_TRIED, TrainingConfig, envir
 Player = Callable[[Any], Any]
 """From an observation to an action."""
 PLAYERS = ("learnt", "random", "ahead")
-"""What was learnt, without chance; any action at any time; and always full speed ahead, or the first behaviour."""
+"""The learnt policy, without chance; any action at any time; and always full speed ahead, or the first behaviour."""
 CONFIDENCE = 0.95
 
 

@@ -13,7 +13,7 @@ from sim.sensors.beams import BEAMS
 SECTORS = 36
 """The half circle before the robot in so many sectors; a choice."""
 LASER_REACH, SONAR_REACH = 8.0, 3.0
-"""What is farther counts as so far [m]; choices: the laser's nearer mode, and what sonars hear in a corridor."""
+"""Ranges beyond count as so far [m]; choices: the laser's nearer mode, and what sonars hear in a corridor."""
 _BEGINS = np.arange(SECTORS) * BEAMS // SECTORS
 
 

@@ -11,7 +11,7 @@ from sim.envs.registry import CORRIDORS, IDS
 from sim.errors import SimError
 
 TASKS = {name.removeprefix("RefSeq/").removesuffix("-v0"): name for name in IDS}
-"""What can be learnt, by the ids' middle parts."""
+"""Tasks that can be learnt, by the ids' middle parts."""
 HELD_OUT = tuple(f"corridor:{seed}" for seed in range(100, 108))
 """Corridors that nobody learns in. Tasks elsewhere are tried where they were learnt, in episodes of their own."""
 FIRST_TRIED = 1_000_000

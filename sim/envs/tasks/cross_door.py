@@ -42,7 +42,7 @@ class DoorwayPlace:
         return Pose(float(x), float(y), math.atan2(self.through[1], self.through[0]) + turned)
 
     def seen_from(self, pose: Pose) -> tuple[float, float]:
-        """How far behind the wall's face a pose is, and how far beside the door's axis [m, m]."""
+        """Distances of a pose behind the wall's face and beside the door's axis [m, m]."""
         offset = np.array([pose.x, pose.y]) - self.middle
         behind = float(offset @ self.through)
         return behind, float(abs(self.through[0] * offset[1] - self.through[1] * offset[0]))
@@ -64,7 +64,7 @@ class ThroughDoor(Episode):
         return math.hypot(min(behind, 0.0), aside) + self._far - min(max(behind, 0.0), self._far)
 
     def reached(self, situation: Situation) -> bool:
-        """Whether the robot's tail is out of the wall."""
+        """True if the robot's tail is out of the wall."""
         behind, _ = self._doorway.seen_from(situation.pose)
         return behind >= self._far
 

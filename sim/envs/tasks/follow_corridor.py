@@ -25,12 +25,12 @@ class AlongCorridor(Episode):
         self._along: float | None = None
 
     def remaining(self, situation: Situation) -> float:
-        """What is left of the route [m]."""
+        """Length that is left of the route [m]."""
         self._along, _ = self._way.project(situation.pose, self._along)
         return self._way.length - self._along
 
     def reached(self, situation: Situation) -> bool:
-        """Whether the robot is at the end."""
+        """True if the robot is at the end."""
         return self._remaining <= ARRIVED
 
 

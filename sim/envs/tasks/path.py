@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from refseq.planar import Pose
 
 REACH = 2.0
-"""Who was at one place of a way is now no farther along or back than this [m]: a choice, twice the way of a second."""
+"""Distance along a path within which a robot is looked for again [m]: a choice, twice the way of a second."""
 
 
 class Polyline:
@@ -22,7 +22,7 @@ class Polyline:
         lengths = np.hypot(*steps.T)
         self._tangents = steps / lengths[:, None]
         self.along = np.concatenate([[0.0], np.cumsum(lengths)])
-        """How far along the way each point is, (n,) [m]."""
+        """Path length up to each point, (n,) [m]."""
 
     @property
     def length(self) -> float:
@@ -37,7 +37,7 @@ class Polyline:
         return Pose(float(x), float(y), math.atan2(ahead[1], ahead[0]) + turned)
 
     def project(self, pose: Pose, near: float | None = None) -> tuple[float, float]:
-        """How far along the nearest point of the way is, and how far off it the pose is [m, m].
+        """Path length up to the nearest point, and the pose's distance from it [m, m].
 
         A way may pass a place twice: with ``near`` only what lies within ``REACH`` of it [m along the way] counts.
         """

@@ -34,7 +34,7 @@ class ToPlace(Episode):
         return abs(self._goal_along - self._along) + off
 
     def reached(self, situation: Situation) -> bool:
-        """Whether the robot is at the place."""
+        """True if the robot is at the place."""
         return self._remaining <= ARRIVED
 
 

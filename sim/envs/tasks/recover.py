@@ -22,7 +22,7 @@ SURE = 0.9
 
 
 def belief_in(belief: Belief, places: NDArray[np.float64], pose: Pose) -> float:
-    """What a belief gives to places (K, 2) [m] within ``HERE`` of where the robot truly is."""
+    """Probability that a belief gives to places (K, 2) [m] within ``HERE`` of where the robot truly is."""
     here = np.hypot(*(places - (pose.x, pose.y)).T) <= HERE
     return float((1.0 - belief.lost) * belief.places[here].sum())
 
@@ -40,12 +40,12 @@ class FoundAgain(Episode):
         self._places = ground.places
 
     def remaining(self, situation: Situation) -> float:
-        """What the belief lacks."""
+        """Probability that the belief lacks."""
         assert situation.belief is not None, "tasks with a map are told the belief"
         return 1.0 - belief_in(situation.belief, self._places, situation.pose)
 
     def reached(self, situation: Situation) -> bool:
-        """Whether the belief is right and sure."""
+        """True if the belief is right and sure."""
         return self._remaining <= 1.0 - SURE
 
 

@@ -1,4 +1,4 @@
-"""What a task is, apart from any simulation: where an episode begins, and what each moment of it is worth.
+"""Tasks apart from any simulation: where an episode begins, and what each moment of it is worth.
 
 Nothing here knows Gymnasium or a bench. Whoever runs robots, one or many at once, asks a task for an episode and tells
 it after every step what is true.
@@ -18,7 +18,7 @@ from sim.envs.tasks.path import Polyline
 from worlds.plans.schema import FloorPlan
 
 SUCCESS, FAILURE = 5.0, -5.0
-"""What the end of an episode is worth, beside the way that was made good: choices."""
+"""Reward of the end of an episode, beside the way that was made good: choices."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class TaskGround:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What is true of a robot: where it is, whether it ``touches`` anything but the floor, why it goes no more.
+    """True situation of a robot: where it is, whether it ``touches`` anything but the floor, why it goes no more.
 
     ``down`` is one line, empty while all is well. ``belief`` is the localiser's, where the task has one.
     """
@@ -60,7 +60,7 @@ class Situation:
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What a step was worth, and whether the episode has ended in ``success`` or in a ``failure`` (one line or empty).
+    """Reward of a step, and whether the episode has ended in ``success`` or in a ``failure`` (one line or empty).
 
     ``remaining`` is how far the goal still is, in the task's own measure.
     """
@@ -72,7 +72,7 @@ class Judgement:
 
     @property
     def over(self) -> bool:
-        """Whether the episode has ended."""
+        """True if the episode has ended."""
         return self.success or bool(self.failure)
 
 
@@ -106,11 +106,11 @@ class Episode(ABC):
 
     @abstractmethod
     def remaining(self, situation: Situation) -> float:
-        """How far the goal still is; called once a step."""
+        """Distance to the goal in the task's measure; called once a step."""
 
     @abstractmethod
     def reached(self, situation: Situation) -> bool:
-        """Whether the goal has been reached; called after ``remaining``."""
+        """True if the goal has been reached; called after ``remaining``."""
 
 
 class Task(ABC):

@@ -5,7 +5,7 @@ from worlds.plans.load import parse_plan
 from worlds.plans.schema import FloorPlan
 
 FORMS = tuple((angle, hinge) for angle in (85, 95, 105) for hinge in ("start", "end"))
-"""How far the door is open [deg] and on which side its leaf hangs: what leaves the Robuter room enough, by choice."""
+"""Opening of the door [deg] and the side on which its leaf hangs: what leaves the Robuter room enough, by choice."""
 
 ROOMS = """
 name = "rooms-{form}"
