@@ -39,9 +39,7 @@ def compare(
     from scenarios.methods.by_name import methods_named
     from scenarios.scoring.figures import figures_record
 
-    for path in (output, report):
-        if path is not None:
-            check_output(path)
+    check_output(output, report)
     if output is not None and output.suffix.lower() != ".csv":
         raise ScenarioError(f"{output}: is no table's name; valid is a name that ends in .csv")
     benchmark = Benchmark(pairs_of(drives), methods_named(words(methods, "methods")), places, first_view, kidnap, seed)

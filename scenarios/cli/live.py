@@ -24,7 +24,7 @@ from scenarios.cli.options import (
     only_one_of,
     option,
 )
-from scenarios.cli.screen import hush, in_file, on_screen
+from scenarios.cli.screen import in_file, on_screen
 from scenarios.drives.inputs import check_output, stages, words
 
 if TYPE_CHECKING:
@@ -64,12 +64,8 @@ def live(
     """Localise while the robot drives, and show what it believes."""
     only_one_of(script=script, keys=keys)
     only_one_of(rrd=rrd, connect=screen.connect, serve=screen.serve)
-    for path in (output, recording, rrd):
-        if path is not None:
-            check_output(path)
-    hush()
-    if rrd is None:
-        screen.check()
+    check_output(output, recording, rrd)
+    screen.check(rrd)
     from refseq.map.localiser import StagedLocaliser
     from refseq.map.map import Map
     from refseq.viewer.belief_log import LocaliserLayer

@@ -48,8 +48,7 @@ def localise(
     from refseq.map.map import Map
     from scenarios.drives.evaluate import compare
 
-    if output is not None:
-        check_output(output)
+    check_output(output)
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = Map.load(map_file)
     drive = read_drive(query, selection.views, selection.thin, seed + 1 if selection.odometry_noise else None)

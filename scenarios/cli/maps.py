@@ -95,11 +95,9 @@ def merge(
     from scenarios.maps import joins
     from scenarios.maps.checks import read_maps
 
-    check_output(output)
-    if write_decisions is not None:
-        check_output(write_decisions)
-        if write_decisions.resolve() == output.resolve():
-            raise ScenarioError(f"{write_decisions}: is the map and its decisions at once; valid are two files")
+    check_output(output, write_decisions)
+    if write_decisions is not None and write_decisions.resolve() == output.resolve():
+        raise ScenarioError(f"{write_decisions}: is the map and its decisions at once; valid are two files")
     settings = OverlapSettings(least=min_overlap)
     wishes = joins.read_decisions(decisions) if decisions else []
     read = read_maps(maps, wishes)
@@ -154,9 +152,7 @@ def similarity(
     from scenarios.maps.matrix import check_picture
     from scenarios.maps.similarity import draw, similarity_of, write_arrays
 
-    for path in (output, arrays):
-        if path is not None:
-            check_output(path)
+    check_output(output, arrays)
     if output is not None:
         check_picture(output)
     if arrays is not None and arrays.suffix != ".npz":

@@ -1,7 +1,8 @@
 """The commands ``refseq mission plan | run | lamp``: compile missions, and have robots carry them out."""
 
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
@@ -20,6 +21,7 @@ from scenarios.cli.options import (
     Seed,
     defaulting,
     flag,
+    grouped,
     option,
     output,
 )
@@ -81,6 +83,30 @@ def plan(
         say(out, line)
 
 
+@dataclass(frozen=True)
+class TripOptions:
+    """The drive of a mission; world, light and robot are those of the map's own where nothing else is said."""
+
+    panel: ClassVar[str] = "Drive"
+    world: Annotated[str | None, defaulting(WORLD, "the map's")] = None
+    light: Annotated[str | None, defaulting(LIGHT, "the map's")] = None
+    change: Annotated[str, CHANGE] = "none"
+    robot: Annotated[str | None, defaulting(ROBOT, "the map's")] = None
+    at: Annotated[
+        float, option("METRES", "Set the robot down so far along the way, without telling it.", "--start")
+    ] = 0.0
+    seed: Seed = 1001
+    renderer: Annotated[RendererName | None, defaulting(RENDERER, "as the map needs")] = None
+    every: Annotated[
+        float, option("METRES", "Take a view every so far; best is as the map was learnt.", "--distance", min=0.05)
+    ] = 0.6
+    odometry: Annotated[bool, flag("--odometry", "Go by the odometer alone, without views.")] = False
+    strip: Annotated[
+        float | None,
+        option("SECONDS", "Have a bystander take a picture so often, for a strip of them.", "--filmstrip", min=0.1),
+    ] = None
+
+
 @app.command(
     cls=Command,
     epilog="""Examples:
@@ -91,28 +117,14 @@ def plan(
 
 Exit codes: 0 completed; 1 not; 2 bad input.""",
 )
+@grouped
 def run(
     map_file: MapFile,
     mission_text: MissionText = LEARNT,
     start: Start = None,
     goal: Goal = None,
     landmark: Landmark = None,
-    world: Annotated[str | None, defaulting(WORLD, "the map's")] = None,
-    light: Annotated[str | None, defaulting(LIGHT, "the map's")] = None,
-    change: Annotated[str, CHANGE] = "none",
-    robot: Annotated[str | None, defaulting(ROBOT, "the map's")] = None,
-    along: Annotated[
-        float, option("METRES", "Set the robot down so far along the way, without telling it.", "--start")
-    ] = 0.0,
-    seed: Seed = 1001,
-    renderer: Annotated[RendererName | None, defaulting(RENDERER, "as the map needs")] = None,
-    distance: Annotated[
-        float, option("METRES", "Take a view every so far; best is as the map was learnt.", min=0.05)
-    ] = 0.6,
-    odometry: Annotated[bool, flag("--odometry", "Go by the odometer alone, without views.")] = False,
-    filmstrip: Annotated[
-        float | None, option("SECONDS", "Have a bystander take a picture so often, for a strip of them.", min=0.1)
-    ] = None,
+    trip: TripOptions = TripOptions(),
     output: Annotated[Path | None, output("Folder for log, plan, photographs, filmstrip.", "FOLDER")] = None,
 ) -> None:
     """Run a mission in a world, on what the robot believes of where it is, and print its log.
@@ -121,29 +133,17 @@ def run(
     """
     from scenarios.missions.trip import MissionTrip, run_trip, write_trip
 
-    if filmstrip is not None and output is None:
+    if trip.strip is not None and output is None:
         raise ScenarioError("--filmstrip is left in a folder; valid is to name one as well: --output")
     if output is not None:
         check_folder(output)
     map_, _, compiled = _compiled(map_file, mission_text, start, goal, landmark)
-    trip = MissionTrip.from_map(
-        map_,
-        world=world,
-        light=light,
-        change=change,
-        robot=robot,
-        at=along,
-        seed=seed,
-        renderer=renderer.value if renderer else None,
-        odometry=odometry,
-        strip=filmstrip,
-        every=distance,
-    )
-    made = run_trip(trip, map_, compiled, tell=lambda entry: say(out, str(entry)))
+    asked = MissionTrip.from_map(map_, **asdict(trip))
+    made = run_trip(asked, map_, compiled, tell=lambda entry: say(out, str(entry)))
     if output is not None:
         with writing(output):
             output.mkdir(parents=True, exist_ok=True)
-            write_trip(output, trip, made)
+            write_trip(output, asked, made)
         say(out, f"look at {output}")
     if made.done.run.touched:
         say(err, f"the robot touched {', '.join(made.done.run.touched)}")

@@ -230,10 +230,12 @@ class Screen:
         str, option("LIMIT", "Memory of a viewer started or served, 4GB or 50%; then the oldest is dropped.")
     ] = "50%"
 
-    def check(self) -> None:
-        """Raise ``RefseqError`` where nothing could be shown."""
+    def check(self, instead: Path | None) -> None:
+        """Raise ``RefseqError`` where nothing could be shown; files ``instead`` need no viewer."""
         from refseq.viewer.sinks import check_answers, check_display, check_free
 
+        if instead is not None:
+            return
         if self.connect is not None:
             check_answers(self.connect)
         elif self.serve is not None:

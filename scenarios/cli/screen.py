@@ -16,9 +16,8 @@ if TYPE_CHECKING:
     import rerun as rr
 
 
-def hush() -> None:
-    """Keep Rerun from telling on the terminal, in several lines, what goes wrong; call it before Rerun is imported."""
-    os.environ.setdefault("RUST_LOG", "off")
+# Rerun, which is imported later, tells on the terminal in several lines what goes wrong; ours is one line.
+os.environ.setdefault("RUST_LOG", "off")
 
 
 @contextmanager

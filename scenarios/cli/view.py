@@ -7,7 +7,7 @@ import typer
 
 from scenarios.cli.console import out
 from scenarios.cli.options import REFERENCE, Screen, Selection, grouped, only_one_of, option, output
-from scenarios.cli.screen import hush, in_file, on_screen
+from scenarios.cli.screen import in_file, on_screen
 from scenarios.drives.inputs import check_folder, check_output, writing
 from scenarios.errors import ScenarioError
 from scenarios.tables import say
@@ -44,15 +44,12 @@ def view(
 ) -> None:
     """Show a drive, a map, or a localised drive in the Rerun viewer."""
     only_one_of(output=output, layers=layers, connect=screen.connect, serve=screen.serve)
-    hush()
     from scenarios.drives.viewer_content import read_content
 
-    if output is not None:
-        check_output(output)
-    elif layers is not None:
+    check_output(output)
+    if layers is not None:
         check_folder(layers)
-    else:
-        screen.check()
+    screen.check(output or layers)
     content = read_content(files, reference, selection.views, selection.thin)
     if layers is not None:
         _write_layers(content, layers)

@@ -45,14 +45,15 @@ def stages(names: Sequence[str] | None) -> "tuple[Stage, ...]":
     return tuple(Stage(name) for name in dict.fromkeys(names or Stage))
 
 
-def check_output(path: Path) -> None:
-    """Tell before the work begins that its result could not be written."""
-    if path.is_dir():
-        raise ScenarioError(f"{path}: is a folder; valid is the name of a file to write")
-    if not path.parent.is_dir():
-        raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK):
-        raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
+def check_output(*paths: Path | None) -> None:
+    """Tell before the work begins that a result could not be written; None: none is asked for."""
+    for path in filter(None, paths):
+        if path.is_dir():
+            raise ScenarioError(f"{path}: is a folder; valid is the name of a file to write")
+        if not path.parent.is_dir():
+            raise ScenarioError(f"{path}: cannot be written: there is no folder {path.parent}")
+        if not os.access(path.parent, os.W_OK):
+            raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
 
 
 def check_folder(path: Path) -> None:

@@ -207,30 +207,6 @@ def test_bad_input_is_one_line_and_code_2(refseq: Refseq, at_desk: Path, line: s
     assert message in answer.err
 
 
-@pytest.mark.parametrize(
-    ("line", "option"),
-    [
-        (f"{RECORD} --seed -1", "--seed"),
-        (f"{RECORD} --distance much", "--distance"),
-        ("record small.toml --renderer gl -o new.mcap", "--renderer"),
-        ("learn run.mcap -o new.refseq --thin -1", "--thin"),
-        ("learn run.mcap -o new.refseq --thin nan", "--thin"),
-        ("localise map.refseq run.mcap --at-least 101", "--at-least"),
-        ("localise map.refseq run.mcap --at-least nan", "--at-least"),
-        ("demo --runs 0", "--runs"),
-        ("map matrix map.refseq --top -1", "--top"),
-        ("compare", "REFERENCE"),
-        ("learn run.mcap", "--output"),
-        ("record small.toml -o new.mcap --wings", "--wings"),
-    ],
-)
-def test_a_wrong_usage_names_the_option(refseq: Refseq, at_desk: Path, line: str, option: str) -> None:
-    answer = refseq(*line.split())
-    assert answer.code == 2
-    assert option in answer.err
-    assert "Traceback" not in answer.err
-
-
 def test_a_folder_without_write_access_is_told(refseq: Refseq, at_desk: Path, tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
     if os.access(tmp_path, os.W_OK):

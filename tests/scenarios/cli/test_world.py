@@ -215,20 +215,3 @@ def test_bad_input_is_one_line_and_leaves_with_2(words: str, said: str, worlds: 
     assert (answer.code, answer.out) == (2, "")
     assert answer.err.startswith(f"error: {said}")
     assert answer.err.count("\n") == 1
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ("lux small.toml", "--at X,Y,Z of 'refseq world lux' is missing"),
-        ("generate --seed -1 -o mine.toml", "--seed '-1' is not valid; valid is a whole number of 0 or more"),
-        ("draw small.toml", "--output FILE of 'refseq world draw' is missing"),
-        ("check", "WORLD of 'refseq world check' is missing"),
-        ("paint", "command 'world paint' is unknown"),
-    ],
-)
-@pytest.mark.usefixtures("untouched")
-def test_words_that_no_command_takes_leave_with_2(words: str, said: str, worlds: Worlds) -> None:
-    answer = worlds(words)
-    assert answer.code == 2
-    assert said in answer.err
