@@ -24,7 +24,7 @@ from scenarios.cli.maps import app as maps
 from scenarios.cli.options import flag
 from scenarios.cli.record import DRIVE_HELP, RECORD_HELP, drive, record
 from scenarios.cli.report import REPORT_HELP, report
-from scenarios.cli.usage import Command, UsageError, group, in_one_line
+from scenarios.cli.usage import BenchCommand, UsageError, group, in_one_line
 from scenarios.cli.view import VIEW_HELP, view
 from scenarios.cli.workshop import DEMO_HELP, DOCTOR_HELP, demo, doctor
 from scenarios.errors import input_errors
@@ -50,7 +50,7 @@ for panel, commands in PANELS.items():
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=text, rich_help_panel=panel)
         else:
-            app.command(cls=Command, epilog=text, rich_help_panel=panel)(command)
+            app.command(cls=BenchCommand, epilog=text, rich_help_panel=panel)(command)
 
 
 @app.callback(invoke_without_command=True, help=SUMMARY)

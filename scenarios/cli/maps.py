@@ -21,7 +21,7 @@ from scenarios.cli.options import (
     option,
     output,
 )
-from scenarios.cli.usage import Command, group
+from scenarios.cli.usage import BenchCommand, group
 from scenarios.drives.inputs import check_output, read_drive, words
 from scenarios.errors import ScenarioError
 from scenarios.tables import say
@@ -72,7 +72,7 @@ def learn(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq map merge east.refseq west.refseq -o whole.refseq`
@@ -130,7 +130,7 @@ def ask(decision: "Decision") -> "Decision":
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq map similarity east.refseq west.refseq`
@@ -175,7 +175,7 @@ def similarity(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Example: `refseq map route whole.refseq east:3 west:90`
 
 Exit codes: 0 a route leads there; 1 none does; 2 bad input.""",
@@ -208,7 +208,7 @@ def route(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq map matrix map.refseq`

@@ -25,7 +25,7 @@ from scenarios.cli.options import (
     option,
     output,
 )
-from scenarios.cli.usage import Command, group
+from scenarios.cli.usage import BenchCommand, group
 from scenarios.drives.inputs import assignments, check_folder, check_output, writing
 from scenarios.errors import ScenarioError
 from scenarios.tables import say
@@ -57,7 +57,7 @@ Landmark = Annotated[
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq mission plan reference.refseq "[LD_LDMC]"`
@@ -108,7 +108,7 @@ class TripOptions:
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq mission run reference.refseq "[LD_LDMC]" --light late-evening -o out/second-door`
@@ -153,7 +153,7 @@ def run(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq mission lamp fig-1.6.lamp`

@@ -25,7 +25,7 @@ from scenarios.cli.options import (
     only_one_of,
     option,
 )
-from scenarios.cli.usage import Command, group
+from scenarios.cli.usage import BenchCommand, group
 from scenarios.drives.inputs import check_output
 from scenarios.tables import say
 
@@ -39,7 +39,7 @@ Picture = Annotated[Path | None, PICTURE]
 Renderer = Annotated[CameraRenderer, CAMERA_RENDERER]
 
 
-@app.command("list", cls=Command, epilog="Example: `refseq robot list --json`")
+@app.command("list", cls=BenchCommand, epilog="Example: `refseq robot list --json`")
 def list_robots(as_json: Json = False) -> None:
     """List the robots."""
     from scenarios.robot_checks.facts import robots_facts, robots_table
@@ -51,7 +51,7 @@ def list_robots(as_json: Json = False) -> None:
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq robot show robuter`
@@ -85,7 +85,7 @@ def show(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq robot filmstrip robuter --world laboratory -o strip.png`
@@ -116,7 +116,7 @@ def filmstrip(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Example: `refseq robot check robuter segway_rmp`
 
 Exit codes: 0 all as it should be; 1 something is not; 2 bad input.""",
@@ -141,7 +141,7 @@ def check(
 
 @app.command(
     "try",
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq robot try robuter MN:3 MT:90 --world laboratory`
@@ -186,7 +186,7 @@ def try_behaviours(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq robot umbmark robuter`
@@ -212,7 +212,7 @@ def umbmark(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq robot serve robuter --tcp 7777`

@@ -11,7 +11,7 @@ import typer
 
 from scenarios.cli.console import err, out, print_json
 from scenarios.cli.options import CACHE, CASE, METHODS, Json, flag, only_one_of, option, output
-from scenarios.cli.usage import Command, group
+from scenarios.cli.usage import BenchCommand, group
 from scenarios.drives.inputs import check_folder, check_output, words, writing
 from scenarios.errors import ScenarioError
 from scenarios.tables import print_whole, say
@@ -38,7 +38,7 @@ Cache = Annotated[Path | None, CACHE]
 
 @app.command(
     "list",
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq scenario list`
@@ -63,7 +63,7 @@ def list_scenarios(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq scenario show kidnap`
@@ -103,7 +103,7 @@ def _only(cases: "list[Case]", names: Sequence[str]) -> "list[Case]":
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq scenario run smoke`
@@ -224,7 +224,7 @@ def _leave(results: "Sequence[Judged]") -> None:
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq scenario report out/nightly --figures`
@@ -270,7 +270,7 @@ def report(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq scenario tables docs/results.md out/thesis out/nightly`
@@ -311,7 +311,7 @@ def _text_of(page: Path) -> str:
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq scenario template -o my_localiser.py`

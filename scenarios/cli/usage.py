@@ -63,7 +63,7 @@ for name in (*LIVE, *LIVE_SCREENS):
     RENAMED_OPTIONS[f"localise --{name}"] = "live MAP WORLD"
 
 
-class Command(TyperCommand):
+class BenchCommand(TyperCommand):
     """A command whose help shows no type for flags."""
 
     def get_help_option(self, ctx: Any) -> Any:
@@ -71,7 +71,7 @@ class Command(TyperCommand):
         return _plain(super().get_help_option(ctx))
 
 
-class Group(TyperGroup):
+class BenchGroup(TyperGroup):
     """Commands that tell the new name of one that is asked for by its old name."""
 
     def get_help_option(self, ctx: Any) -> Any:
@@ -88,7 +88,7 @@ class Group(TyperGroup):
 def group(summary: str) -> typer.Typer:
     """Make a group of commands."""
     return typer.Typer(
-        cls=Group,
+        cls=BenchGroup,
         help=summary,
         no_args_is_help=True,
         rich_markup_mode="markdown",

@@ -20,7 +20,7 @@ from scenarios.cli.options import (
     option,
     output,
 )
-from scenarios.cli.usage import Command, group
+from scenarios.cli.usage import BenchCommand, group
 from scenarios.drives.inputs import check_output, writing
 from scenarios.errors import ScenarioError
 from scenarios.tables import say
@@ -36,7 +36,7 @@ Picture = Annotated[Path, PICTURE]
 Route = Annotated[str, ROUTE]
 
 
-@app.command("list", cls=Command, epilog="Example: `refseq world list --json`")
+@app.command("list", cls=BenchCommand, epilog="Example: `refseq world list --json`")
 def list_worlds(as_json: Json = False) -> None:
     """List the worlds of the library."""
     from scenarios.world_survey.facts import library, library_table
@@ -47,7 +47,7 @@ def list_worlds(as_json: Json = False) -> None:
         out.print(library_table())
 
 
-@app.command(cls=Command, epilog="Example: `refseq world show hallway`")
+@app.command(cls=BenchCommand, epilog="Example: `refseq world show hallway`")
 def show(world: World, as_json: Json = False) -> None:
     """Describe one world; with --json, its floor plan."""
     from scenarios.world_survey.facts import world_table
@@ -61,7 +61,7 @@ def show(world: World, as_json: Json = False) -> None:
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq world check hallway annex`
@@ -92,7 +92,7 @@ def check(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq world draw hallway -o hallway.svg`
@@ -118,7 +118,7 @@ def draw(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq world contact-sheet hallway -o sheet.png`
@@ -155,7 +155,7 @@ def contact_sheet(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq world lux hallway --at 12.5,0,1 --light 18:00`
@@ -186,7 +186,7 @@ def lux(
 
 
 @app.command(
-    cls=Command,
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq world day hallway -o day.png`
@@ -233,7 +233,7 @@ def _lights(first: int, last: int, step: int, conditions: str) -> "tuple[LightSe
     return tuple(light_named(",".join(filter(None, (hour, conditions)))) for hour in clock)
 
 
-@app.command(cls=Command, epilog="Example: `refseq world generate --seed 7 -o mine.toml`")
+@app.command(cls=BenchCommand, epilog="Example: `refseq world generate --seed 7 -o mine.toml`")
 def generate(output: Annotated[Path, output("Plan to write (.toml).")], seed: Seed = 1) -> None:
     """Write the plan of a new corridor, to look at and go on with; `corridor:N` is the same without a file."""
     from refseq.files import replace_text
