@@ -39,5 +39,5 @@ def record_at(path: Path) -> Path:
     except Exception as error:  # Rerun has no family of errors for a damaged file
         raise ScenarioError(f"{file}: cannot be read: {str(error).splitlines()[0]}; valid is a recording") from error
     if not readable:
-        raise ScenarioError(f"{file}: holds no recording; valid is one that was saved with 'refseq view --save'")
+        raise ScenarioError(f"{file}: holds no recording; valid is one that was saved with 'refseq view -o'")
     return file
