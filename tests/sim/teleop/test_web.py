@@ -1,8 +1,10 @@
 """The viewer in the browser: it is served on this machine alone, and what keeps it from starting is one line."""
 
+import gc
 import socket
 import time
 import urllib.request
+import warnings
 from collections.abc import Iterator
 
 import pytest
@@ -26,6 +28,15 @@ def bench() -> Iterator[Bench]:
     settings = BenchSettings(RendererKind.NONE, cameras=())
     with Bench(corridor(), robots.load("robuter"), seed=3, settings=settings) as bench:
         yield bench
+
+
+@pytest.fixture(autouse=True)
+def collected() -> Iterator[None]:
+    """Collect what MuJoCo's page left open here: its sockets' warnings would fall on whichever test comes next."""
+    yield
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)
+        gc.collect()
 
 
 def look(port: int) -> ViewerSettings:
