@@ -86,8 +86,10 @@ def exit_code(words: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BELOW
     except Exception as error:
-        if _failed(error):
-            return _told(f"{error}", BELOW)
+        for module, (family, prefix) in FAILURES.items():
+            # A module that was never imported has raised nothing.
+            if module in sys.modules and isinstance(error, getattr(sys.modules[module], family)):
+                return _told(f"{prefix}{error}", BELOW)
         if isinstance(error, input_errors()):
             return _told(f"error: {error}", BAD_INPUT)
         raise
@@ -95,17 +97,11 @@ def exit_code(words: list[str]) -> int:
 
 
 FAILURES = {
-    "scenarios.methods.plugins": "MisbehavedError",
-    "scenarios.drives.record": "NoViewError",
-    "sim.teleop.session": "AbortedError",
+    "scenarios.methods.plugins": ("MisbehavedError", "failed: "),
+    "scenarios.drives.record": ("NoViewError", ""),
+    "sim.teleop.session": ("AbortedError", ""),
 }
-"""Errors of what ran, not of what was asked for: a user's own localiser did wrong, a drive was given up."""
-
-
-def _failed(error: Exception) -> bool:
-    """Whether what ran has failed; a module that was never imported has raised nothing."""
-    loaded = [getattr(sys.modules[module], name) for module, name in FAILURES.items() if module in sys.modules]
-    return isinstance(error, tuple(loaded))
+"""Errors of what ran, not of what was asked for: a user's own localiser did wrong, a drive was given up; behind each, what is put before it."""
 
 
 def _told(line: str, code: int) -> int:
