@@ -101,7 +101,7 @@ FAILURES = {
     "scenarios.drives.record": ("NoViewError", ""),
     "sim.teleop.session": ("AbortedError", ""),
 }
-"""Errors of what ran, not of what was asked for: a user's own localiser did wrong, a drive was given up; behind each, what is put before it."""
+"""Errors of what ran, not of what was asked for, by their modules, and what is put before their message."""
 
 
 def _told(line: str, code: int) -> int:
