@@ -35,7 +35,7 @@ FARTHEST = 2.5
 """The point before the door is no farther off it [m]: a choice, well beyond the tip of a leaf."""
 
 
-class DoorSide(Enum):
+class CrossingSide(Enum):
     """Which way one goes through the door that is meant, against the robot's heading when it begins [rad]."""
 
     AHEAD = 0.0
@@ -79,7 +79,7 @@ class CrossDoor(Guarded):
         self,
         robot: RobotDescription,
         finder: DoorFinder,
-        side: DoorSide = DoorSide.AHEAD,
+        side: CrossingSide = CrossingSide.AHEAD,
         settings: CrossingSettings | None = None,
         **patience: float,
     ) -> None:
@@ -234,7 +234,7 @@ class CrossDoor(Guarded):
     def _seen_instead(self, senses: Senses) -> str:
         """Tell of something that hides a door, or is where one should be."""
         free = self._free(senses)
-        return f"; something {free:.1f} m in front" if self._side is DoorSide.AHEAD and math.isfinite(free) else ""
+        return f"; something {free:.1f} m in front" if self._side is CrossingSide.AHEAD and math.isfinite(free) else ""
 
     def _go_on(self, phase: Callable[[Senses], BehaviourStep]) -> BehaviourStep:
         """Stop, and begin another phase with the next step."""

@@ -8,8 +8,7 @@ from typing import Any
 
 from robots.behaviours.behaviour import Behaviour, RobotDescription
 from robots.behaviours.carry_on import CarryOn
-from robots.behaviours.cross_door import CrossDoor
-from robots.behaviours.cross_door import DoorSide as DoorSide
+from robots.behaviours.cross_door import CrossDoor, CrossingSide
 from robots.behaviours.follow_wall import FIRST_REACH, FollowWall, closest
 from robots.behaviours.halt import Halt
 from robots.behaviours.sensing.doorway import DoorFinder
@@ -109,7 +108,7 @@ def _follow(
     return FollowWall(robot, side, distance, length)
 
 
-def _cross(robot: RobotDescription, finder: DoorFinder | None, side: DoorSide = DoorSide.AHEAD) -> CrossDoor:
+def _cross(robot: RobotDescription, finder: DoorFinder | None, side: CrossingSide = CrossingSide.AHEAD) -> CrossDoor:
     if finder is None:
         raise RobotsError("crossing a door needs something that finds doors in a scan: none was given")
     return CrossDoor(robot, finder, side)
@@ -151,7 +150,7 @@ KINDS: tuple[BehaviourKind, ...] = (
     BehaviourKind(
         "MC",
         "cross a door",
-        (Argument("side", "which door: ahead (default), left, right", member(DoorSide), optional=True),),
+        (Argument("side", "which door: ahead (default), left, right", member(CrossingSide), optional=True),),
         _cross,
         "MC",
     ),

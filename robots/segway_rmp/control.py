@@ -16,8 +16,8 @@ from robots.segway_rmp.protocol import (
     RESET_FOREAFT,
     TOP_SPEED,
     TOP_TURN,
-    Command,
     Config,
+    SegwayCommand,
     StatusBits,
     StatusFrame,
 )
@@ -111,14 +111,14 @@ class SegwayControl:
         self._hear(signals)
         return actuation
 
-    def _frame(self) -> Command:
+    def _frame(self) -> SegwayCommand:
         """The next command: the motion that is let through, and a setting where one waits."""
         allowed = self._stops.allowed(self._wanted)
         ramped = self._limits.approached(self._asked, allowed, COMMAND_TICKS * self.period)
         # What a stop forbids ends at once, not by a ramp: the machine itself brakes as hard as it safely can.
         self._asked = self._stops.allowed(ramped)
         config, parameter = self._settings.pop(0) if self._settings else (Config.NONE, 0)
-        return Command(
+        return SegwayCommand(
             _word(self._asked.linear * COUNTS_PER_SPEED, TOP_SPEED),
             _word(self._asked.angular * COUNTS_PER_RADIAN, TOP_TURN),
             config,

@@ -23,7 +23,7 @@ class Yaw(NamedTuple):
     rate: float
 
 
-class Estimate:
+class MotionEstimate:
     """Filters over the machine's ``sensors``, asked every ``period`` [s]; pairs are of the (left, right) wheel."""
 
     def __init__(self, plant: Plant, encoders: Encoders, period: float) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from robots.odometry import Encoders
 from robots.segway_rmp.balance import GainSet, Vector, balancer, carrying, regulator
-from robots.segway_rmp.estimate import Estimate
+from robots.segway_rmp.estimate import MotionEstimate
 from robots.segway_rmp.follower import Follower
 from robots.segway_rmp.plant import GRAVITY, Course, Plant, Posture
 from robots.segway_rmp.protocol import (
@@ -18,9 +18,9 @@ from robots.segway_rmp.protocol import (
     COUNTS_PER_SPEED,
     COUNTS_PER_TORQUE,
     QUIET,
-    Command,
     Config,
     Mode,
+    SegwayCommand,
     StatusBits,
     StatusFrame,
     counts,
@@ -82,12 +82,12 @@ class SegwayFirmware:
         plant = build.plant
         self.status = StatusFrame()
         self._plant, self._gain_set = plant, build.gain_set
-        self._known = Estimate(plant, Encoders(build.pulses_per_turn), PERIOD)
+        self._known = MotionEstimate(plant, Encoders(build.pulses_per_turn), PERIOD)
         self._flatness = plant.flatness()
         self._turning = regulator(plant.yawing().sampled(PERIOD), np.array([0.03, 0.2]), 10.0)
         self._rolling = regulator(plant.rolling().sampled(PERIOD), np.array([0.03, 0.1]), 20.0)
         self._drive = _Drive()
-        self._command, self._heard = Command(), -math.inf
+        self._command, self._heard = SegwayCommand(), -math.inf
         self._frames, self._words = 0, QUIET
         self._seen_wheels = 0.0
         self._torques = 0.0, 0.0
@@ -99,7 +99,7 @@ class SegwayFirmware:
         """Followed courses: those of the way [m] and of the heading [rad]."""
         return self._drive.way.course, self._drive.heading.course
 
-    def receive(self, command: Command, time: float) -> None:
+    def receive(self, command: SegwayCommand, time: float) -> None:
         """Take a command that came at ``time`` [s]."""
         self._command, self._heard = command, time
         if command.config is Config.GAIN_SET:

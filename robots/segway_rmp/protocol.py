@@ -73,7 +73,7 @@ QUIET = StatusBits(0)
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class SegwayCommand:
     """Speed and turn rate in counts, and one setting. Raises ``RobotsError`` for what the machine would refuse."""
 
     velocity: int = 0
@@ -94,7 +94,7 @@ class Command:
         return _COMMAND.pack(self.velocity, self.turn, self.config, self.parameter)
 
     @classmethod
-    def decode(cls, frame: bytes) -> "Command":
+    def decode(cls, frame: bytes) -> "SegwayCommand":
         """Read a frame; raises ``RobotsError`` for one that the machine would refuse."""
         if len(frame) != _COMMAND.size:
             raise RobotsError(f"command frame of {len(frame)} bytes: {_COMMAND.size} are needed")

@@ -21,7 +21,7 @@ from scenarios.missions.leader import GroundTruth, Leader
 from scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
 from sim.bench.bench import CONTROL_PERIOD, Bench
 from sim.bench.contacts import ContactLog
-from sim.bench.faults import Agenda, Fault, Traveller
+from sim.bench.faults import Fault, FaultSchedule, Traveller
 from sim.drives.behaviour_runner import BehaviourMoment
 from sim.missions.lamp import LampEnded, run_lamp
 from sim.missions.mission import run_mission
@@ -71,7 +71,7 @@ class _Watcher:
 
     def __init__(self, bench: Bench, ground: GroundTruth, faults: Sequence[Fault]) -> None:
         self._way = _OnItsWay(bench, ground)
-        self._agenda = Agenda(faults, bench, self._way)
+        self._agenda = FaultSchedule(faults, bench, self._way)
         self._agenda.look()
         self.losses, self._lost = 0, False
 

@@ -130,7 +130,7 @@ class Traveller(Protocol):
         """The robot is carried so far along the way [m]; returns where it is set down."""
 
 
-class Agenda:
+class FaultSchedule:
     """The faults of a drive: looks how far the robot has come, begins what is due and ends what is over.
 
     Each fault happens once, also where the robot is carried back and passes its place again; those that it is carried

@@ -11,7 +11,7 @@ import numpy as np
 from refseq.planar import Pose, wrap
 from refseq.view import View
 from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.faults import Agenda, Fault
+from sim.bench.faults import Fault, FaultSchedule
 from sim.drives.operator import Operator, OperatorStyle
 from sim.errors import SimError, StuckError
 
@@ -99,7 +99,7 @@ def drive_and_sense(
     ``faults`` happen on the way. Raises ``StuckError`` when the end is not reached within ``timeout`` [s] of simulated
     time, ``SimError`` for a fault that cannot happen on this route to this robot.
     """
-    agenda = Agenda(faults, bench, operator)
+    agenda = FaultSchedule(faults, bench, operator)
     agenda.look()
     yield RecordedView(bench.sense(), bench.odometry, operator.progress)
     moved = Moved()

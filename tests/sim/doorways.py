@@ -12,7 +12,7 @@ import numpy as np
 import robots
 from refseq.planar import Pose
 from robots.behaviours import BehaviourOutcome, RobotDescription
-from robots.behaviours.cross_door import CrossDoor, DoorSide
+from robots.behaviours.cross_door import CrossDoor, CrossingSide
 from robots.behaviours.guarded import PATIENCE
 from sim.bench.bench import Bench
 from sim.bench.settings import BenchSettings
@@ -154,7 +154,7 @@ def _frame(name: str) -> RobotDescription:
 def cross(
     bench: Bench,
     start: Pose,
-    side: DoorSide = DoorSide.AHEAD,
+    side: CrossingSide = CrossingSide.AHEAD,
     patience: float = PATIENCE,
     meanwhile: Callable[[], None] = lambda: None,
 ) -> Crossing:

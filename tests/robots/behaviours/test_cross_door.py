@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from robots import Limits, PlanarPose, RobotState, Shape
 from robots.behaviours import BehaviourOutcome, RobotDescription, Senses
-from robots.behaviours.cross_door import CrossDoor, DoorSide
+from robots.behaviours.cross_door import CrossDoor, CrossingSide
 from robots.behaviours.sensing.doorway import LOOKS, DoorWatch, Passage, clearance_of
 from robots.behaviours.sensing.line import DirectedLine
 
@@ -56,7 +56,7 @@ def watch(*looks: tuple[Found, ...], pose: PlanarPose | None = None) -> DoorWatc
     return watched
 
 
-def chosen(watched: DoorWatch, side: DoorSide = DoorSide.AHEAD) -> Passage:
+def chosen(watched: DoorWatch, side: CrossingSide = CrossingSide.AHEAD) -> Passage:
     assert watched.choose(PlanarPose(), side.value, math.radians(50))
     return watched.passage
 
@@ -86,8 +86,8 @@ def test_the_nearest_door_of_a_side_is_chosen() -> None:
     left, right = Found((1.5, 1.0), heading=math.pi / 2), Found((1.0, -1.2), heading=-math.pi / 2)
     looks = [(far, ahead, right, left)] * LOOKS
     assert chosen(watch(*looks)).axis.x == pytest.approx(3.0 + LASER)
-    assert chosen(watch(*looks), DoorSide.LEFT).axis.y == pytest.approx(1.0)
-    assert chosen(watch(*looks), DoorSide.RIGHT).axis.y == pytest.approx(-1.2)
+    assert chosen(watch(*looks), CrossingSide.LEFT).axis.y == pytest.approx(1.0)
+    assert chosen(watch(*looks), CrossingSide.RIGHT).axis.y == pytest.approx(-1.2)
 
 
 def test_a_door_that_is_found_now_and_then_is_none() -> None:
@@ -179,7 +179,7 @@ def ending(behaviour: CrossDoor, scans: Sequence[Seen | None], seconds: float = 
 def test_it_gives_up_where_nothing_is_found_or_seen() -> None:
     blank = [Seen(), Seen()]
     assert ending(CrossDoor(FRAME, finder), blank) == (BehaviourOutcome.FAILED, "waited 10 s: no door ahead")
-    assert ending(CrossDoor(FRAME, finder, DoorSide.LEFT), blank) == (
+    assert ending(CrossDoor(FRAME, finder, CrossingSide.LEFT), blank) == (
         BehaviourOutcome.FAILED,
         "waited 10 s: no door left",
     )

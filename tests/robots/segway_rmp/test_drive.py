@@ -16,7 +16,7 @@ from robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, build
 from robots.segway_rmp.control import MARGIN
 from robots.segway_rmp.firmware import ACCELERATION, COMMAND_HOLD, LATERAL, PERIOD, SegwayFirmware
 from robots.segway_rmp.obstacle_monitor import obstacle
-from robots.segway_rmp.protocol import COUNTS_PER_RADIAN, COUNTS_PER_SPEED, Command
+from robots.segway_rmp.protocol import COUNTS_PER_RADIAN, COUNTS_PER_SPEED, SegwayCommand
 from robots.signals import Signals
 from sim.sensors.inertial import InertialModel
 from tests.robots.balancing import Boxes, Machine
@@ -91,7 +91,7 @@ def test_a_command_holds_for_its_time_and_then_it_slows_to_a_stop() -> None:
 
 def test_the_machine_itself_stops_when_its_computer_is_silent() -> None:
     firmware = SegwayFirmware(build(tail=True))
-    firmware.receive(Command(velocity=332), 0.0)
+    firmware.receive(SegwayCommand(velocity=332), 0.0)
     speeds = []
     for tick in range(300):
         firmware.tick(Signals(time=tick * PERIOD, pulses=Pulses(0, 0)))
@@ -106,7 +106,7 @@ def test_the_machine_itself_stops_when_its_computer_is_silent() -> None:
 def test_no_command_makes_it_turn_faster_than_half_g(speed: float, turn: float) -> None:
     firmware = SegwayFirmware(build(tail=True))
     for tick in range(450):
-        firmware.receive(Command(round(speed), round(turn)), tick * PERIOD)
+        firmware.receive(SegwayCommand(round(speed), round(turn)), tick * PERIOD)
         firmware.tick(Signals(time=tick * PERIOD, pulses=Pulses(0, 0)))
     way, heading = firmware.courses
     assert abs(way.speed * heading.speed) <= LATERAL * 1.01

@@ -15,7 +15,7 @@ from robots.segway_rmp import LIMITS, MOUNTING, SHAPE, build
 from robots.segway_rmp.balance import GainSet, balancer
 from robots.segway_rmp.control import MARGIN, SegwayControl
 from robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, SegwayFirmware
-from robots.segway_rmp.protocol import Command, Config, Mode, StatusBits, StatusFrame
+from robots.segway_rmp.protocol import Config, Mode, SegwayCommand, StatusBits, StatusFrame
 from robots.segway_rmp.sensors import LOST_AFTER
 from robots.signals import Inertial
 from sim.sensors.inertial import InertialModel
@@ -135,7 +135,7 @@ def test_twelve_feet_off_its_place_it_goes_into_tractor_mode() -> None:
         time += PERIOD
         place += 1.0 * PERIOD  # carried away at 1 m/s, upright
         pulses = Pulses(*[place / 0.24 / (2 * math.pi) * build(tail=False).pulses_per_turn] * 2)
-        firmware.receive(Command(), time)
+        firmware.receive(SegwayCommand(), time)
         firmware.tick(Signals(time=time, pulses=pulses))
     assert place == pytest.approx(12 * 0.3048, abs=0.15)
     assert POSITION_ERROR == 12 * 0.3048
@@ -147,7 +147,7 @@ def test_gain_sets_are_latched_until_it_begins_to_balance_again() -> None:
     firmware = SegwayFirmware(plain)
 
     def told(config: Config, parameter: int) -> StatusFrame:
-        firmware.receive(Command(0, 0, config, parameter), 0.0)
+        firmware.receive(SegwayCommand(0, 0, config, parameter), 0.0)
         return fed(firmware, 0.0)
 
     assert told(Config.GAIN_SET, GainSet.HEAVY).gain_set is GainSet.TALL

@@ -19,9 +19,9 @@ from robots.segway_rmp.protocol import (
     RESET_FOREAFT,
     TOP_SPEED,
     TOP_TURN,
-    Command,
     Config,
     Mode,
+    SegwayCommand,
     StatusBits,
     StatusFrame,
     counts,
@@ -46,7 +46,7 @@ statuses = st.builds(
 )
 
 
-def complaint(decode: Callable[[bytes], Command | StatusFrame], frame: bytes) -> str:
+def complaint(decode: Callable[[bytes], SegwayCommand | StatusFrame], frame: bytes) -> str:
     """What is wrong with a frame; nothing where it is one, and then it comes out again as it went in."""
     try:
         told = decode(frame)
@@ -68,12 +68,12 @@ def test_scale_factors_are_those_of_the_machine() -> None:
     setting=st.sampled_from(SETTINGS),
 )
 def test_a_command_comes_back_from_its_frame(velocity: int, turn: int, setting: tuple[Config, int]) -> None:
-    command = Command(velocity, turn, *setting)
-    assert Command.decode(command.encode()) == command
+    command = SegwayCommand(velocity, turn, *setting)
+    assert SegwayCommand.decode(command.encode()) == command
 
 
 def test_a_command_frame_is_four_words() -> None:
-    assert Command(-332, 78, Config.MODE, Mode.TRACTOR).encode() == bytes.fromhex("feb4 004e 0010 0001")
+    assert SegwayCommand(-332, 78, Config.MODE, Mode.TRACTOR).encode() == bytes.fromhex("feb4 004e 0010 0001")
 
 
 @given(status=statuses)
@@ -85,14 +85,14 @@ def test_a_status_comes_back_from_its_frame(status: StatusFrame) -> None:
 
 @given(frame=st.binary(max_size=70))
 def test_bytes_are_a_command_that_gives_them_back_or_refused_in_one_line(frame: bytes) -> None:
-    assert "\n" not in complaint(Command.decode, frame)
+    assert "\n" not in complaint(SegwayCommand.decode, frame)
 
 
 @given(frame=st.binary(min_size=8, max_size=8))
 def test_no_eight_bytes_are_more_than_the_machine_takes(frame: bytes) -> None:
     velocity, turn, config, parameter = struct.unpack(">hhHH", frame)
     fits = abs(velocity) <= TOP_SPEED and abs(turn) <= TOP_TURN and (config, parameter) in SETTINGS
-    assert (complaint(Command.decode, frame) == "") == fits
+    assert (complaint(SegwayCommand.decode, frame) == "") == fits
 
 
 STATUS_SIZE = len(StatusFrame().encode())
@@ -116,7 +116,7 @@ def test_bytes_are_a_status_that_gives_them_back_or_refused_in_one_line(frame: b
 )
 def test_a_wrong_command_is_told(frame: bytes, message: str) -> None:
     with pytest.raises(RobotsError) as error:
-        Command.decode(frame)
+        SegwayCommand.decode(frame)
     assert str(error.value) == message
 
 

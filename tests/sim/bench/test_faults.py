@@ -17,7 +17,7 @@ from refseq.planar import Pose
 from robots import Robot, Twist
 from sim.acceptance.floor import empty_floor
 from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
-from sim.bench.faults import Agenda, CameraBlack, Fault, Kidnap, LaserDazzled, WheelSlip
+from sim.bench.faults import CameraBlack, Fault, FaultSchedule, Kidnap, LaserDazzled, WheelSlip
 from sim.bench.hardware import SIDES
 from sim.bench.settings import BenchSettings
 from sim.cameras.camera import CameraModel
@@ -122,7 +122,7 @@ BENT = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 3.0], [2.0, 0.0], [1.0, 0.0]])
 def test_a_kidnapped_robot_is_set_down_on_its_route_looking_along_it(floor: World, to: float, pose: Pose) -> None:
     with bench_in(floor, BENT) as bench:
         operator = operator_for(bench, 1, PERFECT)
-        Agenda([Kidnap(0.0, to)], bench, operator).look()
+        FaultSchedule([Kidnap(0.0, to)], bench, operator).look()
         assert (bench.pose.x, bench.pose.y) == pytest.approx((pose.x, pose.y), abs=1e-9)
         assert math.remainder(bench.pose.heading - pose.heading, 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
         assert operator.progress == pytest.approx(to, abs=1e-9)
@@ -332,8 +332,8 @@ class Course:
         assert pose.x == self.progress
 
 
-def agenda_of(course: Course, faults: Sequence[Fault]) -> Agenda:
-    return Agenda(faults, cast(Bench, course), cast(Operator, course))
+def agenda_of(course: Course, faults: Sequence[Fault]) -> FaultSchedule:
+    return FaultSchedule(faults, cast(Bench, course), cast(Operator, course))
 
 
 places = st.floats(0, 10)

@@ -11,7 +11,7 @@ import robots
 from refseq.planar import Pose
 from robots import Twist
 from robots.behaviours import BehaviourOutcome
-from robots.behaviours.cross_door import DoorSide
+from robots.behaviours.cross_door import CrossingSide
 from tests.sim.doorways import CORNERS, THICK, Crossing, Doorkeeper, cross, from_behind, rooms, standing, starts
 from worlds.build import World, build_world
 from worlds.light import light_named
@@ -198,7 +198,10 @@ def test_it_crosses_a_door_of_the_laboratory_between_poster_and_bin(laboratory: 
 def test_it_turns_from_a_corridor_into_a_room(name: str) -> None:
     """To the right and to the left of a corridor of 2.2 m; the second floor takes 20 s to build."""
     with standing(opened("second-floor", "north-labs-east-4"), name) as bench:
-        for start, side in ((Pose(43.5, 24.1, 0.0), DoorSide.RIGHT), (Pose(47.8, 24.2, math.pi), DoorSide.LEFT)):
+        for start, side in (
+            (Pose(43.5, 24.1, 0.0), CrossingSide.RIGHT),
+            (Pose(47.8, 24.2, math.pi), CrossingSide.LEFT),
+        ):
             crossing = cross(bench, start, side)
             assert crossing.good, crossing
             assert crossing.end.y + robots.load(name).shape.behind < 23.0 - THICK
