@@ -185,7 +185,7 @@ def test_without_ray_the_extra_is_named(
 
 def test_a_cluster_has_its_own_workers(refseq: Refseq, file: Path, cache: Path) -> None:
     said = refused(refseq, file, "--cache", cache, "--ray", "10.0.0.1:6379", "-j", "2")
-    assert "--workers 2 and --ray 10.0.0.1:6379 exclude each other" in said
+    assert "--workers and --ray exclude each other" in said
 
 
 # --- Ctrl-C ---
