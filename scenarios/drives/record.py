@@ -109,7 +109,7 @@ class NoViewError(ScenarioError):
 
 
 class Interrupted(KeyboardInterrupt):
-    """The user stopped a drive of which views are already recorded; the message says where."""
+    """The user stopped a drive; the message says where its views are kept, or that there are none."""
 
 
 def open_bench(drive: Drive, *, watched: bool = False) -> Bench:
@@ -171,8 +171,8 @@ def record(
 ) -> Recording:
     """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
 
-    When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised; before the
-    first view there is nothing to keep, and ``path`` stays as it was. Raises ``ScenarioError`` when ``path`` cannot be
+    When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised, which tells
+    of it; before the first view there is nothing to keep, and ``path`` stays as it was. Raises ``ScenarioError`` when ``path`` cannot be
     a file.
     """
     check_recording(path)

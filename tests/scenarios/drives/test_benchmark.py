@@ -28,7 +28,7 @@ def test_a_start_is_a_number_or_a_share(start: str, first: int) -> None:
 @pytest.mark.parametrize("start", ["10", "100%", "-1", "half", "", "1.5"])
 def test_a_start_outside_the_drive_is_told(start: str) -> None:
     with pytest.raises(
-        ScenarioError, match=rf"^run.log: start '{start}' is not in it; valid are 0 to 9 and 0% to 99%$"
+        ScenarioError, match=rf"^run.log: first view '{start}' is not in it; valid are 0 to 9 and 0% to 99%$"
     ):
         first_view(start, 10, LOG)
 
