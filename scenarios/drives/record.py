@@ -171,8 +171,8 @@ def record(
 ) -> Recording:
     """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
 
-    When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised, which tells
-    of it; before the first view there is nothing to keep, and ``path`` stays as it was. Raises ``ScenarioError`` when ``path`` cannot be
+    When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised; before the
+    first view there is nothing to keep, and ``path`` stays as it was. Raises ``ScenarioError`` when ``path`` cannot be
     a file.
     """
     check_recording(path)
