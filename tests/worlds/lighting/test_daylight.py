@@ -54,6 +54,15 @@ def test_direct_sun_fades_with_the_air_that_it_passes() -> None:
     assert np.exp(above_air) == pytest.approx(127_500, rel=0.035)  # the Earth's distance changes through the year
 
 
+def test_the_sun_is_strongest_when_the_earth_is_nearest_to_it() -> None:
+    # In January the Earth is 3.4 % nearer than in July: above the air the sun is (1.034 / 0.966) times as strong.
+    def above_air(month: int, day: int) -> float:
+        light = daylight(TABLE_PLACE, datetime.date(2009, month, day), 13)
+        return light.direct * np.exp(0.21 / np.sin(light.elevation))
+
+    assert above_air(1, 2) / above_air(7, 4) == pytest.approx(1.034 / 0.966, rel=1e-3)
+
+
 def test_daylight_only_falls_through_dusk_into_the_night() -> None:
     hours = np.arange(13.5, 24.0, 0.25)
     ground = np.array([daylight(TABLE_PLACE, AUTUMN, h).ground for h in hours])
