@@ -16,15 +16,15 @@ import typer
 
 from scenarios.cli import mission, robot, scenario, world
 from scenarios.cli.compare import COMPARE_HELP, compare
-from scenarios.cli.console import Notes, err, out
 from scenarios.cli.live import LIVE_HELP, live
 from scenarios.cli.localise import LOCALISE_HELP, localise
 from scenarios.cli.maps import LEARN_HELP, learn
 from scenarios.cli.maps import app as maps
-from scenarios.cli.options import flag
 from scenarios.cli.record import DRIVE_HELP, RECORD_HELP, drive, record
 from scenarios.cli.report import REPORT_HELP, report
-from scenarios.cli.usage import BenchCommand, UsageError, group, in_one_line
+from scenarios.cli.terminal.console import Notes, err, out
+from scenarios.cli.terminal.options import flag
+from scenarios.cli.terminal.usage import BenchCommand, UsageError, group, in_one_line
 from scenarios.cli.view import VIEW_HELP, view
 from scenarios.cli.workshop import DEMO_HELP, DOCTOR_HELP, demo, doctor
 from scenarios.errors import input_errors

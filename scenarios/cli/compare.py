@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scenarios.cli.console import out, print_json, step_bars
-from scenarios.cli.options import METHODS, Drives, Json, Seed, option, output
+from scenarios.cli.terminal.console import out, print_json, step_bars
+from scenarios.cli.terminal.options import METHODS, Drives, Json, Seed, option, output
 from scenarios.drives.inputs import check_output, words, writing
 from scenarios.errors import ScenarioError
 from scenarios.tables import print_whole

@@ -13,7 +13,7 @@ from refseq.viewer.map.tab import MapTab
 from refseq.viewer.places import Places
 from refseq.viewer.recording import write_recording
 from refseq.viewer.tab import Tab
-from scenarios.cli.console import Step
+from scenarios.cli.terminal.console import Step
 from scenarios.drives.evaluate import compare
 from scenarios.drives.record import QUERY_SEEDS, Drive, record
 from scenarios.report.document import write_report

@@ -4,9 +4,9 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scenarios.cli.console import status_line
 from scenarios.cli.localise import conclude
-from scenarios.cli.options import (
+from scenarios.cli.terminal.console import status_line
+from scenarios.cli.terminal.options import (
     BELIEFS,
     SCRIPT,
     AtLeast,
@@ -24,7 +24,7 @@ from scenarios.cli.options import (
     only_one_of,
     option,
 )
-from scenarios.cli.screen import in_file, on_screen
+from scenarios.cli.terminal.screen import in_file, on_screen
 from scenarios.drives.inputs import check_output, stages, words
 
 if TYPE_CHECKING:

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scenarios.cli.console import leave_below, out, print_json, print_results
-from scenarios.cli.options import (
+from scenarios.cli.terminal.console import leave_below, out, print_json, print_results
+from scenarios.cli.terminal.options import (
     BELIEFS,
     AtLeast,
     Json,

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.console import err, out, print_json, wrote
-from scenarios.cli.options import (
+from scenarios.cli.terminal.console import err, out, print_json, wrote
+from scenarios.cli.terminal.options import (
     CHART,
     Features,
     Json,
@@ -21,7 +21,7 @@ from scenarios.cli.options import (
     option,
     output,
 )
-from scenarios.cli.usage import BenchCommand, group
+from scenarios.cli.terminal.usage import BenchCommand, group
 from scenarios.drives.inputs import check_output, read_drive, words
 from scenarios.errors import ScenarioError
 from scenarios.tables import say

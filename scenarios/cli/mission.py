@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from scenarios.cli.console import err, out, saved
-from scenarios.cli.options import (
+from scenarios.cli.terminal.console import err, out, saved
+from scenarios.cli.terminal.options import (
     CHANGE,
     LIGHT,
     PICTURE,
@@ -25,7 +25,7 @@ from scenarios.cli.options import (
     option,
     output,
 )
-from scenarios.cli.usage import BenchCommand, group
+from scenarios.cli.terminal.usage import BenchCommand, group
 from scenarios.drives.inputs import assignments, check_folder, check_output, writing
 from scenarios.errors import ScenarioError
 from scenarios.tables import say

@@ -4,8 +4,8 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scenarios.cli.console import bars_on_terminal, out, progress_bar
-from scenarios.cli.options import (
+from scenarios.cli.terminal.console import bars_on_terminal, out, progress_bar
+from scenarios.cli.terminal.options import (
     RATE,
     RECORDING,
     SCRIPT,

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from scenarios.cli.console import out
-from scenarios.cli.options import REFERENCE, MapFile, QueryFile, Selection, grouped, output
+from scenarios.cli.terminal.console import out
+from scenarios.cli.terminal.options import REFERENCE, MapFile, QueryFile, Selection, grouped, output
 from scenarios.drives.inputs import check_output, read_comparison, writing
 from scenarios.tables import say
 

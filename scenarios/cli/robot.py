@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from scenarios.cli.console import out, print_json, saved
-from scenarios.cli.options import (
+from scenarios.cli.terminal.console import out, print_json, saved
+from scenarios.cli.terminal.options import (
     CAMERA_RENDERER,
     LIGHT,
     PICTURE,
@@ -25,7 +25,7 @@ from scenarios.cli.options import (
     only_one_of,
     option,
 )
-from scenarios.cli.usage import BenchCommand, group
+from scenarios.cli.terminal.usage import BenchCommand, group
 from scenarios.drives.inputs import check_output
 from scenarios.tables import say
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.console import err, out, print_json
-from scenarios.cli.options import CACHE, CASE, METHODS, Json, flag, only_one_of, option, output
-from scenarios.cli.usage import BenchCommand, group
+from scenarios.cli.terminal.console import err, out, print_json
+from scenarios.cli.terminal.options import CACHE, CASE, METHODS, Json, flag, only_one_of, option, output
+from scenarios.cli.terminal.usage import BenchCommand, group
 from scenarios.drives.inputs import check_folder, check_output, words, writing
 from scenarios.errors import ScenarioError
 from scenarios.tables import print_whole, say

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.console import out
-from scenarios.cli.options import REFERENCE, Screen, Selection, grouped, only_one_of, option, output
-from scenarios.cli.screen import in_file, on_screen
+from scenarios.cli.terminal.console import out
+from scenarios.cli.terminal.options import REFERENCE, Screen, Selection, grouped, only_one_of, option, output
+from scenarios.cli.terminal.screen import in_file, on_screen
 from scenarios.drives.inputs import check_folder, check_output, writing
 from scenarios.errors import ScenarioError
 from scenarios.tables import say

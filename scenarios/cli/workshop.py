@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.console import leave_below, out, print_json, print_results, step_bars
-from scenarios.cli.options import (
+from scenarios.cli.terminal.console import leave_below, out, print_json, print_results, step_bars
+from scenarios.cli.terminal.options import (
     LIGHT,
     RENDERER,
     ROBOT,

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from refseq.missions.lamp import parse_lamp, print_lamp
-from scenarios.cli.console import out
+from scenarios.cli.terminal.console import out
 from scenarios.errors import ScenarioError
 from scenarios.library import LIBRARY
 from scenarios.missions.lamp import read_program

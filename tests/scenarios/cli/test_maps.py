@@ -15,7 +15,7 @@ from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.map.profile import BEST, THESIS
 from refseq.view import LASER
-from scenarios.cli.console import out
+from scenarios.cli.terminal.console import out
 from scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
 from scenarios.maps.routes import leg_table
 from tests.refseq.rooms import named_maps

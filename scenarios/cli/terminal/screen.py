@@ -7,8 +7,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenarios.cli.console import out
-from scenarios.cli.options import Screen
+from scenarios.cli.terminal.console import out
+from scenarios.cli.terminal.options import Screen
 from scenarios.drives.inputs import writing
 from scenarios.tables import say
 

@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from scenarios.cli.app import app
-from scenarios.cli.usage import RENAMED_COMMANDS, RENAMED_OPTIONS
+from scenarios.cli.terminal.usage import RENAMED_COMMANDS, RENAMED_OPTIONS
 from tests.scenarios.conftest import Refseq
 
 SEVERAL_MEANINGS = {"--output": {"FILE", "FOLDER"}}
