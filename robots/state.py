@@ -29,7 +29,7 @@ LATCHED = frozenset({Cause.EMERGENCY, Cause.TIPPED, Cause.STUCK, Cause.SENSOR})
 
 
 class Blocked(Enum):
-    """Which motion a stop forbids."""
+    """Motion that a stop forbids."""
 
     ALL = "all"
     FORWARD = "forward"

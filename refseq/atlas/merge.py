@@ -31,7 +31,7 @@ class Decision:
     why: str
 
     def about(self, other: "Decision") -> bool:
-        """Whether two decisions are about stretches of the same sequences that have views in common."""
+        """True if two decisions are about stretches of the same sequences that have views in common."""
         pairs = (self.first, other.first), (self.second, other.second)
         return (self.one, self.other) == (other.one, other.other) and all(
             mine[0] <= its[1] and its[0] <= mine[1] for mine, its in pairs
@@ -126,12 +126,12 @@ class _Merging:
         self._paths = list(map_.paths)
 
     def pair(self, number: int) -> tuple[ReferenceSequence, ReferenceSequence] | None:
-        """What a sequence and the new one still hold; None if either holds nothing."""
+        """The places that a sequence and the new one still hold; None if either holds nothing."""
         one, new = self._held[number], self._held[-1]
         return (one, new) if one and new else None
 
     def decision(self, number: int, overlap: Overlap) -> Decision:
-        """What is to be decided about an overlap, and what speaks for it or against it."""
+        """The decision about an overlap, with the reasons for and against it."""
         ends = overlap.pairs[[0, -1]]
         first, second = self._views(number)[ends[:, 0]], self._views(len(self._held) - 1)[ends[:, 1]]
         told = ", ".join(f"{sensor} tells {nats:.2f}" for sensor, nats in overlap.told.items())

@@ -20,7 +20,7 @@ from refseq.view import LASER
 
 @dataclass(frozen=True, slots=True)
 class OverlapSettings:
-    """What counts as running through the same places, all lengths in metres along the sequences.
+    """Settings of the search for overlaps, all lengths in metres along the sequences.
 
     A view is matched where it is on the other sequence with probability above ``sure``, and the place that it is at
     leads back to within ``near`` of it. Matched views no farther apart than ``bridge`` make one stretch; it is cut to
@@ -71,7 +71,7 @@ class Overlap:
 
 
 Told = Callable[[str, NDArray[np.intp]], NDArray[np.float64]]
-"""What a sensor tells for pairs of places (n, 2): (n,) [nats]."""
+"""Information of a sensor about pairs of places (n, 2): (n,) [nats]."""
 
 
 def overlaps(
@@ -119,7 +119,7 @@ def stretches(
 
 
 def told_by(there: Translation, back: Translation) -> Told:
-    """What the sensors of two maps tell for pairs of their places: the mean of both ways; each is looked for once."""
+    """Information of the sensors of two maps about pairs of their places: the mean of both ways; each is looked for once."""
 
     @cache
     def likelihoods(sensor: str) -> tuple[NDArray[np.float64], ...]:
@@ -147,7 +147,7 @@ def most_beyond(values: NDArray[np.float64], bar: float) -> slice:
 
 @dataclass(frozen=True, slots=True)
 class _Judge:
-    """What makes of matched pairs an overlap, or objects."""
+    """Make an overlap of matched pairs, or object."""
 
     one: ReferenceSequence
     other: ReferenceSequence

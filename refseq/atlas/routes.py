@@ -21,7 +21,7 @@ from refseq.map.map import Map
 from refseq.map.path import MapPath
 
 CHANGE = 5.0
-"""What a change of paths must save to be worth it [m]; a choice: the length of the shortest stretch that is joined.
+"""Saving that makes a change of paths worth it [m]; a choice: the length of the shortest stretch that is joined.
 
 Views lie up to half a view's distance from the place that they share. Where changing were free, a route would hop from
 path to path and gain that much, on paper, at every hop.
@@ -111,7 +111,7 @@ def place_name(map_: Map, place: int) -> str:
 
 
 def _journeys(map_: Map, change: float) -> nx.DiGraph:
-    """What can be done next, and what it costs [m].
+    """Next steps of a route, with their costs [m].
 
     Nodes are the map's places, and after them the positions of all paths, path behind path: a place twice on a path,
     as where a robot dawdled, is two positions. On board is free; off costs a change, for the last leg too, of which

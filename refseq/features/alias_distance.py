@@ -56,7 +56,7 @@ def distances_of_things(
 def _seen_again(
     first: NDArray[Any], second: NDArray[Any], ratio: float
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Which of ``first`` are surely seen again in ``second``, and their squared distances."""
+    """Members of ``first`` that are surely seen again in ``second``, and their squared distances."""
     if not len(first) or len(second) < 2:
         return np.zeros(0, np.intp), np.zeros(0)
     squared = squared_distances(first, second).astype(np.float64)

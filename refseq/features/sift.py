@@ -31,7 +31,7 @@ class SiftKeys(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SiftSettings:
-    """Which keys of an image are used, and which descriptors are the same word.
+    """Settings of SIFT: the keys of an image that are used, and the distance within which descriptors are one word.
 
     ``cap`` is the most features an image gives, strongest first; ``contrast`` is OpenCV's contrast threshold. Keys are
     used from ``first_octave`` to ``last_octave``: −1 is the doubled image, 0 the full and 1 the half resolution.

@@ -14,7 +14,7 @@ from refseq.planar import Pose, after_motion, in_world
 from refseq.view import View
 
 LANDMARK = DoorSettings(edge=0.04, recess=0.0)
-"""How doors are found that are landmarks: a closed one counts as well, whose leaf lies behind the wall's face."""
+"""Settings for doors that are landmarks: a closed one counts as well, whose leaf lies behind the wall's face."""
 NEAR = 5.0
 """A door is looked for no farther off than this [m]: a choice, a few views before it is reached."""
 SAME = 0.8
@@ -90,7 +90,7 @@ def _door(content: Any) -> PathDoor:
 
 
 def annotations_of(views: Sequence[View]) -> Annotations:
-    """What the views of a drive tell, one place a view."""
+    """Annotations from the views of a drive, one place a view."""
     told = tuple(view.behaviour for view in views)
     return Annotations(told if any(told) else (), tuple(doors_along(views)))
 
@@ -126,7 +126,7 @@ class _Track:
     sightings: list[_DoorInView]
 
     def shows(self, other: _DoorInView) -> bool:
-        """Whether another sighting is of this door: by the last one, as the odometer drifts."""
+        """True if another sighting is of this door: by the last one, as the odometer drifts."""
         last = self.sightings[-1]
         return last.side is other.side and math.dist(last.centre, other.centre) < SAME
 

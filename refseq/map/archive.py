@@ -23,10 +23,10 @@ FORMAT = "refseq-map"
 VERSION = 4
 HEADER = "map.json"
 OLD_ATLAS = "atlas.json"
-"""What stood in the header's place where a file of format version 3 held several maps."""
+"""Name in the header's place where a file of format version 3 held several maps."""
 EPOCH = (1980, 1, 1, 0, 0, 0)  # zip's earliest date: the same map gives the same bytes
 DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError, EOFError, ValueError, OverflowError)
-"""What ``zipfile`` raises for bytes that make no archive; RuntimeError includes methods that it does not know."""
+"""Errors of ``zipfile`` for bytes that make no archive; RuntimeError includes methods that it does not know."""
 
 Arrays = Mapping[str, NDArray[Any]]
 

@@ -76,7 +76,7 @@ class Map:
 
     @property
     def has_one_path(self) -> bool:
-        """Whether it is the map of a single drive."""
+        """True for the map of a single drive."""
         return len(self.paths) == 1
 
     @property
@@ -99,7 +99,7 @@ class Map:
 
     @cached_property
     def metadata(self) -> Mapping[str, str]:
-        """What is known of the drives, by key; where they differ, what each says, commas between."""
+        """Metadata of the drives, by key; where they differ, the value of each, commas between."""
         values: dict[str, dict[str, None]] = {}
         for sequence in self.sequences:
             for key, value in sequence.metadata.items():
@@ -137,7 +137,7 @@ class Map:
         return views
 
     def _own(self, path: MapPath) -> NDArray[np.bool_]:
-        """Which views of a path hold their place themselves, (K,)."""
+        """Mask of the views of a path that hold their place themselves, (K,)."""
         own = np.array([name == path.name for name in self.names])
         return np.asarray(own[path.sequences])
 

@@ -21,14 +21,14 @@ from refseq.inference.matching.mixture import MixtureSettings
 
 
 class Matching(StrEnum):
-    """How a view is compared with the places."""
+    """Ways to compare a view with the places."""
 
     MIXTURE = "mixture"
     LOG_RATIO = "log_ratio"
 
 
 class Decoder(StrEnum):
-    """How the chain answers."""
+    """Ways to decode the chain."""
 
     VITERBI = "viterbi"
     FORWARD = "forward"
@@ -36,7 +36,7 @@ class Decoder(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class MethodSettings:
-    """Which of the methods there are is used: the thesis' are the mixture, and Viterbi over a sliding window."""
+    """Choice of matching and decoding: the thesis' are the mixture, and Viterbi over a sliding window."""
 
     matching: Matching = Matching.MIXTURE
     decoding: Decoder = Decoder.VITERBI

@@ -51,7 +51,7 @@ class ReferenceSequence:
 
     @cached_property
     def emissions(self) -> Emissions:
-        """What each place emits: the sequence compared with itself (H3)."""
+        """Emissions of each place: the sequence compared with itself (H3)."""
         posteriors = (
             self.match(ids, (EMISSION_SEED, place)).likelihood for place, ids in enumerate(self.matrix.columns())
         )
@@ -59,7 +59,7 @@ class ReferenceSequence:
 
     @cached_property
     def log_ratio_model(self) -> LogRatioModel:
-        """How the features show up, and what they are worth (docs/best.md)."""
+        """Log ratios of the features, calibrated on this sequence (docs/best.md)."""
         return LogRatioModel(self.matrix, self.along, self.profile.log_ratio)
 
 

@@ -162,7 +162,7 @@ class NetworkTracker:
 
 
 def added_up(timings: Iterable[Timings]) -> Timings:
-    """What steps took in all."""
+    """Sum of the times of several steps."""
     found = list(timings)
     names = [field.name for field in fields(Timings)]
     return Timings(**{name: math.fsum(getattr(one, name) for one in found) for name in names})

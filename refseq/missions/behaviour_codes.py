@@ -5,7 +5,7 @@ a place is reached, and how these are told how far.
 """
 
 GOING_ON = "MN"
-"""What is done where nobody knows how the way was driven: carry on."""
+"""Behaviour where nobody knows how the path was driven: carry on."""
 SHORTEST = 0.05
 """No way is told that is shorter than this [m]: robots take less for no way at all."""
 LONGEST = 1000.0

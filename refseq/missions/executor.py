@@ -346,4 +346,4 @@ class Executor:
 
 
 _WEIGHT = {Status.LOST: Level.WARN, Status.FAILED: Level.ERROR, Status.ABORTED: Level.ERROR}
-"""How much it matters that a mission comes to stand so."""
+"""Level of the log line when a mission comes to a status."""

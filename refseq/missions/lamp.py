@@ -56,7 +56,7 @@ WORDS: Mapping[LampWord, Meaning] = MappingProxyType(
         LampWord.DISTANCE: Meaning("mm", 1, 100_000),
     }
 )
-"""What each word stands for; the bounds are ours."""
+"""Meaning and bounds of each word; the bounds are ours."""
 
 TAKES: Mapping[Verb, tuple[LampWord, ...]] = MappingProxyType(
     {

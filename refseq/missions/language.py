@@ -52,7 +52,7 @@ ADMITTED: Mapping[Label, tuple[BehaviourCode, ...]] = MappingProxyType(
         Label.PLACE: (*_ANYWHERE, BehaviourCode.FOLLOW_WALL),
     }
 )
-"""What may be done at each kind of landmark."""
+"""Behaviours that are allowed at each kind of landmark."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,9 +17,9 @@ from refseq.missions.tasks import Task
 BEFORE_DOOR = 1.2
 """Crossing a door begins so far before the robot is abreast of it [m]: a choice, where the laser sees all of it."""
 AT_ONCE = 2.0
-"""What was learnt to be done within this of a landmark [m] the landmark's own behaviour stands for: a choice."""
+"""Range around a landmark [m] in which its own behaviour replaces those that were learnt: a choice."""
 WALL = "MW:right,1"
-"""What ``MW`` means in a string, which has no room for side and distance: a choice."""
+"""Behaviour that ``MW`` means in a string, which has no room for side and distance: a choice."""
 END, START = "end", "start"
 LEARNT, UNTOLD = "as learnt", "nobody told how the way begins"
 

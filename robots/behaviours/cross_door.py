@@ -36,7 +36,7 @@ FARTHEST = 2.5
 
 
 class CrossingSide(Enum):
-    """Which way one goes through the door that is meant, against the robot's heading when it begins [rad]."""
+    """Direction through the door that is meant, against the robot's heading when it begins [rad]."""
 
     AHEAD = 0.0
     LEFT = math.pi / 2

@@ -118,7 +118,7 @@ class StateObserver:
         return self.state
 
     def _part(self, believed: tuple[bool, ...]) -> tuple[NDArray[np.bool_], Matrix, Matrix]:
-        """Which readings are believed, what they read of the states, and their noise."""
+        """Readings that are believed, their rows of the states, and their noise."""
         if believed not in self._parts:
             rows = np.array(believed)
             self._parts[believed] = rows, self._sensing[rows], np.diag(self._noise[rows])

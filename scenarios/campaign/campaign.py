@@ -26,7 +26,7 @@ from scenarios.campaign.store.cache import DamagedError, Store
 from scenarios.errors import ScenarioError
 
 TICK = 0.25
-"""How often a watcher is told that time goes by [s]."""
+"""Period in which a watcher is told that time goes by [s]."""
 
 
 class Watcher:

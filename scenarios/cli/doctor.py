@@ -1,4 +1,4 @@
-"""What this machine offers the bench, what each missing piece costs the user, and the one line that mends it."""
+"""Check what this machine offers the bench, tell the cost of each missing piece, and the one line that mends it."""
 
 import importlib.metadata
 import os

@@ -40,7 +40,7 @@ PATIENCE = 4.0
 
 
 class Direction(Enum):
-    """Which way round a square is driven; the value is the sign of its turns."""
+    """Sense in which a square is driven; the value is the sign of its turns."""
 
     CLOCKWISE = -1
     COUNTER_CLOCKWISE = 1

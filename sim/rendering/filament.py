@@ -203,6 +203,6 @@ def split_lights(model: mujoco.MjModel) -> list[LightSplit]:
 
 
 def casts_shadow(model: mujoco.MjModel) -> NDArray[np.bool_]:
-    """Which lights throw shadows, (nlight,)."""
+    """Mask of the lights that throw shadows, (nlight,)."""
     image = model.light_type == mujoco.mjtLightType.mjLIGHT_IMAGE
     return (model.light_castshadow != 0) & ~image & (model.light_active != 0) & (model.light_intensity > 0)

@@ -118,6 +118,6 @@ class Laser:
 
 
 def _dazzled(low: float, high: float) -> NDArray[np.bool_]:
-    """Which beams (361,) point into the arc from ``low`` counter-clockwise to ``high`` [rad]; a width of 2π is all."""
+    """Mask of the beams (361,) in the arc from ``low`` counter-clockwise to ``high`` [rad]; a width of 2π is all."""
     inside: NDArray[np.bool_] = (START + STEP * np.arange(BEAMS) - low) % (2 * np.pi) <= high - low
     return inside

@@ -12,7 +12,7 @@ from refseq.belief import normalised_entropy
 from refseq.inference.chain.chain import ChainSettings
 
 MOST_ALIKE = 256
-"""How many places a row of the similarity keeps at most: enough to be exact for paths as long as the thesis'."""
+"""Most places that a row of the similarity keeps: enough to be exact for paths as long as the thesis'."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from refseq.inference.chain.chain import Chain, ChainSettings, Transitions
 from refseq.inference.chain.motion import MotionSettings
 
 APART = 10_000.0
-"""How far behind each other paths are laid [m]: no window and no relocalisation reaches so far."""
+"""Distance between paths that are laid behind each other [m]: no window and no relocalisation reaches so far."""
 
 
 @dataclass(frozen=True)

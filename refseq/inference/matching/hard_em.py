@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix
 from refseq.inference.matching.columns import Columns
 
 DISTANCES = 1 << 18
-"""How many distances of views to components are held at a time; by measurement."""
+"""Most distances of views to components that are held at a time; by measurement."""
 EXACT = 1 << 22
 """Up to this, sums and differences of whole numbers are exact in single precision."""
 

@@ -63,7 +63,7 @@ def _inside(
     shape: Shape,
     margin: float,
 ) -> NDArray[np.bool_]:
-    """Which of n points are in the robot's box, with a ``margin`` all around, at which of k poses: (k, n)."""
+    """Mask of the points (n,) in the robot's box, with a ``margin`` all around, at each of k poses: (k, n)."""
     x = points[None, :, 0] - centres[:, None, 0]
     y = points[None, :, 1] - centres[:, None, 1]
     cos, sin = np.cos(turned)[:, None], np.sin(turned)[:, None]

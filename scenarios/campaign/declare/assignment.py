@@ -7,7 +7,7 @@ from scenarios.missions.file import Asked
 
 ODOMETRY, LAMP = "odometry", "lamp"
 LEADERS = (ODOMETRY, LAMP)
-"""Who leads a robot beside the methods that know places: its odometer alone, and a program of sonars and odometry."""
+"""Leaders of a robot beside the methods that know places: its odometer alone, and a program of sonars and odometry."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -133,4 +133,4 @@ FIGURES: Mapping[str, Figure[Figures]] = MappingProxyType(
         "milliseconds": Figure(lambda f: f.cost, Unit.MILLISECONDS, "time a view without features, median"),
     }
 )
-"""What can be expected."""
+"""Figures that an expectation may name."""

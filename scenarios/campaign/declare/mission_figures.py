@@ -27,4 +27,4 @@ MISSION_FIGURES: Mapping[str, Figure[MissionFigures]] = MappingProxyType(
         "refused": Figure(lambda f: float(f.refused), Unit.NONE, "missions that what was learnt has no place for"),
     }
 )
-"""What can be expected."""
+"""Figures that an expectation may name."""

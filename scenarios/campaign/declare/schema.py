@@ -120,7 +120,7 @@ class ImagesTable(Table):
 
 
 def kind_of(table: object) -> str:
-    """Which kind of source a table is of, by the key that only this kind has."""
+    """Kind of source of a table, by the key that only this kind has."""
     keys = table if isinstance(table, dict) else vars(table)
     return next((kind for kind in ("log", "images") if kind in keys), "drive")
 

@@ -29,7 +29,7 @@ class SchemaType(Protocol):
     not_inherited: tuple[str, ...]
     """Keys that the query does not take over from the reference."""
     query_defaults: Mapping[str, Any]
-    """What the query has of these, where the file does not say."""
+    """Defaults of the query, where the file does not say."""
 
     @abstractmethod
     def expectation(self, text: str, scenario: Any) -> Expectation:

@@ -26,7 +26,7 @@ SHARES: Mapping[str, Callable[[MethodRecord], str]] = MappingProxyType(
         "failures_narrow": lambda one: one.success_narrow.failed,
     }
 )
-"""What is told of the share of right answers; all other figures go by their names in the result file."""
+"""Columns for the share of right answers; all other figures go by their names in the result file."""
 
 
 def summary(record: CampaignRecord, figure: str, wanted: Sequence[str] = ()) -> Summary:

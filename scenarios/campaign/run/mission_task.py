@@ -28,7 +28,7 @@ from sim.bench.bench import Bench
 from sim.rendering.renderer import RendererKind
 
 BLIND = (ODOMETRY, LAMP)
-"""Who looks at nothing: no image has to be drawn for them."""
+"""Leaders without a camera: no image has to be drawn for them."""
 
 
 @dataclass(frozen=True)

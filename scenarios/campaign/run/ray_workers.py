@@ -31,15 +31,15 @@ from scenarios.campaign.store.cache import Store
 from scenarios.errors import ScenarioError
 
 PATIENCE = 5.0
-"""How long an address may take to answer [s]."""
+"""Time in which an address has to answer [s]."""
 GREETING = 120.0
-"""How long the nodes may take to say what they have [s]: each imports all that simulates."""
+"""Time in which the nodes have to say what they have [s]: each imports all that simulates."""
 RETRIES = 5
-"""How often a task is begun again when its node is lost."""
+"""Number of times that a task is begun again when its node is lost."""
 HELD = 16
 """Recordings that are held ready in the cluster's memory; more are read again."""
 LOOK = 5.0
-"""How often the cluster is asked how many cores it has [s]."""
+"""Period in which the cluster is asked for its number of cores [s]."""
 AUTO = "auto"
 QUIET = {
     "RAY_USAGE_STATS_ENABLED": "0",  # no telemetry

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 T = TypeVar("T")
 LOOK = 1.0
-"""How often a worker looks whether its master lives [s]."""
+"""Period in which a worker looks whether its master lives [s]."""
 BLAS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Sums that are split among threads are rounded otherwise: one thread, so that answers do not depend on the cores."""
 RENDERING = "LP_NUM_THREADS"

@@ -22,7 +22,7 @@ from scenarios.methods.plugins import is_plugin
 
 T = TypeVar("T")
 TRIES = 3
-"""How often a task is handed out that no process began: one died while it was idle, and took the pool with it."""
+"""Number of times that a task is handed out which no process began: one died idle, and took the pool with it."""
 FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)
 """Signals that others send: people, and a system that has run out of memory."""
 

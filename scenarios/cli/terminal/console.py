@@ -1,4 +1,4 @@
-"""What the commands show on the terminal: lines, the table of results, bars."""
+"""Output of the commands on the terminal: lines, the table of results, bars."""
 
 import json
 import logging
@@ -183,7 +183,7 @@ def bars_on_terminal() -> "Iterator[Bars]":
 
 
 def drive_progress(bars: "Bars", task: "TaskID") -> "Progress":
-    """What fills a bar as the robot comes along its route."""
+    """A callback that fills a bar as the robot comes along its route."""
 
     def show(progress: float, length: float, views: int) -> None:
         bars.update(task, total=length, completed=progress, seen=f"{progress:5.1f} of {length:.0f} m, {views:3d} views")
