@@ -119,7 +119,7 @@ def stretches(
 
 
 def told_by(there: Translation, back: Translation) -> Told:
-    """Information of the sensors of two maps about pairs of their places: the mean of both ways; each is looked for once."""
+    """Information of the sensors of two maps about pairs of their places: the mean of both ways."""
 
     @cache
     def likelihoods(sensor: str) -> tuple[NDArray[np.float64], ...]:
