@@ -64,9 +64,9 @@ ARROWS = (
         ((470, 60), (470, 44), (540, 44), (540, 60)),
         (400, 22),
     ),
-    Arrow((Status.TRAVELLING,), (Status.APPROACHING,), "landmark near", ((355, 136), (355, 254)), (362, 200)),
+    Arrow((Status.TRAVELLING,), (Status.APPROACHING,), "landmark near", ((310, 136), (310, 254)), (317, 200)),
     Arrow(
-        (Status.TRAVELLING, Status.APPROACHING), (Status.LOST,), "views disagree", ((280, 272), (170, 272)), (174, 264)
+        (Status.TRAVELLING, Status.APPROACHING), (Status.LOST,), "views disagree", ((280, 272), (170, 272)), (171, 264)
     ),
     Arrow(ACTIVE, (Status.PAUSED,), "pause", ((300, 360), (300, 420)), (256, 395)),
     Arrow((Status.PAUSED,), ACTIVE, "resume, as it was", ((360, 420), (360, 360)), (368, 395)),
