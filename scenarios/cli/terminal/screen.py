@@ -50,9 +50,9 @@ def on_screen(name: str, screen: Screen, *, live: bool = False) -> "Iterator[rr.
             if live:
                 say(out, line)
             yield stream
-            if not live:
-                say(out, line)
-            with suppress(KeyboardInterrupt):
+            with suppress(KeyboardInterrupt):  # from the moment the page is told: somebody may be quick
+                if not live:
+                    say(out, line)
                 while True:
                     time.sleep(3600)
     else:
