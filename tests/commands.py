@@ -76,6 +76,6 @@ def check_commands(code: str) -> None:
 
 @cache
 def run_commands() -> list[str]:
-    """What ``run`` takes, by its own help."""
+    """Commands of ``run``, by its own help."""
     told = subprocess.run(["sh", ROOT / "run", "help"], capture_output=True, text=True, check=True).stdout
     return re.findall(r"^  (\w+) ", told, re.MULTILINE)

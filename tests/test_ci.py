@@ -29,7 +29,7 @@ def entries() -> list[str]:
 
 
 def check_schema(file: Path, schema: str) -> str:
-    """What the schema has against a file."""
+    """Objections of the schema to a file."""
     command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", f"vendor.{schema}", str(file)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return "" if done.returncode == 0 else done.stdout + done.stderr

@@ -1,4 +1,4 @@
-"""What a path remembers for missions: doors in scans of known floors, and behaviours that survive files and merging."""
+"""Annotations of a path for missions: doors in scans of known floors, and behaviours that survive files and merging."""
 
 import json
 import math

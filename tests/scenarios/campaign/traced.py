@@ -78,7 +78,7 @@ def files_run(call: Callable[[], object]) -> list[str]:
 
 
 def call_for(kind: str, folder: Path) -> Callable[[], object]:
-    """What makes something of a ``kind``; keys are reckoned before."""
+    """Entry points that make something of a ``kind``; keys are reckoned before."""
     (folder / "small.toml").write_text(SMALL.format(top="", end=""))
     store = Store(folder / "store")
     if kind == "recording":

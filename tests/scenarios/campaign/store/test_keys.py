@@ -63,7 +63,7 @@ def forget() -> None:
 
 @pytest.fixture
 def key_makers(made: Mapping[str, Closure], tmp_path: Path) -> Mapping[str, Callable[[], object]]:
-    """What makes a key of each kind, of tasks that were never asked for theirs."""
+    """Functions that make a key of each kind, of tasks that were never asked for theirs."""
 
     def case(text: str, name: str) -> Case:
         (tmp_path / f"{name}.toml").write_text(text)
