@@ -51,7 +51,7 @@ def localise(
     check_output(output)
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = Map.load(map_file)
-    drive = read_drive(query, selection.views, selection.thin, seed + 1 if selection.odometry_noise else None)
+    drive = read_drive(query, selection.with_noise(seed + 1))
     name = f"{map_file.name} ← {query.name}"
     comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
     conclude(comparison, map_, output, at_least, as_json=as_json)

@@ -60,7 +60,7 @@ def learn(
 
     check_output(output)
     chosen, wanted, extracted = profile_named(profile), words(sensors, "sensors"), words(features, "features")
-    drive = read_drive(recording, selection.views, selection.thin, seed if selection.odometry_noise else None)
+    drive = read_drive(recording, selection.with_noise(seed))
     metadata = {**drive.metadata, "source": recording.name}
     map_ = learn_map(drive.views, sensors=wanted, features=extracted, profile=chosen, metadata=metadata)
     map_.save(output)

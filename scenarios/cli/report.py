@@ -32,7 +32,7 @@ def report(
     from scenarios.report.outline import outline_for
 
     check_output(output)
-    comparison = read_comparison(map_file, query, beliefs, reference, selection.views, selection.thin)
+    comparison = read_comparison(map_file, query, beliefs, reference, selection.chosen())
     with writing(output):
         write_report(output, [comparison], title=comparison.name, outline=outline_for([comparison]))
     say(out, f"{output}")

@@ -50,7 +50,7 @@ def view(
     if layers is not None:
         check_folder(layers)
     screen.check(output or layers)
-    content = read_content(files, reference, selection.views, selection.thin)
+    content = read_content(files, reference, selection.chosen())
     if layers is not None:
         _write_layers(content, layers)
         return

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from refseq.logs import Recording
 from refseq.view import View
-from scenarios.drives.inputs import read_drive
+from scenarios.drives.inputs import DriveSelection, read_drive
 from scenarios.drives.naming import pair_name
 from scenarios.errors import ScenarioError
 from scenarios.methods.by_name import METHODS, answers
@@ -53,7 +53,7 @@ def run_benchmark(contest: Benchmark, step: Callable[[str], object]) -> list[Com
     comparisons = []
     for number, (first, later) in enumerate(contest.pairs):
         step(f"pair {number + 1} of {len(contest.pairs)}")
-        reference, query = read_drive(first, contest.places, None), read_drive(later, None, None)
+        reference, query = read_drive(first, DriveSelection(contest.places)), read_drive(later)
         views = query_views(query.views, contest, later)
         beliefs = answers(contest.methods, reference.views, views, seed=contest.seed)
         name = _name(reference, query, contest)

@@ -5,7 +5,7 @@ import math
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,23 @@ if TYPE_CHECKING:
     from refseq.belief import Stage
     from refseq.logs import Recording
     from scenarios.scoring.comparison import Comparison
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSelection:
+    """Part of a recording that is read, and how: the library's side of the options that commands share.
+
+    ``views`` is FROM:TO, counted before thinning; ``thin`` keeps one view every so far [m]; ``noise_seed`` adds noise
+    to the odometry. None leaves all as it is.
+    """
+
+    views: str | None = None
+    thin: float | None = None
+    noise_seed: int | None = None
+
+
+WHOLE = DriveSelection()
+"""All views, as they were recorded."""
 
 
 def words(text: str | None, what: str) -> tuple[str, ...] | None:
@@ -74,7 +91,7 @@ def writing(path: Path) -> Iterator[None]:
         raise ScenarioError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
-def read_drive(path: Path, views: str | None, thin: float | None, noise_seed: int | None = None) -> "Recording":
+def read_drive(path: Path, selection: DriveSelection = WHOLE) -> "Recording":
     """Read a recording, keep the views asked for, and thin them."""
     import numpy as np
 
@@ -82,12 +99,13 @@ def read_drive(path: Path, views: str | None, thin: float | None, noise_seed: in
     from refseq.logs.thin import every, with_odometry_noise
     from scenarios.drives.selection import stretch
 
+    thin = selection.thin
     recording = read_recording(path)
     if not recording.complete:
         logging.getLogger(__name__).warning("%s was cut off; its %d views are used", path, len(recording.views))
-    kept = recording.views[stretch(views, len(recording.views), path)]
-    if noise_seed is not None:
-        kept = with_odometry_noise(kept, np.random.default_rng(noise_seed))
+    kept = recording.views[stretch(selection.views, len(recording.views), path)]
+    if selection.noise_seed is not None:
+        kept = with_odometry_noise(kept, np.random.default_rng(selection.noise_seed))
     if thin is not None and not math.isfinite(thin):
         raise ScenarioError(f"thin {thin} is not valid; it should be a number of metres, 0 or more")
     if thin:
@@ -100,8 +118,7 @@ def read_comparison(
     query: Path,
     beliefs: Path,
     reference: Path | None,
-    views: str | None,
-    thin: float | None,
+    selection: DriveSelection = WHOLE,
 ) -> "Comparison":
     """A localised drive put together again from its files."""
     from refseq.logs.beliefs import read_beliefs
@@ -115,10 +132,10 @@ def read_comparison(
         raise ScenarioError(
             f"{reference}: has the pictures of one drive, {map_file} is a map of several; valid is no reference"
         )
-    drive, answers = read_drive(query, views, thin), read_beliefs(beliefs)
+    drive, answers = read_drive(query, selection), read_beliefs(beliefs)
     if not answers:
         raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of {query}")
-    places = read_drive(reference, None, None).views if reference else None
+    places = read_drive(reference).views if reference else None
     try:
         return comparison_of(f"{map_file.name} ← {query.name}", map_, drive, answers, places)
     except ScenarioError as error:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.drives.inputs import read_drive
+from scenarios.drives.inputs import WHOLE, DriveSelection, read_drive
 from scenarios.drives.viewer_recording import is_recorded, name_of, record_at
 from scenarios.errors import ScenarioError
 
@@ -85,24 +85,24 @@ class _Files:
         return found
 
 
-def read_content(files: Sequence[Path], reference: Path | None, views: str | None, thin: float | None) -> ViewerContent:
+def read_content(files: Sequence[Path], reference: Path | None, selection: DriveSelection = WHOLE) -> ViewerContent:
     """Read what the files hold. Raises ``ScenarioError`` for files that do not belong together."""
     from refseq.map.map import Map
     from refseq.viewer.localise_tab import LocaliseTab
     from refseq.viewer.map.tab import MapTab
 
     if len(files) == 1 and is_recorded(files[0]):
-        if reference is not None or views is not None or thin is not None:
+        if reference is not None or selection != WHOLE:
             raise ScenarioError(f"{files[0]}: is shown as it is; valid is without --reference, --views and --thin")
         record = record_at(files[0])
         return RecordedContent(name_of(record), (), path=record)
     found = _Files.sorted_out(files)
     learnt = [Map.load(path) for path in found.maps]
-    first = read_drive(reference, None, None).views if reference else ()
+    first = read_drive(reference).views if reference else ()
     if not found.recordings:
         places = _places(found.maps[0], learnt[0], reference, first)
         return ViewerContent(files[0].name, [MapTab(learnt[0], places.views)])
-    drive = read_drive(found.recordings[0], views, thin)
+    drive = read_drive(found.recordings[0], selection)
     if not found.tables:
         return ViewerContent(files[0].name, (), LocaliseTab(drive.views))
     name = f"{found.maps[0].name} ← {found.recordings[0].name}"

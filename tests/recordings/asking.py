@@ -19,7 +19,7 @@ from refseq.map.localiser import localise
 from refseq.map.map import Map
 from refseq.map.profile import BEST, THESIS, Profile
 from refseq.view import View
-from scenarios.drives.inputs import read_drive
+from scenarios.drives.inputs import DriveSelection, read_drive
 from scenarios.scoring.comparison import Comparison
 from scenarios.scoring.outcome import Outcome
 from scenarios.scoring.path_geometry import WIDE, Tolerance
@@ -72,8 +72,8 @@ def laser_revisit(log: Path, reference: str, queries: Sequence[str]) -> list[Com
         for comparison in ask(
             log.name,
             LASER_PROFILES,
-            read_drive(log, reference, 0.5, seed).views,
-            [read_drive(log, query, 0.5, len(SEEDS) + seed).views for query in queries],
+            read_drive(log, DriveSelection(reference, 0.5, seed)).views,
+            [read_drive(log, DriveSelection(query, 0.5, len(SEEDS) + seed)).views for query in queries],
         )
     ]
 

@@ -3,14 +3,14 @@
 import inspect
 from collections.abc import Callable, Iterator
 from copy import copy
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_type_hints
 
 import typer
 
-from scenarios.drives.inputs import assignments, words
+from scenarios.drives.inputs import DriveSelection, assignments, words
 from scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -208,6 +208,10 @@ class Selection:
     )
     thin: Annotated[float | None, option("METRES", "Keep one view every so far. [default: all]", min=0.0)] = None
 
+    def chosen(self) -> DriveSelection:
+        """The same for the library."""
+        return DriveSelection(self.views, self.thin)
+
 
 @dataclass(frozen=True)
 class NoisySelection(Selection):
@@ -217,6 +221,10 @@ class NoisySelection(Selection):
         bool,
         flag("--odometry-noise", "Add noise to the odometry, for logs where mapped poses replaced it."),
     ] = False
+
+    def with_noise(self, seed: int) -> DriveSelection:
+        """The same for the library, with the seed of the noise where noise is asked for."""
+        return replace(self.chosen(), noise_seed=seed if self.odometry_noise else None)
 
 
 @dataclass(frozen=True)
