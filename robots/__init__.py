@@ -12,16 +12,26 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from robots.behaviours.behaviour import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
-    from robots.behaviours.written import make_behaviour, parse_behaviour
-    from robots.catalogue import load, names
-    from robots.control import ControlLayer
-    from robots.errors import RobotsError
-    from robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
-    from robots.planar import PlanarPose
-    from robots.robot import Robot, Shape
-    from robots.signals import Actuation, Inertial, LaserScan, Signals
-    from robots.state import Blocked, Cause, Motors, RobotState, Stop
+    from refseq_bench.robots.behaviours.behaviour import (
+        Behaviour,
+        BehaviourOutcome,
+        BehaviourStep,
+        RobotDescription,
+        Senses,
+    )
+    from refseq_bench.robots.behaviours.written import make_behaviour, parse_behaviour
+    from refseq_bench.robots.catalogue import load, names
+    from refseq_bench.robots.control import ControlLayer
+    from refseq_bench.robots.errors import RobotsError
+    from refseq_bench.robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
+    from refseq_bench.robots.planar import PlanarPose
+    from refseq_bench.robots.robot import Robot, Shape
+    from refseq_bench.robots.signals import Actuation, Inertial, LaserScan, Signals
+    from refseq_bench.robots.state import Blocked, Cause, Motors, RobotState, Stop
+
+if __name__ != "refseq_bench.robots":
+    # In a checkout the path leads here too, under a name by which all classes would be there twice.
+    raise ImportError(f"{__name__!r} is imported as 'refseq_bench.robots'")
 
 _HOMES = {
     "behaviours.behaviour": ("Behaviour", "BehaviourOutcome", "BehaviourStep", "RobotDescription", "Senses"),
@@ -70,8 +80,8 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name not in _HOME:
-        raise AttributeError(f"module 'robots' has no attribute '{name}'; it has {', '.join(__all__)}")
-    return getattr(import_module(f"robots.{_HOME[name]}"), name)
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'; it has {', '.join(__all__)}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
 
 
 def __dir__() -> list[str]:

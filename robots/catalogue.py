@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from robots import robuter, segway_rmp
-from robots.errors import RobotsError
-from robots.robot import Robot
+from refseq_bench.robots import robuter, segway_rmp
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.robots.robot import Robot
 
 _LOADERS: dict[str, Callable[[], Robot]] = {
     "robuter": robuter.load,

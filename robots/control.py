@@ -2,10 +2,10 @@
 
 from typing import Protocol
 
-from robots.motion import Twist
-from robots.planar import PlanarPose
-from robots.signals import Actuation, Signals
-from robots.state import RobotState
+from refseq_bench.robots.motion import Twist
+from refseq_bench.robots.planar import PlanarPose
+from refseq_bench.robots.signals import Actuation, Signals
+from refseq_bench.robots.state import RobotState
 
 
 class ControlLayer(Protocol):

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, fields
 
-from robots.errors import RobotsError
+from refseq_bench.robots.errors import RobotsError
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robots.errors import RobotsError
-from robots.motion import DifferentialDrive
-from robots.planar import PlanarPose
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.robots.motion import DifferentialDrive
+from refseq_bench.robots.planar import PlanarPose
 
 
 class Pulses(NamedTuple):

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import mujoco
 
-from robots.control import ControlLayer
-from robots.motion import DifferentialDrive, Limits
-from robots.odometry import Geometry
+from refseq_bench.robots.control import ControlLayer
+from refseq_bench.robots.motion import DifferentialDrive, Limits
+from refseq_bench.robots.odometry import Geometry
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.odometry import Pulses
+from refseq_bench.robots.odometry import Pulses
 
 
 class LaserScan(Protocol):

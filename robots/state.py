@@ -6,8 +6,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.motion import Twist
-from robots.planar import PlanarPose
+from refseq_bench.robots.motion import Twist
+from refseq_bench.robots.planar import PlanarPose
 
 
 class Cause(Enum):

@@ -5,9 +5,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from robots.motion import Twist
-from robots.signals import Signals
-from robots.state import LATCHED, Blocked, Cause, Stop
+from refseq_bench.robots.motion import Twist
+from refseq_bench.robots.signals import Signals
+from refseq_bench.robots.state import LATCHED, Blocked, Cause, Stop
 
 TIPPED_PITCH = math.radians(45)
 TIPPED_ROLL = math.radians(60)

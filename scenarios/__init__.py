@@ -12,10 +12,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scenarios.api import run, score
-    from scenarios.errors import ScenarioError, input_errors
-    from scenarios.scoring.path_geometry import Tolerance
-    from scenarios.scoring.score import Score
+    from refseq_bench.scenarios.api import run, score
+    from refseq_bench.scenarios.errors import ScenarioError, input_errors
+    from refseq_bench.scenarios.scoring.path_geometry import Tolerance
+    from refseq_bench.scenarios.scoring.score import Score
+
+if __name__ != "refseq_bench.scenarios":
+    # In a checkout the path leads here too, under a name by which all classes would be there twice.
+    raise ImportError(f"{__name__!r} is imported as 'refseq_bench.scenarios'")
 
 _HOMES = {
     "api": ("run", "score"),
@@ -30,8 +34,8 @@ __all__ = ["ScenarioError", "Score", "Tolerance", "input_errors", "run", "score"
 
 def __getattr__(name: str) -> object:
     if name not in _HOME:
-        raise AttributeError(f"module 'scenarios' has no attribute '{name}'; it has {', '.join(__all__)}")
-    return getattr(import_module(f"scenarios.{_HOME[name]}"), name)
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'; it has {', '.join(__all__)}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
 
 
 def __dir__() -> list[str]:

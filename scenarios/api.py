@@ -6,16 +6,16 @@ from pathlib import Path
 from refseq.belief import Belief
 from refseq.logs import Recording
 from refseq.map.map import Map
-from scenarios.campaign.campaign import Watcher, leave_it, run_campaign
-from scenarios.campaign.declare.cases import find
-from scenarios.campaign.declare.overrides import with_methods, with_seeds
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.results import Results
-from scenarios.campaign.run.workers import LocalWorkers
-from scenarios.campaign.store.cache import Store, default_store
-from scenarios.drives.evaluate import comparison_of
-from scenarios.scoring import score as scorer
-from scenarios.scoring.path_geometry import WIDE, Tolerance
+from refseq_bench.scenarios.campaign.campaign import Watcher, leave_it, run_campaign
+from refseq_bench.scenarios.campaign.declare.cases import find
+from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_seeds
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.results import Results
+from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
+from refseq_bench.scenarios.campaign.store.cache import Store, default_store
+from refseq_bench.scenarios.drives.evaluate import comparison_of
+from refseq_bench.scenarios.scoring import score as scorer
+from refseq_bench.scenarios.scoring.path_geometry import WIDE, Tolerance
 
 ANSWERS = "localiser"
 

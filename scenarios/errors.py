@@ -6,7 +6,12 @@ either: pydantic's validators turn it into their own, and code that reads number
 
 import sys
 
-FAMILIES = {"refseq": "RefseqError", "worlds": "WorldsError", "robots": "RobotsError", "sim": "SimError"}
+FAMILIES = {
+    "refseq": "RefseqError",
+    "refseq_bench.worlds": "WorldsError",
+    "refseq_bench.robots": "RobotsError",
+    "refseq_bench.sim": "SimError",
+}
 
 
 class ScenarioError(Exception):

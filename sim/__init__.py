@@ -4,25 +4,29 @@
         views = list(record(bench))
 
 ``bench`` steps world and robot; ``drives`` leads the robot and takes views; ``missions`` carries out missions and LAMP
-programs; ``envs`` holds the Gymnasium environments, which ``import sim.envs`` registers; ``teleop`` is for driving by
-hand. The names below are imported on first use.
+programs; ``envs`` holds the Gymnasium environments, which ``import refseq_bench.sim.envs`` registers; ``teleop`` is for
+driving by hand. The names below are imported on first use.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from sim.bench.bench import Bench
-    from sim.bench.faults import CameraBlack, Kidnap, LaserDazzled, WheelSlip
-    from sim.bench.settings import BenchSettings
-    from sim.cameras.camera import CameraModel
-    from sim.drives.operator import Operator, OperatorStyle
-    from sim.drives.recorder import Trigger, record
-    from sim.errors import RendererError, SimError, StuckError
-    from sim.rendering.renderer import RendererKind
-    from sim.sensors.inertial import InertialModel
-    from sim.sensors.laser import LaserModel
-    from sim.sensors.sonar import SonarModel
+    from refseq_bench.sim.bench.bench import Bench
+    from refseq_bench.sim.bench.faults import CameraBlack, Kidnap, LaserDazzled, WheelSlip
+    from refseq_bench.sim.bench.settings import BenchSettings
+    from refseq_bench.sim.cameras.camera import CameraModel
+    from refseq_bench.sim.drives.operator import Operator, OperatorStyle
+    from refseq_bench.sim.drives.recorder import Trigger, record
+    from refseq_bench.sim.errors import RendererError, SimError, StuckError
+    from refseq_bench.sim.rendering.renderer import RendererKind
+    from refseq_bench.sim.sensors.inertial import InertialModel
+    from refseq_bench.sim.sensors.laser import LaserModel
+    from refseq_bench.sim.sensors.sonar import SonarModel
+
+if __name__ != "refseq_bench.sim":
+    # In a checkout the path leads here too, under a name by which all classes would be there twice.
+    raise ImportError(f"{__name__!r} is imported as 'refseq_bench.sim'")
 
 _HOMES = {
     "bench.bench": ("Bench",),
@@ -63,8 +67,8 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name not in _HOME:
-        raise AttributeError(f"module 'sim' has no attribute '{name}'; it has {', '.join(__all__)}")
-    return getattr(import_module(f"sim.{_HOME[name]}"), name)
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'; it has {', '.join(__all__)}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
 
 
 def __dir__() -> list[str]:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import ConfigDict, Field
 
-from sim.errors import SimError
+from refseq_bench.sim.errors import SimError
 
 Number = Annotated[float, Field(strict=True)]
 """A figure in a file: a number, no text that looks like one."""

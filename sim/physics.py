@@ -11,7 +11,7 @@ from typing import TypeVar
 import mujoco
 import numpy as np
 
-from sim.errors import SimError
+from refseq_bench.sim.errors import SimError
 
 _KINDS = mujoco.mjtWarning
 _BAD = [int(kind) for kind in (_KINDS.mjWARN_BADQPOS, _KINDS.mjWARN_BADQVEL, _KINDS.mjWARN_BADQACC)]

@@ -11,7 +11,7 @@ from pathlib import Path
 import typer
 from typer.core import TyperGroup
 
-from scenarios.cli.app import app
+from refseq_bench.scenarios.cli.app import app
 from tests.pages import ROOT
 
 MISUSED = typer.BadParameter.__base__

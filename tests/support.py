@@ -9,7 +9,7 @@ import numpy as np
 from refseq.belief import Belief, Stage, Timings
 from refseq.planar import Pose
 from refseq.view import Scan, View
-from scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.comparison import Comparison
 
 CAMERAS = ("forward", "lateral")
 CORRIDOR = (np.array([[0.0, -1.2], [100.0, -1.2]]), np.array([[0.0, 1.2], [100.0, 1.2]]))

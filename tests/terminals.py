@@ -2,8 +2,8 @@
 
 import pytest
 
-from sim.bench.serial_port import TerminalOutlet
-from sim.errors import SimError
+from refseq_bench.sim.bench.serial_port import TerminalOutlet
+from refseq_bench.sim.errors import SimError
 
 
 def _there_are_some() -> bool:

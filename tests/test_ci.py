@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
-from scenarios.campaign.declare.cases import find
+from refseq_bench.scenarios.campaign.declare.cases import find
 from tests.commands import check_commands, commands
 from tests.pages import ROOT, pages
 

@@ -17,11 +17,11 @@ from typer.core import TyperGroup
 
 from refseq.logs.mcap import RecordingWriter
 from refseq.map.learning import learn
-from scenarios.campaign.declare.assignment import LAMP, ODOMETRY
-from scenarios.campaign.declare.cases import find, names
-from scenarios.campaign.pages.tables import blocks
-from scenarios.cli.app import app
-from scenarios.methods.by_name import check_methods
+from refseq_bench.scenarios.campaign.declare.assignment import LAMP, ODOMETRY
+from refseq_bench.scenarios.campaign.declare.cases import find, names
+from refseq_bench.scenarios.campaign.pages.tables import blocks
+from refseq_bench.scenarios.cli.app import app
+from refseq_bench.scenarios.methods.by_name import check_methods
 from tests.commands import MISUSED, check_commands, parse
 from tests.pages import ASKED, FENCE, ROOT, Example, Page, pages
 from tests.support import corridor_drive

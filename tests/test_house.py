@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -14,7 +15,9 @@ from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
-ROOMS = {"sim", "worlds", "refseq", "robots", "scenarios", "tests"}
+LINKED = {"sim", "worlds", "robots", "scenarios"}
+"""Rooms that are imported from ``refseq_bench``, which links to them."""
+ROOMS = {*LINKED, "refseq", "tests"}
 
 FOREIGN = {
     "machine path": re.compile(r"(?<![\w.~-])/(?:(?:home|Users)/\w|(?:root|work|mnt)/)"),
@@ -61,16 +64,29 @@ def test_nothing_tracked_names_a_machine_or_a_registry():
 
 
 def test_python_lives_in_the_rooms():
-    assert {path.relative_to(ROOT).parts[0] for path in tracked() if path.suffix == ".py"} <= ROOMS
+    assert {path.relative_to(ROOT).parts[0] for path in tracked() if path.suffix == ".py"} == {*ROOMS, "refseq_bench"}
 
 
 def test_every_room_is_shipped_and_watched_over():
     rooms = ROOMS - {"tests"}
     contracts = PROJECT["tool"]["importlinter"]
     layers = [re.split(r"\s*\|\s*", layer) for layer in contracts["contracts"][0]["layers"]]
-    assert set(PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]) == rooms
-    assert set(contracts["root_packages"]) == rooms
-    assert set(itertools.chain(*layers)) == rooms
+    packages = ["refseq", "refseq_bench"]
+    assert PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"] == packages
+    assert contracts["root_packages"] == packages
+    assert {name.removeprefix("refseq_bench.") for name in itertools.chain(*layers)} == rooms
+    assert {link.name: link.readlink() for link in (ROOT / "refseq_bench").iterdir() if link.is_symlink()} == {
+        room: Path("..", room) for room in LINKED
+    }
+
+
+@pytest.mark.parametrize("room", sorted(LINKED))
+def test_a_room_has_one_name_only(room):
+    """Under a second one all its classes would be there twice."""
+    told = subprocess.run(
+        [sys.executable, "-c", f"import {room}"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert told.stderr.splitlines()[-1] == f"ImportError: '{room}' is imported as 'refseq_bench.{room}'"
 
 
 @pytest.mark.parametrize("page", [*sorted(ROOMS - {"tests"}), "house", "index"])

@@ -12,17 +12,21 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from worlds.build import World, build_world
-    from worlds.change.change import Change, change_named, changed
-    from worlds.check import Checkup, RobotBox, check_world
-    from worlds.drawing.draw import draw_plan
-    from worlds.errors import ChangeError, LightError, PlanError, WorldsError
-    from worlds.light import Lamps, LightSetting, light_named, light_names
-    from worlds.meter import Meter, Reading
-    from worlds.plans.generate import corridor
-    from worlds.plans.load import load_plan, parse_plan, world_names
-    from worlds.plans.schema import FloorPlan
-    from worlds.plans.write import plan_text
+    from refseq_bench.worlds.build import World, build_world
+    from refseq_bench.worlds.change.change import Change, change_named, changed
+    from refseq_bench.worlds.check import Checkup, RobotBox, check_world
+    from refseq_bench.worlds.drawing.draw import draw_plan
+    from refseq_bench.worlds.errors import ChangeError, LightError, PlanError, WorldsError
+    from refseq_bench.worlds.light import Lamps, LightSetting, light_named, light_names
+    from refseq_bench.worlds.meter import Meter, Reading
+    from refseq_bench.worlds.plans.generate import corridor
+    from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
+    from refseq_bench.worlds.plans.schema import FloorPlan
+    from refseq_bench.worlds.plans.write import plan_text
+
+if __name__ != "refseq_bench.worlds":
+    # In a checkout the path leads here too, under a name by which all classes would be there twice.
+    raise ImportError(f"{__name__!r} is imported as 'refseq_bench.worlds'")
 
 _HOMES = {
     "build": ("World", "build_world"),
@@ -70,8 +74,8 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     if name not in _HOME:
-        raise AttributeError(f"module 'worlds' has no attribute '{name}'; it has {', '.join(__all__)}")
-    return getattr(import_module(f"worlds.{_HOME[name]}"), name)
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'; it has {', '.join(__all__)}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
 
 
 def __dir__() -> list[str]:

@@ -7,22 +7,22 @@ from types import MappingProxyType
 import mujoco
 import numpy as np
 
-from worlds.arrays import Floats
-from worlds.light import LightSetting
-from worlds.lighting.ambient import Ambient
-from worlds.lighting.illuminate import BACKDROP, illuminate
-from worlds.lighting.photometry import Photometry, photometry
-from worlds.meter import Meter
-from worlds.parts.cars import park_cars
-from worlds.parts.fittings import hang_fittings
-from worlds.parts.furniture import furnish
-from worlds.parts.openings import cut_openings
-from worlds.parts.outdoors import furnish_grounds
-from worlds.parts.people import place_people
-from worlds.parts.shell import raise_shell
-from worlds.parts.site import Site
-from worlds.parts.stairs import raise_stairs
-from worlds.plans.schema import FloorPlan, Material
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.light import LightSetting
+from refseq_bench.worlds.lighting.ambient import Ambient
+from refseq_bench.worlds.lighting.illuminate import BACKDROP, illuminate
+from refseq_bench.worlds.lighting.photometry import Photometry, photometry
+from refseq_bench.worlds.meter import Meter
+from refseq_bench.worlds.parts.cars import park_cars
+from refseq_bench.worlds.parts.fittings import hang_fittings
+from refseq_bench.worlds.parts.furniture import furnish
+from refseq_bench.worlds.parts.openings import cut_openings
+from refseq_bench.worlds.parts.outdoors import furnish_grounds
+from refseq_bench.worlds.parts.people import place_people
+from refseq_bench.worlds.parts.shell import raise_shell
+from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.parts.stairs import raise_stairs
+from refseq_bench.worlds.plans.schema import FloorPlan, Material
 
 
 @dataclass(frozen=True, slots=True)

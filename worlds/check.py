@@ -13,10 +13,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from worlds.arrays import Floats
-from worlds.build import build_world
-from worlds.light import LightSetting
-from worlds.plans.schema import TABLES, FloorPlan
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import LightSetting
+from refseq_bench.worlds.plans.schema import TABLES, FloorPlan
 
 TOLERANCE = 0.01
 """Things may stand so far in each other [m]: what is drawn to the centimetre may be off by one. A choice."""

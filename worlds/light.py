@@ -8,7 +8,7 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
 
-from worlds.errors import LightError
+from refseq_bench.worlds.errors import LightError
 
 
 class Lamps(StrEnum):

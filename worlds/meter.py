@@ -1,8 +1,8 @@
 """A light meter for a world: how much light falls on a small flat card, and where it comes from.
 
 Indoors it gathers what the card sees: the sun where its beam falls, windows and lamps as luminous rectangles, all else
-by ``worlds.lighting.radiosity``. In the open there are the sun, half a sphere of sky, half a sphere of ground, and
-street lamps. Only walls cast shadows.
+by ``refseq_bench.worlds.lighting.radiosity``. In the open there are the sun, half a sphere of sky, half a sphere of
+ground, and street lamps. Only walls cast shadows.
 """
 
 from dataclasses import dataclass
@@ -11,17 +11,17 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from worlds.arrays import Floats
-from worlds.errors import WorldsError
-from worlds.light import LightSetting
-from worlds.lighting.colour import camera_weight
-from worlds.lighting.daylight import sun_direction
-from worlds.lighting.form_factors import Cards, form_factors
-from worlds.lighting.open_air import CONE, INNER, axial, head_of
-from worlds.lighting.photometry import Photometry, outlook, photometry
-from worlds.lighting.radiosity import light_up, window_factors
-from worlds.lighting.sunlight import shaded, sunlit
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.errors import WorldsError
+from refseq_bench.worlds.light import LightSetting
+from refseq_bench.worlds.lighting.colour import camera_weight
+from refseq_bench.worlds.lighting.daylight import sun_direction
+from refseq_bench.worlds.lighting.form_factors import Cards, form_factors
+from refseq_bench.worlds.lighting.open_air import CONE, INNER, axial, head_of
+from refseq_bench.worlds.lighting.photometry import Photometry, outlook, photometry
+from refseq_bench.worlds.lighting.radiosity import light_up, window_factors
+from refseq_bench.worlds.lighting.sunlight import shaded, sunlit
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ class _OpenAir:
         return np.asarray(np.repeat(self._below * (1.0 - cards.normals[:, 2:]) / 2, 2, axis=1))
 
     def lamps(self, cards: Cards) -> Floats:
-        """E = I(θ) cosβ / d², the intensity as ``worlds.lighting.open_air`` has it."""
+        """E = I(θ) cosβ / d², the intensity as ``refseq_bench.worlds.lighting.open_air`` has it."""
         total, (outer, inner) = np.zeros((len(cards), 2)), np.cos([CONE, INNER])
         for post in self._posts:
             ray = cards.points - head_of(post)

@@ -1,7 +1,7 @@
 """Behaviours in robots' own words, such as ``MN:8`` or ``MW:left,0.6,5``, as far as a mission has to know them.
 
-What the words mean is the robots' business (``robots.behaviours.written``); a mission knows which behaviours last until
-a place is reached, and how these are told how far.
+What the words mean is the robots' business (``refseq_bench.robots.behaviours.written``); a mission knows which
+behaviours last until a place is reached, and how these are told how far.
 """
 
 GOING_ON = "MN"

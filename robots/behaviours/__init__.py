@@ -1,6 +1,6 @@
 """Behaviours that any robot runs: inputs are what it senses, the output is a ``Twist`` (card X1, appendix C)."""
 
-from robots.behaviours.behaviour import (
+from refseq_bench.robots.behaviours.behaviour import (
     Behaviour,
     BehaviourOutcome,
     BehaviourStep,
@@ -11,7 +11,7 @@ from robots.behaviours.behaviour import (
     finished,
     waiting,
 )
-from robots.behaviours.guarded import Guarded
+from refseq_bench.robots.behaviours.guarded import Guarded
 
 __all__ = [
     "Behaviour",

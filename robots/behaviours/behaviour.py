@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple, Protocol
 
-from robots.motion import Limits, Twist
-from robots.mounting import Mounting
-from robots.odometry import along_arc
-from robots.planar import PlanarPose
-from robots.robot import Shape
-from robots.signals import LaserScan
-from robots.state import RobotState
+from refseq_bench.robots.motion import Limits, Twist
+from refseq_bench.robots.mounting import Mounting
+from refseq_bench.robots.odometry import along_arc
+from refseq_bench.robots.planar import PlanarPose
+from refseq_bench.robots.robot import Shape
+from refseq_bench.robots.signals import LaserScan
+from refseq_bench.robots.state import RobotState
 
 LONGEST_FORECAST = 0.3
 """A state is carried on by its own velocity for no longer than this [s]: a choice."""

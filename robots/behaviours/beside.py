@@ -6,16 +6,16 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
-from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.sensing.line import DirectedLine
-from robots.behaviours.sensing.room import SIDE_MARGIN, swing
-from robots.behaviours.sensing.sonar_filter import abeam
-from robots.behaviours.sensing.wall import WallSide
-from robots.behaviours.steering import turn_rate_onto
-from robots.behaviours.until import Until
-from robots.motion import Twist
-from robots.planar import PlanarPose, out_of
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
+from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
+from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots.behaviours.sensing.room import SIDE_MARGIN, swing
+from refseq_bench.robots.behaviours.sensing.sonar_filter import abeam
+from refseq_bench.robots.behaviours.sensing.wall import WallSide
+from refseq_bench.robots.behaviours.steering import turn_rate_onto
+from refseq_bench.robots.behaviours.until import Until
+from refseq_bench.robots.motion import Twist
+from refseq_bench.robots.planar import PlanarPose, out_of
 
 REACH = 1.5
 """Echoes of a sonar of the side from farther away are not beside the robot [m]: a choice."""

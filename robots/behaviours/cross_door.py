@@ -11,14 +11,14 @@ from enum import Enum
 
 import numpy as np
 
-from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, failed, finished, waiting
-from robots.behaviours.guarded import Guarded
-from robots.behaviours.sensing.doorway import LOOKS, ClearWay, DoorFinder, DoorWatch, Passage, clearance_of
-from robots.behaviours.sensing.room import SIDE_MARGIN, blocks_turn
-from robots.behaviours.sensing.surroundings import Surroundings
-from robots.behaviours.steering import TURN_GAIN, speed_for
-from robots.motion import Twist
-from robots.planar import PlanarPose, wrapped
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, failed, finished, waiting
+from refseq_bench.robots.behaviours.guarded import Guarded
+from refseq_bench.robots.behaviours.sensing.doorway import LOOKS, ClearWay, DoorFinder, DoorWatch, Passage, clearance_of
+from refseq_bench.robots.behaviours.sensing.room import SIDE_MARGIN, blocks_turn
+from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
+from refseq_bench.robots.behaviours.steering import TURN_GAIN, speed_for
+from refseq_bench.robots.motion import Twist
+from refseq_bench.robots.planar import PlanarPose, wrapped
 
 STILL = 0.05
 """A scan tells where the doorway is only while the robot turns slower [rad/s]: a choice.

@@ -1,9 +1,9 @@
 """A motion in open loop, as LAMP's ``MOVE``: one speed, one turn rate, until something ends it."""
 
-from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
-from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.until import Until
-from robots.motion import Twist
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
+from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
+from refseq_bench.robots.behaviours.until import Until
+from refseq_bench.robots.motion import Twist
 
 
 class DeadReckoned(Guarded):

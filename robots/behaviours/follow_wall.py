@@ -2,17 +2,17 @@
 
 import math
 
-from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished, waiting
-from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.moves import driven, turned
-from robots.behaviours.phases import ARRIVED, Travelled
-from robots.behaviours.sensing.lanes import choose_lane, lanes
-from robots.behaviours.sensing.line import DirectedLine
-from robots.behaviours.sensing.room import MARGIN, SIDE_MARGIN, swing
-from robots.behaviours.sensing.surroundings import Surroundings
-from robots.behaviours.sensing.wall import DetectedWall, SearchWindow, WallSide, find_wall
-from robots.behaviours.steering import turn_rate_onto
-from robots.planar import PlanarPose
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished, waiting
+from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
+from refseq_bench.robots.behaviours.moves import driven, turned
+from refseq_bench.robots.behaviours.phases import ARRIVED, Travelled
+from refseq_bench.robots.behaviours.sensing.lanes import choose_lane, lanes
+from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots.behaviours.sensing.room import MARGIN, SIDE_MARGIN, swing
+from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
+from refseq_bench.robots.behaviours.sensing.wall import DetectedWall, SearchWindow, WallSide, find_wall
+from refseq_bench.robots.behaviours.steering import turn_rate_onto
+from refseq_bench.robots.planar import PlanarPose
 
 BACK, FORTH = -1.0, 5.0
 """A wall is looked for from so far behind the axle to so far ahead of it [m]: a choice.

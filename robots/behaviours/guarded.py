@@ -4,9 +4,16 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
-from robots.behaviours.behaviour import BehaviourOutcome, BehaviourStep, RobotDescription, Senses, failed, waiting
-from robots.motion import Twist
-from robots.state import LATCHED, Blocked, RobotState, Stop
+from refseq_bench.robots.behaviours.behaviour import (
+    BehaviourOutcome,
+    BehaviourStep,
+    RobotDescription,
+    Senses,
+    failed,
+    waiting,
+)
+from refseq_bench.robots.motion import Twist
+from refseq_bench.robots.state import LATCHED, Blocked, RobotState, Stop
 
 PATIENCE = 10.0
 """Time that a behaviour waits for what may go away by itself, such as a person [s]: a choice."""

@@ -1,7 +1,7 @@
 """Stop: stand still."""
 
-from robots.behaviours.behaviour import BehaviourStep, Senses, finished, waiting
-from robots.behaviours.guarded import Guarded
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, Senses, finished, waiting
+from refseq_bench.robots.behaviours.guarded import Guarded
 
 STANDS = 0.02
 """A robot that is slower stands [m/s, rad/s]: a choice, a balancing one is never quite still."""

@@ -5,10 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import BehaviourStep, RobotDescription, waiting
-from robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead
-from robots.behaviours.steering import speed_for, speed_to_stop, turn_speed
-from robots.motion import Twist
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, waiting
+from refseq_bench.robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead
+from refseq_bench.robots.behaviours.steering import speed_for, speed_to_stop, turn_speed
+from refseq_bench.robots.motion import Twist
 
 CREEP = 0.03
 """The slowest that it still goes [m/s], so that it arrives: a choice."""

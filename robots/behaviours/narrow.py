@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, failed, finished, waiting
-from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.phases import Travelled
-from robots.behaviours.sensing.line import DirectedLine
-from robots.behaviours.sensing.sonar_filter import SonarFilter, abeam
-from robots.behaviours.steering import turn_rate_onto
-from robots.motion import Twist
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, failed, finished, waiting
+from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
+from refseq_bench.robots.behaviours.phases import Travelled
+from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots.behaviours.sensing.sonar_filter import SonarFilter, abeam
+from refseq_bench.robots.behaviours.steering import turn_rate_onto
+from refseq_bench.robots.motion import Twist
 
 SPEED = 0.1
 """[m/s]: a choice, slow enough that the sonars hear an opening's sides some times while they are beside it."""

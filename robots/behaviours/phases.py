@@ -5,12 +5,12 @@ from typing import Protocol
 
 import numpy as np
 
-from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, waiting
-from robots.behaviours.moves import driven, turned
-from robots.behaviours.sensing.line import DirectedLine
-from robots.behaviours.sensing.sonar_ring import SonarEchoes
-from robots.behaviours.sensing.surroundings import Surroundings
-from robots.behaviours.steering import turn_rate_onto
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, waiting
+from refseq_bench.robots.behaviours.moves import driven, turned
+from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots.behaviours.sensing.sonar_ring import SonarEchoes
+from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
+from refseq_bench.robots.behaviours.steering import turn_rate_onto
 
 ARRIVED = 0.01
 """A way is driven when no more than this is left of it [m]: a choice."""

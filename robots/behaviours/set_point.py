@@ -2,12 +2,12 @@
 
 import math
 
-from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
-from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.phases import ARRIVED, Phase, Straight, Turning
-from robots.behaviours.sensing.line import DirectedLine
-from robots.behaviours.sensing.surroundings import Surroundings
-from robots.planar import PlanarPose, wrapped
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
+from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
+from refseq_bench.robots.behaviours.phases import ARRIVED, Phase, Straight, Turning
+from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
+from refseq_bench.robots.planar import PlanarPose, wrapped
 
 ASIDE = math.radians(20)
 """A point that is farther than this from where the robot looks is turned to first: a choice."""

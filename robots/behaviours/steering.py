@@ -2,8 +2,8 @@
 
 import math
 
-from robots.motion import Limits
-from robots.planar import PlanarPose, wrapped
+from refseq_bench.robots.motion import Limits
+from refseq_bench.robots.planar import PlanarPose, wrapped
 
 APPROACH = math.radians(30)
 """The steepest that a robot heads for its line: a choice."""

@@ -2,10 +2,10 @@
 
 import math
 
-from robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
-from robots.behaviours.guarded import PATIENCE, Guarded
-from robots.behaviours.phases import Turning
-from robots.behaviours.sensing.surroundings import Surroundings
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
+from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
+from refseq_bench.robots.behaviours.phases import Turning
+from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
 
 
 class Turn(Guarded):

@@ -6,11 +6,11 @@ Each counts from its first look, so that nothing of an earlier motion's odometry
 import math
 from typing import Protocol
 
-from robots.behaviours.behaviour import RobotDescription, Senses
-from robots.behaviours.phases import SETTLED, TURNED
-from robots.behaviours.sensing.sonar_filter import SonarFilter
-from robots.behaviours.steering import speed_for, turn_speed
-from robots.motion import Limits, Twist
+from refseq_bench.robots.behaviours.behaviour import RobotDescription, Senses
+from refseq_bench.robots.behaviours.phases import SETTLED, TURNED
+from refseq_bench.robots.behaviours.sensing.sonar_filter import SonarFilter
+from refseq_bench.robots.behaviours.steering import speed_for, turn_speed
+from refseq_bench.robots.motion import Limits, Twist
 
 ARRIVED = 0.003
 """A length is gone when no more than this is left of it [m]: a choice, half of what 20 mm/s go between two commands."""

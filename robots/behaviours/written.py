@@ -6,16 +6,16 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from robots.behaviours.behaviour import Behaviour, RobotDescription
-from robots.behaviours.carry_on import CarryOn
-from robots.behaviours.cross_door import CrossDoor, CrossingSide
-from robots.behaviours.follow_wall import FIRST_REACH, FollowWall, closest
-from robots.behaviours.halt import Halt
-from robots.behaviours.sensing.doorway import DoorFinder
-from robots.behaviours.sensing.wall import WallSide
-from robots.behaviours.set_point import SetPoint
-from robots.behaviours.turn import Turn
-from robots.errors import RobotsError
+from refseq_bench.robots.behaviours.behaviour import Behaviour, RobotDescription
+from refseq_bench.robots.behaviours.carry_on import CarryOn
+from refseq_bench.robots.behaviours.cross_door import CrossDoor, CrossingSide
+from refseq_bench.robots.behaviours.follow_wall import FIRST_REACH, FollowWall, closest
+from refseq_bench.robots.behaviours.halt import Halt
+from refseq_bench.robots.behaviours.sensing.doorway import DoorFinder
+from refseq_bench.robots.behaviours.sensing.wall import WallSide
+from refseq_bench.robots.behaviours.set_point import SetPoint
+from refseq_bench.robots.behaviours.turn import Turn
+from refseq_bench.robots.errors import RobotsError
 
 FARTHEST = 1000.0
 """The longest way that can be asked for [m]: a choice, longer than any world's."""

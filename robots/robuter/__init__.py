@@ -4,11 +4,11 @@ from pathlib import Path
 
 import mujoco
 
-from robots.motion import DifferentialDrive, Limits
-from robots.robot import Robot, Shape
-from robots.robuter.control import RobuterControl
-from robots.robuter.sonars import FRONT_SONARS, SONARS, add_sonars
-from robots.sensor_mast import (
+from refseq_bench.robots.motion import DifferentialDrive, Limits
+from refseq_bench.robots.robot import Robot, Shape
+from refseq_bench.robots.robuter.control import RobuterControl
+from refseq_bench.robots.robuter.sonars import FRONT_SONARS, SONARS, add_sonars
+from refseq_bench.robots.sensor_mast import (
     CAMERA_FORWARD,
     CAMERA_LATERAL,
     LASER_SITE,

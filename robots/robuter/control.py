@@ -13,12 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
-from robots.odometry import Encoders, Geometry, Odometry, Pulses
-from robots.planar import PlanarPose
-from robots.robuter.firmware import PERIOD, TOLERANCE, RobuterFirmware
-from robots.robuter.line import SerialLine
-from robots.robuter.protocol import (
+from refseq_bench.robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
+from refseq_bench.robots.odometry import Encoders, Geometry, Odometry, Pulses
+from refseq_bench.robots.planar import PlanarPose
+from refseq_bench.robots.robuter.firmware import PERIOD, TOLERANCE, RobuterFirmware
+from refseq_bench.robots.robuter.line import SerialLine
+from refseq_bench.robots.robuter.protocol import (
     NO_ECHO,
     LineReader,
     Message,
@@ -31,8 +31,8 @@ from robots.robuter.protocol import (
     format_line,
     parse_line,
 )
-from robots.signals import Actuation, Signals
-from robots.state import Cause, Motors, RobotState, Stop
+from refseq_bench.robots.signals import Actuation, Signals
+from refseq_bench.robots.state import Cause, Motors, RobotState, Stop
 
 COMMAND_PERIOD = 0.2
 """Least time between two commands [s] (card R1: 5 Hz)."""

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
-from robots.odometry import Encoders
-from robots.robuter.line import SerialLine
-from robots.robuter.protocol import (
+from refseq_bench.robots.motion import DifferentialDrive, Limits, Twist, WheelSpeeds
+from refseq_bench.robots.odometry import Encoders
+from refseq_bench.robots.robuter.line import SerialLine
+from refseq_bench.robots.robuter.protocol import (
     NO_ECHO,
     Bumper,
     LineReader,
@@ -27,12 +27,12 @@ from robots.robuter.protocol import (
     legible,
     parse_line,
 )
-from robots.robuter.regulator import MOTOR_TORQUE, Regulator
-from robots.robuter.watches import BumperWatch, SonarWatch
-from robots.robuter.wheels import WheelMeter
-from robots.signals import Actuation, Signals
-from robots.state import LATCHED, Blocked, Cause
-from robots.stops import Stops, StuckWatch, let_through, not_a_number, tipped
+from refseq_bench.robots.robuter.regulator import MOTOR_TORQUE, Regulator
+from refseq_bench.robots.robuter.watches import BumperWatch, SonarWatch
+from refseq_bench.robots.robuter.wheels import WheelMeter
+from refseq_bench.robots.signals import Actuation, Signals
+from refseq_bench.robots.state import LATCHED, Blocked, Cause
+from refseq_bench.robots.stops import Stops, StuckWatch, let_through, not_a_number, tipped
 
 PERIOD = 0.02
 """Time between two ticks [s]: a choice."""

@@ -24,8 +24,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TypeVar
 
-from robots.errors import RobotsError
-from robots.state import Blocked, Cause
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.robots.state import Blocked, Cause
 
 MAX_LINE = 512
 """Longest line without its end [bytes]."""

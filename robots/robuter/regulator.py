@@ -7,7 +7,7 @@ how far the wheel is behind what it was told, and asks for more: an integral ter
 
 import math
 
-from robots.odometry import Encoders
+from refseq_bench.robots.odometry import Encoders
 
 MOTOR_TORQUE = 30.0
 """Limit of a motor [N·m], as in the model."""

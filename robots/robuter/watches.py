@@ -5,14 +5,14 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.motion import Limits, Twist
-from robots.robuter.protocol import Bumper
-from robots.state import Blocked
+from refseq_bench.robots.motion import Limits, Twist
+from refseq_bench.robots.robuter.protocol import Bumper
+from refseq_bench.robots.state import Blocked
 
 MARGIN = 0.25
 """Room left in front of the sonars when it has stopped [m]: a choice; the front bumper stands 6 cm further out."""
 ROUND = 0.4
-"""No sonar is silent for so long [s]: a round of all groups takes 0.373 s (``sim.sensors.sonar``)."""
+"""No sonar is silent for so long [s]: a round of all groups takes 0.373 s (``refseq_bench.sim.sensors.sonar``)."""
 REACTION = 0.5
 """Time that the robot goes on before it brakes [s]: a round of the sonars, two ticks, the motors' lag."""
 HYSTERESIS = 0.1

@@ -2,8 +2,8 @@
 
 from collections import deque
 
-from robots.motion import WheelSpeeds
-from robots.odometry import Encoders, Pulses
+from refseq_bench.robots.motion import WheelSpeeds
+from refseq_bench.robots.odometry import Encoders, Pulses
 
 WINDOW = 5
 """Ticks over which wheel speeds are measured: 0.1 s, so that one pulse is 1 mm/s."""

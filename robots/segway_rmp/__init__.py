@@ -6,16 +6,16 @@ from pathlib import Path
 
 import mujoco
 
-from robots.motion import DifferentialDrive, Limits
-from robots.mounting import Mounting
-from robots.odometry import Geometry
-from robots.robot import Robot, Shape
-from robots.segway_rmp.balance import GainSet
-from robots.segway_rmp.control import SegwayControl
-from robots.segway_rmp.firmware import Build
-from robots.segway_rmp.plant import plant_of
-from robots.segway_rmp.protocol import COUNTS_PER_METRE, Mode
-from robots.sensor_mast import (
+from refseq_bench.robots.motion import DifferentialDrive, Limits
+from refseq_bench.robots.mounting import Mounting
+from refseq_bench.robots.odometry import Geometry
+from refseq_bench.robots.robot import Robot, Shape
+from refseq_bench.robots.segway_rmp.balance import GainSet
+from refseq_bench.robots.segway_rmp.control import SegwayControl
+from refseq_bench.robots.segway_rmp.firmware import Build
+from refseq_bench.robots.segway_rmp.plant import plant_of
+from refseq_bench.robots.segway_rmp.protocol import COUNTS_PER_METRE, Mode
+from refseq_bench.robots.sensor_mast import (
     CAMERA_FORWARD,
     CAMERA_LATERAL,
     LASER_SITE,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
-from robots.segway_rmp.plant import Linear, Matrix, Plant
+from refseq_bench.robots.segway_rmp.plant import Linear, Matrix, Plant
 
 Vector = NDArray[np.float64]
 

@@ -2,15 +2,15 @@
 
 import math
 
-from robots.motion import Limits, Twist
-from robots.mounting import Mounting
-from robots.odometry import Encoders, Geometry, Odometry, Pulses
-from robots.planar import PlanarPose
-from robots.robot import Shape
-from robots.segway_rmp.firmware import ACCELERATION, Build, SegwayFirmware
-from robots.segway_rmp.jam import JamWatch
-from robots.segway_rmp.obstacle_monitor import ObstacleMonitor
-from robots.segway_rmp.protocol import (
+from refseq_bench.robots.motion import Limits, Twist
+from refseq_bench.robots.mounting import Mounting
+from refseq_bench.robots.odometry import Encoders, Geometry, Odometry, Pulses
+from refseq_bench.robots.planar import PlanarPose
+from refseq_bench.robots.robot import Shape
+from refseq_bench.robots.segway_rmp.firmware import ACCELERATION, Build, SegwayFirmware
+from refseq_bench.robots.segway_rmp.jam import JamWatch
+from refseq_bench.robots.segway_rmp.obstacle_monitor import ObstacleMonitor
+from refseq_bench.robots.segway_rmp.protocol import (
     COUNTS_PER_RADIAN,
     COUNTS_PER_SPEED,
     RESET_FOREAFT,
@@ -21,9 +21,9 @@ from robots.segway_rmp.protocol import (
     StatusBits,
     StatusFrame,
 )
-from robots.signals import Actuation, Signals
-from robots.state import Blocked, Cause, Motors, RobotState
-from robots.stops import Stops
+from refseq_bench.robots.signals import Actuation, Signals
+from refseq_bench.robots.state import Blocked, Cause, Motors, RobotState
+from refseq_bench.robots.stops import Stops
 
 COMMAND_TICKS = 2
 """A command frame goes down every so many ticks: 20 ms, of 10 to 300 ms that the machine takes; a choice."""

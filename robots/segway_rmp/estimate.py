@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robots.odometry import Encoders
-from robots.segway_rmp.balance import StateObserver, Vector, with_zero
-from robots.segway_rmp.plant import Plant
-from robots.segway_rmp.sensors import Sensors
-from robots.signals import Signals
+from refseq_bench.robots.odometry import Encoders
+from refseq_bench.robots.segway_rmp.balance import StateObserver, Vector, with_zero
+from refseq_bench.robots.segway_rmp.plant import Plant
+from refseq_bench.robots.segway_rmp.sensors import Sensors
+from refseq_bench.robots.signals import Signals
 
 ZERO = math.radians(2)
 """The pitch sensor's zero, or an off-centre load, can be off by so much at most [rad]: a choice. What leans farther

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from robots.odometry import Encoders
-from robots.segway_rmp.balance import GainSet, Vector, balancer, carrying, regulator
-from robots.segway_rmp.estimate import MotionEstimate
-from robots.segway_rmp.follower import Follower
-from robots.segway_rmp.plant import GRAVITY, Course, Plant, Posture
-from robots.segway_rmp.protocol import (
+from refseq_bench.robots.odometry import Encoders
+from refseq_bench.robots.segway_rmp.balance import GainSet, Vector, balancer, carrying, regulator
+from refseq_bench.robots.segway_rmp.estimate import MotionEstimate
+from refseq_bench.robots.segway_rmp.follower import Follower
+from refseq_bench.robots.segway_rmp.plant import GRAVITY, Course, Plant, Posture
+from refseq_bench.robots.segway_rmp.protocol import (
     COUNTS_PER_DEGREE,
     COUNTS_PER_METRE,
     COUNTS_PER_RADIAN,
@@ -25,8 +25,8 @@ from robots.segway_rmp.protocol import (
     StatusFrame,
     counts,
 )
-from robots.signals import Actuation, Signals
-from robots.stops import TIPPED_PITCH, TIPPED_ROLL
+from refseq_bench.robots.signals import Actuation, Signals
+from refseq_bench.robots.stops import TIPPED_PITCH, TIPPED_ROLL
 
 PERIOD = 0.01
 COMMAND_HOLD = 0.4

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from robots.segway_rmp.plant import Course
+from refseq_bench.robots.segway_rmp.plant import Course
 
 
 class Follower:

@@ -2,7 +2,7 @@
 
 import math
 
-from robots.signals import Signals
+from refseq_bench.robots.signals import Signals
 
 HOLDING = 15.0
 """Torque that a motor may always give while its wheel stands [N·m]: a choice, enough to stand on a slope of 8° (C)."""

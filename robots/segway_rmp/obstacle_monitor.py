@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.motion import Twist
-from robots.mounting import FLOOR, Mounting
-from robots.robot import Shape
-from robots.signals import LaserScan
+from refseq_bench.robots.motion import Twist
+from refseq_bench.robots.mounting import FLOOR, Mounting
+from refseq_bench.robots.robot import Shape
+from refseq_bench.robots.signals import LaserScan
 
 ASIDE = 0.05
 """The robot is taken for so much wider on either side [m]: a choice that leaves 9 cm either side in a 0.9 m door."""

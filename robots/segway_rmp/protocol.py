@@ -9,8 +9,8 @@ import struct
 from dataclasses import astuple, dataclass, fields
 from enum import IntEnum, IntFlag
 
-from robots.errors import RobotsError
-from robots.segway_rmp.balance import GainSet
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.robots.segway_rmp.balance import GainSet
 
 COUNTS_PER_METRE = 33215
 COUNTS_PER_SPEED = 332

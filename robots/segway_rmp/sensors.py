@@ -2,8 +2,8 @@
 
 import math
 
-from robots.odometry import Encoders
-from robots.signals import LEVEL, Inertial, Signals
+from refseq_bench.robots.odometry import Encoders
+from refseq_bench.robots.signals import LEVEL, Inertial, Signals
 
 LOST_AFTER = 5
 """So many bad readings one after the other and the sensor is lost for good: a choice, 50 ms, in which a machine that

@@ -14,16 +14,16 @@ from threading import Thread
 from typing import Any
 
 from refseq.errors import RefseqError
-from scenarios.campaign.case_types import judged
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
-from scenarios.campaign.declare.real_recordings import AbsentError
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run.case_tasks import tasks_of
-from scenarios.campaign.run.tasks import Question, Task, distinct
-from scenarios.campaign.run.workers import WorkerPool
-from scenarios.campaign.store.cache import DamagedError, Store
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.campaign.case_types import judged
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
+from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.run.case_tasks import tasks_of
+from refseq_bench.scenarios.campaign.run.tasks import Question, Task, distinct
+from refseq_bench.scenarios.campaign.run.workers import WorkerPool
+from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
+from refseq_bench.scenarios.errors import ScenarioError
 
 TICK = 0.25
 """Period in which a watcher is told that time goes by [s]."""

@@ -1,23 +1,24 @@
 """Choose judging, record and page of a case by its type: localising or missions.
 
-Here, and nowhere else, it is chosen which; what a scenario may say: ``scenarios.campaign.declare.schema_types``.
+Here, and nowhere else, it is chosen which; what a scenario may say:
+``refseq_bench.scenarios.campaign.declare.schema_types``.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import cast
 
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import TaskOutcome
-from scenarios.campaign.declare.schema import MissionScenario
-from scenarios.campaign.judge import drives, records
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.judge.missions import JudgedMissions, judged_missions, missions_record
-from scenarios.campaign.pages import case as localising_page
-from scenarios.campaign.pages.mission import mission_page
-from scenarios.campaign.run.mission_task import MissionTask
-from scenarios.campaign.run.tasks import AnswerTask, Question
-from scenarios.campaign.store.cache import Store
-from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome
+from refseq_bench.scenarios.campaign.declare.schema import MissionScenario
+from refseq_bench.scenarios.campaign.judge import drives, records
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.judge.missions import JudgedMissions, judged_missions, missions_record
+from refseq_bench.scenarios.campaign.pages import case as localising_page
+from refseq_bench.scenarios.campaign.pages.mission import mission_page
+from refseq_bench.scenarios.campaign.run.mission_task import MissionTask
+from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, Question
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
 
 
 def judged(

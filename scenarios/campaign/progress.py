@@ -7,13 +7,13 @@ from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
-from scenarios.campaign.campaign import Watcher
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run.eta import Eta, in_words
-from scenarios.campaign.run.tasks import Task, distinct
-from scenarios.campaign.run.workers import WorkerPool
-from scenarios.tables import TextTable, say
+from refseq_bench.scenarios.campaign.campaign import Watcher
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.run.eta import Eta, in_words
+from refseq_bench.scenarios.campaign.run.tasks import Task, distinct
+from refseq_bench.scenarios.campaign.run.workers import WorkerPool
+from refseq_bench.scenarios.tables import TextTable, say
 
 STYLES: Mapping[Verdict, str] = {
     Verdict.PASSED: "green",

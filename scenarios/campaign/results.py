@@ -14,18 +14,18 @@ from pathlib import Path
 from platform import python_version
 
 from refseq.files import replace_text
-from scenarios.campaign.case_types import case_page, case_record
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.judge.records import open_record
-from scenarios.campaign.pages.index import INDEX, index_page
-from scenarios.campaign.pages.junit import write_junit
-from scenarios.campaign.pages.sweep_plot import SweepPlot, sweep_plot_of
-from scenarios.campaign.run.machine import this_machine
-from scenarios.campaign.store.cache import Store
-from scenarios.campaign.store.result_file import CampaignRecord, write_result
-from scenarios.drives.inputs import writing
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.campaign.case_types import case_page, case_record
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.judge.records import open_record
+from refseq_bench.scenarios.campaign.pages.index import INDEX, index_page
+from refseq_bench.scenarios.campaign.pages.junit import write_junit
+from refseq_bench.scenarios.campaign.pages.sweep_plot import SweepPlot, sweep_plot_of
+from refseq_bench.scenarios.campaign.run.machine import this_machine
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, write_result
+from refseq_bench.scenarios.drives.inputs import writing
+from refseq_bench.scenarios.errors import ScenarioError
 
 PAGE = "report.html"
 VERSIONS = ("refseq-bench", "mujoco", "numpy", "scipy", "opencv-python-headless", "faiss-cpu")

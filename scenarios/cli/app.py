@@ -14,21 +14,21 @@ from typing import Annotated
 
 import typer
 
-from scenarios.cli import mission, robot, scenario, world
-from scenarios.cli.compare import COMPARE_HELP, compare
-from scenarios.cli.live import LIVE_HELP, live
-from scenarios.cli.localise import LOCALISE_HELP, localise
-from scenarios.cli.maps import LEARN_HELP, learn
-from scenarios.cli.maps import app as maps
-from scenarios.cli.record import DRIVE_HELP, RECORD_HELP, drive, record
-from scenarios.cli.report import REPORT_HELP, report
-from scenarios.cli.terminal.console import Notes, err, out
-from scenarios.cli.terminal.options import flag
-from scenarios.cli.terminal.usage import BenchCommand, UsageError, group, in_one_line
-from scenarios.cli.view import VIEW_HELP, view
-from scenarios.cli.workshop import DEMO_HELP, DOCTOR_HELP, demo, doctor
-from scenarios.errors import input_errors
-from scenarios.tables import say
+from refseq_bench.scenarios.cli import mission, robot, scenario, world
+from refseq_bench.scenarios.cli.compare import COMPARE_HELP, compare
+from refseq_bench.scenarios.cli.live import LIVE_HELP, live
+from refseq_bench.scenarios.cli.localise import LOCALISE_HELP, localise
+from refseq_bench.scenarios.cli.maps import LEARN_HELP, learn
+from refseq_bench.scenarios.cli.maps import app as maps
+from refseq_bench.scenarios.cli.record import DRIVE_HELP, RECORD_HELP, drive, record
+from refseq_bench.scenarios.cli.report import REPORT_HELP, report
+from refseq_bench.scenarios.cli.terminal.console import Notes, err, out
+from refseq_bench.scenarios.cli.terminal.options import flag
+from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, UsageError, group, in_one_line
+from refseq_bench.scenarios.cli.view import VIEW_HELP, view
+from refseq_bench.scenarios.cli.workshop import DEMO_HELP, DOCTOR_HELP, demo, doctor
+from refseq_bench.scenarios.errors import input_errors
+from refseq_bench.scenarios.tables import say
 
 BELOW, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
@@ -65,7 +65,7 @@ def version(
 
 def main() -> None:
     """Run the command line: a known error is one line and an exit code, an unknown one comes with its trace."""
-    logging.getLogger("scenarios").handlers = [Notes()]
+    logging.getLogger("refseq_bench.scenarios").handlers = [Notes()]
     sys.exit(exit_code(sys.argv[1:]))
 
 
@@ -97,9 +97,9 @@ def exit_code(words: list[str]) -> int:
 
 
 FAILURES = {
-    "scenarios.methods.plugins": ("MisbehavedError", "failed: "),
-    "scenarios.drives.record": ("NoViewError", ""),
-    "sim.teleop.session": ("AbortedError", ""),
+    "refseq_bench.scenarios.methods.plugins": ("MisbehavedError", "failed: "),
+    "refseq_bench.scenarios.drives.record": ("NoViewError", ""),
+    "refseq_bench.sim.teleop.session": ("AbortedError", ""),
 }
 """Errors of what ran, not of what was asked for, by their modules, and what is put before their message."""
 

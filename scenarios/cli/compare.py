@@ -4,15 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scenarios.cli.terminal.console import out, print_json, step_bars
-from scenarios.cli.terminal.options import METHODS, Drives, Json, Seed, option, output
-from scenarios.drives.inputs import check_output, words, writing
-from scenarios.errors import ScenarioError
-from scenarios.tables import print_whole
+from refseq_bench.scenarios.cli.terminal.console import out, print_json, step_bars
+from refseq_bench.scenarios.cli.terminal.options import METHODS, Drives, Json, Seed, option, output
+from refseq_bench.scenarios.drives.inputs import check_output, words, writing
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import print_whole
 
 if TYPE_CHECKING:
-    from scenarios.scoring.comparison import Comparison
-    from scenarios.scoring.figures import Figures
+    from refseq_bench.scenarios.scoring.comparison import Comparison
+    from refseq_bench.scenarios.scoring.figures import Figures
 
 COMPARE_HELP = """Examples:
 
@@ -35,9 +35,9 @@ def compare(
     as_json: Json = False,
 ) -> None:
     """Compare methods on the same views, baselines among them."""
-    from scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark
-    from scenarios.methods.by_name import methods_named
-    from scenarios.scoring.figures import figures_record
+    from refseq_bench.scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark
+    from refseq_bench.scenarios.methods.by_name import methods_named
+    from refseq_bench.scenarios.scoring.figures import figures_record
 
     check_output(output, report)
     if output is not None and output.suffix.lower() != ".csv":
@@ -61,8 +61,8 @@ def compare(
 
 def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: "Sequence[Comparison]") -> None:
     """The figures of each experiment, and of all together."""
-    from scenarios.drives.benchmark import ALL
-    from scenarios.scoring.tables import figures_table, lost_table
+    from refseq_bench.scenarios.drives.benchmark import ALL
+    from refseq_bench.scenarios.scoring.tables import figures_table, lost_table
 
     for name, found in experiments:
         drives = sum(1 for one in comparisons if name in (one.name, ALL))
@@ -80,14 +80,14 @@ def _write(
     report: Path | None,
 ) -> None:
     from refseq.files import replace_text
-    from scenarios.scoring.figures import figures_csv
+    from refseq_bench.scenarios.scoring.figures import figures_csv
 
     if table is not None:
         with writing(table):
             replace_text(table, figures_csv(experiments))
     if report is not None:
-        from scenarios.report.document import write_report
-        from scenarios.report.outline import outline_for
+        from refseq_bench.scenarios.report.document import write_report
+        from refseq_bench.scenarios.report.outline import outline_for
 
         with writing(report):
             title = "; ".join(dict.fromkeys(one.name for one in comparisons))

@@ -13,13 +13,13 @@ from refseq.viewer.map.tab import MapTab
 from refseq.viewer.places import Places
 from refseq.viewer.recording import write_recording
 from refseq.viewer.tab import Tab
-from scenarios.cli.terminal.console import Step
-from scenarios.drives.evaluate import compare
-from scenarios.drives.record import QUERY_SEEDS, Drive, record
-from scenarios.report.document import write_report
-from scenarios.scoring.comparison import Comparison
-from worlds.drawing.outline import outline_of
-from worlds.plans.load import load_plan
+from refseq_bench.scenarios.cli.terminal.console import Step
+from refseq_bench.scenarios.drives.evaluate import compare
+from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive, record
+from refseq_bench.scenarios.report.document import write_report
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.worlds.drawing.outline import outline_of
+from refseq_bench.worlds.plans.load import load_plan
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from sim.rendering.drivers import VULKAN_PACKAGES, vulkan_device
+from refseq_bench.sim.rendering.drivers import VULKAN_PACKAGES, vulkan_device
 
 DISTRIBUTION = "refseq-bench"
 GL_PACKAGES = ("libegl1", "libopengl0", "libgl1-mesa-dri")
@@ -185,7 +185,7 @@ def _gl_renderer() -> str | None:
     A broken driver ends the process that tries it, so a second process does.
     """
     program = (
-        "from sim.rendering.drivers import open_gl; name, context = open_gl(16, 16); "
+        "from refseq_bench.sim.rendering.drivers import open_gl; name, context = open_gl(16, 16); "
         "from OpenGL import GL; print(f'{GL.glGetString(GL.GL_RENDERER).decode()}, {name}')"
     )
     try:

@@ -4,9 +4,9 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scenarios.cli.localise import conclude
-from scenarios.cli.terminal.console import status_line
-from scenarios.cli.terminal.options import (
+from refseq_bench.scenarios.cli.localise import conclude
+from refseq_bench.scenarios.cli.terminal.console import status_line
+from refseq_bench.scenarios.cli.terminal.options import (
     BELIEFS,
     SCRIPT,
     AtLeast,
@@ -24,14 +24,14 @@ from scenarios.cli.terminal.options import (
     only_one_of,
     option,
 )
-from scenarios.cli.terminal.screen import in_file, on_screen
-from scenarios.drives.inputs import check_output, stages, words
+from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen
+from refseq_bench.scenarios.drives.inputs import check_output, stages, words
 
 if TYPE_CHECKING:
     from refseq.logs import Recording
     from refseq.map.map import Map
-    from scenarios.drives.live import LiveRun
-    from scenarios.drives.record import Drive
+    from refseq_bench.scenarios.drives.live import LiveRun
+    from refseq_bench.scenarios.drives.record import Drive
 
 LIVE_HELP = """Examples:
 
@@ -70,8 +70,8 @@ def live(
     from refseq.map.map import Map
     from refseq.viewer.belief_log import LocaliserLayer
     from refseq.viewer.places import Places
-    from scenarios.drives.evaluate import comparison_of
-    from scenarios.drives.live import LiveRun, live_logger
+    from refseq_bench.scenarios.drives.evaluate import comparison_of
+    from refseq_bench.scenarios.drives.live import LiveRun, live_logger
 
     wanted, map_ = stages(stage), Map.load(map_file)
     drive = _drive(map_, world, setting, carrier, sampling)
@@ -90,7 +90,7 @@ def _drive(map_: "Map", world: str, setting: Setting, carrier: CarrierInMap, sam
     from dataclasses import replace
 
     from refseq.view import LASER
-    from scenarios.drives.live import sensors_for
+    from refseq_bench.scenarios.drives.live import sensors_for
 
     sensors = sensors_for(map_, words(carrier.sensors, "sensors"))
     needed = RendererName.NONE if set(sensors) == {LASER} else RendererName.FILAMENT
@@ -101,9 +101,9 @@ def _drive(map_: "Map", world: str, setting: Setting, carrier: CarrierInMap, sam
 
 def _driven(drive: "Drive", path: Path | None, script: Path | None, run: "LiveRun", *, keys: bool) -> "Recording":
     """Lead the robot as asked; its views are localised as they come."""
-    from scenarios.drives.record import record
-    from scenarios.drives.teleop import TeleopDrive, by_viewer, controls_in, record_by_hand
-    from sim.teleop.script import ScriptSource
+    from refseq_bench.scenarios.drives.record import record
+    from refseq_bench.scenarios.drives.teleop import TeleopDrive, by_viewer, controls_in, record_by_hand
+    from refseq_bench.sim.teleop.script import ScriptSource
 
     with status_line(f"{drive.world} at {drive.light}") as run.told:
         if script is None and not keys:

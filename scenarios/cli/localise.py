@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scenarios.cli.terminal.console import leave_below, out, print_json, print_results
-from scenarios.cli.terminal.options import (
+from refseq_bench.scenarios.cli.terminal.console import leave_below, out, print_json, print_results
+from refseq_bench.scenarios.cli.terminal.options import (
     BELIEFS,
     AtLeast,
     Json,
@@ -16,12 +16,12 @@ from scenarios.cli.terminal.options import (
     Stages,
     grouped,
 )
-from scenarios.drives.inputs import check_output, read_drive, stages, words
-from scenarios.tables import say
+from refseq_bench.scenarios.drives.inputs import check_output, read_drive, stages, words
+from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
     from refseq.map.map import Map
-    from scenarios.scoring.comparison import Comparison
+    from refseq_bench.scenarios.scoring.comparison import Comparison
 
 LOCALISE_HELP = """Examples:
 
@@ -46,7 +46,7 @@ def localise(
 ) -> None:
     """Localise a recorded drive in a map, view by view."""
     from refseq.map.map import Map
-    from scenarios.drives.evaluate import compare
+    from refseq_bench.scenarios.drives.evaluate import compare
 
     check_output(output)
     wanted, chosen = stages(stage), words(sensors, "sensors")
@@ -62,8 +62,8 @@ def conclude(
 ) -> None:
     """Write the beliefs, print how often they are right, and leave with 1 where that is less than asked [%]."""
     from refseq.logs.beliefs import write_beliefs
-    from scenarios.drives.evaluate import results
-    from scenarios.scoring.sequence_recall import sequence_recall_table
+    from refseq_bench.scenarios.drives.evaluate import results
+    from refseq_bench.scenarios.scoring.sequence_recall import sequence_recall_table
 
     if output is not None:
         metadata = {key: str(value) for key, value in comparison.query_metadata.items()}

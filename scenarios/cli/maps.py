@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.terminal.console import err, out, print_json, wrote
-from scenarios.cli.terminal.options import (
+from refseq_bench.scenarios.cli.terminal.console import err, out, print_json, wrote
+from refseq_bench.scenarios.cli.terminal.options import (
     CHART,
     Features,
     Json,
@@ -21,10 +21,10 @@ from scenarios.cli.terminal.options import (
     option,
     output,
 )
-from scenarios.cli.terminal.usage import BenchCommand, group
-from scenarios.drives.inputs import check_output, read_drive, words
-from scenarios.errors import ScenarioError
-from scenarios.tables import say
+from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
+from refseq_bench.scenarios.drives.inputs import check_output, read_drive, words
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
     from refseq.atlas.merge import Decision
@@ -92,8 +92,8 @@ def merge(
     """Merge maps to one of several paths, which share the places that they have in common."""
     from refseq.atlas.merge import leave_it, merge_maps
     from refseq.atlas.overlap import OverlapSettings
-    from scenarios.maps import joins
-    from scenarios.maps.checks import read_maps
+    from refseq_bench.scenarios.maps import joins
+    from refseq_bench.scenarios.maps.checks import read_maps
 
     check_output(output, write_decisions)
     if write_decisions is not None and write_decisions.resolve() == output.resolve():
@@ -117,7 +117,7 @@ def merge(
 
 def ask(decision: "Decision") -> "Decision":
     """Ask on the terminal whether a join is right; an empty answer leaves it as it is."""
-    from scenarios.maps.joins import BY_A_PERSON
+    from refseq_bench.scenarios.maps.joins import BY_A_PERSON
 
     say(
         out,
@@ -147,10 +147,10 @@ def similarity(
     """Compare the views of two maps, and tell the stretches that they share; nothing is merged."""
     from refseq.atlas.merge import merge_maps
     from refseq.atlas.overlap import OverlapSettings
-    from scenarios.maps.checks import read_maps
-    from scenarios.maps.joins import decision_table
-    from scenarios.maps.matrix import check_picture
-    from scenarios.maps.similarity import draw, similarity_of, write_arrays
+    from refseq_bench.scenarios.maps.checks import read_maps
+    from refseq_bench.scenarios.maps.joins import decision_table
+    from refseq_bench.scenarios.maps.matrix import check_picture
+    from refseq_bench.scenarios.maps.similarity import draw, similarity_of, write_arrays
 
     check_output(output, arrays)
     if output is not None:
@@ -189,7 +189,7 @@ def route(
     """Find the shortest route between two places of a map; paths are driven one way only."""
     from refseq.atlas.routes import NoRouteError, place_of, shortest_route
     from refseq.map.map import Map
-    from scenarios.maps.routes import leg_table, route_in_words
+    from refseq_bench.scenarios.maps.routes import leg_table, route_in_words
 
     map_ = Map.load(map_file)
     ends = place_of(map_, start), place_of(map_, goal)
@@ -225,7 +225,7 @@ def matrix(
     import numpy as np
 
     from refseq.map.map import Map
-    from scenarios.maps.matrix import (
+    from refseq_bench.scenarios.maps.matrix import (
         check_picture,
         draw,
         features_table,

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import typer
 
-from scenarios.cli.terminal.console import err, out, saved
-from scenarios.cli.terminal.options import (
+from refseq_bench.scenarios.cli.terminal.console import err, out, saved
+from refseq_bench.scenarios.cli.terminal.options import (
     CHANGE,
     LIGHT,
     PICTURE,
@@ -25,15 +25,15 @@ from scenarios.cli.terminal.options import (
     option,
     output,
 )
-from scenarios.cli.terminal.usage import BenchCommand, group
-from scenarios.drives.inputs import assignments, check_folder, check_output, writing
-from scenarios.errors import ScenarioError
-from scenarios.tables import say
+from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
+from refseq_bench.scenarios.drives.inputs import assignments, check_folder, check_output, writing
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
     from refseq.map.map import Map
     from refseq.missions import MissionPath, Plan
-    from scenarios.missions.file import Asked
+    from refseq_bench.scenarios.missions.file import Asked
 
 BELOW = 1
 LEARNT = "learnt"
@@ -131,7 +131,7 @@ def run(
 
     World, light and robot are those of the map's own drive where nothing else is said.
     """
-    from scenarios.missions.trip import MissionTrip, run_trip, write_trip
+    from refseq_bench.scenarios.missions.trip import MissionTrip, run_trip, write_trip
 
     if trip.strip is not None and output is None:
         raise ScenarioError("--filmstrip is left in a folder; valid is to name one as well: --output")
@@ -171,10 +171,10 @@ def lamp(
     output: Annotated[Path | None, PICTURE] = None,
 ) -> None:
     """Run a LAMP program, by sonar and odometry alone, until a stage fails, and tell what became of each."""
-    from robots.behaviours import BehaviourOutcome
-    from scenarios.missions.lamp import LampRun, lamp_plan, read_program, run_in_world
-    from scenarios.robot_checks.behaviour_drive import behaviour_table
-    from worlds.drawing.draw import check_picture
+    from refseq_bench.robots.behaviours import BehaviourOutcome
+    from refseq_bench.scenarios.missions.lamp import LampRun, lamp_plan, read_program, run_in_world
+    from refseq_bench.scenarios.robot_checks.behaviour_drive import behaviour_table
+    from refseq_bench.worlds.drawing.draw import check_picture
 
     if output is not None:
         check_picture(output)
@@ -195,7 +195,7 @@ def _compiled(
     """The map, the way, and the mission for it; the mission is read before the map."""
     from refseq.map.map import Map
     from refseq.missions import as_learnt
-    from scenarios.missions.file import asked_for
+    from refseq_bench.scenarios.missions.file import asked_for
 
     places = {name: _number(value) for name, value in assignments(landmark, "landmark").items()}
     asked: Asked | None = None if text == LEARNT else asked_for(text, places)

@@ -4,8 +4,8 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from scenarios.cli.terminal.console import bars_on_terminal, out, progress_bar
-from scenarios.cli.terminal.options import (
+from refseq_bench.scenarios.cli.terminal.console import bars_on_terminal, out, progress_bar
+from refseq_bench.scenarios.cli.terminal.options import (
     RATE,
     RECORDING,
     SCRIPT,
@@ -19,12 +19,12 @@ from scenarios.cli.terminal.options import (
     only_one_of,
     option,
 )
-from scenarios.errors import ScenarioError
-from scenarios.tables import say
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from scenarios.drives.teleop import TeleopDrive, TeleopResult
-    from sim.drives.recorder import RecordedView
+    from refseq_bench.scenarios.drives.teleop import TeleopDrive, TeleopResult
+    from refseq_bench.sim.drives.recorder import RecordedView
 
 RECORD_HELP = """Examples:
 
@@ -75,8 +75,8 @@ def record(
     on_request: OnRequest = False,
 ) -> None:
     """Record a robot that follows a route, behaviours or a script."""
-    from scenarios.drives.record import record as record_drive
-    from scenarios.drives.teleop import TeleopDrive
+    from refseq_bench.scenarios.drives.record import record as record_drive
+    from refseq_bench.scenarios.drives.teleop import TeleopDrive
 
     only_one_of(behaviours=behaviours, script=script)
     drive = drive_in(world, setting, carrier, sampling, behaviours=tuple((behaviours or "").split()))
@@ -108,7 +108,7 @@ def drive(
     on_request: OnRequest = False,
 ) -> None:
     """Record a robot that you lead in the browser, by keys or a gamepad."""
-    from scenarios.drives.teleop import TeleopDrive, by_viewer, record_by_hand
+    from refseq_bench.scenarios.drives.teleop import TeleopDrive, by_viewer, record_by_hand
 
     asked = drive_in(world, setting, carrier, sampling)
     session = TeleopDrive(name or output.stem, asked, sampling.trigger_unless(on_request))
@@ -125,8 +125,8 @@ def tell_of(led: "TeleopResult", output: Path) -> None:
 
 def _by_script(session: "TeleopDrive", output: Path, script: Path) -> "TeleopResult":
     """Lead the robot by a script, with a bar of its time."""
-    from scenarios.drives.teleop import controls_in, record_by_hand
-    from sim.teleop.script import ScriptSource
+    from refseq_bench.scenarios.drives.teleop import controls_in, record_by_hand
+    from refseq_bench.sim.teleop.script import ScriptSource
 
     moments = controls_in(script)
     end = moments[-1].time

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from scenarios.cli.terminal.console import out
-from scenarios.cli.terminal.options import REFERENCE, MapFile, QueryFile, Selection, grouped, output
-from scenarios.drives.inputs import check_output, read_comparison, writing
-from scenarios.tables import say
+from refseq_bench.scenarios.cli.terminal.console import out
+from refseq_bench.scenarios.cli.terminal.options import REFERENCE, MapFile, QueryFile, Selection, grouped, output
+from refseq_bench.scenarios.drives.inputs import check_output, read_comparison, writing
+from refseq_bench.scenarios.tables import say
 
 REPORT_HELP = "Example: `refseq report map.refseq query.mcap beliefs.parquet --reference reference.mcap -o report.html`"
 
@@ -28,8 +28,8 @@ def report(
 
     It has a plan, heat maps of the posterior, frames, success and cost.
     """
-    from scenarios.report.document import write_report
-    from scenarios.report.outline import outline_for
+    from refseq_bench.scenarios.report.document import write_report
+    from refseq_bench.scenarios.report.outline import outline_for
 
     check_output(output)
     comparison = read_comparison(map_file, query, beliefs, reference, selection.chosen())

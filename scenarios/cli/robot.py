@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from scenarios.cli.terminal.console import out, print_json, saved
-from scenarios.cli.terminal.options import (
+from refseq_bench.scenarios.cli.terminal.console import out, print_json, saved
+from refseq_bench.scenarios.cli.terminal.options import (
     CAMERA_RENDERER,
     LIGHT,
     PICTURE,
@@ -25,9 +25,9 @@ from scenarios.cli.terminal.options import (
     only_one_of,
     option,
 )
-from scenarios.cli.terminal.usage import BenchCommand, group
-from scenarios.drives.inputs import check_output
-from scenarios.tables import say
+from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
+from refseq_bench.scenarios.drives.inputs import check_output
+from refseq_bench.scenarios.tables import say
 
 BELOW = 1
 
@@ -42,7 +42,7 @@ Renderer = Annotated[CameraRenderer, CAMERA_RENDERER]
 @app.command("list", cls=BenchCommand, epilog="Example: `refseq robot list --json`")
 def list_robots(as_json: Json = False) -> None:
     """List the robots."""
-    from scenarios.robot_checks.facts import robots_facts, robots_table
+    from refseq_bench.scenarios.robot_checks.facts import robots_facts, robots_table
 
     if as_json:
         print_json(robots_facts())
@@ -64,9 +64,9 @@ def show(
     as_json: Json = False,
 ) -> None:
     """Describe one robot, and draw it from three sides to scale."""
-    from robots import load
-    from scenarios.robot_checks.body import Body
-    from scenarios.robot_checks.facts import proportions_table, robot_facts, robot_table
+    from refseq_bench.robots import load
+    from refseq_bench.scenarios.robot_checks.body import Body
+    from refseq_bench.scenarios.robot_checks.facts import proportions_table, robot_facts, robot_table
 
     _check_picture(output)
     body = Body(load(robot))
@@ -77,8 +77,8 @@ def show(
         if (table := proportions_table(body)) is not None:
             out.print(table)
     if output is not None:
-        from scenarios.robot_checks.picture import picture
-        from sim.rendering.renderer import RendererKind
+        from refseq_bench.scenarios.robot_checks.picture import picture
+        from refseq_bench.sim.rendering.renderer import RendererKind
 
         with saved(output, quiet=as_json) as temporary:
             picture(body, RendererKind(renderer.value)).savefig(temporary)
@@ -104,9 +104,9 @@ def filmstrip(
     renderer: Renderer = CameraRenderer.FILAMENT,
 ) -> None:
     """Show a drive as frames that a bystander takes, with time, speed and pitch."""
-    from scenarios.robot_checks.filmstrip import FilmedDrive, film
-    from scenarios.robot_checks.filmstrip import filmstrip as drawn
-    from sim.rendering.renderer import RendererKind
+    from refseq_bench.scenarios.robot_checks.filmstrip import FilmedDrive, film
+    from refseq_bench.scenarios.robot_checks.filmstrip import filmstrip as drawn
+    from refseq_bench.sim.rendering.renderer import RendererKind
 
     _check_picture(output)
     asked = FilmedDrive(robot, world, route, light, seconds, frames, speed, seed, RendererKind(renderer.value))
@@ -125,8 +125,8 @@ def check(
     names: Annotated[list[str], typer.Argument(metavar="ROBOT", help="Robots, as `refseq robot list` names them.")],
 ) -> None:
     """Drive robots on an empty floor and compare what they do with what they should."""
-    from robots import load
-    from scenarios.robot_checks.check import findings, findings_table
+    from refseq_bench.robots import load
+    from refseq_bench.scenarios.robot_checks.check import findings, findings_table
 
     for name in names:
         load(name)
@@ -163,8 +163,8 @@ def try_behaviours(
     timeout: Annotated[float, TIMEOUT] = 300.0,
 ) -> None:
     """Run behaviours one after another until one fails, tell what became of each, and draw the path."""
-    from robots.behaviours import BehaviourOutcome
-    from scenarios.robot_checks.behaviour_drive import (
+    from refseq_bench.robots.behaviours import BehaviourOutcome
+    from refseq_bench.scenarios.robot_checks.behaviour_drive import (
         BehaviourDrive,
         behaviour_plan,
         behaviour_table,
@@ -200,8 +200,8 @@ def umbmark(
     seed: Seed = 0,
 ) -> None:
     """Drive squares both ways round by the odometer, and tell its systematic errors apart (UMBmark)."""
-    from scenarios.robot_checks.umbmark import umbmark_picture, umbmark_table
-    from sim.acceptance.umbmark import umbmark as drive_squares
+    from refseq_bench.scenarios.robot_checks.umbmark import umbmark_picture, umbmark_table
+    from refseq_bench.sim.acceptance.umbmark import umbmark as drive_squares
 
     _check_picture(output)
     found = drive_squares(robot, side=side, runs=runs, seed=seed)
@@ -231,7 +231,7 @@ def serve(
     seed: Seed = 1,
 ) -> None:
     """Let a program outside drive a robot over its serial line, in the robot's own protocol."""
-    from scenarios.robot_checks.serve import Service, serving
+    from refseq_bench.scenarios.robot_checks.serve import Service, serving
 
     only_one_of(tcp=tcp, pty=pty)
     asked = Service(robot, world, route, None if pty else tcp or 0, seconds, rate, seed)
@@ -243,7 +243,7 @@ def serve(
 
 def _check_picture(output: Path | None) -> None:
     """See that a picture can be written, before the work that goes into it."""
-    from worlds.drawing.draw import check_picture
+    from refseq_bench.worlds.drawing.draw import check_picture
 
     if output is not None:
         check_picture(output)

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.terminal.console import err, out, print_json
-from scenarios.cli.terminal.options import CACHE, CASE, METHODS, Json, flag, only_one_of, option, output
-from scenarios.cli.terminal.usage import BenchCommand, group
-from scenarios.drives.inputs import check_folder, check_output, words, writing
-from scenarios.errors import ScenarioError
-from scenarios.tables import print_whole, say
+from refseq_bench.scenarios.cli.terminal.console import err, out, print_json
+from refseq_bench.scenarios.cli.terminal.options import CACHE, CASE, METHODS, Json, flag, only_one_of, option, output
+from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
+from refseq_bench.scenarios.drives.inputs import check_folder, check_output, words, writing
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import print_whole, say
 
 if TYPE_CHECKING:
-    from scenarios.campaign.declare.cases import Case
-    from scenarios.campaign.judge.drives import Judged
-    from scenarios.campaign.results import Results
-    from scenarios.campaign.run.workers import WorkerPool
-    from scenarios.campaign.store.cache import Store
+    from refseq_bench.scenarios.campaign.declare.cases import Case
+    from refseq_bench.scenarios.campaign.judge.drives import Judged
+    from refseq_bench.scenarios.campaign.results import Results
+    from refseq_bench.scenarios.campaign.run.workers import WorkerPool
+    from refseq_bench.scenarios.campaign.store.cache import Store
 
 FAILED, BROKEN = 1, 2
 TEMPLATE_CLASS = "MyLocaliser"
@@ -52,8 +52,8 @@ def list_scenarios(
     as_json: Json = False,
 ) -> None:
     """List scenarios with their purpose, their numbers of cases and seeds, and their tags."""
-    from scenarios.campaign.declare.cases import find, names
-    from scenarios.campaign.pages.listing import by_file, list_table, listed
+    from refseq_bench.scenarios.campaign.declare.cases import find, names
+    from refseq_bench.scenarios.campaign.pages.listing import by_file, list_table, listed
 
     files = by_file(find(scenarios or names()))
     if as_json:
@@ -76,10 +76,10 @@ def show(
     as_json: Json = False,
 ) -> None:
     """Show all that a scenario declares or leaves to defaults, and what of it is in the cache."""
-    from scenarios.campaign.declare.cases import find
-    from scenarios.campaign.pages.listing import lines, resolved
-    from scenarios.campaign.run.estimate import rest_of
-    from scenarios.campaign.store.cache import Store, default_store
+    from refseq_bench.scenarios.campaign.declare.cases import find
+    from refseq_bench.scenarios.campaign.pages.listing import lines, resolved
+    from refseq_bench.scenarios.campaign.run.estimate import rest_of
+    from refseq_bench.scenarios.campaign.store.cache import Store, default_store
 
     cases = _only(find([name]), case or ())
     if as_json:
@@ -134,10 +134,10 @@ def run(
     fresh: Annotated[bool, flag("--fresh", "Ask all methods anew; recordings are kept.")] = False,
 ) -> None:
     """Run scenarios and judge them."""
-    from scenarios.campaign.declare.cases import find
-    from scenarios.campaign.declare.overrides import with_methods, with_seeds
-    from scenarios.campaign.results import Results
-    from scenarios.campaign.store.cache import Store, default_store
+    from refseq_bench.scenarios.campaign.declare.cases import find
+    from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_seeds
+    from refseq_bench.scenarios.campaign.results import Results
+    from refseq_bench.scenarios.campaign.store.cache import Store, default_store
 
     only_one_of(workers=workers, ray=ray)
     check_folder(output)
@@ -151,10 +151,10 @@ def _judged(
     cases: "Sequence[Case]", folder: "Results", executor: "WorkerPool", store: "Store", *, fresh: bool
 ) -> "list[Judged]":
     """Run and judge cases, and tell how they went; what is interrupted tells how to go on."""
-    from scenarios.campaign.campaign import run_campaign
-    from scenarios.campaign.pages.index import INDEX
-    from scenarios.campaign.progress import watcher_on
-    from scenarios.report.words import size_text
+    from refseq_bench.scenarios.campaign.campaign import run_campaign
+    from refseq_bench.scenarios.campaign.pages.index import INDEX
+    from refseq_bench.scenarios.campaign.progress import watcher_on
+    from refseq_bench.scenarios.report.words import size_text
 
     watcher = watcher_on(err, executor)
     results: list[Judged] = []
@@ -190,10 +190,10 @@ def _cancelled_as_by_ctrl_c() -> Iterator[None]:
 
 def _executor(workers: int | None, ray: str | None, store: "Store") -> "WorkerPool":
     if ray is None:
-        from scenarios.campaign.run.workers import LocalWorkers
+        from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
 
         return LocalWorkers(workers or 1, store.folder)
-    from scenarios.campaign.run.ray_workers import RayWorkers
+    from refseq_bench.scenarios.campaign.run.ray_workers import RayWorkers
 
     return RayWorkers(ray, store)
 
@@ -214,7 +214,7 @@ def _tell(results: "Sequence[Judged]") -> None:
 
 def _leave(results: "Sequence[Judged]") -> None:
     """Leave with the code that the worst verdict of the blocking scenarios means."""
-    from scenarios.campaign.declare.outcomes import Verdict
+    from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 
     verdicts = {result.verdict for result in results if result.case.scenario.blocking}
     if Verdict.ERROR in verdicts:
@@ -246,9 +246,14 @@ def report(
     as_json: Json = False,
 ) -> None:
     """Print a campaign's verdicts, their reasons, and the place of its pages."""
-    from scenarios.campaign.pages.summary import summary
-    from scenarios.campaign.pages.text_report import print_report, print_summary, report_markdown, summary_markdown
-    from scenarios.campaign.store.result_file import read_result
+    from refseq_bench.scenarios.campaign.pages.summary import summary
+    from refseq_bench.scenarios.campaign.pages.text_report import (
+        print_report,
+        print_summary,
+        report_markdown,
+        summary_markdown,
+    )
+    from refseq_bench.scenarios.campaign.store.result_file import read_result
 
     only_one_of(markdown=markdown, json=as_json)
     if case and not across:
@@ -287,8 +292,8 @@ def tables(
 ) -> None:
     """Fill a page's tables with figures of campaigns."""
     from refseq.files import replace_text
-    from scenarios.campaign.pages.tables import CampaignRuns, blocks, replaced, selected_blocks, stale
-    from scenarios.campaign.store.result_file import read_result
+    from refseq_bench.scenarios.campaign.pages.tables import CampaignRuns, blocks, replaced, selected_blocks, stale
+    from refseq_bench.scenarios.campaign.store.result_file import read_result
 
     text = _text_of(page)
     wanted = selected_blocks(blocks(text, str(page)), table or (), str(page))
@@ -320,7 +325,7 @@ def _text_of(page: Path) -> str:
 def template(output: Annotated[Path, output("Python file to write.")] = Path("my_localiser.py")) -> None:
     """Write a small localiser that works, to begin one of your own with."""
     from refseq.files import replace_text
-    from scenarios.methods.templates import MY_LOCALISER
+    from refseq_bench.scenarios.methods.templates import MY_LOCALISER
 
     if not (output.suffix == ".py" and output.stem.isidentifier()):
         raise ScenarioError(f"{output}: is no module's name; valid is a name that can be imported, ending in .py")

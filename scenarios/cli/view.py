@@ -5,15 +5,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.terminal.console import out
-from scenarios.cli.terminal.options import REFERENCE, Screen, Selection, grouped, only_one_of, option, output
-from scenarios.cli.terminal.screen import in_file, on_screen
-from scenarios.drives.inputs import check_folder, check_output, writing
-from scenarios.errors import ScenarioError
-from scenarios.tables import say
+from refseq_bench.scenarios.cli.terminal.console import out
+from refseq_bench.scenarios.cli.terminal.options import (
+    REFERENCE,
+    Screen,
+    Selection,
+    grouped,
+    only_one_of,
+    option,
+    output,
+)
+from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen
+from refseq_bench.scenarios.drives.inputs import check_folder, check_output, writing
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from scenarios.drives.viewer_content import ViewerContent
+    from refseq_bench.scenarios.drives.viewer_content import ViewerContent
 
 VIEW_HELP = """Examples:
 
@@ -44,7 +52,7 @@ def view(
 ) -> None:
     """Show a drive, a map, or a localised drive in the Rerun viewer."""
     only_one_of(output=output, layers=layers, connect=screen.connect, serve=screen.serve)
-    from scenarios.drives.viewer_content import read_content
+    from refseq_bench.scenarios.drives.viewer_content import read_content
 
     check_output(output)
     if layers is not None:

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.terminal.console import leave_below, out, print_json, print_results, step_bars
-from scenarios.cli.terminal.options import (
+from refseq_bench.scenarios.cli.terminal.console import leave_below, out, print_json, print_results, step_bars
+from refseq_bench.scenarios.cli.terminal.options import (
     LIGHT,
     RENDERER,
     ROBOT,
@@ -18,10 +18,10 @@ from scenarios.cli.terminal.options import (
     option,
     output,
 )
-from scenarios.tables import say
+from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from scenarios.drives.evaluate import StageResult
+    from refseq_bench.scenarios.drives.evaluate import StageResult
 
 DEMO_HELP = """Examples:
 
@@ -45,12 +45,12 @@ def demo(
 ) -> None:
     """Record two drives, learn, localise and report, all at once."""
     from refseq.map.profile import profile_named
-    from scenarios.cli.demo import Demo, run_demo
-    from scenarios.drives.evaluate import results
-    from scenarios.drives.inputs import check_folder
-    from scenarios.drives.record import Drive
-    from sim.rendering.renderer import RendererKind
-    from worlds.light import light_named
+    from refseq_bench.scenarios.cli.demo import Demo, run_demo
+    from refseq_bench.scenarios.drives.evaluate import results
+    from refseq_bench.scenarios.drives.inputs import check_folder
+    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.sim.rendering.renderer import RendererKind
+    from refseq_bench.worlds.light import light_named
 
     lights, chosen = tuple(dict.fromkeys(query_light or ["18:00"])), profile_named(profile)
     for name in lights:
@@ -70,7 +70,7 @@ def demo(
 
 def doctor(as_json: Json = False) -> None:
     """Tell what this machine lacks for the bench, and how to mend it."""
-    from scenarios.cli.doctor import checks, report
+    from refseq_bench.scenarios.cli.doctor import checks, report
 
     if not as_json:
         raise typer.Exit(report(out))

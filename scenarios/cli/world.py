@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scenarios.cli.terminal.console import err, out, print_json, saved
-from scenarios.cli.terminal.options import (
+from refseq_bench.scenarios.cli.terminal.console import err, out, print_json, saved
+from refseq_bench.scenarios.cli.terminal.options import (
     CHANGE,
     LIGHT,
     PICTURE,
@@ -20,13 +20,13 @@ from scenarios.cli.terminal.options import (
     option,
     output,
 )
-from scenarios.cli.terminal.usage import BenchCommand, group
-from scenarios.drives.inputs import check_output, writing
-from scenarios.errors import ScenarioError
-from scenarios.tables import say
+from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
+from refseq_bench.scenarios.drives.inputs import check_output, writing
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from worlds.light import LightSetting
+    from refseq_bench.worlds.light import LightSetting
 
 FOUND = 1
 
@@ -39,7 +39,7 @@ Route = Annotated[str, ROUTE]
 @app.command("list", cls=BenchCommand, epilog="Example: `refseq world list --json`")
 def list_worlds(as_json: Json = False) -> None:
     """List the worlds of the library."""
-    from scenarios.world_survey.facts import library, library_table
+    from refseq_bench.scenarios.world_survey.facts import library, library_table
 
     if as_json:
         print_json(library())
@@ -50,8 +50,8 @@ def list_worlds(as_json: Json = False) -> None:
 @app.command(cls=BenchCommand, epilog="Example: `refseq world show hallway`")
 def show(world: World, as_json: Json = False) -> None:
     """Describe one world; with --json, its floor plan."""
-    from scenarios.world_survey.facts import world_table
-    from worlds.plans.load import load_plan
+    from refseq_bench.scenarios.world_survey.facts import world_table
+    from refseq_bench.worlds.plans.load import load_plan
 
     plan = load_plan(world)
     if as_json:
@@ -73,10 +73,10 @@ def check(
     names: Annotated[list[str], typer.Argument(metavar="WORLD", help="Worlds, corridor:SEED, or plans (.toml).")],
 ) -> None:
     """Build worlds and look for things that stand in each other or in a robot's way."""
-    from scenarios.world_survey.facts import robot_boxes
-    from worlds.check import check_world
-    from worlds.light import light_named
-    from worlds.plans.load import load_plan
+    from refseq_bench.scenarios.world_survey.facts import robot_boxes
+    from refseq_bench.worlds.check import check_world
+    from refseq_bench.worlds.light import light_named
+    from refseq_bench.worlds.plans.load import load_plan
 
     plans = {name: load_plan(name) for name in names}
     boxes, count = robot_boxes(), 0
@@ -107,9 +107,9 @@ def draw(
     ] = None,
 ) -> None:
     """Draw the plan of a world, with a scale, north and the sun."""
-    from worlds.drawing.draw import check_picture, draw_plan
-    from worlds.light import light_named
-    from worlds.plans.load import load_plan
+    from refseq_bench.worlds.drawing.draw import check_picture, draw_plan
+    from refseq_bench.worlds.light import light_named
+    from refseq_bench.worlds.plans.load import load_plan
 
     check_picture(output)
     plan, setting = load_plan(world), light_named(light) if light else None
@@ -137,11 +137,11 @@ def contact_sheet(
     robot: Annotated[str, ROBOT] = "robuter",
 ) -> None:
     """Show what a robot's cameras see at places along a route, in several lights side by side."""
-    from scenarios.drives.record import Drive
-    from scenarios.world_survey.contact_sheet import contact_sheet as drawn
-    from scenarios.world_survey.snapshots import places_on, snapshots
-    from worlds.drawing.draw import check_picture
-    from worlds.light import light_named
+    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.scenarios.world_survey.contact_sheet import contact_sheet as drawn
+    from refseq_bench.scenarios.world_survey.snapshots import places_on, snapshots
+    from refseq_bench.worlds.drawing.draw import check_picture
+    from refseq_bench.worlds.light import light_named
 
     check_picture(output)
     check_output(output)
@@ -169,10 +169,10 @@ def lux(
     as_json: Json = False,
 ) -> None:
     """Measure how light it is at points, and where the light comes from."""
-    from scenarios.world_survey.facts import direction, lux_table, point_in, sun_text
-    from worlds.light import light_named
-    from worlds.meter import Meter
-    from worlds.plans.load import load_plan
+    from refseq_bench.scenarios.world_survey.facts import direction, lux_table, point_in, sun_text
+    from refseq_bench.worlds.light import light_named
+    from refseq_bench.worlds.meter import Meter
+    from refseq_bench.worlds.plans.load import load_plan
 
     plan, setting, normal = load_plan(world), light_named(light), direction(facing)
     points = {text: point_in(plan, text) for text in at}
@@ -204,11 +204,11 @@ def day(
     route: Route = "forward",
 ) -> None:
     """Tell how many SIFT keys of a picture in one light are found again at the hours of a day, and how light it is."""
-    from scenarios.drives.record import Drive
-    from scenarios.world_survey.day import Day, day_curve, day_table, through_the_day
-    from scenarios.world_survey.snapshots import places_on
-    from worlds.drawing.draw import check_picture
-    from worlds.light import light_named
+    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.scenarios.world_survey.day import Day, day_curve, day_table, through_the_day
+    from refseq_bench.scenarios.world_survey.snapshots import places_on
+    from refseq_bench.worlds.drawing.draw import check_picture
+    from refseq_bench.worlds.light import light_named
 
     check_picture(output)
     check_output(output)
@@ -222,7 +222,7 @@ def day(
 
 def _lights(first: int, last: int, step: int, conditions: str) -> "tuple[LightSetting, ...]":
     """The lights from one hour to another. Raises ``ScenarioError`` where there is none between."""
-    from worlds.light import light_named
+    from refseq_bench.worlds.light import light_named
 
     clock = [f"{minute // 60:02d}:{minute % 60:02d}" for minute in range(60 * first, 60 * last + 1, step)]
     if not clock:
@@ -237,8 +237,8 @@ def _lights(first: int, last: int, step: int, conditions: str) -> "tuple[LightSe
 def generate(output: Annotated[Path, output("Plan to write (.toml).")], seed: Seed = 1) -> None:
     """Write the plan of a new corridor, to look at and go on with; `corridor:N` is the same without a file."""
     from refseq.files import replace_text
-    from worlds.plans.generate import corridor
-    from worlds.plans.write import plan_text
+    from refseq_bench.worlds.plans.generate import corridor
+    from refseq_bench.worlds.plans.write import plan_text
 
     check_output(output)
     if output.suffix != ".toml":

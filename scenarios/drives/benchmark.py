@@ -7,12 +7,12 @@ from pathlib import Path
 
 from refseq.logs import Recording
 from refseq.view import View
-from scenarios.drives.inputs import DriveSelection, read_drive
-from scenarios.drives.naming import pair_name
-from scenarios.errors import ScenarioError
-from scenarios.methods.by_name import METHODS, answers
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import Figures, figures
+from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
+from refseq_bench.scenarios.drives.naming import pair_name
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.by_name import METHODS, answers
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.figures import Figures, figures
 
 ALL = "all drives together"
 

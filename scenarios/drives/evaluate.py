@@ -12,10 +12,10 @@ from refseq.map.localiser import localise
 from refseq.map.map import Map
 from refseq.map.matcher import check_among
 from refseq.view import View
-from scenarios.scoring.comparison import Comparison, Drives, shared_methods
-from scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
-from scenarios.scoring.proportion import Proportion
-from scenarios.scoring.score import pool, score
+from refseq_bench.scenarios.scoring.comparison import Comparison, Drives, shared_methods
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
+from refseq_bench.scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.score import pool, score
 
 TOLERANCES = (WIDE, NARROW)
 

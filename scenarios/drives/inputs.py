@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     from refseq.belief import Stage
     from refseq.logs import Recording
-    from scenarios.scoring.comparison import Comparison
+    from refseq_bench.scenarios.scoring.comparison import Comparison
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE) -> "Recording":
 
     from refseq.logs import read_recording
     from refseq.logs.thin import every, with_odometry_noise
-    from scenarios.drives.selection import stretch
+    from refseq_bench.scenarios.drives.selection import stretch
 
     thin = selection.thin
     recording = read_recording(path)
@@ -123,7 +123,7 @@ def read_comparison(
     """A localised drive put together again from its files."""
     from refseq.logs.beliefs import read_beliefs
     from refseq.map.map import Map
-    from scenarios.drives.evaluate import comparison_of
+    from refseq_bench.scenarios.drives.evaluate import comparison_of
 
     if not beliefs.is_file():
         raise ScenarioError(f"{beliefs}: is no file; valid is a table of beliefs (.parquet)")

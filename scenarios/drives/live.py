@@ -18,10 +18,10 @@ from refseq.viewer.localise_tab import localise_layout
 from refseq.viewer.places import Places
 from refseq.viewer.recording import send_layout
 from refseq.viewer.scene import Extent, Scene
-from scenarios.drives.record import Drive, plan_of, sensors_of
-from sim.cameras.camera import CameraModel
-from sim.cameras.library import load_camera
-from sim.drives.recorder import RecordedView
+from refseq_bench.scenarios.drives.record import Drive, plan_of, sensors_of
+from refseq_bench.sim.cameras.camera import CameraModel
+from refseq_bench.sim.cameras.library import load_camera
+from refseq_bench.sim.drives.recorder import RecordedView
 
 LIVE = rr.ChunkBatcherConfig(flush_tick=0.2)
 """Time that a viewer waits for what was logged [s]."""

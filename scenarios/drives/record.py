@@ -10,27 +10,27 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-import robots
 from refseq.logs import Recording, RecordingWriter, read_recording
 from refseq.view import LASER, View
-from robots import Robot
-from scenarios.errors import ScenarioError
-from sim.bench.bench import Bench
-from sim.bench.faults import Fault
-from sim.bench.settings import BenchSettings
-from sim.cameras.library import load_camera
-from sim.drives.behaviour_drive import run_and_sense
-from sim.drives.chase_camera import with_chase_camera
-from sim.drives.operator import OperatorStyle
-from sim.drives.recorder import PATIENCE, RecordedView, Trigger, describe, drive_and_sense, operator_for
-from sim.rendering.renderer import RendererKind
-from sim.sensors.laser import LaserModel, RangeMode
-from sim.teleop.session import AbortedError
-from worlds.build import build_world
-from worlds.change.change import change_named, changed
-from worlds.light import light_named
-from worlds.plans.load import load_plan
-from worlds.plans.schema import FloorPlan
+from refseq_bench import robots
+from refseq_bench.robots import Robot
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.faults import Fault
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.cameras.library import load_camera
+from refseq_bench.sim.drives.behaviour_drive import run_and_sense
+from refseq_bench.sim.drives.chase_camera import with_chase_camera
+from refseq_bench.sim.drives.operator import OperatorStyle
+from refseq_bench.sim.drives.recorder import PATIENCE, RecordedView, Trigger, describe, drive_and_sense, operator_for
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.laser import LaserModel, RangeMode
+from refseq_bench.sim.teleop.session import AbortedError
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.change.change import change_named, changed
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 QUERY_SEEDS = 1000
 """Added to a reference drive's seed for the query drives: never the same drive twice."""
@@ -57,8 +57,8 @@ class Drive:
     stretch from ``start`` to ``end`` [m along the route] is driven; None: to its end. ``faults`` happen on the way, by
     metres from where the drive starts. ``patience`` [s, simulated] is how long it may take.
 
-    With ``behaviours``, as ``robots.behaviours.written`` reads them, nobody leads the robot: from the start of the
-    route it runs them one after another.
+    With ``behaviours``, as ``refseq_bench.robots.behaviours.written`` reads them, nobody leads the robot: from the
+    start of the route it runs them one after another.
     """
 
     world: str = "hallway"

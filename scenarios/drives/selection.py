@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from refseq.view import LASER, View
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError
 
 
 def stretch(text: str | None, count: int, path: Path) -> slice:

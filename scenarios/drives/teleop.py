@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from refseq.logs import Recording, read_recording
-from robots import Stop
-from scenarios.drives.record import (
+from refseq_bench.robots import Stop
+from refseq_bench.scenarios.drives.record import (
     Drive,
     ViewCallback,
     check_recording,
@@ -18,12 +18,12 @@ from scenarios.drives.record import (
     sensors_of,
     write_drive,
 )
-from scenarios.errors import ScenarioError
-from sim.bench.bench import Bench
-from sim.drives.recorder import Trigger
-from sim.teleop.commands import Commands, CommandSource, SessionPhase, SessionStatus
-from sim.teleop.script import CommandLog, TimedCommand, parse, printed
-from sim.teleop.session import run_session
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.teleop.commands import Commands, CommandSource, SessionPhase, SessionStatus
+from refseq_bench.sim.teleop.script import CommandLog, TimedCommand, parse, printed
+from refseq_bench.sim.teleop.session import run_session
 
 CONTROLS = "controls"
 """Metadata key of the commands of a teleoperated drive, as a script."""
@@ -76,7 +76,7 @@ def record_by_hand(
 ) -> TeleopResult:
     """Lead the robot by ``controls`` and record its views to ``path``, None: nowhere; ``told`` is called for each view.
 
-    Raises as ``scenarios.drives.record.write_drive`` does, and ``AbortedError`` on the abort command.
+    Raises as ``refseq_bench.scenarios.drives.record.write_drive`` does, and ``AbortedError`` on the abort command.
     """
     check_recording(path)
     drive = session.drive
@@ -116,7 +116,7 @@ def controls_in(path: Path) -> tuple[TimedCommand, ...]:
 
 def by_viewer(session: TeleopDrive, *, port: int = 0, gamepad: Path | None = None, rate: float = 1.0) -> Controls:
     """Open the controls on a page in the browser."""
-    from sim.teleop.viewer import ViewerSettings, opened
+    from refseq_bench.sim.teleop.viewer import ViewerSettings, opened
 
     settings = ViewerSettings(session.name, sampling_in_words(session.sampling), sensors_of(session.drive), port, rate)
     return lambda bench: opened(bench, settings, gamepad)

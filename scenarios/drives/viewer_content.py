@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.drives.inputs import WHOLE, DriveSelection, read_drive
-from scenarios.drives.viewer_recording import is_recorded, name_of, record_at
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, read_drive
+from refseq_bench.scenarios.drives.viewer_recording import is_recorded, name_of, record_at
+from refseq_bench.scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -133,7 +133,7 @@ def _localised(
 def _beliefs(name: str, table: Path, learnt: "Map", drive: "Recording") -> "Mapping[str, Sequence[Belief]]":
     """The answers of a table. Raises ``ScenarioError`` for those that fit neither drive nor map."""
     from refseq.logs.beliefs import read_beliefs
-    from scenarios.drives.evaluate import comparison_of
+    from refseq_bench.scenarios.drives.evaluate import comparison_of
 
     if not table.is_file():
         raise ScenarioError(f"{table}: is no file; valid is a table of beliefs (.parquet)")

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError
 
 RECORD = "mission.rrd"
 """File that a mission leaves for the viewer in its folder."""

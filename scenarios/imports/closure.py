@@ -16,12 +16,12 @@ from pathlib import Path
 from platform import python_version
 from types import MappingProxyType
 
-from scenarios.imports.syntax import ALL, imports_of
+from refseq_bench.scenarios.imports.syntax import ALL, imports_of
 
-ROOMS = ("refseq", "worlds", "robots", "sim", "scenarios")
+PACKAGES = ("refseq", "refseq_bench")
 """The bench's own packages."""
-ROOT = Path(__file__).resolve().parents[2]
-"""Folder that holds them."""
+ROOT = Path(__file__).parents[3]
+"""Folder that holds them; as they are imported, for a checkout links to most of what ``refseq_bench`` holds."""
 CODE, PROSE = ".py", ".md"
 ABSENT = "absent"
 """Stands for the version of a package that is imported but not installed."""
@@ -57,7 +57,7 @@ def _content(file: Path, _changed_ns: int, _size: int) -> bytes:
 
 
 def closure_of(*modules: str, alone: Sequence[str] = (), root: Path = ROOT) -> Closure:
-    """All that some modules can reach; of those ``alone`` their own files. ``root`` is the folder of the bench's rooms.
+    """All that some modules can reach; of those ``alone`` their own files. ``root`` holds the bench's packages.
 
     Raises ``ModuleNotFoundError`` for a module that there is not. What is imported by a name that is made up, and data
     that is read from elsewhere, is not seen.
@@ -90,8 +90,8 @@ class _Walk:
     def reach(self, module: str, *, whole: bool = False) -> bool:
         """Take a module in; ``whole``: by its files, even where it is installed. False where there is no such one."""
         first = module.partition(".")[0]
-        if first in ROOMS:
-            return self._reach_room(module)
+        if first in PACKAGES:
+            return self._reach_own(module)
         if first in self._seen or first in sys.stdlib_module_names:
             return True
         self._seen.add(first)
@@ -107,11 +107,11 @@ class _Walk:
             self.versions[first] = ABSENT
         return bool(files)
 
-    def _reach_room(self, module: str) -> bool:
+    def _reach_own(self, module: str) -> bool:
         if module in self._seen:
             return True
         file, package = self._file_of(module), module.rpartition(".")[0]
-        if file is None or (package and not self._reach_room(package)):
+        if file is None or (package and not self._reach_own(package)):
             return False
         self._seen.add(module)
         self._left.append((module, file))
@@ -141,21 +141,21 @@ class _Walk:
                 self.reach(_absolute(name, package))
             for name, attribute in found.uses:
                 self._ask(_absolute(name, package), attribute)
-            if module.partition(".")[0] in ROOMS:
+            if module.partition(".")[0] in PACKAGES:
                 self._read_data(file, found.data)
                 self.untold += [f"{file.relative_to(self._root)}:{line}" for line in found.untold]
 
     def _ask(self, package: str, name: str) -> None:
         """Take in what a name of a package stands for: a module in it, or one that it imports when it is asked."""
-        file = self._file_of(package) if package.partition(".")[0] in ROOMS else None
+        file = self._file_of(package) if package.partition(".")[0] in PACKAGES else None
         if file is None or file.name != "__init__.py" or f"{package}:{name}" in self._seen:
             return
         self._seen.add(f"{package}:{name}")
         late = imports_of(file).late
-        known = name in late.bound or (name != ALL and self._reach_room(f"{package}.{name}"))
+        known = name in late.bound or (name != ALL and self._reach_own(f"{package}.{name}"))
         for text in late.modules_of(name) or (() if known else late.texts):
             for module in (text, f"{package}.{text.lstrip('.')}"):
-                if module.partition(".")[0] in ROOMS and self._reach_room(module):
+                if module.partition(".")[0] in PACKAGES and self._reach_own(module):
                     self._ask(module, name)
 
     def _read_data(self, file: Path, packages: tuple[str | None, ...]) -> None:

@@ -7,7 +7,7 @@ from refseq.atlas.merge import Decision
 from refseq.errors import MapError
 from refseq.map.map import Map, check_names
 from refseq.map.sequence import check_comparable
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError
 
 
 def read_maps(

@@ -10,9 +10,9 @@ from rich.text import Text
 
 from refseq.atlas.merge import Decision
 from refseq.files import replace_text
-from scenarios.drives.inputs import writing
-from scenarios.errors import ScenarioError
-from scenarios.tables import TextTable
+from refseq_bench.scenarios.drives.inputs import writing
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import TextTable
 
 HEAD = """\
 # Joins that refseq map merge made or refused. Turn `joined` round, or add a join of your own, and give this file to

@@ -21,8 +21,8 @@ from refseq.inference.matching.information import (
     neighbour_noise,
     view_information,
 )
-from scenarios.errors import ScenarioError
-from scenarios.tables import TextTable
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import TextTable
 
 PICTURES = {".png": {}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 """Formats of pictures by the file's ending, and what keeps the hour out of them: the same map gives the same bytes."""

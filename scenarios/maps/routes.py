@@ -1,7 +1,7 @@
 """Routes in maps, as tables and in words."""
 
 from refseq.atlas.routes import Route
-from scenarios.tables import TextTable
+from refseq_bench.scenarios.tables import TextTable
 
 
 def leg_table(found: Route) -> TextTable:

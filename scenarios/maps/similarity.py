@@ -16,7 +16,7 @@ from refseq.atlas.merge import Decision
 from refseq.atlas.similarity import view_similarity
 from refseq.files import replacing_at
 from refseq.map.map import Map
-from scenarios.maps.matrix import DPI, PICTURES
+from refseq_bench.scenarios.maps.matrix import DPI, PICTURES
 
 WIDE = 11.0
 """Width of the picture [inches]."""

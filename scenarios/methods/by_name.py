@@ -6,10 +6,10 @@ from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.map.localiser import localise, smoothed
 from refseq.map.profile import PROFILES
 from refseq.view import View
-from scenarios.errors import ScenarioError
-from scenarios.methods.baselines import BASELINES, Reference
-from scenarios.methods.plugins import PluginLocaliser, check_plugin, installed, is_plugin
-from scenarios.scoring.merging import Merging, by_views, merged_drives
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.plugins import PluginLocaliser, check_plugin, installed, is_plugin
+from refseq_bench.scenarios.scoring.merging import Merging, by_views, merged_drives
 
 STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
 """Our own localiser's names: a profile and a stage, with a stroke between."""

@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief, LocaliserProtocol
 from refseq.view import View
-from scenarios.errors import ScenarioError
-from scenarios.imports.closure import ROOMS, ROOT, closure_of, spec_of
-from scenarios.methods.baselines import BASELINES
-from scenarios.methods.plugin_answers import NoAnswerError, checked
-from scenarios.methods.plugin_sources import top_names
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT, closure_of, spec_of
+from refseq_bench.scenarios.methods.baselines import BASELINES
+from refseq_bench.scenarios.methods.plugin_answers import NoAnswerError, checked
+from refseq_bench.scenarios.methods.plugin_sources import top_names
 
 GROUP = "refseq.localisers"
 """Group of entry points."""
@@ -175,5 +175,5 @@ def _place(error: BaseException) -> str:
 
 
 def _written_by_user(file: str) -> bool:
-    others = (sysconfig.get_path("stdlib"), sysconfig.get_path("purelib"), *(str(ROOT / room) for room in ROOMS))
+    others = (sysconfig.get_path("stdlib"), sysconfig.get_path("purelib"), *(str(ROOT / name) for name in PACKAGES))
     return not file.startswith(("<", *others))

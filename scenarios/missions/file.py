@@ -40,9 +40,9 @@ from refseq.missions import (
     compiled,
     parse_mission,
 )
-from robots.behaviours.written import parse_behaviour
-from robots.errors import RobotsError
-from scenarios.errors import ScenarioError
+from refseq_bench.robots.behaviours.written import parse_behaviour
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.scenarios.errors import ScenarioError
 
 NAME = r"^[A-Za-z0-9][A-Za-z0-9 ._-]{0,59}$"
 """Pattern of the name of a photograph or a function: it becomes part of a file's name."""

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from refseq.missions import Executor
-from scenarios.report.contact_sheet import CaptionedImage, contact_sheet
-from sim.bench.bench import Bench
-from sim.drives.chase_camera import ChaseCamera
+from refseq_bench.scenarios.report.contact_sheet import CaptionedImage, contact_sheet
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.drives.chase_camera import ChaseCamera
 
 
 @dataclass(frozen=True, slots=True)

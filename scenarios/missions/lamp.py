@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scenarios.errors import ScenarioError
-from scenarios.library import LIBRARY
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.library import LIBRARY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from refseq.missions.lamp import LampStage
-    from scenarios.robot_checks.behaviour_drive import BehaviourResult
+    from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourResult
 
 ON_THE_SPOT = 0.2
 """A stage of a shorter way than this [m] has its number where the robot's tail is in the end, not on its way."""
@@ -57,15 +57,15 @@ def read_program(path: Path) -> "tuple[LampStage, ...]":
 
 def run_in_world(asked: LampRun) -> "Sequence[BehaviourResult]":
     """Run the program; what became of its stages, up to the first that failed."""
-    import robots
-    from scenarios.robot_checks.behaviour_drive import BehaviourResult, StopLog
-    from sim.bench.bench import Bench
-    from sim.bench.settings import BenchSettings
-    from sim.missions.lamp import run_lamp
-    from sim.rendering.renderer import RendererKind
-    from worlds.build import build_world
-    from worlds.light import light_named
-    from worlds.plans.load import load_plan
+    from refseq_bench import robots
+    from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourResult, StopLog
+    from refseq_bench.sim.bench.bench import Bench
+    from refseq_bench.sim.bench.settings import BenchSettings
+    from refseq_bench.sim.missions.lamp import run_lamp
+    from refseq_bench.sim.rendering.renderer import RendererKind
+    from refseq_bench.worlds.build import build_world
+    from refseq_bench.worlds.light import light_named
+    from refseq_bench.worlds.plans.load import load_plan
 
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
     settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
@@ -86,7 +86,7 @@ def lamp_plan(asked: LampRun, found: "Sequence[BehaviourResult]") -> "Figure":
     import matplotlib as mpl
     import numpy as np
 
-    from scenarios.robot_checks.behaviour_drive import BehaviourDrive, behaviour_plan
+    from refseq_bench.scenarios.robot_checks.behaviour_drive import BehaviourDrive, behaviour_plan
 
     figure = behaviour_plan(BehaviourDrive(asked.robot, tuple(done.text for done in found), asked.world), found)
     width, height = figure.get_size_inches()

@@ -13,11 +13,11 @@ from refseq.map.map import Map
 from refseq.missions import MissionPath, Plan, path_along, path_of
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.errors import ScenarioError
-from scenarios.methods.baselines import BASELINES, Reference
-from scenarios.methods.by_name import STAGED
-from scenarios.methods.plugins import PluginLocaliser, is_plugin
-from scenarios.scoring.merging import merged_drives
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.by_name import STAGED
+from refseq_bench.scenarios.methods.plugins import PluginLocaliser, is_plugin
+from refseq_bench.scenarios.scoring.merging import merged_drives
 
 PROFILE = "best"
 """Whose map tells the way where a method has no profile: behaviours, doors and lengths are the same in all."""

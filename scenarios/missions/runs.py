@@ -13,18 +13,18 @@ from refseq.missions.behaviour_codes import code_of
 from refseq.missions.lamp import LampStage
 from refseq.planar import Pose
 from refseq.view import View
-from robots.behaviours.written import parse_behaviour
-from robots.motion import Limits
-from scenarios.drives.record import Drive
-from scenarios.drives.selection import only
-from scenarios.missions.leader import GroundTruth, Leader
-from scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.contacts import ContactLog
-from sim.bench.faults import Fault, FaultSchedule, Traveller
-from sim.drives.behaviour_runner import BehaviourMoment
-from sim.missions.lamp import LampEnded, run_lamp
-from sim.missions.mission import run_mission
+from refseq_bench.robots.behaviours.written import parse_behaviour
+from refseq_bench.robots.motion import Limits
+from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.selection import only
+from refseq_bench.scenarios.missions.leader import GroundTruth, Leader
+from refseq_bench.scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.contacts import ContactLog
+from refseq_bench.sim.bench.faults import Fault, FaultSchedule, Traveller
+from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment
+from refseq_bench.sim.missions.lamp import LampEnded, run_lamp
+from refseq_bench.sim.missions.mission import run_mission
 
 NOWHERE = (math.nan, math.nan)
 """The goal of a mission that leaves the way: nobody knows it."""

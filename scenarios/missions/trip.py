@@ -18,20 +18,20 @@ from refseq.viewer.mission.record import MissionRecord, Recorder
 from refseq.viewer.mission.tab import MissionTab
 from refseq.viewer.recording import write_recording
 from refseq.viewer.timelines import TIME
-from scenarios.drives.record import Drive, open_bench, plan_of
-from scenarios.drives.viewer_recording import RECORD
-from scenarios.errors import ScenarioError
-from scenarios.missions.filmstrip import Bystander, MissionFrame, filmstrip_of
-from scenarios.missions.leader import GroundTruth, Leader
-from scenarios.missions.runs import NOWHERE, MissionResult, run_plan
-from scenarios.report.plots.mission import mission_plan
-from scenarios.scoring.missions import score_mission
-from scenarios.scoring.path_geometry import NARROW, WIDE
-from sim.bench.bench import Bench
-from sim.drives.recorder import Trigger
-from sim.missions.mission import EVERY
-from sim.rendering.renderer import RendererKind
-from worlds.drawing.outline import outline_of
+from refseq_bench.scenarios.drives.record import Drive, open_bench, plan_of
+from refseq_bench.scenarios.drives.viewer_recording import RECORD
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.missions.filmstrip import Bystander, MissionFrame, filmstrip_of
+from refseq_bench.scenarios.missions.leader import GroundTruth, Leader
+from refseq_bench.scenarios.missions.runs import NOWHERE, MissionResult, run_plan
+from refseq_bench.scenarios.report.plots.mission import mission_plan
+from refseq_bench.scenarios.scoring.missions import score_mission
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.missions.mission import EVERY
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.drawing.outline import outline_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from refseq.files import replace_text
-from scenarios.errors import ScenarioError
-from scenarios.report.page import rendered
-from scenarios.report.plots.plan import FloorOutline
-from scenarios.report.sections.experiment import SectionSettings, section
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.report.page import rendered
+from refseq_bench.scenarios.report.plots.plan import FloorOutline
+from refseq_bench.scenarios.report.sections.experiment import SectionSettings, section
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.tables import NONE
 
 LONG_VALUE = 80
 """Metadata longer than this many characters are folded away."""

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from scenarios.report.plots.plan import FloorOutline
-from scenarios.scoring.comparison import Comparison
-from worlds.drawing.outline import outline_of
-from worlds.plans.load import load_plan, world_names
+from refseq_bench.scenarios.report.plots.plan import FloorOutline
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.worlds.drawing.outline import outline_of
+from refseq_bench.worlds.plans.load import load_plan, world_names
 
 
 def outline_for(comparisons: Sequence[Comparison]) -> FloorOutline | None:

@@ -7,7 +7,7 @@ from importlib.resources import files
 
 import jinja2
 
-from scenarios.report.images import SCAN_REACH
+from refseq_bench.scenarios.report.images import SCAN_REACH
 
 STYLE, SCRIPT = "style.css", "page.js"
 """The style sheet and the script that sorts tables: files beside the templates, put into every page."""
@@ -16,7 +16,7 @@ STYLE, SCRIPT = "style.css", "page.js"
 def rendered(template: str, **content: object) -> str:
     """Fill in a template; text is escaped, and the page's policy lets a browser fetch nothing and run our script."""
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("scenarios.report"),
+        loader=jinja2.PackageLoader("refseq_bench.scenarios.report"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -35,7 +35,7 @@ def policy(script: str) -> str:
 
 def _beside(name: str) -> str:
     """Read a file beside the templates."""
-    return files("scenarios.report").joinpath("templates", name).read_text("utf-8")
+    return files("refseq_bench.scenarios.report").joinpath("templates", name).read_text("utf-8")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from refseq.belief import Stage
-from scenarios.scoring.score import Score
+from refseq_bench.scenarios.scoring.score import Score
 
 MOST = 6
 """Methods in one plot; more cannot be told apart at a glance, six fill two rows of heat maps."""

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.scoring.recovery import DistanceOrNever
-from scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.tables import NONE
 
 
 def metres(value: float) -> str:

@@ -11,26 +11,26 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
-import robots
 from refseq.planar import Pose, in_world
-from robots import RobotState, Stop
-from robots.behaviours import BehaviourOutcome, RobotDescription
-from robots.behaviours.written import ParsedBehaviour, make_behaviour, parse_behaviour
-from robots.robot import Shape
-from scenarios.errors import ScenarioError
-from scenarios.tables import TextTable
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
-from sim.drives.doors import doors_seen
-from sim.rendering.renderer import RendererKind
-from worlds.build import build_world
-from worlds.drawing.outline import outline_of
-from worlds.light import light_named
-from worlds.plans.areas import inside, rectangles
-from worlds.plans.load import load_plan
-from worlds.plans.rules import valid_areas
-from worlds.plans.schema import FloorPlan
+from refseq_bench import robots
+from refseq_bench.robots import RobotState, Stop
+from refseq_bench.robots.behaviours import BehaviourOutcome, RobotDescription
+from refseq_bench.robots.behaviours.written import ParsedBehaviour, make_behaviour, parse_behaviour
+from refseq_bench.robots.robot import Shape
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment, description_of, run
+from refseq_bench.sim.drives.doors import doors_seen
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.drawing.outline import outline_of
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.areas import inside, rectangles
+from refseq_bench.worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.rules import valid_areas
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 """One for each behaviour, again and again (Okabe and Ito)."""

@@ -6,12 +6,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robots import Robot
-from worlds.arrays import Floats
-from worlds.check import geom_boxes
+from refseq_bench.robots import Robot
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.check import geom_boxes
 
 HEAD = ("mast-", "laser-")
-"""Prefixes of the materials of ``robots.sensor_mast``: geoms with them are no part of the bare vehicle."""
+"""Prefixes of the materials of ``refseq_bench.robots.sensor_mast``: geoms with them are no part of the bare vehicle."""
 CHASSIS = "body"
 """Name of the geom that is the chassis' body, where a model has one."""
 

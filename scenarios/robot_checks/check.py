@@ -4,14 +4,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import robots
-from scenarios.tables import TextTable
-from sim.acceptance import trials
-from sim.acceptance.floor import empty_floor
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.rendering.renderer import RendererKind
-from worlds.build import World
+from refseq_bench import robots
+from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.sim.acceptance import trials
+from refseq_bench.sim.acceptance.floor import empty_floor
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World
 
 STRAIGHT, ANGLE = 10.0, 360.0
 STANDING = 60.0

@@ -11,9 +11,9 @@ from matplotlib.patches import Circle, Patch, Polygon, Rectangle
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from scenarios.robot_checks.body import Body, BodyBox
-from scenarios.robot_checks.sources import BODY, VEHICLE, RobotMeasure, sourced
-from worlds.arrays import Floats
+from refseq_bench.scenarios.robot_checks.body import Body, BodyBox
+from refseq_bench.scenarios.robot_checks.sources import BODY, VEHICLE, RobotMeasure, sourced
+from refseq_bench.worlds.arrays import Floats
 
 INK, SOURCE, MEASURE = "#222222", "#d55e00", "#0072b2"
 AROUND = np.linspace(0.0, 2 * np.pi, 32, endpoint=False)

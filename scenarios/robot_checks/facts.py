@@ -7,13 +7,13 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-import robots
-from robots import Robot
-from robots.odometry import true_geometry
-from scenarios.robot_checks.body import Body
-from scenarios.robot_checks.sources import RobotMeasure, measures, sourced
-from scenarios.tables import TextTable
-from worlds.arrays import Floats
+from refseq_bench import robots
+from refseq_bench.robots import Robot
+from refseq_bench.robots.odometry import true_geometry
+from refseq_bench.scenarios.robot_checks.body import Body
+from refseq_bench.scenarios.robot_checks.sources import RobotMeasure, measures, sourced
+from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.worlds.arrays import Floats
 
 
 def robots_table() -> TextTable:

@@ -8,20 +8,20 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-import robots
 from refseq.planar import Pose
-from robots import RobotState
-from scenarios.errors import ScenarioError
-from scenarios.report.contact_sheet import CaptionedImage, contact_sheet
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.chase_camera import ChaseCamera, with_chase_camera
-from sim.drives.operator import OperatorStyle
-from sim.drives.recorder import operator_for
-from sim.rendering.renderer import RendererKind
-from worlds.build import build_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan
+from refseq_bench import robots
+from refseq_bench.robots import RobotState
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.report.contact_sheet import CaptionedImage, contact_sheet
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.chase_camera import ChaseCamera, with_chase_camera
+from refseq_bench.sim.drives.operator import OperatorStyle
+from refseq_bench.sim.drives.recorder import operator_for
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
 
 SWING = 0.5
 """A pitch that changes by less than this [deg] is told as one."""

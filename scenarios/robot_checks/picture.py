@@ -8,14 +8,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-import robots
-from scenarios.robot_checks.body import Body
-from scenarios.robot_checks.drawings import MEASURE, SOURCE, draw_views
-from sim.acceptance.floor import empty_floor
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.chase_camera import ChaseCamera, with_chase_camera
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.scenarios.robot_checks.body import Body
+from refseq_bench.scenarios.robot_checks.drawings import MEASURE, SOURCE, draw_views
+from refseq_bench.sim.acceptance.floor import empty_floor
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.chase_camera import ChaseCamera, with_chase_camera
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 LIGHT = "10:30"
 BEARING, DISTANCE, EYES = math.radians(-40), 2.2, 1.45

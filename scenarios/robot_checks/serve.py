@@ -5,15 +5,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-import robots
-from scenarios.errors import ScenarioError
-from sim.bench.bench import Bench
-from sim.bench.serial_port import LOOPBACK, TERMINAL, SerialPace, open_port, serve
-from sim.bench.settings import BenchSettings
-from sim.rendering.renderer import RendererKind
-from worlds.build import build_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan
+from refseq_bench import robots
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.serial_port import LOOPBACK, TERMINAL, SerialPace, open_port, serve
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from scenarios.robot_checks.body import Body
+from refseq_bench.scenarios.robot_checks.body import Body
 
 
 class RobotMeasure(StrEnum):

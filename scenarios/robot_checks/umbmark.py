@@ -5,8 +5,8 @@ import math
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from scenarios.tables import TextTable
-from sim.acceptance.umbmark import Direction, Umbmark
+from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.sim.acceptance.umbmark import Direction, Umbmark
 
 NAMES = {Direction.CLOCKWISE: "clockwise", Direction.COUNTER_CLOCKWISE: "counter-clockwise"}
 LOOKS = {Direction.CLOCKWISE: ("#0072b2", "o"), Direction.COUNTER_CLOCKWISE: ("#d55e00", "s")}

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from refseq.atlas.merge import Decision
 from refseq.belief import LOST_ABOVE, Belief
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.merging import Merging
-from scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
-from scenarios.scoring.proportion import Proportion
-from scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.merging import Merging
+from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
+from refseq_bench.scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
 
 SETTLED = 0.9
 """P(right) above which a fork is decided."""

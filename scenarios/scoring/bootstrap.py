@@ -12,7 +12,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from scenarios.scoring.score import Score, pool
+from refseq_bench.scenarios.scoring.score import Score, pool
 
 MOST_EXACT = 6
 """Runs up to which every resample is looked at, 462 of them, each as often as it would be drawn."""

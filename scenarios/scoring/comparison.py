@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief, Stage
 from refseq.view import View
-from scenarios.errors import ScenarioError
-from scenarios.scoring.merging import Merging
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.scoring.merging import Merging
 
 
 @dataclass(frozen=True, slots=True)

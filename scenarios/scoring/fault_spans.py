@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from refseq.view import View
-from scenarios.scoring.recovery import apart, is_carried
+from refseq_bench.scenarios.scoring.recovery import apart, is_carried
 
 
 @dataclass(frozen=True, slots=True)

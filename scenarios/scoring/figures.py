@@ -10,14 +10,14 @@ from types import MappingProxyType
 import numpy as np
 
 from refseq.belief import Timings
-from scenarios.scoring.atlas import AtlasScore, atlas_score, pool_atlas
-from scenarios.scoring.bootstrap import interval_over_runs
-from scenarios.scoring.comparison import Comparison, shared_methods, single_view_of
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
-from scenarios.scoring.proportion import Proportion
-from scenarios.scoring.recovery import DistanceOrNever
-from scenarios.scoring.score import PLACES_OFF, RANKS, Score, harm, pool, score
+from refseq_bench.scenarios.scoring.atlas import AtlasScore, atlas_score, pool_atlas
+from refseq_bench.scenarios.scoring.bootstrap import interval_over_runs
+from refseq_bench.scenarios.scoring.comparison import Comparison, shared_methods, single_view_of
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
+from refseq_bench.scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.score import PLACES_OFF, RANKS, Score, harm, pool, score
 
 STEPS = ("features", "matching", "mixture", "chain", "total")
 """Steps of answering a view, of which the time is told; those of ``refseq.belief.Timings``."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.proportion import Proportion
 
 BARN_FAST, BARN_SLOW = 4.0, 8.0
 """Between so many times the optimal time BARN's metric falls; faster earns no more."""

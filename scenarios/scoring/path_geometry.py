@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.errors import ScenarioError
-from scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.scoring.comparison import Comparison
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.scoring.outcome import OFF_MAP, ON_MAP, SAYS_LOST, Outcome
+from refseq_bench.scenarios.scoring.outcome import OFF_MAP, ON_MAP, SAYS_LOST, Outcome
 
 JUMP = 1.5
 """Carried away [m]: that much farther from the view before than odometry has it."""

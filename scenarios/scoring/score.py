@@ -19,13 +19,20 @@ from numpy.typing import NDArray
 from refseq.belief import LOST_ABOVE, Belief
 from refseq.inference.matching.information import posterior_information, proven_information
 from refseq.planar import Pose
-from scenarios.errors import ScenarioError
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.metrics import Reliability, Retrieval, auroc, false_positive_rate, reliability, retrieval
-from scenarios.scoring.outcome import OFF_MAP, ON_MAP, Outcome, judge
-from scenarios.scoring.path_geometry import WIDE, ReferencePath, Tolerance, path_of
-from scenarios.scoring.proportion import Proportion
-from scenarios.scoring.recovery import DistanceOrNever, Recovery, first_fix, recovery_of
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.metrics import (
+    Reliability,
+    Retrieval,
+    auroc,
+    false_positive_rate,
+    reliability,
+    retrieval,
+)
+from refseq_bench.scenarios.scoring.outcome import OFF_MAP, ON_MAP, Outcome, judge
+from refseq_bench.scenarios.scoring.path_geometry import WIDE, ReferencePath, Tolerance, path_of
+from refseq_bench.scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever, Recovery, first_fix, recovery_of
 
 RANKS = (1, 5, 10)
 """Numbers of most probable places for which recall is told."""

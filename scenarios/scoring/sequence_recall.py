@@ -6,7 +6,7 @@ import numpy as np
 
 from refseq.belief import LOST_ABOVE, Belief
 from refseq.map.map import Map
-from scenarios.tables import TextTable
+from refseq_bench.scenarios.tables import TextTable
 
 
 def answers_by_path(map_: Map, beliefs: Sequence[Belief]) -> dict[str, tuple[int, int]]:

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.scoring.atlas import JoinScore
-from scenarios.scoring.figures import Figures
-from scenarios.scoring.proportion import Proportion
-from scenarios.scoring.recovery import DistanceOrNever
-from scenarios.scoring.score import RANKS
-from scenarios.tables import TextTable
+from refseq_bench.scenarios.scoring.atlas import JoinScore
+from refseq_bench.scenarios.scoring.figures import Figures
+from refseq_bench.scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.score import RANKS
+from refseq_bench.scenarios.tables import TextTable
 
 NONE = "n/a"
 """Stands where there is no figure to give."""

@@ -4,10 +4,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.path_geometry import ReferencePath, path_of
-from scenarios.scoring.score import Score
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, path_of
+from refseq_bench.scenarios.scoring.score import Score
 
 KINDS = (Outcome.WRONG, Outcome.FALSE_FIX, Outcome.MISSED)
 EACH = 2

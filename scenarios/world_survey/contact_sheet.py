@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from scenarios.world_survey.snapshots import Snapshot
+from refseq_bench.scenarios.world_survey.snapshots import Snapshot
 
 CELL = (3.2, 2.4)
 """Size of a picture on the sheet [inch]."""

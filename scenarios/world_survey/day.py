@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from refseq.features.sift import SiftKeys, SiftSettings, SiftWords
-from scenarios.drives.record import Drive
-from scenarios.tables import TextTable
-from scenarios.world_survey.facts import lux_text
-from scenarios.world_survey.snapshots import Snapshot, snapshots
-from worlds.light import LightSetting
-from worlds.meter import Meter
-from worlds.plans.load import load_plan
+from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.scenarios.world_survey.facts import lux_text
+from refseq_bench.scenarios.world_survey.snapshots import Snapshot, snapshots
+from refseq_bench.worlds.light import LightSetting
+from refseq_bench.worlds.meter import Meter
+from refseq_bench.worlds.plans.load import load_plan
 
 SAME_PLACE = 3.0
 """A key is found again where it was, within this distance [pixels]: the robot stands still, only the light changes."""

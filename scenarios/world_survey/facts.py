@@ -10,17 +10,17 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-import robots
-from scenarios.errors import ScenarioError
-from scenarios.tables import TextTable
-from worlds.check import RobotBox, geom_boxes
-from worlds.light import PRESETS, LightSetting, light_named
-from worlds.lighting.daylight import sun_position
-from worlds.meter import Reading
-from worlds.plans.areas import inside, rectangles
-from worlds.plans.load import load_plan, world_names
-from worlds.plans.rules import valid_areas
-from worlds.plans.schema import LINES, ON_WALL, STANDING, FloorPlan, LampRow, Point, Post
+from refseq_bench import robots
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.worlds.check import RobotBox, geom_boxes
+from refseq_bench.worlds.light import PRESETS, LightSetting, light_named
+from refseq_bench.worlds.lighting.daylight import sun_position
+from refseq_bench.worlds.meter import Reading
+from refseq_bench.worlds.plans.areas import inside, rectangles
+from refseq_bench.worlds.plans.load import load_plan, world_names
+from refseq_bench.worlds.plans.rules import valid_areas
+from refseq_bench.worlds.plans.schema import LINES, ON_WALL, STANDING, FloorPlan, LampRow, Point, Post
 
 FACINGS: Mapping[str, tuple[float, float, float]] = {"up": (0.0, 0.0, 1.0), "down": (0.0, 0.0, -1.0)}
 THINGS = (*ON_WALL, *STANDING, *LINES)

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
-from scenarios.drives.record import Drive, open_bench
-from scenarios.errors import ScenarioError
-from worlds.plans.load import load_plan
+from refseq_bench.scenarios.drives.record import Drive, open_bench
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.worlds.plans.load import load_plan
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """An empty floor in the open air, to try robots on."""
 
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 
 FLOOR = """
 name = "floor"

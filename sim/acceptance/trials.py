@@ -12,10 +12,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robots import Limits, Twist
-from robots.sensor_mast import LATERAL_HEIGHT
-from robots.state import Cause
-from sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.robots import Limits, Twist
+from refseq_bench.robots.sensor_mast import LATERAL_HEIGHT
+from refseq_bench.robots.state import Cause
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 
 Floats = NDArray[np.float64]
 Command = Callable[[float], Twist]

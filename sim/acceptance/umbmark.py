@@ -12,16 +12,16 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-import robots
 from refseq.planar import Pose, relative_pose
-from robots import Twist
-from robots.odometry import Geometry
-from robots.planar import wrapped
-from sim.acceptance.floor import empty_floor
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.errors import SimError
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.robots.odometry import Geometry
+from refseq_bench.robots.planar import wrapped
+from refseq_bench.sim.acceptance.floor import empty_floor
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 SIDE, RUNS = 4.0, 5
 """Side of the square [m] and runs in each direction: the paper's."""

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
-from robots import Robot
-from sim.bench.settings import BenchSettings
-from sim.errors import SimError
-from sim.rendering.filament import prepare_spec
-from worlds.build import World
+from refseq_bench.robots import Robot
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.filament import prepare_spec
+from refseq_bench.worlds.build import World
 
 OPTIONS = ("timestep", "integrator", "cone", "impratio")
 """Physics options that the robot's model asks for: the world takes them over."""

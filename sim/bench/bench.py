@@ -11,20 +11,20 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose, motion_between
 from refseq.view import Scan, View
-from robots import ControlLayer, Inertial, Robot, RobotState, Signals, Twist
-from robots.odometry import believed_geometry
-from sim.bench.assembly import SensorStreams, compile_model, prefix_of, route_named, start_of, streams_of
-from sim.bench.hardware import Hardware
-from sim.bench.settings import BenchSettings, resolved
-from sim.cameras.camera import Camera
-from sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
-from sim.errors import SimError
-from sim.physics import Due, Physics, alone
-from sim.rendering.opening import open_renderer
-from sim.rendering.renderer import Closing, Renderer, RendererKind
-from sim.sensors.laser import Laser
-from worlds.build import World
-from worlds.parts.people import Crowd
+from refseq_bench.robots import ControlLayer, Inertial, Robot, RobotState, Signals, Twist
+from refseq_bench.robots.odometry import believed_geometry
+from refseq_bench.sim.bench.assembly import SensorStreams, compile_model, prefix_of, route_named, start_of, streams_of
+from refseq_bench.sim.bench.hardware import Hardware
+from refseq_bench.sim.bench.settings import BenchSettings, resolved
+from refseq_bench.sim.cameras.camera import Camera
+from refseq_bench.sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.physics import Due, Physics, alone
+from refseq_bench.sim.rendering.opening import open_renderer
+from refseq_bench.sim.rendering.renderer import Closing, Renderer, RendererKind
+from refseq_bench.sim.sensors.laser import Laser
+from refseq_bench.worlds.build import World
+from refseq_bench.worlds.parts.people import Crowd
 
 CONTROL_PERIOD = 0.04
 """Time between two commands to the Control layer [s]; a choice, well above the rate of a person's hand."""

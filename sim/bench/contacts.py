@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from sim.bench.bench import Bench
+from refseq_bench.sim.bench.bench import Bench
 
 ROOM = 0.05
 """A robot that is set down keeps so much from all things [m]; a choice."""

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Literal, Protocol
 import numpy as np
 
 from refseq.planar import Pose
-from sim.bench.hardware import SIDES
-from sim.device_tables import TABLE
-from sim.errors import SimError
+from refseq_bench.sim.bench.hardware import SIDES
+from refseq_bench.sim.device_tables import TABLE
+from refseq_bench.sim.errors import SimError
 
 if TYPE_CHECKING:
-    from robots import Robot
-    from sim.bench.bench import Bench
+    from refseq_bench.robots import Robot
+    from refseq_bench.sim.bench.bench import Bench
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,10 +4,10 @@ import mujoco
 import numpy as np
 
 from refseq.view import Scan
-from robots import Actuation, Robot, Signals
-from robots.odometry import Encoders
-from sim.sensors.inertial import InertialModel, InertialSensors
-from sim.sensors.sonar import SonarModel, SonarRing
+from refseq_bench.robots import Actuation, Robot, Signals
+from refseq_bench.robots.odometry import Encoders
+from refseq_bench.sim.sensors.inertial import InertialModel, InertialSensors
+from refseq_bench.sim.sensors.sonar import SonarModel, SonarRing
 
 BRAKE_TORQUE = 60.0
 """Torque of a brake on its wheel [N·m]; a choice, more than any motor gives."""

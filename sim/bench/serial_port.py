@@ -11,11 +11,11 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from robots.robuter.control import RobuterControl
-from robots.robuter.line import CAPACITY, SerialLine
-from robots.robuter.protocol import Refusal, format_line
-from sim.bench.bench import Bench
-from sim.errors import SimError
+from refseq_bench.robots.robuter.control import RobuterControl
+from refseq_bench.robots.robuter.line import CAPACITY, SerialLine
+from refseq_bench.robots.robuter.protocol import Refusal, format_line
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.errors import SimError
 
 LOOPBACK = "127.0.0.1"
 TERMINAL = "pty"

@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from robots import Robot
-from robots.odometry import CalibrationErrors
-from sim.cameras.camera import CameraModel
-from sim.errors import SimError
-from sim.rendering.renderer import RendererKind
-from sim.sensors.inertial import InertialModel
-from sim.sensors.laser import LaserModel
-from sim.sensors.sonar import SonarModel
+from refseq_bench.robots import Robot
+from refseq_bench.robots.odometry import CalibrationErrors
+from refseq_bench.sim.cameras.camera import CameraModel
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.inertial import InertialModel
+from refseq_bench.sim.sensors.laser import LaserModel
+from refseq_bench.sim.sensors.sonar import SonarModel
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.cameras.exposure import Exposure, ExposureControl, split_exposure, wanted_exposure
-from sim.cameras.lens import Lens, Optics
-from sim.cameras.sensor import WHITE, Sensor
-from sim.device_tables import TABLE, Number, require
-from sim.errors import SimError
+from refseq_bench.sim.cameras.exposure import Exposure, ExposureControl, split_exposure, wanted_exposure
+from refseq_bench.sim.cameras.lens import Lens, Optics
+from refseq_bench.sim.cameras.sensor import WHITE, Sensor
+from refseq_bench.sim.device_tables import TABLE, Number, require
+from refseq_bench.sim.errors import SimError
 
 METER_STEP = 8
 """The light meter takes a mean: every so many rows and columns are enough."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.device_tables import TABLE, Number, require, require_limits, require_positive
+from refseq_bench.sim.device_tables import TABLE, Number, require, require_limits, require_positive
 
 _BISECTIONS = 40
 

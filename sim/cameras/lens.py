@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.device_tables import TABLE, Number, require, require_positive, require_share
-from sim.errors import SimError
+from refseq_bench.sim.device_tables import TABLE, Number, require, require_positive, require_share
+from refseq_bench.sim.errors import SimError
 
 Plane = NDArray[np.floating]
 """One number a pixel, or a point."""

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.cameras.lens import Optics, Plane
+from refseq_bench.sim.cameras.lens import Optics, Plane
 
 SEEN_GROUPS = np.array([1, 1, 1, 0, 0, 0], np.uint8)
 """Geom groups that a camera shows: MuJoCo's default."""

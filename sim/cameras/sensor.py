@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from sim.device_tables import TABLE, Number, Whole, require, require_positive, require_share
+from refseq_bench.sim.device_tables import TABLE, Number, Whole, require, require_positive, require_share
 
 PHOTONS_PER_LUX_SECOND = 4.09e15
 """Photons on a square metre in a second at one lux: 1 / 683 W/m² of 3.58e-19 J each, all light at 555 nm."""

@@ -6,11 +6,11 @@ A view is taken where each behaviour begins, so that a mission can begin it ther
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from robots.behaviours import BehaviourOutcome
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.drives.behaviour_runner import behaviour_in, description_of, running
-from sim.drives.recorder import PATIENCE, Moved, RecordedView, Trigger
-from sim.errors import StuckError
+from refseq_bench.robots.behaviours import BehaviourOutcome
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.drives.behaviour_runner import behaviour_in, description_of, running
+from refseq_bench.sim.drives.recorder import PATIENCE, Moved, RecordedView, Trigger
+from refseq_bench.sim.errors import StuckError
 
 
 def run_and_sense(

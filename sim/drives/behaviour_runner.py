@@ -8,14 +8,22 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-import robots
 from refseq.planar import Pose
-from robots import Robot
-from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, Ranger, RobotDescription, Senses, failed
-from robots.behaviours.written import make_behaviour, parse_behaviour
-from robots.mounting import Mounting
-from sim.bench.bench import Bench
-from sim.drives.doors import doors_seen
+from refseq_bench import robots
+from refseq_bench.robots import Robot
+from refseq_bench.robots.behaviours import (
+    Behaviour,
+    BehaviourOutcome,
+    BehaviourStep,
+    Ranger,
+    RobotDescription,
+    Senses,
+    failed,
+)
+from refseq_bench.robots.behaviours.written import make_behaviour, parse_behaviour
+from refseq_bench.robots.mounting import Mounting
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.drives.doors import doors_seen
 
 
 @dataclass(frozen=True, slots=True)

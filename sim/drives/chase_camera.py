@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.bench.bench import Bench
-from worlds.build import World
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.worlds.build import World
 
 CAMERA = "chase-camera"
 SIZE = (640, 480)

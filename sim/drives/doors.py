@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from refseq.features.doors import DetectedDoor, DoorSettings, find_doors
 from refseq.view import Scan
-from robots.signals import LaserScan
+from refseq_bench.robots.signals import LaserScan
 
 TO_CROSS = DoorSettings(edge=0.04, recess=0.0, probability=0.5, tilt=math.radians(20))
 """Settings of the door finder for doors that are to be crossed; all are choices.

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
-from robots import Twist
-from robots.planar import wrapped
-from sim.errors import SimError
+from refseq_bench.robots import Twist
+from refseq_bench.robots.planar import wrapped
+from refseq_bench.sim.errors import SimError
 
 REVERSAL = math.radians(100)
 """A route that bends by more than this is left at a stop, after which the robot turns on the spot."""

@@ -10,10 +10,10 @@ import numpy as np
 
 from refseq.planar import Pose, wrap
 from refseq.view import View
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.faults import Fault, FaultSchedule
-from sim.drives.operator import Operator, OperatorStyle
-from sim.errors import SimError, StuckError
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.faults import Fault, FaultSchedule
+from refseq_bench.sim.drives.operator import Operator, OperatorStyle
+from refseq_bench.sim.errors import SimError, StuckError
 
 PACKAGES = ("refseq-bench", "mujoco", "numpy", "opencv-python-headless")
 

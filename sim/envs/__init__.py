@@ -1,32 +1,32 @@
 """Gymnasium environments of robots in worlds; importing this package registers them all.
 
-    import gymnasium, sim.envs
+    import gymnasium, refseq_bench.sim.envs
     env = gymnasium.make("RefSeq/FollowCorridor-v0", world="corridor:3")
 
-``gymnasium.make("sim.envs:RefSeq/FollowCorridor-v0")`` imports the package by itself.
+``gymnasium.make("refseq_bench.sim.envs:RefSeq/FollowCorridor-v0")`` imports the package by itself.
 ``docs/gymnasium.md`` has the tasks.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from sim.envs.registry import IDS, register
+from refseq_bench.sim.envs.registry import IDS, register
 
 if TYPE_CHECKING:
-    from sim.envs.batch import BatchEnv
-    from sim.envs.robot_env import RobotEnv
+    from refseq_bench.sim.envs.batch import BatchEnv
+    from refseq_bench.sim.envs.robot_env import RobotEnv
 
 __all__ = ["IDS", "BatchEnv", "RobotEnv"]
 
 register()
-_HOMES = {"BatchEnv": "sim.envs.batch", "RobotEnv": "sim.envs.robot_env"}
+_HOMES = {"BatchEnv": "batch", "RobotEnv": "robot_env"}
 
 
 def __getattr__(name: str) -> Any:
     """Import an environment's class on first use: registering the ids costs little."""
     if name not in _HOMES:
-        raise AttributeError(f"module 'sim.envs' has no attribute '{name}'; it has {', '.join(__all__)}")
-    return getattr(import_module(_HOMES[name]), name)
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'; it has {', '.join(__all__)}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
 
 
 def __dir__() -> list[str]:

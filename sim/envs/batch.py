@@ -11,10 +11,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
 from numpy.typing import NDArray
 
-from sim.envs.episodes.observations import Arrays
-from sim.envs.robot_env import RobotEnv, Stepped
-from sim.envs.vector import PhysicsBatch
-from sim.errors import SimError
+from refseq_bench.sim.envs.episodes.observations import Arrays
+from refseq_bench.sim.envs.robot_env import RobotEnv, Stepped
+from refseq_bench.sim.envs.vector import PhysicsBatch
+from refseq_bench.sim.errors import SimError
 
 Flags = NDArray[np.bool_]
 

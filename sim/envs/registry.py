@@ -6,8 +6,8 @@ from typing import Any
 
 import gymnasium as gym
 
-from sim.envs.episodes.actions import ByBehaviour, ByTwist
-from sim.envs.worlds.rooms import FORMS
+from refseq_bench.sim.envs.episodes.actions import ByBehaviour, ByTwist
+from refseq_bench.sim.envs.worlds.rooms import FORMS
 
 NAMESPACE = "RefSeq"
 CORRIDORS = [f"corridor:{seed}" for seed in range(16)]
@@ -37,8 +37,8 @@ def register() -> None:
     for name, (seconds, made_with, actions) in zip(IDS, made, strict=True):
         gym.register(
             name,
-            entry_point="sim.envs.robot_env:RobotEnv",
-            vector_entry_point="sim.envs.batch:BatchEnv",
+            entry_point="refseq_bench.sim.envs.robot_env:RobotEnv",
+            vector_entry_point="refseq_bench.sim.envs.batch:BatchEnv",
             max_episode_steps=round(seconds / PERIODS[actions]),
             kwargs={**made_with, "actions": actions},
         )

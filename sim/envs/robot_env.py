@@ -8,24 +8,24 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-import robots
-from sim.bench.settings import BenchSettings
-from sim.drives.behaviour_runner import description_of
-from sim.drives.chase_camera import ChaseCamera
-from sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
-from sim.envs.episodes.episode import BenchEpisode, EpisodeSetting
-from sim.envs.episodes.localising import familiar
-from sim.envs.episodes.observations import Arrays, Known, Sensing
-from sim.envs.tasks.cross_door import CrossDoorTask
-from sim.envs.tasks.follow_corridor import FollowCorridorTask
-from sim.envs.tasks.reach_place import ReachPlaceTask
-from sim.envs.tasks.recover import RecoverTask
-from sim.envs.tasks.task import Judgement, Task
-from sim.envs.worlds.named import check_light, plan_named, world_named
-from sim.errors import SimError
-from sim.physics import Due, alone
-from sim.rendering.opening import open_renderer
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_runner import description_of
+from refseq_bench.sim.drives.chase_camera import ChaseCamera
+from refseq_bench.sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
+from refseq_bench.sim.envs.episodes.episode import BenchEpisode, EpisodeSetting
+from refseq_bench.sim.envs.episodes.localising import familiar
+from refseq_bench.sim.envs.episodes.observations import Arrays, Known, Sensing
+from refseq_bench.sim.envs.tasks.cross_door import CrossDoorTask
+from refseq_bench.sim.envs.tasks.follow_corridor import FollowCorridorTask
+from refseq_bench.sim.envs.tasks.reach_place import ReachPlaceTask
+from refseq_bench.sim.envs.tasks.recover import RecoverTask
+from refseq_bench.sim.envs.tasks.task import Judgement, Task
+from refseq_bench.sim.envs.worlds.named import check_light, plan_named, world_named
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.physics import Due, alone
+from refseq_bench.sim.rendering.opening import open_renderer
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 TASKS: Mapping[str, type[Task]] = {
     "follow-corridor": FollowCorridorTask,
@@ -42,7 +42,7 @@ BEHIND, UP = 3.5, 2.2
 
 
 class RobotEnv(gym.Env[Arrays, Any]):
-    """A robot that is to do a ``task`` in a ``world``; ids of all tasks are registered by ``import sim.envs``.
+    """A robot that is to do a ``task`` in a ``world``; ``import refseq_bench.sim.envs`` registers ids of all tasks.
 
     ``world`` is a name, or several, of which each episode draws one; ``route`` is what is followed, or was learnt.
     ``actions`` are ``behaviours`` (``Discrete``, see ``ByBehaviour``) or ``twist`` (``Box``, see ``ByTwist``). Images

@@ -1,4 +1,4 @@
-"""``python -m sim.envs.train FollowCorridorTwist -o out/ppo``: learn a task with PPO, and try what was learnt.
+"""Learn a task with PPO, and try what was learnt: ``python -m refseq_bench.sim.envs.train FollowCorridor -o out/ppo``.
 
 Needs the extra ``rl``. Exit codes: 0 done; 1 the margin over chance is below what was asked; 2 bad input, in one line.
 """
@@ -10,11 +10,11 @@ from typing import Annotated
 
 import typer
 
-from sim.envs.learning.evaluation import PLAYERS, evaluate, margin, returns
-from sim.envs.learning.files import write
-from sim.envs.learning.ppo import learn, stable_baselines
-from sim.envs.learning.training_config import TrainingConfig
-from sim.errors import SimError
+from refseq_bench.sim.envs.learning.evaluation import PLAYERS, evaluate, margin, returns
+from refseq_bench.sim.envs.learning.files import write
+from refseq_bench.sim.envs.learning.ppo import learn, stable_baselines
+from refseq_bench.sim.envs.learning.training_config import TrainingConfig
+from refseq_bench.sim.errors import SimError
 
 BELOW, BAD_INPUT = 1, 2
 app = typer.Typer(pretty_exceptions_enable=False, add_completion=False)

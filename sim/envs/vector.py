@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from sim.physics import Due
+from refseq_bench.sim.physics import Due
 
 T = TypeVar("T")
 _KEPT = mujoco.mjtState.mjSTATE_INTEGRATION

@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.missions.lamp import LampStage, LampWord, Verb
-from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
-from robots.behaviours.beside import Beside
-from robots.behaviours.dead_reckoned import DeadReckoned
-from robots.behaviours.narrow import Narrow
-from robots.behaviours.sensing.wall import WallSide
-from robots.behaviours.until import Gone, Near, Turned, Until
-from robots.motion import Twist
-from sim.bench.bench import Bench
-from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
-from sim.errors import SimError
+from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
+from refseq_bench.robots.behaviours.beside import Beside
+from refseq_bench.robots.behaviours.dead_reckoned import DeadReckoned
+from refseq_bench.robots.behaviours.narrow import Narrow
+from refseq_bench.robots.behaviours.sensing.wall import WallSide
+from refseq_bench.robots.behaviours.until import Gone, Near, Turned, Until
+from refseq_bench.robots.motion import Twist
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment, description_of, run
+from refseq_bench.sim.errors import SimError
 
 PATIENCE = 20.0
 """Time that a stage waits for what stops it [s]: a choice; at the program's 20 mm/s less would be no way at all."""

@@ -12,13 +12,13 @@ from refseq.missions.behaviour_codes import lengthened
 from refseq.missions.executor import Do, Executor
 from refseq.missions.tasks import Call, Photograph, Task
 from refseq.view import View
-from robots import Twist
-from robots.behaviours import Behaviour, BehaviourOutcome, Senses
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.contacts import ContactLog
-from sim.drives.behaviour_runner import behaviour_in, description_of
-from sim.drives.recorder import Moved, Trigger
-from sim.errors import SimError
+from refseq_bench.robots import Twist
+from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, Senses
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.contacts import ContactLog
+from refseq_bench.sim.drives.behaviour_runner import behaviour_in, description_of
+from refseq_bench.sim.drives.recorder import Moved, Trigger
+from refseq_bench.sim.errors import SimError
 
 EVERY = 0.6
 """On the way a view is taken so often [m]: a choice, other than the 0.85 m at which places are learnt.

@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.errors import RendererError, SimError
-from sim.rendering.drivers import open_gl, quiet_terminal
-from sim.rendering.frustum import frustum
-from sim.rendering.renderer import Closing, RendererKind
+from refseq_bench.sim.errors import RendererError, SimError
+from refseq_bench.sim.rendering.drivers import open_gl, quiet_terminal
+from refseq_bench.sim.rendering.frustum import frustum
+from refseq_bench.sim.rendering.renderer import Closing, RendererKind
 
 CLASSIC_WHITE = 200.0
 """Luminance [cd/m²] that the classic renderer's white stands for: a choice, its light is not photometric."""

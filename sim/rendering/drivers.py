@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from types import ModuleType
 from typing import IO, Any
 
-from sim.errors import RendererError
+from refseq_bench.sim.errors import RendererError
 
 VULKAN_PACKAGES = "libvulkan1 mesa-vulkan-drivers"
 """Debian and Ubuntu packages that bring a Vulkan device to any machine."""

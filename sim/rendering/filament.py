@@ -7,10 +7,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.errors import RendererError
-from sim.rendering.drivers import quiet_terminal, require_vulkan
-from sim.rendering.frustum import frustum
-from sim.rendering.renderer import Closing, RendererKind
+from refseq_bench.sim.errors import RendererError
+from refseq_bench.sim.rendering.drivers import quiet_terminal, require_vulkan
+from refseq_bench.sim.rendering.frustum import frustum
+from refseq_bench.sim.rendering.renderer import Closing, RendererKind
 
 LUMINANCE_OF_ONE = 1.2 * 2.0 ** np.log2(16.0**2 * 125.0)
 """Luminance [cd/m²] of a Filament pixel of 1.0: 38400.

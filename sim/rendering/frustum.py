@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 
-from sim.errors import SimError
+from refseq_bench.sim.errors import SimError
 
 CLIP_NEAR = 0.05
 """Nothing nearer to a camera [m] is drawn; a choice. MuJoCo's own limit grows with the size of the world."""

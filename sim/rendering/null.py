@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.errors import SimError
-from sim.rendering.renderer import Closing, RendererKind
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import Closing, RendererKind
 
 
 class NullRenderer(Closing):

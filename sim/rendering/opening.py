@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import mujoco
 
-from sim.errors import SimError
-from sim.rendering.classic import ClassicRenderer
-from sim.rendering.filament import FilamentRenderer
-from sim.rendering.null import NullRenderer
-from sim.rendering.renderer import Renderer, RendererKind
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.classic import ClassicRenderer
+from refseq_bench.sim.rendering.filament import FilamentRenderer
+from refseq_bench.sim.rendering.null import NullRenderer
+from refseq_bench.sim.rendering.renderer import Renderer, RendererKind
 
 
 def open_renderer(kind: RendererKind | str, model: mujoco.MjModel) -> Renderer:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robots import Inertial
-from sim.errors import SimError
+from refseq_bench.robots import Inertial
+from refseq_bench.sim.errors import SimError
 
 
 @dataclass(frozen=True, slots=True)

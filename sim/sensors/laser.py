@@ -11,9 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.view import Scan
-from sim.errors import SimError
-from sim.sensors.beams import BEAMS, GLASS_GROUPS, SEEN_GROUPS, START, STEP, Hits, cast, cones, directions, sweep
-from sim.sensors.laser_echoes import THRESHOLD, LaserEchoes, first_echo, light_from, remissions
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.sensors.beams import (
+    BEAMS,
+    GLASS_GROUPS,
+    SEEN_GROUPS,
+    START,
+    STEP,
+    Hits,
+    cast,
+    cones,
+    directions,
+    sweep,
+)
+from refseq_bench.sim.sensors.laser_echoes import THRESHOLD, LaserEchoes, first_echo, light_from, remissions
 
 ABOVE_MAX, LOW_SNR, DAZZLE = 8183, 8187, 8190
 """Words that are no ranges: farther than can be said, or nothing there; too little light came back; too much did."""

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.sensors.beams import Hits
+from refseq_bench.sim.sensors.beams import Hits
 
 UNKNOWN_REMISSION = 0.4
 """Remission at 905 nm of a geom that does not state its own, as a share of white plaster's: that of wood."""

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.errors import SimError
-from sim.sensors.ultrasound import UltrasoundRangers
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.sensors.ultrasound import UltrasoundRangers
 
 SOUND = 343.0
 """Speed of sound at 20 °C [m/s]."""

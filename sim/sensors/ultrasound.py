@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.sensors.beams import GLASS_GROUPS, SEEN_GROUPS
+from refseq_bench.sim.sensors.beams import GLASS_GROUPS, SEEN_GROUPS
 
 NOMINAL, WIDEST = math.radians(15), math.radians(42)
 """Half the cone in which a ranger hears anything, and in which it hears walls [rad]."""

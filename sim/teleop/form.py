@@ -12,11 +12,11 @@ import numpy as np
 from mujoco.studio import messages, plugin, ux
 from mujoco.studio.dear_imgui import dear_imgui as imgui
 
-from sim.teleop.commands import Button, SessionPhase, SessionStatus
-from sim.teleop.gamepad import LEGEND as PAD_LEGEND
-from sim.teleop.keys import FASTER, GO_ON, GOES_ON, HELD, LEGEND, OTHER_LOOK, PRESSED, SLOWER
-from sim.teleop.mirror import ROOF_GROUP
-from sim.teleop.pictures import Picture
+from refseq_bench.sim.teleop.commands import Button, SessionPhase, SessionStatus
+from refseq_bench.sim.teleop.gamepad import LEGEND as PAD_LEGEND
+from refseq_bench.sim.teleop.keys import FASTER, GO_ON, GOES_ON, HELD, LEGEND, OTHER_LOOK, PRESSED, SLOWER
+from refseq_bench.sim.teleop.mirror import ROOF_GROUP
+from refseq_bench.sim.teleop.pictures import Picture
 
 BUTTONS = {button: key for key, button in PRESSED.items()}
 COLOURS = {

@@ -12,10 +12,10 @@ from pathlib import Path
 from types import MappingProxyType, TracebackType
 from typing import Self
 
-from robots import Twist
-from sim.errors import SimError
-from sim.teleop.commands import SPEED, TURN_RATE, Button, SessionPhase
-from sim.teleop.keys import GOES_ON
+from refseq_bench.robots import Twist
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.teleop.commands import SPEED, TURN_RATE, Button, SessionPhase
+from refseq_bench.sim.teleop.keys import GOES_ON
 
 FIRST = Path("/dev/input/js0")
 EVENT = struct.Struct("=IhBB")

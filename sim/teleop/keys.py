@@ -3,8 +3,8 @@
 from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 
-from robots import Twist
-from sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase
+from refseq_bench.robots import Twist
+from refseq_bench.sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase
 
 HELD: Mapping[str, tuple[int, int]] = MappingProxyType(
     {

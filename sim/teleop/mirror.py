@@ -5,7 +5,7 @@ import copy
 import mujoco
 import numpy as np
 
-from sim.bench.bench import Bench
+from refseq_bench.sim.bench.bench import Bench
 
 BRIGHT = 60_000.0
 """Ambient light [lx]; viewers expose as for a sunny day, so less looks dim."""

@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Callable
 
-from sim.errors import SimError
+from refseq_bench.sim.errors import SimError
 
 
 class RealTimePacer:

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from robots import Twist
-from sim.errors import SimError
-from sim.teleop.commands import (
+from refseq_bench.robots import Twist
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.teleop.commands import (
     AFTER,
     SPEED,
     TURN_RATE,

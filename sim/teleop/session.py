@@ -4,10 +4,18 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.drives.recorder import Moved, RecordedView, Trigger
-from sim.errors import SimError
-from sim.teleop.commands import AFTER, Button, Commands, CommandSource, SessionPhase, SessionStatus, valid_in
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.drives.recorder import Moved, RecordedView, Trigger
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.teleop.commands import (
+    AFTER,
+    Button,
+    Commands,
+    CommandSource,
+    SessionPhase,
+    SessionStatus,
+    valid_in,
+)
 
 LATELY = 10
 """Number of views over which the rate is taken."""

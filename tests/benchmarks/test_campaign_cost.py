@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.campaign import Watcher, run_campaign
-from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.outcomes import TaskOutcome
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run.workers import LocalWorkers, WorkerPool
-from scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
+from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.run.workers import LocalWorkers, WorkerPool
+from refseq_bench.scenarios.campaign.store.cache import Store
 from tests.scenarios.campaign.chores import Chore
 
 pytestmark = pytest.mark.benchmark

@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from mujoco.batch import Batch
 
-import sim.envs
-from robots.robuter.control import RobuterControl
-from sim.envs.episodes.actions import ByBehaviour
-from sim.envs.vector import LayoutBatch
-from sim.rendering.drivers import gl_backend, vulkan_device
-from sim.sensors.laser import Laser
-from sim.sensors.sonar import SonarRing
+import refseq_bench.sim.envs
+from refseq_bench.robots.robuter.control import RobuterControl
+from refseq_bench.sim.envs.episodes.actions import ByBehaviour
+from refseq_bench.sim.envs.vector import LayoutBatch
+from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
+from refseq_bench.sim.sensors.laser import Laser
+from refseq_bench.sim.sensors.sonar import SonarRing
 from tests.benchmarks.stopwatch import Stopwatch
 
 pytestmark = pytest.mark.benchmark
@@ -76,7 +76,7 @@ def vector(name: str, **made_with: Any) -> float:
     return found
 
 
-@pytest.mark.parametrize("name", sim.envs.IDS)
+@pytest.mark.parametrize("name", refseq_bench.sim.envs.IDS)
 def test_steps_a_second_of_each(name: str) -> None:
     clock, processor = single(name)
     print(f"\n{name:32s} {processor:6.1f} steps/s of a core, {clock:6.1f} by the clock", end="")

@@ -26,12 +26,12 @@ from refseq.map.profile import BEST, THESIS, Decoder, Matching, MethodSettings, 
 from refseq.map.sequence import ReferenceSequence
 from refseq.map.stages import ChainTracker
 from refseq.view import View
-from scenarios.drives.record import Drive, record
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.metrics import auroc
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.path_geometry import NARROW, WIDE
-from scenarios.scoring.score import pool, score
+from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.metrics import auroc
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE
+from refseq_bench.scenarios.scoring.score import pool, score
 
 pytestmark = pytest.mark.benchmark
 

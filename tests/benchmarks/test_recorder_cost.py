@@ -13,23 +13,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import robots
-import sim.bench.bench
+import refseq_bench.sim.bench.bench
 from refseq.logs import RecordingWriter
-from scenarios.drives.record import Drive, open_bench
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.cameras.camera import Camera
-from sim.cameras.sensor import Sensor
-from sim.drives.operator import Operator
-from sim.drives.recorder import Trigger, drive_and_sense, operator_for
-from sim.rendering.drivers import vulkan_device
-from sim.rendering.renderer import RendererKind
-from sim.sensors.laser import Laser
+from refseq_bench import robots
+from refseq_bench.scenarios.drives.record import Drive, open_bench
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.cameras.camera import Camera
+from refseq_bench.sim.cameras.sensor import Sensor
+from refseq_bench.sim.drives.operator import Operator
+from refseq_bench.sim.drives.recorder import Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.laser import Laser
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
 from tests.benchmarks.stopwatch import Stopwatch
-from worlds.build import build_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan
 
 pytestmark = pytest.mark.benchmark
 VIEWS = 8
@@ -49,8 +49,8 @@ PARTS: tuple[tuple[object, str, str], ...] = (
     (Camera, "adapt", "meter"),
     (Sensor, "read", "noise"),
     (Camera, "expose", "rest of the camera"),
-    (sim.bench.bench, "paths", "paths of the blur"),
-    (sim.bench.bench, "smeared", "blur"),
+    (refseq_bench.sim.bench.bench, "paths", "paths of the blur"),
+    (refseq_bench.sim.bench.bench, "smeared", "blur"),
     (Laser, "scan", "laser"),
     (Operator, "command", "operator"),
     (Bench, "drive", "drive"),

@@ -8,15 +8,15 @@ from collections.abc import Iterator
 
 import pytest
 
-import robots
-from robots import Twist
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.settings import BenchSettings
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
 from tests.benchmarks.stopwatch import Stopwatch
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan
 
 pytestmark = pytest.mark.benchmark
 LAP, LAPS = 4.0, 6

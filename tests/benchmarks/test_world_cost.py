@@ -10,17 +10,17 @@ from typing import NamedTuple
 
 import pytest
 
-import robots
-from scenarios.drives.record import Drive
-from scenarios.world_survey.snapshots import places_on, pose_along
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.rendering.drivers import gl_backend, vulkan_device
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.world_survey.snapshots import places_on, pose_along
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan, world_names
 from tests.benchmarks.stopwatch import Stopwatch
-from worlds.build import build_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan, world_names
 
 pytestmark = pytest.mark.benchmark
 LIGHTS = ("16:00", "late-evening")

@@ -7,7 +7,7 @@ import pytest
 
 from refseq.belief import Belief
 from refseq.view import View
-from scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
 from tests.support import corridor_drive
 
 every_baseline = pytest.mark.parametrize("name", list(BASELINES))

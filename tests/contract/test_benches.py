@@ -8,17 +8,17 @@ import mujoco
 import numpy as np
 import pytest
 
-import robots
 from refseq.view import LASER
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.recorder import operator_for
-from sim.rendering.renderer import RendererKind
-from sim.sensors.beams import SEEN_GROUPS
-from worlds.build import World, build_world
-from worlds.change.change import change_named, changed
-from worlds.light import light_named, light_names
-from worlds.plans.load import load_plan, world_names
+from refseq_bench import robots
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.recorder import operator_for
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.beams import SEEN_GROUPS
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.change.change import change_named, changed
+from refseq_bench.worlds.light import light_named, light_names
+from refseq_bench.worlds.plans.load import load_plan, world_names
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
 BODILY = ("geom_type", "geom_size", "geom_pos", "geom_quat", "geom_contype", "geom_conaffinity", "body_mass")

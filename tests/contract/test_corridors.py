@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from worlds.build import build_world
-from worlds.light import light_named
-from worlds.plans.areas import Rectangle, rectangles
-from worlds.plans.load import load_plan, world_names
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.areas import Rectangle, rectangles
+from refseq_bench.worlds.plans.load import load_plan, world_names
 
 INDOORS = [name for name in (*world_names(), "corridor:1", "corridor:2", "corridor:3") if load_plan(name).ceiling]
 BELOW_CEILING, THICK = 0.05, 0.2

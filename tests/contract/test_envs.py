@@ -10,8 +10,8 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env, data_equivalence
 
-import sim.envs
-from sim.rendering.drivers import gl_backend, vulkan_device
+import refseq_bench.sim.envs
+from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 
 IDS = sorted(name for name, spec in gym.registry.items() if spec.namespace == "RefSeq")
 BALANCING = ("RefSeq/CrossDoor-v0", "RefSeq/FollowCorridorTwist-v0")
@@ -31,9 +31,9 @@ def some(quick: tuple[str, ...]) -> pytest.MarkDecorator:
 
 
 def test_there_is_something_to_try() -> None:
-    assert set(IDS) >= set(sim.envs.IDS) >= {*BALANCING, *IN_WORKERS}
+    assert set(IDS) >= set(refseq_bench.sim.envs.IDS) >= {*BALANCING, *IN_WORKERS}
     tasks = ("FollowCorridor", "CrossDoor", "ReachPlace", "Recover")
-    assert set(sim.envs.IDS) == {f"RefSeq/{task}{form}-v0" for task in tasks for form in ("", "Twist")}
+    assert set(refseq_bench.sim.envs.IDS) == {f"RefSeq/{task}{form}-v0" for task in tasks for form in ("", "Twist")}
 
 
 @pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")

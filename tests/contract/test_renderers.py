@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sim.errors import RendererError
-from sim.rendering.drivers import gl_backend, vulkan_device
-from sim.rendering.filament import prepare_spec
-from sim.rendering.opening import open_renderer
-from sim.rendering.renderer import Renderer, RendererKind
+from refseq_bench.sim.errors import RendererError
+from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
+from refseq_bench.sim.rendering.filament import prepare_spec
+from refseq_bench.sim.rendering.opening import open_renderer
+from refseq_bench.sim.rendering.renderer import Renderer, RendererKind
 
 KINDS = [
     pytest.param(RendererKind.FILAMENT, marks=pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")),

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-import robots
 from refseq.view import Scan
-from robots import Cause, Inertial, Robot, Signals, Twist
-from robots.odometry import Pulses, true_geometry
-from robots.sensor_mast import COLLISION_GROUP, VISUAL_GROUP
+from refseq_bench import robots
+from refseq_bench.robots import Cause, Inertial, Robot, Signals, Twist
+from refseq_bench.robots.odometry import Pulses, true_geometry
+from refseq_bench.robots.sensor_mast import COLLISION_GROUP, VISUAL_GROUP
 
 every_robot = pytest.mark.parametrize("name", robots.names())
 

@@ -8,17 +8,17 @@ import mujoco
 import numpy as np
 import pytest
 
-import robots
 from refseq.planar import Pose
-from robots import Cause, Inertial, Signals, Twist
-from robots.odometry import Pulses
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.settings import BenchSettings
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.robots import Cause, Inertial, Signals, Twist
+from refseq_bench.robots.odometry import Pulses
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
 WALKABLE = ("robuter", "segway_rmp")

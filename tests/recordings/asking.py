@@ -19,11 +19,11 @@ from refseq.map.localiser import localise
 from refseq.map.map import Map
 from refseq.map.profile import BEST, THESIS, Profile
 from refseq.view import View
-from scenarios.drives.inputs import DriveSelection, read_drive
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.path_geometry import WIDE, Tolerance
-from scenarios.scoring.score import Score, pool, score
+from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.path_geometry import WIDE, Tolerance
+from refseq_bench.scenarios.scoring.score import Score, pool, score
 
 SEEDS = range(5)
 DATA = Path(os.environ.get("REFSEQ_RECORDINGS") or Path(__file__).resolve().parents[2].parent / "shared" / "data")

@@ -13,8 +13,8 @@ import pytest
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.path_geometry import ReferencePath, Tolerance
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance
 from tests.recordings.asking import PROFILES, ask, print_scores, recording, scores
 
 ALLOWED = Tolerance(2.0)

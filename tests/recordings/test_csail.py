@@ -2,7 +2,7 @@
 
 import pytest
 
-from scenarios.scoring.path_geometry import NARROW
+from refseq_bench.scenarios.scoring.path_geometry import NARROW
 from tests.recordings.asking import laser_revisit, print_scores, recording, scores
 
 

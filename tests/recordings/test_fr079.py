@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import pytest
 
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.path_geometry import NARROW
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.path_geometry import NARROW
 from tests.recordings.asking import laser_revisit, print_scores, recording, scores
 
 LOG = "fr079/fr079.log"

@@ -7,13 +7,13 @@ from typing import Any
 import mujoco
 import numpy as np
 
-import robots
-from robots import Signals, Twist
-from robots.odometry import true_geometry
-from sim.bench.hardware import Hardware
-from sim.sensors.inertial import InertialModel, tilt
-from sim.sensors.laser import Laser, LaserModel
-from sim.sensors.sonar import SonarModel
+from refseq_bench import robots
+from refseq_bench.robots import Signals, Twist
+from refseq_bench.robots.odometry import true_geometry
+from refseq_bench.sim.bench.hardware import Hardware
+from refseq_bench.sim.sensors.inertial import InertialModel, tilt
+from refseq_bench.sim.sensors.laser import Laser, LaserModel
+from refseq_bench.sim.sensors.sonar import SonarModel
 
 COMMAND_PERIOD = 0.04
 SCAN_PERIOD = 0.2

@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 import mujoco
 import numpy as np
 
-import robots
 from refseq.planar import Pose
-from robots import Twist
-from robots.robuter.firmware import PERIOD
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.robots.robuter.firmware import PERIOD
 
 PREFIX = "robuter/"
 

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from robots import Actuation
-from robots.odometry import Encoders, Pulses
-from robots.robuter import PULSES_PER_TURN
-from robots.robuter.firmware import PERIOD
-from robots.robuter.regulator import SERVO_LAG
+from refseq_bench.robots import Actuation
+from refseq_bench.robots.odometry import Encoders, Pulses
+from refseq_bench.robots.robuter import PULSES_PER_TURN
+from refseq_bench.robots.robuter.firmware import PERIOD
+from refseq_bench.robots.robuter.regulator import SERVO_LAG
 
 ENCODERS = Encoders(PULSES_PER_TURN)
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots import DifferentialDrive, RobotsError, Twist, WheelSpeeds
+from refseq_bench.robots import DifferentialDrive, RobotsError, Twist, WheelSpeeds
 
 DRIVE = DifferentialDrive(track=0.62, wheel_radius=0.12, max_wheel_speed=8.0)
 twists = st.builds(Twist, st.floats(-5, 5), st.floats(-20, 20))

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots import DifferentialDrive, PlanarPose, RobotsError, Twist
-from robots.odometry import (
+from refseq_bench.robots import DifferentialDrive, PlanarPose, RobotsError, Twist
+from refseq_bench.robots.odometry import (
     CalibrationErrors,
     Encoders,
     Geometry,

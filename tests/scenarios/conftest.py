@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 from playwright.sync_api import Browser, sync_playwright
 
-from scenarios.cli import app
+from refseq_bench.scenarios.cli import app
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 DRAWN_BY_CPU = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")

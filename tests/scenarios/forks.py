@@ -9,8 +9,8 @@ from refseq.atlas.merge import Decision
 from refseq.belief import Belief, belief_from
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.scoring.comparison import Comparison, Drives
-from scenarios.scoring.merging import Merging
+from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
+from refseq_bench.scenarios.scoring.merging import Merging
 from tests.support import certain
 
 UP = math.pi / 2

@@ -6,16 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import scenarios
 from refseq.belief import Stage
 from refseq.logs import Recording
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
-from scenarios import api
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.store.cache import Store
-from scenarios.drives.evaluate import compare
-from scenarios.scoring.path_geometry import NARROW
+from refseq_bench import scenarios
+from refseq_bench.scenarios import api
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.drives.evaluate import compare
+from refseq_bench.scenarios.scoring.path_geometry import NARROW
+from refseq_bench.scenarios.scoring.score import score
 from tests.scenarios.campaign.chores import AtOnce, scenario_in
 from tests.support import corridor_drive
 
@@ -26,12 +27,12 @@ def recorded(seed: int) -> Recording:
 
 
 def test_the_face_is_lazy_and_tells_its_names() -> None:
-    only = "import sys, scenarios; print('numpy' in sys.modules, 'run' in dir(scenarios))"
+    only = "import sys; from refseq_bench import scenarios; print('numpy' in sys.modules, 'run' in dir(scenarios))"
     said = subprocess.run([sys.executable, "-c", only], capture_output=True, text=True, check=True).stdout
     assert said == "False True\n"
     for name in scenarios.__all__:
         assert getattr(scenarios, name) is not None
-    with pytest.raises(AttributeError, match=r"^module 'scenarios' has no attribute 'walk'; it has "):
+    with pytest.raises(AttributeError, match=r"^module 'refseq_bench.scenarios' has no attribute 'walk'; it has "):
         scenarios.walk  # noqa: B018
 
 
@@ -41,7 +42,7 @@ def test_a_score_is_the_one_that_the_commands_tell() -> None:
     beliefs = localise(learnt, query.views, stages=(Stage.CHAIN,), seed=3)[Stage.CHAIN]
     found = scenarios.score(beliefs, query, learnt)
     compared = compare("x", learnt, query, stages=(Stage.CHAIN,), seed=3)
-    assert found.outcomes == scenarios.scoring.score.score(compared, Stage.CHAIN).outcomes
+    assert found.outcomes == score(compared, Stage.CHAIN).outcomes
     assert found.success.trials == 12
     assert scenarios.score(beliefs, query, learnt, tolerance=NARROW).tolerance == NARROW
     with pytest.raises(scenarios.ScenarioError, match="11 answers; valid is one a query view, 12"):

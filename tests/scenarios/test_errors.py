@@ -4,9 +4,13 @@ import sys
 
 import pytest
 
-from scenarios.errors import FAMILIES, ScenarioError, input_errors
+from refseq_bench.scenarios.errors import FAMILIES, ScenarioError, input_errors
 
-ONLY_OWN = "import sys; from scenarios.errors import input_errors; print(len(input_errors()), 'mujoco' in sys.modules)"
+ONLY_OWN = """
+import sys
+from refseq_bench.scenarios.errors import input_errors
+print(len(input_errors()), "mujoco" in sys.modules)
+"""
 
 
 @pytest.mark.parametrize(("room", "family"), FAMILIES.items())

@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.sensors.beams import GLASS_GROUPS, SEEN_GROUPS, Hits, cast, sweep
-from sim.sensors.laser import Laser, LaserModel
-from sim.sensors.laser_echoes import LaserEchoes
+from refseq_bench.sim.sensors.beams import GLASS_GROUPS, SEEN_GROUPS, Hits, cast, sweep
+from refseq_bench.sim.sensors.laser import Laser, LaserModel
+from refseq_bench.sim.sensors.laser_echoes import LaserEchoes
 
 ROOM = (8.0, 5.0)
 REACH = 100.0

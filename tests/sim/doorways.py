@@ -9,19 +9,19 @@ from functools import cache
 import mujoco
 import numpy as np
 
-import robots
 from refseq.planar import Pose
-from robots.behaviours import BehaviourOutcome, RobotDescription
-from robots.behaviours.cross_door import CrossDoor, CrossingSide
-from robots.behaviours.guarded import PATIENCE
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.behaviour_runner import BehaviourMoment, description_of, run
-from sim.drives.doors import doors_to_cross
-from sim.rendering.renderer import RendererKind
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
+from refseq_bench import robots
+from refseq_bench.robots.behaviours import BehaviourOutcome, RobotDescription
+from refseq_bench.robots.behaviours.cross_door import CrossDoor, CrossingSide
+from refseq_bench.robots.behaviours.guarded import PATIENCE
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment, description_of, run
+from refseq_bench.sim.drives.doors import doors_to_cross
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 
 THICK = 0.15
 BLIND = BenchSettings(renderer=RendererKind.NONE)

@@ -7,11 +7,10 @@ import gymnasium
 import numpy as np
 import pytest
 
-import robots
-import sim
-import sim.envs
-from sim.acceptance.floor import empty_floor
-from sim.drives.recorder import drive_and_sense, operator_for
+import refseq_bench.sim.envs
+from refseq_bench import robots, sim
+from refseq_bench.sim.acceptance.floor import empty_floor
+from refseq_bench.sim.drives.recorder import drive_and_sense, operator_for
 
 
 @pytest.mark.parametrize("room", [sim, robots])
@@ -22,14 +21,20 @@ def test_every_name_is_found_and_listed(room: object) -> None:
 
 
 def test_an_unknown_name_is_told_with_those_there_are() -> None:
-    with pytest.raises(AttributeError, match=r"module 'sim' has no attribute 'Bank'; it has Bench, .*record"):
+    with pytest.raises(
+        AttributeError, match=r"module 'refseq_bench.sim' has no attribute 'Bank'; it has Bench, .*record"
+    ):
         _ = sim.Bank
-    with pytest.raises(AttributeError, match=r"module 'sim.envs' has no attribute 'Env'; it has IDS, .*RobotEnv"):
-        _ = sim.envs.Env
+    with pytest.raises(
+        AttributeError, match=r"module 'refseq_bench.sim.envs' has no attribute 'Env'; it has IDS, .*RobotEnv"
+    ):
+        _ = refseq_bench.sim.envs.Env
 
 
 def test_importing_a_room_imports_no_library() -> None:
-    code = "import sys, sim, robots; sys.exit('mujoco' in sys.modules or 'numpy' in sys.modules)"
+    code = (
+        "import sys; from refseq_bench import sim, robots; sys.exit('mujoco' in sys.modules or 'numpy' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
@@ -48,5 +53,5 @@ def test_record_yields_the_views_of_the_drive_that_the_operator_leads() -> None:
 
 def test_environments_are_known_by_name_once_imported() -> None:
     env = gymnasium.make("RefSeq/FollowCorridor-v0", world="corridor:3")
-    assert isinstance(env.unwrapped, sim.envs.RobotEnv)
+    assert isinstance(env.unwrapped, refseq_bench.sim.envs.RobotEnv)
     env.close()

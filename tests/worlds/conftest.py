@@ -3,9 +3,9 @@ from collections.abc import Callable
 import mujoco
 import pytest
 
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
 
 SMALL = """
 name = "small"

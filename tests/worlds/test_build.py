@@ -4,12 +4,12 @@ import mujoco
 import numpy as np
 import pytest
 
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.parts.site import GLASS, SEEN, SOLID, TOUCHED
+from refseq_bench.worlds.plans.frame import quaternion
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import SMALL, corner
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.parts.site import GLASS, SEEN, SOLID, TOUCHED
-from worlds.plans.frame import quaternion
-from worlds.plans.load import parse_plan
 
 
 def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[float, float, float]) -> set[str]:

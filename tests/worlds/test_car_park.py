@@ -7,12 +7,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from worlds.build import build_world
-from worlds.check import RobotBox, check_world
-from worlds.light import light_named
-from worlds.parts.site import SOLID, TOUCHED
-from worlds.plans.load import load_plan
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.check import RobotBox, check_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.parts.site import SOLID, TOUCHED
+from refseq_bench.worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 ROBOT = RobotBox("robuter", front=0.4, back=0.75, half_width=0.4, height=0.75)
 

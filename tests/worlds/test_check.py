@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from worlds.check import TOLERANCE, Checkup, RobotBox, check_world, geom_boxes
-from worlds.light import light_named
-from worlds.plans.load import load_plan, parse_plan, world_names
+from refseq_bench.worlds.check import TOLERANCE, Checkup, RobotBox, check_world, geom_boxes
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
 
 Text = Callable[..., str]
 LIGHT = light_named("16:00")

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-import worlds
+from refseq_bench import worlds
 
 
 def test_every_name_is_found_and_listed() -> None:
@@ -14,12 +14,16 @@ def test_every_name_is_found_and_listed() -> None:
 
 
 def test_an_unknown_name_is_told_with_those_there_are() -> None:
-    with pytest.raises(AttributeError, match=r"module 'worlds' has no attribute 'build_word'; it has Change, .*World"):
+    with pytest.raises(
+        AttributeError, match=r"module 'refseq_bench.worlds' has no attribute 'build_word'; it has Change, .*World"
+    ):
         _ = worlds.build_word
 
 
 def test_mujoco_is_not_imported_before_it_is_needed() -> None:
-    code = "import sys, worlds; worlds.light_named('morning'); sys.exit('mujoco' in sys.modules)"
+    code = (
+        "import sys; from refseq_bench import worlds; worlds.light_named('morning'); sys.exit('mujoco' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

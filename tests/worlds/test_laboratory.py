@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-import robots
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.recorder import Trigger, drive_and_sense, operator_for
-from sim.rendering.frustum import frustum
-from sim.rendering.renderer import RendererKind
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.parts.site import SEEN
-from worlds.plans.load import load_plan
+from refseq_bench import robots
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.recorder import Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.rendering.frustum import frustum
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.parts.site import SEEN
+from refseq_bench.worlds.plans.load import load_plan
 
 LENGTH, WIDTH, MARGIN = 1.1, 0.8, 0.2
 """A robot and the room that it should have on each side [m]."""

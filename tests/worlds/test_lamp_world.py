@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.load import load_plan
 
 PLAN = load_plan("lamp")
 

@@ -3,8 +3,8 @@
 import itertools
 import math
 
-from worlds.plans.load import load_plan
-from worlds.plans.schema import ON_WALL
+from refseq_bench.worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.schema import ON_WALL
 
 ANNEX = load_plan("annex")
 

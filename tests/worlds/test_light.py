@@ -2,8 +2,8 @@ import datetime
 
 import pytest
 
-from worlds.errors import LightError
-from worlds.light import Lamps, LightSetting, light_named
+from refseq_bench.worlds.errors import LightError
+from refseq_bench.worlds.light import Lamps, LightSetting, light_named
 
 SUMMER = datetime.date(2008, 6, 15)
 FORM = "HH:MM with any of cloud=0..1, lamps=auto|on|off, date=YYYY-MM-DD after it, commas between"

@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
+from refseq_bench.worlds.errors import WorldsError
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.lighting.daylight import sun_direction
+from refseq_bench.worlds.lighting.form_factors import Cards
+from refseq_bench.worlds.lighting.photometry import FRAME_SHARE, GLAZING, photometry
+from refseq_bench.worlds.meter import Meter, illuminance
+from refseq_bench.worlds.plans.load import load_plan, parse_plan
 from tests.worlds.conftest import SMALL, box, in_the_open
-from worlds.errors import WorldsError
-from worlds.light import light_named
-from worlds.lighting.daylight import sun_direction
-from worlds.lighting.form_factors import Cards
-from worlds.lighting.photometry import FRAME_SHARE, GLAZING, photometry
-from worlds.meter import Meter, illuminance
-from worlds.plans.load import load_plan, parse_plan
 
 PLAN = load_plan("hallway")
 UP, DOWN, TO_RIGHT = (0, 0, 1), (0, 0, -1), (0, -1, 0)

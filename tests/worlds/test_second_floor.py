@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from worlds.build import build_world
-from worlds.check import RobotBox, check_world, geom_boxes
-from worlds.light import light_named
-from worlds.parts.site import SOLID
-from worlds.plans.areas import enclosing, rectangles
-from worlds.plans.frame import LocalFrame
-from worlds.plans.load import load_plan
-from worlds.plans.schema import ON_WALL, OnWall
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.check import RobotBox, check_world, geom_boxes
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.parts.site import SOLID
+from refseq_bench.worlds.plans.areas import enclosing, rectangles
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.schema import ON_WALL, OnWall
 
 PLAN = load_plan("second-floor")
 FOUR = ("path-1", "path-2", "path-3", "path-4")

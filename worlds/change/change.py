@@ -11,11 +11,11 @@ from dataclasses import dataclass, fields
 from functools import partial
 from types import MappingProxyType
 
-from worlds.change.changes import ASTRAY, NUDGED, change_doors, change_posters, move, repark_cars
-from worlds.change.pedestrians import add_standing, add_walkers
-from worlds.errors import ChangeError
-from worlds.plans.rules import checked
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.change.changes import ASTRAY, NUDGED, change_doors, change_posters, move, repark_cars
+from refseq_bench.worlds.change.pedestrians import add_standing, add_walkers
+from refseq_bench.worlds.errors import ChangeError
+from refseq_bench.worlds.plans.rules import checked
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 
 @dataclass(frozen=True, slots=True)

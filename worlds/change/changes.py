@@ -13,10 +13,20 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 from numpy.random import Generator
 
-from worlds.plans.areas import Rectangle, rectangles
-from worlds.plans.footprints import Footprint, against, corners, footprints, gaps, room_behind, strip, taken, ways
-from worlds.plans.rules import collide
-from worlds.plans.schema import ON_WALL, Bin, Cabinet, Car, Door, FloorPlan, Furniture, OnWall, Poster
+from refseq_bench.worlds.plans.areas import Rectangle, rectangles
+from refseq_bench.worlds.plans.footprints import (
+    Footprint,
+    against,
+    corners,
+    footprints,
+    gaps,
+    room_behind,
+    strip,
+    taken,
+    ways,
+)
+from refseq_bench.worlds.plans.rules import collide
+from refseq_bench.worlds.plans.schema import ON_WALL, Bin, Cabinet, Car, Door, FloorPlan, Furniture, OnWall, Poster
 
 WAY = 0.6
 """Half the width of what is kept free along a route [m]: a robot of 0.8 m that wanders by 0.2 m."""

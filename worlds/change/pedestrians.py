@@ -13,12 +13,12 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from worlds.arrays import Floats
-from worlds.change.changes import MARGIN, TRIES, WAY, drawn, kept_free, thresholds
-from worlds.plans.areas import Rectangle, rectangles
-from worlds.plans.footprints import PERSON_RADIUS, Footprint, clearance, taken
-from worlds.plans.frame import left_of
-from worlds.plans.schema import FloorPlan, Person
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.change.changes import MARGIN, TRIES, WAY, drawn, kept_free, thresholds
+from refseq_bench.worlds.plans.areas import Rectangle, rectangles
+from refseq_bench.worlds.plans.footprints import PERSON_RADIUS, Footprint, clearance, taken
+from refseq_bench.worlds.plans.frame import left_of
+from refseq_bench.worlds.plans.schema import FloorPlan, Person
 
 STAND_EVERY, WALK_EVERY = 8.0, 16.0
 """At strength 1 there is one person who stands, or one who walks, in so many metres of route: choices."""

@@ -14,16 +14,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from worlds.arrays import Floats
-from worlds.drawing.routes import draw_routes
-from worlds.drawing.sheet import DrawingSheet, SheetPiece, lay_out
-from worlds.drawing.style import INK, PALE, ROUTES
-from worlds.drawing.symbols import draw_things
-from worlds.drawing.title_block import draw_title_block
-from worlds.errors import WorldsError
-from worlds.light import LightSetting
-from worlds.plans.areas import Rectangle
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.drawing.routes import draw_routes
+from refseq_bench.worlds.drawing.sheet import DrawingSheet, SheetPiece, lay_out
+from refseq_bench.worlds.drawing.style import INK, PALE, ROUTES
+from refseq_bench.worlds.drawing.symbols import draw_things
+from refseq_bench.worlds.drawing.title_block import draw_title_block
+from refseq_bench.worlds.errors import WorldsError
+from refseq_bench.worlds.light import LightSetting
+from refseq_bench.worlds.plans.areas import Rectangle
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 FORMATS = (".svg", ".png")
 DPI = 150

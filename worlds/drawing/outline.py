@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from worlds.arrays import Floats
-from worlds.plans.footprints import corners, footprints
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import Cabinet, Door, FloorPlan, Standing, Wall, Window
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.plans.footprints import corners, footprints
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import Cabinet, Door, FloorPlan, Standing, Wall, Window
 
 OPENING = 0.06
 """Distance by which the line of a door or window stands back from the wall's face [m]: to be told from the wall."""

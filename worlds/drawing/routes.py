@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from worlds.arrays import Floats
-from worlds.drawing.style import ROUTES, Dashes, arrow, label, line
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.drawing.style import ROUTES, Dashes, arrow, label, line
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 MARK = 10.0
 """A route is marked every so many metres."""

@@ -9,8 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from worlds.arrays import Floats
-from worlds.plans.areas import Rectangle
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.plans.areas import Rectangle
 
 PAPERS = {"A3": (420.0, 297.0), "A2": (594.0, 420.0), "A1": (841.0, 594.0)}
 """Papers, lying: (width, height)."""

@@ -6,12 +6,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
-from worlds.arrays import Floats
-from worlds.drawing.style import FILLS, INK, PURPLE, SKY, Style, arrow, box, disc, fill, label, line
-from worlds.plans.areas import enclosing, rectangles
-from worlds.plans.footprints import Footprint, footprints
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import Door, Fixture, FloorPlan, LampRow, Person, Stairs, Tree, Wall, Window
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.drawing.style import FILLS, INK, PURPLE, SKY, Style, arrow, box, disc, fill, label, line
+from refseq_bench.worlds.plans.areas import enclosing, rectangles
+from refseq_bench.worlds.plans.footprints import Footprint, footprints
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import Door, Fixture, FloorPlan, LampRow, Person, Stairs, Tree, Wall, Window
 
 SHEET_DEPTH, BOARD_DEPTH, LEAST_DEPTH = 0.12, 0.2, 0.1
 """Drawn thickness of posters, boards and small things [m], so that they are seen."""

@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from worlds.arrays import Floats
-from worlds.drawing.sheet import EDGE, FOOT, DrawingSheet
-from worlds.drawing.style import FILLS, INK, ORANGE, PALE, ROUTES, SKY, arrow, box, disc, fill, label, line
-from worlds.light import LightSetting
-from worlds.lighting.daylight import sun_position
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.drawing.sheet import EDGE, FOOT, DrawingSheet
+from refseq_bench.worlds.drawing.style import FILLS, INK, ORANGE, PALE, ROUTES, SKY, arrow, box, disc, fill, label, line
+from refseq_bench.worlds.light import LightSetting
+from refseq_bench.worlds.lighting.daylight import sun_position
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 
 def draw_title_block(

@@ -1,7 +1,8 @@
 """Image light of a camera: the light around it less that of its spot lights.
 
 A renderer has one light that comes from all sides, the same at every place of a picture. Here it is the mean over the
-six directions of the axes of all light but the direct sun (``worlds.meter``), less what the picture's spots give there.
+six directions of the axes of all light but the direct sun (``refseq_bench.worlds.meter``), less what the picture's
+spots give there.
 """
 
 from collections.abc import Callable
@@ -10,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from worlds.arrays import Floats
-from worlds.lighting.form_factors import SKIN, Cards
-from worlds.lighting.photometry import Spot, spot_illuminance
-from worlds.plans.areas import Rectangle, rectangles
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.lighting.form_factors import SKIN, Cards
+from refseq_bench.worlds.lighting.photometry import Spot, spot_illuminance
+from refseq_bench.worlds.plans.areas import Rectangle, rectangles
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 AXES = np.array([axis * sign for axis in np.eye(3) for sign in (1.0, -1.0)])
 """The six directions that are asked, (6, 3): +x −x +y −y +z −z."""

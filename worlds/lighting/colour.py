@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from worlds.arrays import Floats
+from refseq_bench.worlds.arrays import Floats
 
 DAYLIGHT = 6500.0
 """Colour temperature of the light that the camera is calibrated with [K]: an overcast sky (facts, tag M)."""

@@ -12,8 +12,8 @@ import numpy as np
 from astral import Observer
 from astral import sun as astral_sun
 
-from worlds.arrays import Floats
-from worlds.plans.schema import Place
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.plans.schema import Place
 
 SOLAR_CONSTANT = 127_500.0
 """Illuminance of the sun above the air, yearly mean [lx]."""

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csr_array
 
-from worlds.arrays import Floats
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import FloorPlan, Wall
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import FloorPlan, Wall
 
 SIGHT = 20.0
 """Farther rectangles are not looked at [m]; a choice: in a corridor 2.4 m wide they fill less than 1 % of the view."""

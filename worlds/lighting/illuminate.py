@@ -6,16 +6,25 @@ through the openings and what is outside moves behind them as the robot passes.
 
 import numpy as np
 
-from worlds.lighting.ambient import Ambient, Measure, ambient
-from worlds.lighting.colour import camera_weight
-from worlds.lighting.daylight import sun_direction
-from worlds.lighting.lights import add_image_light, add_spot, add_sun
-from worlds.lighting.open_air import illuminate_open_air
-from worlds.lighting.outlook import SKY_BY_DAY, SKY_BY_NIGHT, outside
-from worlds.lighting.photometry import CUTOFF, LAMP_DEPTH, NIGHT_PEAK, REACH, Photometry, Spot, spots, transmission
-from worlds.parts.site import Site
-from worlds.plans.frame import LEVEL, LocalFrame
-from worlds.plans.schema import FloorPlan, Material, Wall
+from refseq_bench.worlds.lighting.ambient import Ambient, Measure, ambient
+from refseq_bench.worlds.lighting.colour import camera_weight
+from refseq_bench.worlds.lighting.daylight import sun_direction
+from refseq_bench.worlds.lighting.lights import add_image_light, add_spot, add_sun
+from refseq_bench.worlds.lighting.open_air import illuminate_open_air
+from refseq_bench.worlds.lighting.outlook import SKY_BY_DAY, SKY_BY_NIGHT, outside
+from refseq_bench.worlds.lighting.photometry import (
+    CUTOFF,
+    LAMP_DEPTH,
+    NIGHT_PEAK,
+    REACH,
+    Photometry,
+    Spot,
+    spots,
+    transmission,
+)
+from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.plans.frame import LEVEL, LocalFrame
+from refseq_bench.worlds.plans.schema import FloorPlan, Material, Wall
 
 EXPOSED = 1.2 * 16.0**2 * 125.0
 """Filament's radiance at its default exposure: a pixel of 1.0 stands for so many cd/m² (f/16, 1/125 s, ISO 100)."""

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from worlds.parts.site import Site
+from refseq_bench.worlds.parts.site import Site
 
 DIM = {"sun": 0.5, "window": 0.1, "lamp": 0.15}
 """Brightness of each kind of light's colour. Filament multiplies it with the intensity, which is divided by it to make

@@ -7,20 +7,20 @@ lights nothing.
 
 import numpy as np
 
-from worlds.arrays import Floats
-from worlds.lighting.ambient import Ambient
-from worlds.lighting.colour import camera_weight
-from worlds.lighting.daylight import sun_direction
-from worlds.lighting.lights import add_image_light, add_spot
-from worlds.lighting.photometry import LAMPS_BELOW, Photometry, outlook
-from worlds.lighting.sky import BEND, HIGHEST, LOWEST, panorama
-from worlds.parts import scenery
-from worlds.parts.facets import grid, show
-from worlds.parts.greyscale import encode
-from worlds.parts.outdoors import ARM, HEAD
-from worlds.parts.site import Site
-from worlds.plans.frame import UP, LocalFrame
-from worlds.plans.schema import FloorPlan, Material, Post, Window
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.lighting.ambient import Ambient
+from refseq_bench.worlds.lighting.colour import camera_weight
+from refseq_bench.worlds.lighting.daylight import sun_direction
+from refseq_bench.worlds.lighting.lights import add_image_light, add_spot
+from refseq_bench.worlds.lighting.photometry import LAMPS_BELOW, Photometry, outlook
+from refseq_bench.worlds.lighting.sky import BEND, HIGHEST, LOWEST, panorama
+from refseq_bench.worlds.parts import scenery
+from refseq_bench.worlds.parts.facets import grid, show
+from refseq_bench.worlds.parts.greyscale import encode
+from refseq_bench.worlds.parts.outdoors import ARM, HEAD
+from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.plans.frame import UP, LocalFrame
+from refseq_bench.worlds.plans.schema import FloorPlan, Material, Post, Window
 
 DOME = 230.0
 """Radius of the dome that shows the sky [m]: what is drawn on its horizon moves as if it stood so far away."""

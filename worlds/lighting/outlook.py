@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 from numpy.random import Generator
 
-from worlds.parts.greyscale import Field, Image, around, cloud, encode
+from refseq_bench.worlds.parts.greyscale import Field, Image, around, cloud, encode
 
 SKY_BY_DAY, SKY_BY_NIGHT = 0.9, 0.004
 """Luminance of the sky over the brightest thing outside, by day and by night."""

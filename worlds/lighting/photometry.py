@@ -9,13 +9,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from worlds.arrays import Floats
-from worlds.light import Lamps, LightSetting
-from worlds.lighting.colour import camera_weight
-from worlds.lighting.daylight import Daylight, daylight
-from worlds.lighting.form_factors import Quads
-from worlds.plans.frame import UP, LocalFrame
-from worlds.plans.schema import FloorPlan, LampRow, Post, Window
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.light import Lamps, LightSetting
+from refseq_bench.worlds.lighting.colour import camera_weight
+from refseq_bench.worlds.lighting.daylight import Daylight, daylight
+from refseq_bench.worlds.lighting.form_factors import Quads
+from refseq_bench.worlds.plans.frame import UP, LocalFrame
+from refseq_bench.worlds.plans.schema import FloorPlan, LampRow, Post, Window
 
 GLAZING = MappingProxyType({"4mm": 0.89, "6mm": 0.87, "double": 0.76})
 """Share of light that each glazing lets through (facts: ESP-r)."""

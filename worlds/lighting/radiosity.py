@@ -10,14 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from worlds.arrays import Floats
-from worlds.lighting.daylight import Daylight, sun_direction
-from worlds.lighting.form_factors import Cards, Quads, configuration_factor, form_factors, pairs_in_sight
-from worlds.lighting.photometry import FRAME_SHARE, Photometry, Sources, frame_face, sources
-from worlds.lighting.sunlight import sunlit
-from worlds.plans.areas import enclosing, rectangles
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import Door, FloorPlan, Wall, Window
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.lighting.daylight import Daylight, sun_direction
+from refseq_bench.worlds.lighting.form_factors import Cards, Quads, configuration_factor, form_factors, pairs_in_sight
+from refseq_bench.worlds.lighting.photometry import FRAME_SHARE, Photometry, Sources, frame_face, sources
+from refseq_bench.worlds.lighting.sunlight import sunlit
+from refseq_bench.worlds.plans.areas import enclosing, rectangles
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import Door, FloorPlan, Wall, Window
 
 PATCH = 1.0
 """Longest side of a patch [m]; a choice."""

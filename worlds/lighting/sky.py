@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 from numpy.random import Generator
 
-from worlds.arrays import Floats
-from worlds.lighting.daylight import Daylight
-from worlds.parts.greyscale import cloud
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.lighting.daylight import Daylight
+from refseq_bench.worlds.parts.greyscale import cloud
 
 LOWEST, BEND, HIGHEST = np.radians((-4.0, 22.0, 90.0))
 """Elevations [rad] at the lower edge, in the middle and at the upper edge of the picture of the sky: finer below."""

@@ -3,11 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from worlds.arrays import Floats
-from worlds.lighting.form_factors import SKIN, hidden
-from worlds.lighting.photometry import GLAZING
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import FloorPlan, Window
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.lighting.form_factors import SKIN, hidden
+from refseq_bench.worlds.lighting.photometry import GLAZING
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import FloorPlan, Window
 
 
 def sunlit(plan: FloorPlan, points: Floats, beam: Floats) -> Floats:

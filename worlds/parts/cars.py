@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from worlds.arrays import Floats, Span
-from worlds.parts import scenery
-from worlds.parts.facets import Facets, add_mesh, fan, joined, quad
-from worlds.parts.scenery import ATLAS
-from worlds.parts.site import SEEN, Site
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import Car, FloorPlan, Material
+from refseq_bench.worlds.arrays import Floats, Span
+from refseq_bench.worlds.parts import scenery
+from refseq_bench.worlds.parts.facets import Facets, add_mesh, fan, joined, quad
+from refseq_bench.worlds.parts.scenery import ATLAS
+from refseq_bench.worlds.parts.site import SEEN, Site
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import Car, FloorPlan, Material
 
 PROUD = 0.006
 """Distance by which glass, lamps and plates stand out from the hull [m]."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from worlds.arrays import Block, Span
+from refseq_bench.worlds.arrays import Block, Span
 
 GREYS = {"black": 0.03, "dark": 0.1, "grey": 0.3, "light": 0.55, "paper": 0.78}
 """Albedo of what things are made of."""

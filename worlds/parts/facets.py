@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from worlds.arrays import Floats
-from worlds.parts.site import SEEN, Site
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.parts.site import SEEN, Site
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.random import Generator
 
-from worlds.arrays import Floats
-from worlds.parts.facets import Facets, grid
-from worlds.parts.greyscale import Image, cloud, encode
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.parts.facets import Facets, grid
+from refseq_bench.worlds.parts.greyscale import Image, cloud, encode
 
 HEIGHT = 1.74
 """Height of the figure before it is scaled [m]."""

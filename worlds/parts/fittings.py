@@ -3,13 +3,13 @@
 import mujoco
 import numpy as np
 
-from worlds.arrays import Block
-from worlds.parts import posters, textures
-from worlds.parts.shell import PROUD
-from worlds.parts.site import Site
-from worlds.plans.footprints import OFF_WALL
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import Bin, Board, Cabinet, Fixture, FloorPlan, Material, OnWall, Poster
+from refseq_bench.worlds.arrays import Block
+from refseq_bench.worlds.parts import posters, textures
+from refseq_bench.worlds.parts.shell import PROUD
+from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.plans.footprints import OFF_WALL
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import Bin, Board, Cabinet, Fixture, FloorPlan, Material, OnWall, Poster
 
 PAPER = Material(albedo=0.8, roughness=0.7)
 CORK = Material(albedo=0.28, roughness=0.9)

@@ -10,14 +10,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.random import Generator
 
-from worlds.arrays import Block, Span
-from worlds.parts import clutter, textures
-from worlds.parts.clutter import GREYS, ClutterItem, Maker
-from worlds.parts.greyscale import Image
-from worlds.parts.shell import PROUD
-from worlds.parts.site import Site
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import FloorPlan, Furniture, Material
+from refseq_bench.worlds.arrays import Block, Span
+from refseq_bench.worlds.parts import clutter, textures
+from refseq_bench.worlds.parts.clutter import GREYS, ClutterItem, Maker
+from refseq_bench.worlds.parts.greyscale import Image
+from refseq_bench.worlds.parts.shell import PROUD
+from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import FloorPlan, Furniture, Material
 
 Draw = Callable[[tuple[float, float], float, Generator], Image]
 """Draws a surface of (width, height) [m] and some albedo."""

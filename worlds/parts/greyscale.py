@@ -9,7 +9,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from worlds.arrays import Floats
+from refseq_bench.worlds.arrays import Floats
 
 Image = NDArray[np.uint8]
 Field = NDArray[np.float32]

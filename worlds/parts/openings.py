@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from worlds.arrays import Block
-from worlds.parts import posters, textures
-from worlds.parts.shell import PROUD
-from worlds.parts.site import Site
-from worlds.plans.footprints import ROOM_SIDE, ROOM_WALL
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import Door, FloorPlan, Material, Wall, Window
+from refseq_bench.worlds.arrays import Block
+from refseq_bench.worlds.parts import posters, textures
+from refseq_bench.worlds.parts.shell import PROUD
+from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.plans.footprints import ROOM_SIDE, ROOM_WALL
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import Door, FloorPlan, Material, Wall, Window
 
 PLATE = Material(albedo=0.75, roughness=0.4)
 

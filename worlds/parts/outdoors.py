@@ -6,14 +6,14 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from worlds.arrays import Floats
-from worlds.parts import scenery
-from worlds.parts.facets import Facets, joined, quad, show
-from worlds.parts.shell import PROUD
-from worlds.parts.site import Site
-from worlds.plans.footprints import POST_RADIUS
-from worlds.plans.frame import LocalFrame, quaternion
-from worlds.plans.schema import FloorPlan, Kerb, Marking, Material, Post, Tree
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.parts import scenery
+from refseq_bench.worlds.parts.facets import Facets, joined, quad, show
+from refseq_bench.worlds.parts.shell import PROUD
+from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.plans.footprints import POST_RADIUS
+from refseq_bench.worlds.plans.frame import LocalFrame, quaternion
+from refseq_bench.worlds.plans.schema import FloorPlan, Kerb, Marking, Material, Post, Tree
 
 AROUND = 500.0
 """Side of the land around the plan [m]: beyond it there is only the picture of the horizon."""

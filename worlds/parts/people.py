@@ -9,11 +9,11 @@ import math
 import mujoco
 import numpy as np
 
-from worlds.parts.facets import add_mesh
-from worlds.parts.figure import HEIGHT, HIP, PARTS, BodyPart, clothes, skin
-from worlds.parts.site import Site
-from worlds.parts.walk import STEP, Stance, Walk
-from worlds.plans.schema import FloorPlan, Material, Person
+from refseq_bench.worlds.parts.facets import add_mesh
+from refseq_bench.worlds.parts.figure import HEIGHT, HIP, PARTS, BodyPart, clothes, skin
+from refseq_bench.worlds.parts.site import Site
+from refseq_bench.worlds.parts.walk import STEP, Stance, Walk
+from refseq_bench.worlds.plans.schema import FloorPlan, Material, Person
 
 STRIDE = math.asin(STEP / 2 / HIP)
 """Angle of a leg from upright in the middle of a step [rad]."""

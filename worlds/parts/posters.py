@@ -10,7 +10,19 @@ import cv2
 import numpy as np
 from numpy.random import Generator
 
-from worlds.parts.greyscale import DENSITY, FONT, INK, PAPER, Image, Pixels, around, cloud, encode, grey, noise
+from refseq_bench.worlds.parts.greyscale import (
+    DENSITY,
+    FONT,
+    INK,
+    PAPER,
+    Image,
+    Pixels,
+    around,
+    cloud,
+    encode,
+    grey,
+    noise,
+)
 
 
 def number_plate(label: str, rng: Generator, density: int = DENSITY) -> Image:

@@ -1,6 +1,6 @@
 """Pictures of outdoor surfaces: asphalt, paint, leaves, cars' details, window panes.
 
-As in ``worlds.parts.textures``: seeded, grey, (height, width) uint8, sRGB codes, row 0 is the upper edge.
+As in ``refseq_bench.worlds.parts.textures``: seeded, grey, (height, width) uint8, sRGB codes, row 0 is the upper edge.
 """
 
 from types import MappingProxyType
@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.random import Generator
 
-from worlds.arrays import Floats
-from worlds.parts.greyscale import FONT, Image, cloud, encode, grey, srgb
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.parts.greyscale import FONT, Image, cloud, encode, grey, srgb
 
 ATLAS = MappingProxyType(
     {

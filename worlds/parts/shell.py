@@ -7,12 +7,12 @@ from types import MappingProxyType
 import mujoco
 import numpy as np
 
-from worlds.arrays import Block, Floats, Span
-from worlds.parts import scenery, textures
-from worlds.parts.site import TOUCHED, Site
-from worlds.plans.areas import Rectangle, rectangles
-from worlds.plans.frame import LEVEL, LocalFrame, quaternion
-from worlds.plans.schema import Door, FloorPlan, Point, Wall, Window
+from refseq_bench.worlds.arrays import Block, Floats, Span
+from refseq_bench.worlds.parts import scenery, textures
+from refseq_bench.worlds.parts.site import TOUCHED, Site
+from refseq_bench.worlds.plans.areas import Rectangle, rectangles
+from refseq_bench.worlds.plans.frame import LEVEL, LocalFrame, quaternion
+from refseq_bench.worlds.plans.schema import Door, FloorPlan, Point, Wall, Window
 
 PROUD = 0.004
 """Distance by which a picture stands in front of what is behind it [m]: enough for the depth buffer at 100 m."""

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
-from worlds.arrays import Block, Floats, Span
-from worlds.parts.greyscale import Image, srgb
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import Material
+from refseq_bench.worlds.arrays import Block, Floats, Span
+from refseq_bench.worlds.parts.greyscale import Image, srgb
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import Material
 
 SOLID, SEEN, TOUCHED, GLASS = 0, 2, 3, 4
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)

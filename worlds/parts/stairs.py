@@ -3,10 +3,10 @@
 import mujoco
 import numpy as np
 
-from worlds.arrays import Block
-from worlds.parts.site import SEEN, Site
-from worlds.plans.frame import LocalFrame, quaternion
-from worlds.plans.schema import FloorPlan, Stairs
+from refseq_bench.worlds.arrays import Block
+from refseq_bench.worlds.parts.site import SEEN, Site
+from refseq_bench.worlds.plans.frame import LocalFrame, quaternion
+from refseq_bench.worlds.plans.schema import FloorPlan, Stairs
 
 NOSING, PROUD = 0.045, 0.003
 """Length that the dark strip reaches back from a step's edge and down it, and how far it stands out [m]."""

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from worlds.parts.greyscale import Image, cloud, encode, grey, noise, paste
-from worlds.parts.posters import printed_page
+from refseq_bench.worlds.parts.greyscale import Image, cloud, encode, grey, noise, paste
+from refseq_bench.worlds.parts.posters import printed_page
 
 
 def plaster(size: tuple[float, float], albedo: float, rng: Generator, density: int = 100) -> Image:

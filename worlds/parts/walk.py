@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
-from worlds.parts.figure import HEIGHT
-from worlds.plans.schema import Person, Point
+from refseq_bench.worlds.parts.figure import HEIGHT
+from refseq_bench.worlds.plans.schema import Person, Point
 
 HALF_TURN = 1.2
 """Time that somebody takes to turn round on the spot [s] (choice)."""

@@ -11,8 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from worlds.arrays import Floats
-from worlds.plans.schema import FloorPlan, Wall
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.plans.schema import FloorPlan, Wall
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from worlds.arrays import Floats
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import (
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import (
     ON_WALL,
     STANDING,
     Bin,
@@ -35,7 +35,7 @@ PERSON_RADIUS = 0.27
 OVERHEAD = 2.0
 """Things that begin higher up than this [m] are in nobody's way."""
 CAR_SIZES = {"hatchback": (3.9, 1.7), "saloon": (4.4, 1.8), "van": (4.5, 1.85)}
-"""Length and width of each kind of car [m]: at least what ``worlds.parts.cars`` draws, wheels and all."""
+"""Length and width of each kind of car [m]: at least what ``refseq_bench.worlds.parts.cars`` draws, wheels and all."""
 POST_RADIUS = 0.07
 """Radius of a lamp post [m]."""
 OFF_WALL = 0.02

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from worlds.arrays import Floats
-from worlds.plans.schema import Door, Standing, Wall
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.plans.schema import Door, Standing, Wall
 
 UP = np.array([0.0, 0.0, 1.0])
 

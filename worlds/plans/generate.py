@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from worlds.arrays import Floats, Span
-from worlds.plans.areas import Rectangle
-from worlds.plans.footprints import ROOM_SIDE, ROOM_WALL
-from worlds.plans.frame import LocalFrame, left_of
-from worlds.plans.schema import Door, FloorPlan, Wall
+from refseq_bench.worlds.arrays import Floats, Span
+from refseq_bench.worlds.plans.areas import Rectangle
+from refseq_bench.worlds.plans.footprints import ROOM_SIDE, ROOM_WALL
+from refseq_bench.worlds.plans.frame import LocalFrame, left_of
+from refseq_bench.worlds.plans.schema import Door, FloorPlan, Wall
 
 SHORTEST_LEG = 12.0
 """Every leg is at least so long [m]: two legs that run side by side keep room for open doors between them."""

@@ -11,15 +11,15 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from worlds.errors import PlanError
-from worlds.plans.generate import corridor
-from worlds.plans.rules import checked, short
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.plans.generate import corridor
+from refseq_bench.worlds.plans.rules import checked, short
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 
 def world_names() -> tuple[str, ...]:
     """Return the worlds that come with this package."""
-    library = resources.files("worlds") / "library"
+    library = resources.files("refseq_bench.worlds") / "library"
     return tuple(sorted(Path(f.name).stem for f in library.iterdir() if f.name.endswith(".toml")))
 
 
@@ -44,7 +44,7 @@ def load_plan(name_or_path: str | Path) -> FloorPlan:
 @cache
 def _of_library(file: str) -> FloorPlan:
     """Read a plan that comes with this package, once: plans are frozen, and a campaign asks for the same few."""
-    return parse_plan((resources.files("worlds") / "library" / file).read_text(encoding="utf-8"), file)
+    return parse_plan((resources.files("refseq_bench.worlds") / "library" / file).read_text(encoding="utf-8"), file)
 
 
 def parse_plan(text: str, file: str = "plan.toml") -> FloorPlan:

@@ -6,11 +6,22 @@ from typing import Any
 
 import numpy as np
 
-from worlds.errors import PlanError
-from worlds.plans.areas import Rectangle, rectangles
-from worlds.plans.footprints import PERSON_RADIUS, gaps, taken, ways
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import LINES, ON_WALL, SMALLEST, STANDING, TABLES, Door, FloorPlan, OnWall, Wall, Window
+from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.plans.areas import Rectangle, rectangles
+from refseq_bench.worlds.plans.footprints import PERSON_RADIUS, gaps, taken, ways
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import (
+    LINES,
+    ON_WALL,
+    SMALLEST,
+    STANDING,
+    TABLES,
+    Door,
+    FloorPlan,
+    OnWall,
+    Wall,
+    Window,
+)
 
 
 def checked(plan: FloorPlan, file: str) -> FloorPlan:

@@ -11,8 +11,8 @@ from zoneinfo import available_timezones
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from worlds.arrays import Floats
-from worlds.errors import PlanError
+from refseq_bench.worlds.arrays import Floats
+from refseq_bench.worlds.errors import PlanError
 
 Number = Annotated[float, Field(strict=True)]
 Length = Annotated[float, Field(strict=True, gt=0.0)]

@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 
 def plan_text(plan: FloorPlan, comment: str = "") -> str:

@@ -12,9 +12,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.sensing.line import DirectedLine
-from robots.planar import PlanarPose, out_of, wrapped
-from robots.signals import LaserScan
+from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots.planar import PlanarPose, out_of, wrapped
+from refseq_bench.robots.signals import LaserScan
 
 LOOKS = 5
 """Scans that are looked at before a doorway is chosen (1 s); it has to be found in more than half of them: choices."""

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.sensing.room import LOOK
-from robots.robot import Shape
+from refseq_bench.robots.behaviours.sensing.room import LOOK
+from refseq_bench.robots.robot import Shape
 
 LANE_STEP = 0.05
 LANE_MARGIN = 0.10

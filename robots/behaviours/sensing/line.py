@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.planar import PlanarPose, into, out_of, wrapped
+from refseq_bench.robots.planar import PlanarPose, into, out_of, wrapped
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.robot import Shape
+from refseq_bench.robots.robot import Shape
 
 MARGIN = 0.3
 """Room that a robot keeps ahead of it [m]: a choice, more than that at which the Robuter's sonars stop it."""

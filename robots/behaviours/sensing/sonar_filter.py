@@ -6,10 +6,10 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import RobotDescription, Senses
-from robots.behaviours.sensing.sonar_ring import HISTORY
-from robots.errors import RobotsError
-from robots.planar import wrapped
+from refseq_bench.robots.behaviours.behaviour import RobotDescription, Senses
+from refseq_bench.robots.behaviours.sensing.sonar_ring import HISTORY
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.robots.planar import wrapped
 
 ABEAM = math.radians(30)
 """A sonar looks to a side that looks no farther than this off it: a choice."""

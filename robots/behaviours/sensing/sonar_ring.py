@@ -5,7 +5,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import Ranger, Senses
+from refseq_bench.robots.behaviours.behaviour import Ranger, Senses
 
 HISTORY = 1.2
 """Length of a sonar's history of which the median counts, as single readings err [s]: a choice, three times what the

@@ -5,10 +5,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.behaviour import RobotDescription, Senses
-from robots.mounting import FLOOR
-from robots.planar import PlanarPose, into, out_of
-from robots.signals import LaserScan
+from refseq_bench.robots.behaviours.behaviour import RobotDescription, Senses
+from refseq_bench.robots.mounting import FLOOR
+from refseq_bench.robots.planar import PlanarPose, into, out_of
+from refseq_bench.robots.signals import LaserScan
 
 REACH = 6.0
 """Range of behaviours' sight [m]: a choice."""

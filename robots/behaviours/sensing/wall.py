@@ -7,8 +7,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.behaviours.sensing.line import DirectedLine
-from robots.behaviours.sensing.surroundings import CELL, thinned
+from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots.behaviours.sensing.surroundings import CELL, thinned
 
 TILT = math.radians(40)
 """A wall is no steeper than this against the line along which it is looked for: a choice."""

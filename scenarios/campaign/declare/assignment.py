@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from refseq.missions.lamp import LampStage
-from scenarios.missions.file import Asked
+from refseq_bench.scenarios.missions.file import Asked
 
 ODOMETRY, LAMP = "odometry", "lamp"
 LEADERS = (ODOMETRY, LAMP)

@@ -10,21 +10,21 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from scenarios.campaign.declare.drivable import check_drive, named
-from scenarios.campaign.declare.expand import Values, expanded, put
-from scenarios.campaign.declare.expectations import Expectation
-from scenarios.campaign.declare.real_recordings import Images, Log
-from scenarios.campaign.declare.schema import Declared, DriveTable, LogTable, SourceTable, kind_of
-from scenarios.campaign.declare.schema_types import SchemaType, schema_type_of
-from scenarios.campaign.declare.sources import Source
-from scenarios.campaign.declare.validation_errors import first_error
-from scenarios.drives.record import QUERY_SEEDS, Drive
-from scenarios.errors import ScenarioError, input_errors
-from scenarios.library import LIBRARY
-from sim.bench.bench import CONTROL_PERIOD
-from sim.drives.operator import OperatorStyle
-from sim.drives.recorder import Trigger
-from sim.sensors.laser import RangeMode
+from refseq_bench.scenarios.campaign.declare.drivable import check_drive, named
+from refseq_bench.scenarios.campaign.declare.expand import Values, expanded, put
+from refseq_bench.scenarios.campaign.declare.expectations import Expectation
+from refseq_bench.scenarios.campaign.declare.real_recordings import Images, Log
+from refseq_bench.scenarios.campaign.declare.schema import Declared, DriveTable, LogTable, SourceTable, kind_of
+from refseq_bench.scenarios.campaign.declare.schema_types import SchemaType, schema_type_of
+from refseq_bench.scenarios.campaign.declare.sources import Source
+from refseq_bench.scenarios.campaign.declare.validation_errors import first_error
+from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.errors import ScenarioError, input_errors
+from refseq_bench.scenarios.library import LIBRARY
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD
+from refseq_bench.sim.drives.operator import OperatorStyle
+from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.sensors.laser import RangeMode
 
 """Folder of the scenarios that come with the bench."""
 SOURCE_KEYS = {"world", "log", "images"}

@@ -8,16 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-import robots
 from refseq.view import LASER
-from robots.behaviours.written import parse_behaviour
-from scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
-from scenarios.errors import ScenarioError, input_errors
-from sim.bench.faults import check_fault
-from sim.cameras.library import load_camera
-from sim.drives.operator import Operator
-from sim.rendering.renderer import RendererKind
-from worlds.light import light_named
+from refseq_bench import robots
+from refseq_bench.robots.behaviours.written import parse_behaviour
+from refseq_bench.scenarios.drives.record import OWN_ROUTE, Drive, check_sensors, driven, plan_of
+from refseq_bench.scenarios.errors import ScenarioError, input_errors
+from refseq_bench.sim.bench.faults import check_fault
+from refseq_bench.sim.cameras.library import load_camera
+from refseq_bench.sim.drives.operator import Operator
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.light import light_named
 
 
 @contextmanager

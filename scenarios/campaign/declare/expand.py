@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError
 
 KINDS = ("grid", "list", "random")
 MOST = 1000

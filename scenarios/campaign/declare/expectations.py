@@ -14,8 +14,8 @@ from types import MappingProxyType
 from typing import Any
 
 from refseq.belief import Stage
-from scenarios.campaign.declare.figures import FIGURES, Figure, Unit
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.campaign.declare.figures import FIGURES, Figure, Unit
+from refseq_bench.scenarios.errors import ScenarioError
 
 Vocabulary = Mapping[str, Figure[Any]]
 """Figures by name: all that can be expected of a kind of scenario."""

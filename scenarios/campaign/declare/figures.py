@@ -1,6 +1,6 @@
 """The figures that a scenario can expect something of: by name, with their unit and what they mean.
 
-Those of missions are told in ``scenarios.campaign.declare.mission_figures``.
+Those of missions are told in ``refseq_bench.scenarios.campaign.declare.mission_figures``.
 """
 
 import math
@@ -12,11 +12,11 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from scenarios.scoring.atlas import JoinScore
-from scenarios.scoring.figures import Figures
-from scenarios.scoring.metrics import Retrieval
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.atlas import JoinScore
+from refseq_bench.scenarios.scoring.figures import Figures
+from refseq_bench.scenarios.scoring.metrics import Retrieval
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
 
 
 class Unit(StrEnum):

@@ -4,16 +4,16 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-import robots
 from refseq.missions import BehaviourCode, Call, Label, MissionError
 from refseq.missions.lamp import LampStage
-from scenarios.campaign.declare.assignment import LAMP, LEADERS, Target
-from scenarios.campaign.declare.schema import DriveTable, MissionScenario, MissionTable
-from scenarios.campaign.declare.sources import Source, names_of
-from scenarios.errors import ScenarioError
-from scenarios.methods.by_name import HINDSIGHT, check_methods
-from scenarios.missions.file import Asked, asked_for, located
-from scenarios.missions.lamp import read_program
+from refseq_bench import robots
+from refseq_bench.scenarios.campaign.declare.assignment import LAMP, LEADERS, Target
+from refseq_bench.scenarios.campaign.declare.schema import DriveTable, MissionScenario, MissionTable
+from refseq_bench.scenarios.campaign.declare.sources import Source, names_of
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.by_name import HINDSIGHT, check_methods
+from refseq_bench.scenarios.missions.file import Asked, asked_for, located
+from refseq_bench.scenarios.missions.lamp import read_program
 
 END = "end"
 ENDED = (Label.IMAGE, Label.DOOR)

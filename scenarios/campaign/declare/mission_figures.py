@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from scenarios.campaign.declare.figures import Figure, Unit
-from scenarios.scoring.missions import MissionFigures
+from refseq_bench.scenarios.campaign.declare.figures import Figure, Unit
+from refseq_bench.scenarios.scoring.missions import MissionFigures
 
 MISSION_FIGURES: Mapping[str, Figure[MissionFigures]] = MappingProxyType(
     {

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError
 
 
 class Verdict(StrEnum):

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.drivable import named
-from scenarios.campaign.declare.expectations import about
-from scenarios.campaign.declare.schema_types import schema_type_for
-from scenarios.errors import ScenarioError
-from scenarios.methods.by_name import written_out
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.drivable import named
+from refseq_bench.scenarios.campaign.declare.expectations import about
+from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.by_name import written_out
 
 NOBODY = "none"
 """Stands for no method, where methods are named."""

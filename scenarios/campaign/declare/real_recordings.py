@@ -15,8 +15,8 @@ from refseq.logs import Recording, read_recording
 from refseq.logs.thin import every, with_odometry_noise
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.drives.selection import stretch
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.drives.selection import stretch
+from refseq_bench.scenarios.errors import ScenarioError
 
 DATA = "REFSEQ_RECORDINGS"
 """Environment variable that names the folder of real recordings."""

@@ -3,8 +3,8 @@
 A file is a table of TOML. ``[reference]`` and ``[query]`` are drives to simulate, logs, or folders of images; what the
 query does not say is as in the reference, but for its faults. Each ``[[further]]`` is one more reference, likewise.
 With a table ``[mission]`` nobody drives the query: the robot is set down at its start and carries a mission out.
-``[vary]`` makes several cases of one file (``scenarios.campaign.declare.expand``); ``expect`` says what decides
-(``scenarios.campaign.declare.expectations``).
+``[vary]`` makes several cases of one file (``refseq_bench.scenarios.campaign.declare.expand``); ``expect`` says what
+decides (``refseq_bench.scenarios.campaign.declare.expectations``).
 """
 
 from abc import abstractmethod
@@ -13,10 +13,10 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 
-from scenarios.campaign.declare.assignment import ODOMETRY
-from scenarios.methods.by_name import written_out
-from sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.campaign.declare.assignment import ODOMETRY
+from refseq_bench.scenarios.methods.by_name import written_out
+from refseq_bench.sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Finite, Field(gt=0)]
@@ -74,10 +74,11 @@ class TriggerTable(Table):
 
 
 class DriveTable(Table):
-    """A drive to simulate; the fields of ``scenarios.drives.record.Drive`` but its seed.
+    """A drive to simulate; the fields of ``refseq_bench.scenarios.drives.record.Drive`` but its seed.
 
     ``operator`` scales how unevenly the person drives: 0 is perfect, 1 a careful person. With ``behaviours``, as
-    ``robots.behaviours.written`` reads them, nobody leads the robot: it runs them from the start of the route on.
+    ``refseq_bench.robots.behaviours.written`` reads them, nobody leads the robot: it runs them from the start of the
+    route on.
     """
 
     world: Line
@@ -149,8 +150,8 @@ class LocaliseTable(AskedTable):
     """Methods that are asked where the robot is.
 
     ``profile`` is the one whose stages ``success_uniform``, ``_prior`` and ``_hmm`` in expectations mean. ``judged`` is
-    by default the profile's chain, ``methods``, names and groups of ``scenarios.methods.by_name``, its stages.
-    Only ``places`` FROM:TO of the reference are learnt.
+    by default the profile's chain, ``methods``, names and groups of ``refseq_bench.scenarios.methods.by_name``, its
+    stages. Only ``places`` FROM:TO of the reference are learnt.
     """
 
     profile: str = "thesis"

@@ -1,6 +1,6 @@
 """Types of scenarios, localising a drive or carrying out a mission, with the checks of what each may declare.
 
-What is done with a case of each kind: ``scenarios.campaign.case_types``.
+What is done with a case of each kind: ``refseq_bench.scenarios.campaign.case_types``.
 """
 
 from abc import abstractmethod
@@ -10,15 +10,15 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from refseq.map.profile import profile_named
-from scenarios.campaign.declare.drivable import named
-from scenarios.campaign.declare.expectations import Expectation, parse
-from scenarios.campaign.declare.mission_checks import check_leaders, check_mission
-from scenarios.campaign.declare.mission_figures import MISSION_FIGURES
-from scenarios.campaign.declare.schema import Declared, MissionScenario, Scenario
-from scenarios.campaign.declare.sources import Source
-from scenarios.errors import ScenarioError
-from scenarios.methods.by_name import HINDSIGHT, check_methods
-from sim.missions.mission import EVERY
+from refseq_bench.scenarios.campaign.declare.drivable import named
+from refseq_bench.scenarios.campaign.declare.expectations import Expectation, parse
+from refseq_bench.scenarios.campaign.declare.mission_checks import check_leaders, check_mission
+from refseq_bench.scenarios.campaign.declare.mission_figures import MISSION_FIGURES
+from refseq_bench.scenarios.campaign.declare.schema import Declared, MissionScenario, Scenario
+from refseq_bench.scenarios.campaign.declare.sources import Source
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.by_name import HINDSIGHT, check_methods
+from refseq_bench.sim.missions.mission import EVERY
 
 
 class SchemaType(Protocol):

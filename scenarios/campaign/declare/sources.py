@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from scenarios.campaign.declare.real_recordings import Images, Log
-from scenarios.drives.record import Drive, name_of_route
+from refseq_bench.scenarios.campaign.declare.real_recordings import Images, Log
+from refseq_bench.scenarios.drives.record import Drive, name_of_route
 
 Source = Drive | Log | Images
 

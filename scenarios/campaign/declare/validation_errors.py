@@ -5,8 +5,8 @@ from dataclasses import fields
 
 from pydantic import BaseModel, ValidationError
 
-from scenarios.campaign.declare.schema import Declared, DriveTable, ImagesTable, LogTable, TriggerTable
-from sim.bench.faults import FAULTS
+from refseq_bench.scenarios.campaign.declare.schema import Declared, DriveTable, ImagesTable, LogTable, TriggerTable
+from refseq_bench.sim.bench.faults import FAULTS
 
 Location = Sequence[int | str]
 

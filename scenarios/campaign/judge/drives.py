@@ -7,19 +7,19 @@ from types import MappingProxyType
 
 from refseq.belief import Belief
 from refseq.view import View
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.declare.sources import names_of
-from scenarios.campaign.judge.expectations import judge
-from scenarios.campaign.run.tasks import AnswerTask, Question, answers_of, asked_views, learnt_drives
-from scenarios.campaign.store.answers import beliefs_digest
-from scenarios.campaign.store.cache import Store
-from scenarios.campaign.store.result_file import JudgementRecord
-from scenarios.scoring.comparison import Comparison, Drives
-from scenarios.scoring.cost import Cost
-from scenarios.scoring.figures import Figures, figures
-from scenarios.scoring.merging import Merging
-from scenarios.scoring.path_geometry import Tolerance
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.declare.sources import names_of
+from refseq_bench.scenarios.campaign.judge.expectations import judge
+from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, Question, answers_of, asked_views, learnt_drives
+from refseq_bench.scenarios.campaign.store.answers import beliefs_digest
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.store.result_file import JudgementRecord
+from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
+from refseq_bench.scenarios.scoring.cost import Cost
+from refseq_bench.scenarios.scoring.figures import Figures, figures
+from refseq_bench.scenarios.scoring.merging import Merging
+from refseq_bench.scenarios.scoring.path_geometry import Tolerance
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from scenarios.campaign.declare.expectations import Expectation, Term, Vocabulary, about
-from scenarios.campaign.declare.figures import FIGURES, Unit
-from scenarios.campaign.store.result_file import JudgementRecord
+from refseq_bench.scenarios.campaign.declare.expectations import Expectation, Term, Vocabulary, about
+from refseq_bench.scenarios.campaign.declare.figures import FIGURES, Unit
+from refseq_bench.scenarios.campaign.store.result_file import JudgementRecord
 
 OPERATORS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType(
     {">=": operator.ge, "<=": operator.le, ">": operator.gt, "<": operator.lt}

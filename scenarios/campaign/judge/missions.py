@@ -5,18 +5,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.mission_figures import MISSION_FIGURES
-from scenarios.campaign.declare.outcomes import TaskOutcome
-from scenarios.campaign.judge.drives import Judged, mishaps_of, reasons_of, verdict_of
-from scenarios.campaign.judge.expectations import judge
-from scenarios.campaign.judge.records import closed_record, share_record
-from scenarios.campaign.run.mission_task import MissionTask, mission_of
-from scenarios.campaign.store.cache import Store
-from scenarios.campaign.store.missions import KeptMission
-from scenarios.campaign.store.result_file import CaseRecord, MethodRecord, SeedRecord
-from scenarios.report.plot_selection import MOST
-from scenarios.scoring.missions import MissionFigures, MissionScore, mission_record, score_mission
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.mission_figures import MISSION_FIGURES
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome
+from refseq_bench.scenarios.campaign.judge.drives import Judged, mishaps_of, reasons_of, verdict_of
+from refseq_bench.scenarios.campaign.judge.expectations import judge
+from refseq_bench.scenarios.campaign.judge.records import closed_record, share_record
+from refseq_bench.scenarios.campaign.run.mission_task import MissionTask, mission_of
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.store.missions import KeptMission
+from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, MethodRecord, SeedRecord
+from refseq_bench.scenarios.report.plot_selection import MOST
+from refseq_bench.scenarios.scoring.missions import MissionFigures, MissionScore, mission_record, score_mission
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,21 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.schema_types import schema_type_for
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run.tasks import AnswerTask
-from scenarios.campaign.store.result_file import CaseRecord, MethodRecord, MishapRecord, SeedRecord, ShareRecord
-from scenarios.report.plot_selection import select_methods
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import Figures, figures_record
-from scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.run.tasks import AnswerTask
+from refseq_bench.scenarios.campaign.store.result_file import (
+    CaseRecord,
+    MethodRecord,
+    MishapRecord,
+    SeedRecord,
+    ShareRecord,
+)
+from refseq_bench.scenarios.report.plot_selection import select_methods
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.figures import Figures, figures_record
+from refseq_bench.scenarios.scoring.proportion import Proportion
 
 
 def open_record(case: Case) -> CaseRecord:

@@ -4,21 +4,21 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.judge.drives import Judged, tolerances
-from scenarios.campaign.run.tasks import AnswerTask, asked_views, learnt_drives
-from scenarios.campaign.store.cache import Store
-from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
-from scenarios.drives.record import Drive, plan_of
-from scenarios.report.document import details, facts
-from scenarios.report.page import rendered
-from scenarios.report.plots.plan import FloorOutline
-from scenarios.report.sections.experiment import Section, SectionSettings, section
-from scenarios.report.sections.frames import DriveRole, EncodedFrames, FrameRequest, encoded
-from scenarios.report.words import duration_text
-from worlds.drawing.outline import outline_of
-from worlds.errors import WorldsError
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.judge.drives import Judged, tolerances
+from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, asked_views, learnt_drives
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
+from refseq_bench.scenarios.drives.record import Drive, plan_of
+from refseq_bench.scenarios.report.document import details, facts
+from refseq_bench.scenarios.report.page import rendered
+from refseq_bench.scenarios.report.plots.plan import FloorOutline
+from refseq_bench.scenarios.report.sections.experiment import Section, SectionSettings, section
+from refseq_bench.scenarios.report.sections.frames import DriveRole, EncodedFrames, FrameRequest, encoded
+from refseq_bench.scenarios.report.words import duration_text
+from refseq_bench.worlds.drawing.outline import outline_of
+from refseq_bench.worlds.errors import WorldsError
 
 
 @dataclass(frozen=True)

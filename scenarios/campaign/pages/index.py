@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.pages.sweep_plot import SweepPlot
-from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
-from scenarios.report.page import rendered
-from scenarios.report.words import duration_text
-from scenarios.scoring.comparison import method_label
-from scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.pages.sweep_plot import SweepPlot
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
+from refseq_bench.scenarios.report.page import rendered
+from refseq_bench.scenarios.report.words import duration_text
+from refseq_bench.scenarios.scoring.comparison import method_label
+from refseq_bench.scenarios.scoring.tables import NONE
 
 INDEX = "index.html"
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from junitparser import Attr, Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
 from refseq.files import replacing_at
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
 
 JUNIT = "junit.xml"
 RAN = "ran"

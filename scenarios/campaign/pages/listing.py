@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.schema import SourceTable
-from scenarios.campaign.declare.schema_types import schema_type_for
-from scenarios.campaign.run.estimate import rest_of
-from scenarios.campaign.store.cache import Store
-from scenarios.tables import TextTable
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.schema import SourceTable
+from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for
+from refseq_bench.scenarios.campaign.run.estimate import rest_of
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.tables import TextTable
 
 
 def by_file(cases: Iterable[Case]) -> list[list[Case]]:

@@ -4,16 +4,16 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from scenarios.campaign.judge.missions import JudgedMissions
-from scenarios.campaign.pages.case import outline_of_query, verdict_parts
-from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
-from scenarios.report.page import PageRow, PageTable, rendered
-from scenarios.report.plots.mission import mission_plan
-from scenarios.report.plots.plan import FloorOutline
-from scenarios.report.plots.style import Plot
-from scenarios.report.words import metres
-from scenarios.scoring.missions import MissionFigures, MissionRun, MissionScore, outcome_words
-from scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.campaign.judge.missions import JudgedMissions
+from refseq_bench.scenarios.campaign.pages.case import outline_of_query, verdict_parts
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
+from refseq_bench.scenarios.report.page import PageRow, PageTable, rendered
+from refseq_bench.scenarios.report.plots.mission import mission_plan
+from refseq_bench.scenarios.report.plots.plan import FloorOutline
+from refseq_bench.scenarios.report.plots.style import Plot
+from refseq_bench.scenarios.report.words import metres
+from refseq_bench.scenarios.scoring.missions import MissionFigures, MissionRun, MissionScore, outcome_words
+from refseq_bench.scenarios.scoring.tables import NONE
 
 HEADINGS = (
     "to the goal, median",

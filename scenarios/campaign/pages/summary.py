@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
-from scenarios.errors import ScenarioError
-from scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.scoring.tables import NONE
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenarios.campaign.store.result_file import CaseRecord
-from scenarios.report.plot_selection import MOST
-from scenarios.report.plots.style import Plot
-from scenarios.report.plots.sweep import Sweep, success_over
-from scenarios.scoring.comparison import method_label
-from scenarios.scoring.tables import NONE
-from worlds.light import light_named
+from refseq_bench.scenarios.campaign.store.result_file import CaseRecord
+from refseq_bench.scenarios.report.plot_selection import MOST
+from refseq_bench.scenarios.report.plots.style import Plot
+from refseq_bench.scenarios.report.plots.sweep import Sweep, success_over
+from refseq_bench.scenarios.scoring.comparison import method_label
+from refseq_bench.scenarios.scoring.tables import NONE
+from refseq_bench.worlds.light import light_named
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,12 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from scenarios.campaign.pages.index import INDEX, index_row, verdict_line
-from scenarios.campaign.pages.summary import Summary, plain
-from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
-from scenarios.report.words import duration_text
-from scenarios.scoring.tables import NONE
-from scenarios.tables import TextTable, print_whole, say
+from refseq_bench.scenarios.campaign.pages.index import INDEX, index_row, verdict_line
+from refseq_bench.scenarios.campaign.pages.summary import Summary, plain
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
+from refseq_bench.scenarios.report.words import duration_text
+from refseq_bench.scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.tables import TextTable, print_whole, say
 
 STYLES = {"passed": "green", "failed": "bold red", "error": "bold magenta", "skipped": "dim", "open": "dim"}
 FIGURES = {

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from refseq.view import View
-from scenarios.campaign.run.learning import LEARNING
-from scenarios.campaign.store.answers import KeptAnswers
-from scenarios.methods.baselines import Reference
-from scenarios.methods.by_name import Learnt
-from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
+from refseq_bench.scenarios.campaign.run.learning import LEARNING
+from refseq_bench.scenarios.campaign.store.answers import KeptAnswers
+from refseq_bench.scenarios.methods.baselines import Reference
+from refseq_bench.scenarios.methods.by_name import Learnt
+from refseq_bench.scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
 
 
 @dataclass(frozen=True)

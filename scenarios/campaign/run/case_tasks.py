@@ -4,13 +4,13 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeVar
 
-from scenarios.campaign.declare.assignment import Assignment
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.mission_checks import asked_mission, program_of, target_of
-from scenarios.campaign.declare.schema import MissionScenario
-from scenarios.campaign.run.mission_task import MissionTask
-from scenarios.campaign.run.tasks import AnswerTask, Question
-from scenarios.methods.by_name import family
+from refseq_bench.scenarios.campaign.declare.assignment import Assignment
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.mission_checks import asked_mission, program_of, target_of
+from refseq_bench.scenarios.campaign.declare.schema import MissionScenario
+from refseq_bench.scenarios.campaign.run.mission_task import MissionTask
+from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, Question
+from refseq_bench.scenarios.methods.by_name import family
 
 Asked = TypeVar("Asked", bound=Question)
 

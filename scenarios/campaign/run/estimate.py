@@ -3,18 +3,18 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.drivable import check_route
-from scenarios.campaign.declare.real_recordings import AbsentError
-from scenarios.campaign.declare.sources import Source
-from scenarios.campaign.run.case_tasks import tasks_of
-from scenarios.campaign.run.eta import in_words
-from scenarios.campaign.run.tasks import Question, RecordTask, Task, distinct
-from scenarios.campaign.store.cache import Store
-from scenarios.drives.record import Drive
-from scenarios.methods.by_name import family
-from scenarios.methods.plugins import is_plugin
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
+from refseq_bench.scenarios.campaign.declare.sources import Source
+from refseq_bench.scenarios.campaign.run.case_tasks import tasks_of
+from refseq_bench.scenarios.campaign.run.eta import in_words
+from refseq_bench.scenarios.campaign.run.tasks import Question, RecordTask, Task, distinct
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.methods.by_name import family
+from refseq_bench.scenarios.methods.plugins import is_plugin
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 METRE = {RendererKind.FILAMENT: 0.9, RendererKind.CLASSIC: 0.35, RendererKind.NONE: 0.05}
 """Processor time of recording a metre [s]: two cameras, a view every 0.85 m, measured in the hallway."""

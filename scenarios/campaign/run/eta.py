@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from statistics import fmean
 
-from scenarios.campaign.run.tasks import Task
+from refseq_bench.scenarios.campaign.run.tasks import Task
 
 
 class Eta:

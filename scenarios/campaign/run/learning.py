@@ -8,9 +8,9 @@ from refseq.errors import RefseqError
 from refseq.logs import Recording
 from refseq.map.map import Map
 from refseq.view import View
-from scenarios.campaign.store.cache import MAP, Store
-from scenarios.drives.selection import only, stretch
-from scenarios.methods.shelf import Shelf, learn_map
+from refseq_bench.scenarios.campaign.store.cache import MAP, Store
+from refseq_bench.scenarios.drives.selection import only, stretch
+from refseq_bench.scenarios.methods.shelf import Shelf, learn_map
 
 LEARNING = "learning_s"
 """In a kept map's metadata: how long learning it took [s]."""

@@ -4,8 +4,8 @@ import os
 import platform
 from pathlib import Path
 
-from scenarios.campaign.store.result_file import MachineRecord
-from sim.rendering.drivers import vulkan_device
+from refseq_bench.scenarios.campaign.store.result_file import MachineRecord
+from refseq_bench.sim.rendering.drivers import vulkan_device
 
 CPU, MEMORY = Path("/proc/cpuinfo"), Path("/proc/meminfo")
 

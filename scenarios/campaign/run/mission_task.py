@@ -10,22 +10,22 @@ import pyarrow as pa
 
 from refseq.atlas.routes import NoRouteError
 from refseq.missions import MissionError, MissionPath, Plan, as_learnt
-from scenarios.campaign.declare.assignment import LAMP, ODOMETRY, Assignment
-from scenarios.campaign.declare.outcomes import one_line
-from scenarios.campaign.declare.sources import Source, names_of
-from scenarios.campaign.run.tasks import Question, drive_with_files
-from scenarios.campaign.store.answers import beliefs_digest
-from scenarios.campaign.store.cache import DamagedError, Store
-from scenarios.campaign.store.keys import code_digest, key_of
-from scenarios.campaign.store.missions import KeptMission, read_mission, write_mission
-from scenarios.campaign.store.views import source_key
-from scenarios.drives.record import Drive, open_bench
-from scenarios.methods.baselines import Reference
-from scenarios.missions.leader import Journey, Leader, along_reference, over_several
-from scenarios.missions.runs import MissionResult, refused_run, run_plan, run_program
-from scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
-from sim.bench.bench import Bench
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.campaign.declare.assignment import LAMP, ODOMETRY, Assignment
+from refseq_bench.scenarios.campaign.declare.outcomes import one_line
+from refseq_bench.scenarios.campaign.declare.sources import Source, names_of
+from refseq_bench.scenarios.campaign.run.tasks import Question, drive_with_files
+from refseq_bench.scenarios.campaign.store.answers import beliefs_digest
+from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
+from refseq_bench.scenarios.campaign.store.keys import code_digest, key_of
+from refseq_bench.scenarios.campaign.store.missions import KeptMission, read_mission, write_mission
+from refseq_bench.scenarios.campaign.store.views import source_key
+from refseq_bench.scenarios.drives.record import Drive, open_bench
+from refseq_bench.scenarios.methods.baselines import Reference
+from refseq_bench.scenarios.missions.leader import Journey, Leader, along_reference, over_several
+from refseq_bench.scenarios.missions.runs import MissionResult, refused_run, run_plan, run_program
+from refseq_bench.scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 BLIND = (ODOMETRY, LAMP)
 """Leaders without a camera: no image has to be drawn for them."""

@@ -1,7 +1,7 @@
 """Workers of an existing Ray cluster: the same tasks, sent with all that they read; what they make comes back whole.
 
-Each task runs in a process below Ray's own worker (``scenarios.campaign.run.remote_payload``), so that a time limit and
-a crash mean the same as on this machine. What a lost node was doing is done again by another.
+Each task runs in a process below Ray's own worker (``refseq_bench.scenarios.campaign.run.remote_payload``), so that a
+time limit and a crash mean the same as on this machine. What a lost node was doing is done again by another.
 """
 
 import contextlib
@@ -17,8 +17,8 @@ from types import ModuleType
 from typing import Any
 
 from refseq.viewer.http2 import speaks_http2
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
-from scenarios.campaign.run.remote_payload import (
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
+from refseq_bench.scenarios.campaign.run.remote_payload import (
     NodeFingerprint,
     PayloadFile,
     RemoteResult,
@@ -26,9 +26,9 @@ from scenarios.campaign.run.remote_payload import (
     here,
     remote_task_for,
 )
-from scenarios.campaign.run.tasks import Task
-from scenarios.campaign.store.cache import Store
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.campaign.run.tasks import Task
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.errors import ScenarioError
 
 PATIENCE = 5.0
 """Time in which an address has to answer [s]."""

@@ -11,18 +11,18 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
-from scenarios.campaign.declare.real_recordings import DATA, Images, Log, real_path
-from scenarios.campaign.run import mission_task
-from scenarios.campaign.run.tasks import Question, RecordTask, Task, perform
-from scenarios.campaign.run.workers import Processes, broken
-from scenarios.campaign.store.cache import ENDS, MAP, RECORDING, Store
-from scenarios.drives.record import Drive
-from scenarios.errors import ScenarioError
-from scenarios.imports.closure import closure_of
-from scenarios.methods.plugins import plugin_digest
-from sim.rendering.drivers import vulkan_device
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Images, Log, real_path
+from refseq_bench.scenarios.campaign.run import mission_task
+from refseq_bench.scenarios.campaign.run.tasks import Question, RecordTask, Task, perform
+from refseq_bench.scenarios.campaign.run.workers import Processes, broken
+from refseq_bench.scenarios.campaign.store.cache import ENDS, MAP, RECORDING, Store
+from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.imports.closure import closure_of
+from refseq_bench.scenarios.methods.plugins import plugin_digest
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 KEPT, REAL, FILE = "kept", "real", "file"
 """Where a file of the payload belongs: the store, the folder of real recordings, or anywhere by itself."""

@@ -1,7 +1,8 @@
 """Tasks of a campaign: record a drive, or ask methods about it. Each leaves a file in the store.
 
-Missions, which ask methods while the robot goes by their answers, are in ``scenarios.campaign.run.mission_task``. A
-task is a value, so that it can be sent to another process or machine; keys name what it needs and what it makes.
+Missions, which ask methods while the robot goes by their answers, are in
+``refseq_bench.scenarios.campaign.run.mission_task``. A task is a value, so that it can be sent to another process or
+machine; keys name what it needs and what it makes.
 """
 
 import time
@@ -17,24 +18,24 @@ import pyarrow as pa
 from refseq.errors import LogError
 from refseq.logs import Recording
 from refseq.map.profile import PROFILES
-from scenarios.campaign.declare import sources as declared_sources
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
-from scenarios.campaign.declare.real_recordings import AbsentError
-from scenarios.campaign.declare.sources import Source, names_of
-from scenarios.campaign.run import answering, learning
-from scenarios.campaign.run.answering import AnswerRequest, answered
-from scenarios.campaign.run.learning import kept_maps, selected
-from scenarios.campaign.store import keys
-from scenarios.campaign.store import views as stored_views
-from scenarios.campaign.store.answers import KeptAnswers, read_answers, write_answers
-from scenarios.campaign.store.cache import ANSWERS, RECORDING, DamagedError, Store
-from scenarios.campaign.store.keys import code_digest, key_of
-from scenarios.campaign.store.views import read_views, recording_key, source_key
-from scenarios.drives.record import Drive, record
-from scenarios.errors import input_errors
-from scenarios.methods.baselines import Reference
-from scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
-from sim.errors import StuckError
+from refseq_bench.scenarios.campaign.declare import sources as declared_sources
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
+from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
+from refseq_bench.scenarios.campaign.declare.sources import Source, names_of
+from refseq_bench.scenarios.campaign.run import answering, learning
+from refseq_bench.scenarios.campaign.run.answering import AnswerRequest, answered
+from refseq_bench.scenarios.campaign.run.learning import kept_maps, selected
+from refseq_bench.scenarios.campaign.store import keys
+from refseq_bench.scenarios.campaign.store import views as stored_views
+from refseq_bench.scenarios.campaign.store.answers import KeptAnswers, read_answers, write_answers
+from refseq_bench.scenarios.campaign.store.cache import ANSWERS, RECORDING, DamagedError, Store
+from refseq_bench.scenarios.campaign.store.keys import code_digest, key_of
+from refseq_bench.scenarios.campaign.store.views import read_views, recording_key, source_key
+from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.errors import input_errors
+from refseq_bench.scenarios.methods.baselines import Reference
+from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
+from refseq_bench.sim.errors import StuckError
 
 HANDS = (__name__, declared_sources.__name__, stored_views.__name__, keys.__name__)
 """Modules that hand views to those that learn and answer: their own text counts in a key, not all that they import."""

@@ -14,11 +14,11 @@ from typing import Protocol, TypeVar
 from pebble import ProcessExpired, ProcessPool
 from pebble.pool.base_pool import PoolStatus
 
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
-from scenarios.campaign.run.tasks import Question, Task, perform
-from scenarios.campaign.run.worker_init import call_and_trim, init_worker, share
-from scenarios.campaign.store.cache import Store
-from scenarios.methods.plugins import is_plugin
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
+from refseq_bench.scenarios.campaign.run.tasks import Question, Task, perform
+from refseq_bench.scenarios.campaign.run.worker_init import call_and_trim, init_worker, share
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.methods.plugins import is_plugin
 
 T = TypeVar("T")
 TRIES = 3

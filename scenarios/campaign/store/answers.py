@@ -12,8 +12,8 @@ import pyarrow.parquet as pq
 from refseq.belief import Belief
 from refseq.logs import Recording
 from refseq.logs.beliefs import read_beliefs, write_beliefs
-from scenarios.scoring.cost import Cost
-from scenarios.scoring.merging import Merging
+from refseq_bench.scenarios.scoring.cost import Cost
+from refseq_bench.scenarios.scoring.merging import Merging
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from refseq.errors import RefseqError
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.errors import ScenarioError
 
 RECORDING, MAP, ANSWERS = ".mcap", ".refseq", ".parquet"
 """Endings of what is kept."""

@@ -4,7 +4,7 @@ import hashlib
 import json
 from functools import cache
 
-from scenarios.imports.closure import closure_of
+from refseq_bench.scenarios.imports.closure import closure_of
 
 LENGTH = 24
 """Hexadecimal digits of a key: 96 bits, so that no two things will ever have the same by chance."""

@@ -11,8 +11,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from refseq.files import replacing
-from scenarios.scoring.cost import Cost
-from scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
+from refseq_bench.scenarios.scoring.cost import Cost
+from refseq_bench.scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
 
 COLUMNS = ("time_s", "true_x_m", "true_y_m", "true_heading_rad", "along_m")
 PLAIN = ("completed", "why", "way", "ideal", "optimal", "lost", "views", "refused")

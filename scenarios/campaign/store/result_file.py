@@ -8,11 +8,11 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
 from refseq.files import replace_text
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.errors import ScenarioError
-from scenarios.scoring.cost import Cost
-from scenarios.scoring.proportion import share_words
-from scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.scoring.cost import Cost
+from refseq_bench.scenarios.scoring.proportion import share_words
+from refseq_bench.scenarios.scoring.tables import NONE
 
 FORMAT = 2
 """Version of the file's form: another one when a reader of this one would misread it."""

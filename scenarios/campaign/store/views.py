@@ -7,14 +7,14 @@ from pathlib import Path
 
 from refseq.errors import LogError
 from refseq.logs import Recording, read_recording
-from scenarios.campaign.declare import real_recordings
-from scenarios.campaign.declare.real_recordings import read_real, real_path
-from scenarios.campaign.declare.sources import Source
-from scenarios.campaign.store.cache import RECORDING, DamagedError, Store
-from scenarios.campaign.store.keys import LENGTH, code_digest, key_of
-from scenarios.drives.record import Drive, record
-from sim.rendering.drivers import vulkan_device
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.campaign.declare import real_recordings
+from refseq_bench.scenarios.campaign.declare.real_recordings import read_real, real_path
+from refseq_bench.scenarios.campaign.declare.sources import Source
+from refseq_bench.scenarios.campaign.store.cache import RECORDING, DamagedError, Store
+from refseq_bench.scenarios.campaign.store.keys import LENGTH, code_digest, key_of
+from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 
 def source_key(source: Source) -> str:

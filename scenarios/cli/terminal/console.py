@@ -13,17 +13,17 @@ import typer
 from rich.console import Console
 
 from refseq.files import replacing_at
-from scenarios.drives.inputs import check_output, writing
-from scenarios.tables import say
+from refseq_bench.scenarios.drives.inputs import check_output, writing
+from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bars
     from rich.progress import TaskID
 
-    from scenarios.drives.evaluate import StageResult
-    from scenarios.drives.record import Progress
-    from scenarios.scoring.comparison import Comparison
-    from scenarios.scoring.proportion import Proportion
+    from refseq_bench.scenarios.drives.evaluate import StageResult
+    from refseq_bench.scenarios.drives.record import Progress
+    from refseq_bench.scenarios.scoring.comparison import Comparison
+    from refseq_bench.scenarios.scoring.proportion import Proportion
 
 __all__ = [
     "bars_on_terminal",
@@ -91,7 +91,7 @@ def wrote(path: Path, *, quiet: bool = False) -> Iterator[None]:
 
 def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
     """The table of the stages, with the number of views and 95 % intervals."""
-    from scenarios.tables import TextTable
+    from refseq_bench.scenarios.tables import TextTable
 
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_type_hints
 
 import typer
 
-from scenarios.drives.inputs import DriveSelection, assignments, words
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.drives.inputs import DriveSelection, assignments, words
+from refseq_bench.scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from scenarios.drives.record import Drive
-    from sim.drives.recorder import Trigger
+    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.sim.drives.recorder import Trigger
 
 
 class LaserReach(StrEnum):
@@ -183,7 +183,7 @@ class Sampling:
         """The same in radians. Raises ``SimError``."""
         from math import radians
 
-        from sim.drives.recorder import Trigger
+        from refseq_bench.sim.drives.recorder import Trigger
 
         turn = None if self.turn is None else radians(self.turn)
         if self.distance is None:
@@ -254,9 +254,9 @@ class Screen:
 
 def drive_in(world: str, setting: Setting, carrier: Carrier, sampling: Sampling, **more: Any) -> "Drive":
     """Put a drive together. Raises the rooms' own errors for what cannot be read."""
-    from scenarios.drives.record import Drive
-    from sim.rendering.renderer import RendererKind
-    from sim.sensors.laser import RangeMode
+    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.sim.rendering.renderer import RendererKind
+    from refseq_bench.sim.sensors.laser import RangeMode
 
     asked: dict[str, Any] = {
         "world": world,

@@ -7,10 +7,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenarios.cli.terminal.console import out
-from scenarios.cli.terminal.options import Screen
-from scenarios.drives.inputs import writing
-from scenarios.tables import say
+from refseq_bench.scenarios.cli.terminal.console import out
+from refseq_bench.scenarios.cli.terminal.options import Screen
+from refseq_bench.scenarios.drives.inputs import writing
+from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -37,7 +37,7 @@ def on_screen(name: str, screen: Screen, *, live: bool = False) -> "Iterator[rr.
 
     batches: dict[str, Any] = {}
     if live:
-        from scenarios.drives.live import LIVE
+        from refseq_bench.scenarios.drives.live import LIVE
 
         batches = {"batches": LIVE}
     if screen.connect is not None:

@@ -13,17 +13,17 @@ import numpy as np
 from refseq.belief import LocaliserProtocol
 from refseq.map.map import Map
 from refseq.view import View
-from scenarios.methods.baselines.fabmap import FabMap
-from scenarios.methods.baselines.fabmap_words import WordMap
-from scenarios.methods.baselines.hamming import NearestColumn
-from scenarios.methods.baselines.ransac import RansacInliers
-from scenarios.methods.baselines.seqslam import SeqSlam
-from scenarios.methods.baselines.sequence_graph import SequenceGraph
-from scenarios.methods.baselines.single import SingleBest
-from scenarios.methods.baselines.topological import TopologicalFilter
-from scenarios.methods.baselines.topometric import TopometricFilter
-from scenarios.methods.baselines.vlad import VladMap
-from scenarios.methods.shelf import Shelf, learn_map
+from refseq_bench.scenarios.methods.baselines.fabmap import FabMap
+from refseq_bench.scenarios.methods.baselines.fabmap_words import WordMap
+from refseq_bench.scenarios.methods.baselines.hamming import NearestColumn
+from refseq_bench.scenarios.methods.baselines.ransac import RansacInliers
+from refseq_bench.scenarios.methods.baselines.seqslam import SeqSlam
+from refseq_bench.scenarios.methods.baselines.sequence_graph import SequenceGraph
+from refseq_bench.scenarios.methods.baselines.single import SingleBest
+from refseq_bench.scenarios.methods.baselines.topological import TopologicalFilter
+from refseq_bench.scenarios.methods.baselines.topometric import TopometricFilter
+from refseq_bench.scenarios.methods.baselines.vlad import VladMap
+from refseq_bench.scenarios.methods.shelf import Shelf, learn_map
 
 CODEBOOK_SEED = 1
 """Any number will do: it keeps the codebook the same for the same views."""

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from scipy.special import softmax
 
 from refseq.view import View
-from scenarios.methods.baselines.chow_liu import ChowLiuTree
-from scenarios.methods.baselines.fabmap_places import Detector, PlaceModel
-from scenarios.methods.baselines.fabmap_words import ShownWords, WordMap
-from scenarios.methods.baselines.place_filter import PlaceFilter
+from refseq_bench.scenarios.methods.baselines.chow_liu import ChowLiuTree
+from refseq_bench.scenarios.methods.baselines.fabmap_places import Detector, PlaceModel
+from refseq_bench.scenarios.methods.baselines.fabmap_words import ShownWords, WordMap
+from refseq_bench.scenarios.methods.baselines.place_filter import PlaceFilter
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.methods.baselines.chow_liu import ChowLiuTree
-from scenarios.methods.baselines.fabmap_words import Bags
+from refseq_bench.scenarios.methods.baselines.chow_liu import ChowLiuTree
+from refseq_bench.scenarios.methods.baselines.fabmap_words import Bags
 
 CERTAIN = 1e-3
 """Least distance from 0 and 1 of the probability that a thing exists, before any view of it."""

@@ -10,7 +10,7 @@ from refseq.belief import Belief, Timings
 from refseq.features import Observed
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
-from scenarios.methods.baselines.answer import answer
+from refseq_bench.scenarios.methods.baselines.answer import answer
 
 
 class NearestColumn:

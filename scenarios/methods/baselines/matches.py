@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import MapError
-from scenarios.methods.baselines.vlad import SIFT_SIZE, root_sift
+from refseq_bench.scenarios.methods.baselines.vlad import SIFT_SIZE, root_sift
 
 
 @dataclass(frozen=True, slots=True)

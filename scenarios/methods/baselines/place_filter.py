@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief
 from refseq.view import View
-from scenarios.methods.baselines.answer import Spent, answer
+from refseq_bench.scenarios.methods.baselines.answer import Spent, answer
 
 Seen = TypeVar("Seen", bound=Spent)
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from refseq.belief import Belief, Timings
 from refseq.errors import MapError
 from refseq.view import View
-from scenarios.methods.baselines.answer import answer
-from scenarios.methods.baselines.matches import NO_KEYS, ImageKeys, KeyTable, Matches, SparseSift
+from refseq_bench.scenarios.methods.baselines.answer import answer
+from refseq_bench.scenarios.methods.baselines.matches import NO_KEYS, ImageKeys, KeyTable, Matches, SparseSift
 
 SAMPLE = 4
 """Pairs of points that any homography can be laid through: only more than these can agree."""

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from refseq.belief import Belief, Timings
 from refseq.errors import MapError
 from refseq.view import View
-from scenarios.methods.baselines.answer import answer
-from scenarios.methods.baselines.place_filter import neighbours
+from refseq_bench.scenarios.methods.baselines.answer import answer
+from refseq_bench.scenarios.methods.baselines.place_filter import neighbours
 
 
 @dataclass(frozen=True, slots=True)

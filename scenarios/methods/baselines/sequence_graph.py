@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from refseq.belief import LOST, Belief
 from refseq.view import View
-from scenarios.methods.baselines.answer import answer
-from scenarios.methods.baselines.place_filter import neighbours
-from scenarios.methods.baselines.vlad import VladMap
+from refseq_bench.scenarios.methods.baselines.answer import answer
+from refseq_bench.scenarios.methods.baselines.place_filter import neighbours
+from refseq_bench.scenarios.methods.baselines.vlad import VladMap
 
 UNLIKE = 1e-3
 """Least cosine that a cost is made of: one at or below 0 would have none."""

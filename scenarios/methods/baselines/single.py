@@ -4,9 +4,9 @@ import numpy as np
 
 from refseq.belief import Belief
 from refseq.view import View
-from scenarios.methods.baselines.answer import answer
-from scenarios.methods.baselines.likelihood import SimilarityLikelihood
-from scenarios.methods.baselines.vlad import VladMap
+from refseq_bench.scenarios.methods.baselines.answer import answer
+from refseq_bench.scenarios.methods.baselines.likelihood import SimilarityLikelihood
+from refseq_bench.scenarios.methods.baselines.vlad import VladMap
 
 CONTRAST = 20.0
 """Ratio of likelihoods between the most and the least alike place; it shapes the belief, not the answer."""

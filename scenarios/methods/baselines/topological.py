@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.view import View
-from scenarios.methods.baselines.likelihood import SimilarityLikelihood
-from scenarios.methods.baselines.place_filter import PlaceFilter, neighbours
-from scenarios.methods.baselines.vlad import Likeness, VladMap
+from refseq_bench.scenarios.methods.baselines.likelihood import SimilarityLikelihood
+from refseq_bench.scenarios.methods.baselines.place_filter import PlaceFilter, neighbours
+from refseq_bench.scenarios.methods.baselines.vlad import Likeness, VladMap
 
 
 @dataclass(frozen=True, slots=True)

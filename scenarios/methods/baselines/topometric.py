@@ -9,9 +9,9 @@ from scipy.special import chdtr
 
 from refseq.planar import Pose, after_motion
 from refseq.view import View
-from scenarios.methods.baselines.likelihood import SimilarityLikelihood
-from scenarios.methods.baselines.place_filter import PlaceFilter, neighbours
-from scenarios.methods.baselines.vlad import Likeness, VladMap
+from refseq_bench.scenarios.methods.baselines.likelihood import SimilarityLikelihood
+from refseq_bench.scenarios.methods.baselines.place_filter import PlaceFilter, neighbours
+from refseq_bench.scenarios.methods.baselines.vlad import Likeness, VladMap
 
 FREEDOMS = 3
 """Degrees of freedom of a motion in the plane."""

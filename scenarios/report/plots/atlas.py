@@ -10,9 +10,9 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from refseq.belief import Belief
-from scenarios.report.plots.belief import belief_legend, coarser_note, draw_belief
-from scenarios.report.plots.plan import FloorOutline, floor_plan
-from scenarios.report.plots.style import (
+from refseq_bench.scenarios.report.plots.belief import belief_legend, coarser_note, draw_belief
+from refseq_bench.scenarios.report.plots.plan import FloorOutline, floor_plan
+from refseq_bench.scenarios.report.plots.style import (
     DRIVE_COLOURS,
     DRIVE_MARKERS,
     FAULTY,
@@ -24,11 +24,11 @@ from scenarios.report.plots.style import (
     plain_text,
     with_legend,
 )
-from scenarios.report.plots.truth import positions_of
-from scenarios.scoring.atlas import passing
-from scenarios.scoring.comparison import Comparison, method_label
-from scenarios.scoring.merging import Merging
-from scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
+from refseq_bench.scenarios.report.plots.truth import positions_of
+from refseq_bench.scenarios.scoring.atlas import passing
+from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
+from refseq_bench.scenarios.scoring.merging import Merging
+from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
 
 ASIDE = 0.25
 """Distance to the right at which each further drive is drawn [m]; at 0 they hide each other."""

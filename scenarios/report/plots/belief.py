@@ -16,12 +16,21 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE, Belief
-from scenarios.report.plots.faults import mark_ends
-from scenarios.report.plots.style import BELIEF, INK, TRUTH, Plot, as_svg, new_figure, page_style, plain_text
-from scenarios.report.plots.truth import draw_truth
-from scenarios.scoring.comparison import Comparison, Drives, method_label
-from scenarios.scoring.fault_spans import FaultSpan
-from scenarios.scoring.path_geometry import ReferencePath, Tolerance
+from refseq_bench.scenarios.report.plots.faults import mark_ends
+from refseq_bench.scenarios.report.plots.style import (
+    BELIEF,
+    INK,
+    TRUTH,
+    Plot,
+    as_svg,
+    new_figure,
+    page_style,
+    plain_text,
+)
+from refseq_bench.scenarios.report.plots.truth import draw_truth
+from refseq_bench.scenarios.scoring.comparison import Comparison, Drives, method_label
+from refseq_bench.scenarios.scoring.fault_spans import FaultSpan
+from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance
 
 PANELS = 3
 """Heat maps side by side; of several drives, which hold more places, one less."""

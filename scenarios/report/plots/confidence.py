@@ -7,11 +7,20 @@ from matplotlib.axes import Axes
 
 from refseq.belief import LOST_ABOVE
 from refseq.view import View
-from scenarios.report.plots.faults import shade_views
-from scenarios.report.plots.style import INK, RIGHT, Plot, draw_grid, method_styles, new_figure, page_style, with_legend
-from scenarios.scoring.comparison import Comparison, method_label
-from scenarios.scoring.fault_spans import FaultSpan
-from scenarios.scoring.path_geometry import ReferencePath, Tolerance
+from refseq_bench.scenarios.report.plots.faults import shade_views
+from refseq_bench.scenarios.report.plots.style import (
+    INK,
+    RIGHT,
+    Plot,
+    draw_grid,
+    method_styles,
+    new_figure,
+    page_style,
+    with_legend,
+)
+from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
+from refseq_bench.scenarios.scoring.fault_spans import FaultSpan
+from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance
 
 
 @page_style

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from scenarios.report.plots.faults import shade_positions
-from scenarios.report.plots.style import (
+from refseq_bench.scenarios.report.plots.faults import shade_positions
+from refseq_bench.scenarios.report.plots.style import (
     RIGHT,
     Plot,
     draw_grid,
@@ -17,11 +17,11 @@ from scenarios.report.plots.style import (
     page_style,
     with_legend,
 )
-from scenarios.report.plots.truth import true_along
-from scenarios.scoring.comparison import Comparison, method_label
-from scenarios.scoring.fault_spans import FaultSpan
-from scenarios.scoring.path_geometry import ReferencePath, Tolerance
-from scenarios.scoring.score import Score
+from refseq_bench.scenarios.report.plots.truth import true_along
+from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
+from refseq_bench.scenarios.scoring.fault_spans import FaultSpan
+from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance
+from refseq_bench.scenarios.scoring.score import Score
 
 
 @page_style

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from scenarios.report.plots.style import INK
-from scenarios.scoring.fault_spans import FaultSpan
+from refseq_bench.scenarios.report.plots.style import INK
+from refseq_bench.scenarios.scoring.fault_spans import FaultSpan
 
 HATCHES = ("////", "....", "xxxx", "----")
 """Hatches tell faults apart: colour is left to the methods."""

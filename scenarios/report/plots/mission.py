@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from scenarios.report.plots.plan import FloorOutline, floor_plan
-from scenarios.report.plots.style import DRIVE_COLOURS, FAULTY, INK, WALL, Plot, page_style, with_legend
-from scenarios.scoring.missions import MissionRun, MissionScore
+from refseq_bench.scenarios.report.plots.plan import FloorOutline, floor_plan
+from refseq_bench.scenarios.report.plots.style import DRIVE_COLOURS, FAULTY, INK, WALL, Plot, page_style, with_legend
+from refseq_bench.scenarios.scoring.missions import MissionRun, MissionScore
 
 EVERY = 0.05
 """The path is drawn at points so far from each other at least [m]."""

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from scenarios.report.plots.style import (
+from refseq_bench.scenarios.report.plots.style import (
     INK,
     QUERY,
     REFERENCE,
@@ -21,11 +21,11 @@ from scenarios.report.plots.style import (
     page_style,
     with_legend,
 )
-from scenarios.report.plots.truth import positions_of
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.fault_spans import FaultSpan
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.score import Score
+from refseq_bench.scenarios.report.plots.truth import positions_of
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.fault_spans import FaultSpan
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.score import Score
 
 FloorOutline = Sequence[NDArray[np.float64]]
 """Walls as polylines of (m, 2) points [m]."""

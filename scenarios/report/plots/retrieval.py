@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 
-from scenarios.report.plots.style import (
+from refseq_bench.scenarios.report.plots.style import (
     MethodStyle,
     Plot,
     draw_grid,
@@ -14,9 +14,9 @@ from scenarios.report.plots.style import (
     page_style,
     with_legend,
 )
-from scenarios.scoring.comparison import method_label
-from scenarios.scoring.metrics import Retrieval
-from scenarios.scoring.score import Score
+from refseq_bench.scenarios.scoring.comparison import method_label
+from refseq_bench.scenarios.scoring.metrics import Retrieval
+from refseq_bench.scenarios.scoring.score import Score
 
 
 @page_style

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from scenarios.report.plots.style import (
+from refseq_bench.scenarios.report.plots.style import (
     MethodStyle,
     Plot,
     draw_grid,
@@ -17,7 +17,7 @@ from scenarios.report.plots.style import (
     page_style,
     with_legend,
 )
-from scenarios.scoring.comparison import method_label
+from refseq_bench.scenarios.scoring.comparison import method_label
 
 CHARACTERS = 100
 """About how many fit side by side along the axis of a plot as wide as the page."""

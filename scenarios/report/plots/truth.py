@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.report.plots.style import TRUTH
-from scenarios.scoring.path_geometry import ReferencePath, Tolerance
+from refseq_bench.scenarios.report.plots.style import TRUTH
+from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance
 
 
 def positions_of(views: Sequence[View]) -> NDArray[np.float64]:

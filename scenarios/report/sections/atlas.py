@@ -3,15 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scenarios.report.page import PageRow, PageTable
-from scenarios.report.plots.atlas import joined_plan, which_drive
-from scenarios.report.plots.plan import FloorOutline
-from scenarios.report.plots.style import Plot
-from scenarios.report.words import distances
-from scenarios.scoring.comparison import Comparison, method_label
-from scenarios.scoring.figures import Figures
-from scenarios.scoring.path_geometry import Tolerance
-from scenarios.scoring.tables import join_cells
+from refseq_bench.scenarios.report.page import PageRow, PageTable
+from refseq_bench.scenarios.report.plots.atlas import joined_plan, which_drive
+from refseq_bench.scenarios.report.plots.plan import FloorOutline
+from refseq_bench.scenarios.report.plots.style import Plot
+from refseq_bench.scenarios.report.words import distances
+from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
+from refseq_bench.scenarios.scoring.figures import Figures
+from refseq_bench.scenarios.scoring.path_geometry import Tolerance
+from refseq_bench.scenarios.scoring.tables import join_cells
 
 HEADINGS = (
     "method",

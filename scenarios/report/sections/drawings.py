@@ -3,17 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from scenarios.report.plots.belief import belief_heatmaps
-from scenarios.report.plots.calibration import reliability
-from scenarios.report.plots.confidence import confidence
-from scenarios.report.plots.errors import errors_along_path, errors_over_entropy
-from scenarios.report.plots.plan import FloorOutline, drive_plan
-from scenarios.report.plots.retrieval import precision_recall
-from scenarios.report.plots.style import Plot
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.fault_spans import fault_spans
-from scenarios.scoring.figures import Figures
-from scenarios.scoring.path_geometry import Tolerance, path_of
+from refseq_bench.scenarios.report.plots.belief import belief_heatmaps
+from refseq_bench.scenarios.report.plots.calibration import reliability
+from refseq_bench.scenarios.report.plots.confidence import confidence
+from refseq_bench.scenarios.report.plots.errors import errors_along_path, errors_over_entropy
+from refseq_bench.scenarios.report.plots.plan import FloorOutline, drive_plan
+from refseq_bench.scenarios.report.plots.retrieval import precision_recall
+from refseq_bench.scenarios.report.plots.style import Plot
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.fault_spans import fault_spans
+from refseq_bench.scenarios.scoring.figures import Figures
+from refseq_bench.scenarios.scoring.path_geometry import Tolerance, path_of
 
 
 @dataclass(frozen=True)

@@ -5,18 +5,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from refseq.belief import Stage
-from scenarios.report.page import PageTable
-from scenarios.report.plot_selection import select_methods
-from scenarios.report.plots.plan import FloorOutline
-from scenarios.report.sections.atlas import AtlasPart, atlas_part
-from scenarios.report.sections.drawings import Drawings, drawings
-from scenarios.report.sections.frames import FailureFrames, FrameSource, PlaceFrames, frames_of
-from scenarios.report.sections.tables import FigureTables, cost_table, figure_tables
-from scenarios.scoring.comparison import Comparison, method_label, shared_methods
-from scenarios.scoring.cost import Cost
-from scenarios.scoring.figures import Figures, figures
-from scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance, path_of
-from scenarios.scoring.worst_failures import worst_failures
+from refseq_bench.scenarios.report.page import PageTable
+from refseq_bench.scenarios.report.plot_selection import select_methods
+from refseq_bench.scenarios.report.plots.plan import FloorOutline
+from refseq_bench.scenarios.report.sections.atlas import AtlasPart, atlas_part
+from refseq_bench.scenarios.report.sections.drawings import Drawings, drawings
+from refseq_bench.scenarios.report.sections.frames import FailureFrames, FrameSource, PlaceFrames, frames_of
+from refseq_bench.scenarios.report.sections.tables import FigureTables, cost_table, figure_tables
+from refseq_bench.scenarios.scoring.comparison import Comparison, method_label, shared_methods
+from refseq_bench.scenarios.scoring.cost import Cost
+from refseq_bench.scenarios.scoring.figures import Figures, figures
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance, path_of
+from refseq_bench.scenarios.scoring.worst_failures import worst_failures
 
 
 @dataclass(frozen=True)

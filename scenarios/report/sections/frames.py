@@ -6,11 +6,11 @@ from enum import StrEnum
 from typing import Protocol
 
 from refseq.view import View
-from scenarios.report.images import picture, scan_outline
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.path_geometry import ReferencePath, Tolerance
-from scenarios.scoring.worst_failures import Failure
+from refseq_bench.scenarios.report.images import picture, scan_outline
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance
+from refseq_bench.scenarios.scoring.worst_failures import Failure
 
 PLACES_SHOWN = 4
 """Matching places whose frames are shown for each section."""

@@ -4,14 +4,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from scenarios.report.page import PageRow, PageTable
-from scenarios.report.words import distances, duration_text, metres, number, size_text
-from scenarios.scoring.comparison import Comparison, method_label
-from scenarios.scoring.cost import Cost
-from scenarios.scoring.figures import STEPS, Figures, figures_record, step_times, success_over_seeds
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.score import PLACES_OFF, RANKS, Score
-from scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.report.page import PageRow, PageTable
+from refseq_bench.scenarios.report.words import distances, duration_text, metres, number, size_text
+from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
+from refseq_bench.scenarios.scoring.cost import Cost
+from refseq_bench.scenarios.scoring.figures import STEPS, Figures, figures_record, step_times, success_over_seeds
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.score import PLACES_OFF, RANKS, Score
+from refseq_bench.scenarios.scoring.tables import NONE
 
 OUTCOMES = (Outcome.WRONG, Outcome.MISSED, Outcome.FALSE_FIX, Outcome.REJECTED)
 FURTHER = (

@@ -11,8 +11,8 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from sim.cameras.camera import CameraModel
-from sim.errors import SimError
+from refseq_bench.sim.cameras.camera import CameraModel
+from refseq_bench.sim.errors import SimError
 
 __all__ = ["camera_names", "load_camera", "parse_camera"]
 
@@ -29,7 +29,7 @@ _WANTED = {
 
 def camera_names() -> tuple[str, ...]:
     """Return the cameras that come with this package, in alphabetical order."""
-    files = (Path(file.name) for file in resources.files("sim.cameras.library").iterdir())
+    files = (Path(file.name) for file in resources.files("refseq_bench.sim.cameras.library").iterdir())
     return tuple(sorted(file.stem for file in files if file.suffix == ".toml"))
 
 
@@ -44,7 +44,7 @@ def load_camera(name_or_path: str | Path) -> CameraModel:
     if str(name_or_path) not in camera_names():
         raise SimError(f"unknown camera '{name_or_path}': valid are {', '.join(camera_names())}, or a path to a .toml")
     file = f"{name_or_path}.toml"
-    return parse_camera((resources.files("sim.cameras.library") / file).read_text(encoding="utf-8"), file)
+    return parse_camera((resources.files("refseq_bench.sim.cameras.library") / file).read_text(encoding="utf-8"), file)
 
 
 def parse_camera(text: str, file: str = "camera.toml") -> CameraModel:

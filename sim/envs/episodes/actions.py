@@ -9,13 +9,13 @@ from gymnasium import spaces
 
 from refseq.features.doors import DetectedDoor
 from refseq.view import Scan
-from robots import RobotsError, Twist
-from robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
-from robots.behaviours.written import make_behaviour, parse_behaviour
-from robots.motion import Limits
-from robots.signals import LaserScan
-from sim.drives.doors import doors_to_cross
-from sim.errors import SimError
+from refseq_bench.robots import RobotsError, Twist
+from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
+from refseq_bench.robots.behaviours.written import make_behaviour, parse_behaviour
+from refseq_bench.robots.motion import Limits
+from refseq_bench.robots.signals import LaserScan
+from refseq_bench.sim.drives.doors import doors_to_cross
+from refseq_bench.sim.errors import SimError
 
 
 class Acting(Protocol):
@@ -39,7 +39,7 @@ class Acting(Protocol):
 
 
 class ByBehaviour:
-    """Actions 0 to n - 1 are behaviours ``written`` as ``robots.behaviours.written`` has them, one a decision.
+    """Actions 0 to n - 1 are behaviours, ``written`` as ``robots.behaviours.written`` has them, one a decision.
 
     While the same one is chosen it goes on; another one, or the same after it has ended, begins anew. Raises
     ``SimError`` for one that the robot cannot do.

@@ -5,23 +5,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-import robots
 from refseq.map.map import Map
 from refseq.planar import Pose, relative_pose, wrap
-from robots import Twist
-from robots.behaviours import BehaviourOutcome, Senses
-from robots.state import LATCHED
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.contacts import ContactLog
-from sim.bench.settings import BenchSettings
-from sim.drives.operator import OperatorStyle
-from sim.drives.recorder import operator_for
-from sim.envs.episodes.actions import Acting, periods
-from sim.envs.episodes.localising import Following, places_of
-from sim.envs.tasks.task import Episode, Judgement, Situation, Task, TaskGround
-from sim.errors import SimError
-from sim.physics import Due
-from worlds.build import World
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.robots.behaviours import BehaviourOutcome, Senses
+from refseq_bench.robots.state import LATCHED
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.contacts import ContactLog
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.operator import OperatorStyle
+from refseq_bench.sim.drives.recorder import operator_for
+from refseq_bench.sim.envs.episodes.actions import Acting, periods
+from refseq_bench.sim.envs.episodes.localising import Following, places_of
+from refseq_bench.sim.envs.tasks.task import Episode, Judgement, Situation, Task, TaskGround
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.physics import Due
+from refseq_bench.worlds.build import World
 
 SETTLING = 10
 """Control periods that a robot stands before its first observation, until all sonars have fired once."""

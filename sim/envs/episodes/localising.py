@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-import robots
 from refseq.belief import Belief
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
@@ -16,11 +15,12 @@ from refseq.map.map import Map
 from refseq.map.profile import BEST
 from refseq.planar import Pose, motion_between
 from refseq.view import LASER, View
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.recorder import Moved, Trigger, drive_and_sense, operator_for
-from sim.envs.worlds.named import world_named
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.recorder import Moved, Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.envs.worlds.named import world_named
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 LEARNING = Trigger()
 """When views are taken on the drive that is learnt."""

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief
 from refseq.view import Scan
-from robots import Blocked, Cause, RobotState
-from sim.errors import SimError
-from sim.sensors.beams import BEAMS
-from sim.sensors.sonar import SonarModel
+from refseq_bench.robots import Blocked, Cause, RobotState
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.sensors.beams import BEAMS
+from refseq_bench.sim.sensors.sonar import SonarModel
 
 BELIEFS = ("summary", "places")
 """Forms that a belief is given in."""

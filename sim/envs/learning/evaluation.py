@@ -12,8 +12,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from sim.envs.learning.ppo import stable_baselines
-from sim.envs.learning.training_config import FIRST_TRIED, TrainingConfig, environment
+from refseq_bench.sim.envs.learning.ppo import stable_baselines
+from refseq_bench.sim.envs.learning.training_config import FIRST_TRIED, TrainingConfig, environment
 
 Player = Callable[[Any], Any]
 """From an observation to an action."""

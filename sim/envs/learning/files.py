@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from refseq.files import replace_text, replacing_at
-from sim.envs.learning.evaluation import PLAYERS, EvaluationEpisode, margin, returns
-from sim.envs.learning.ppo import TrainedPolicy
-from sim.envs.learning.training_config import TASKS, TrainingConfig
+from refseq_bench.sim.envs.learning.evaluation import PLAYERS, EvaluationEpisode, margin, returns
+from refseq_bench.sim.envs.learning.ppo import TrainedPolicy
+from refseq_bench.sim.envs.learning.training_config import TASKS, TrainingConfig
 
 RUNNING = 10
 """The curve is the mean of so many episodes, one after the other."""

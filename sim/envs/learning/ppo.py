@@ -11,8 +11,8 @@ from types import ModuleType
 from typing import Any
 
 from refseq.files import replacing_at
-from sim.envs.learning.training_config import TrainingConfig, check_worlds, environment
-from sim.errors import SimError
+from refseq_bench.sim.envs.learning.training_config import TrainingConfig, check_worlds, environment
+from refseq_bench.sim.errors import SimError
 
 ROLLOUT, BATCH = 2048, 128
 """Steps of all robots together between two updates, and those of one gradient; choices."""

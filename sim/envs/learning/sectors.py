@@ -7,8 +7,8 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 
-from sim.envs.episodes.observations import FASTEST, Arrays
-from sim.sensors.beams import BEAMS
+from refseq_bench.sim.envs.episodes.observations import FASTEST, Arrays
+from refseq_bench.sim.sensors.beams import BEAMS
 
 SECTORS = 36
 """The half circle before the robot in so many sectors; a choice."""

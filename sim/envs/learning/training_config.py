@@ -6,9 +6,9 @@ from typing import Any
 
 import gymnasium as gym
 
-from sim.envs.learning.sectors import Sectors
-from sim.envs.registry import CORRIDORS, IDS
-from sim.errors import SimError
+from refseq_bench.sim.envs.learning.sectors import Sectors
+from refseq_bench.sim.envs.registry import CORRIDORS, IDS
+from refseq_bench.sim.errors import SimError
 
 TASKS = {name.removeprefix("RefSeq/").removesuffix("-v0"): name for name in IDS}
 """Tasks that can be learnt, by the ids' middle parts."""

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
-from sim.envs.tasks.task import Episode, Situation, Task, TaskGround
-from sim.errors import SimError
-from worlds.plans.frame import LocalFrame
-from worlds.plans.schema import Door, FloorPlan
+from refseq_bench.sim.envs.tasks.task import Episode, Situation, Task, TaskGround
+from refseq_bench.sim.errors import SimError
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.schema import Door, FloorPlan
 
 OPEN = 80.0
 """A door that is open by less [deg] is none to go through; a choice."""

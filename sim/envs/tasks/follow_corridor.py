@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from refseq.planar import Pose
-from sim.envs.tasks.task import Episode, Situation, Task, TaskGround
+from refseq_bench.sim.envs.tasks.task import Episode, Situation, Task, TaskGround
 
 ARRIVED = 0.5
 """So near to the route's end it is reached [m]; a choice."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from refseq.planar import Pose
-from sim.envs.tasks.task import Episode, Situation, Task, TaskGround
+from refseq_bench.sim.envs.tasks.task import Episode, Situation, Task, TaskGround
 
 NEAREST, FARTHEST = 4.0, 12.0
 """A goal is between so far along the path from the start [m]; choices."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief
 from refseq.planar import Pose
-from sim.envs.tasks.task import Episode, Situation, Task, TaskGround
+from refseq_bench.sim.envs.tasks.task import Episode, Situation, Task, TaskGround
 
 LED = 3.0
 """The robot is led so far along the route before it is carried off [m]: a choice, some four views."""

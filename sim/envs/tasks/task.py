@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief
 from refseq.planar import Pose
-from robots.robot import Shape
-from sim.envs.tasks.path import Polyline
-from worlds.plans.schema import FloorPlan
+from refseq_bench.robots.robot import Shape
+from refseq_bench.sim.envs.tasks.path import Polyline
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 SUCCESS, FAILURE = 5.0, -5.0
 """Reward of the end of an episode, beside the way that was made good: choices."""

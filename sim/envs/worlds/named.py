@@ -5,14 +5,14 @@ from functools import lru_cache
 
 import mujoco
 
-from sim.drives.chase_camera import with_chase_camera
-from sim.envs.worlds.rooms import FORMS, two_rooms
-from sim.errors import SimError
-from worlds.build import World, build_world
-from worlds.errors import WorldsError
-from worlds.light import light_named
-from worlds.plans.load import load_plan
-from worlds.plans.schema import FloorPlan
+from refseq_bench.sim.drives.chase_camera import with_chase_camera
+from refseq_bench.sim.envs.worlds.rooms import FORMS, two_rooms
+from refseq_bench.sim.errors import SimError
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.errors import WorldsError
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 KEPT = 16
 """So many worlds are kept in a process: a choice. One with pictures takes some tens of megabytes."""

@@ -1,8 +1,8 @@
 """Two rooms with an open door between them, in a few forms."""
 
-from sim.errors import SimError
-from worlds.plans.load import parse_plan
-from worlds.plans.schema import FloorPlan
+from refseq_bench.sim.errors import SimError
+from refseq_bench.worlds.plans.load import parse_plan
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 FORMS = tuple((angle, hinge) for angle in (85, 95, 105) for hinge in ("start", "end"))
 """Opening of the door [deg] and the side on which its leaf hangs: what leaves the Robuter room enough, by choice."""

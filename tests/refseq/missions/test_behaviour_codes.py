@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.missions.behaviour_codes import SHORTEST, code_of, lengthened, travels
-from robots.behaviours.written import KINDS, parse_behaviour
+from refseq_bench.robots.behaviours.written import KINDS, parse_behaviour
 
 GO = ["MN:8", "MW:left,0.6", "MW:right,1.25,5", "MA:3,0", "MA:0.5,0.0"]
 END = ["MA:3,0,0", "MA:3,1", "MA:-3,0", "MA:0,0", "MA:3,0,90", "MT:-180", "MT:90", "MC", "MC:left", "stop"]

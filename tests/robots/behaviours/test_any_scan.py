@@ -8,11 +8,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-import robots
 from refseq.view import Scan
-from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
-from robots.behaviours import BehaviourOutcome, Ranger, RobotDescription, Senses
-from robots.behaviours.written import KINDS, BehaviourKind, make_behaviour, parse_behaviour
+from refseq_bench import robots
+from refseq_bench.robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
+from refseq_bench.robots.behaviours import BehaviourOutcome, Ranger, RobotDescription, Senses
+from refseq_bench.robots.behaviours.written import KINDS, BehaviourKind, make_behaviour, parse_behaviour
 
 any_float = st.floats(width=32)
 scans = arrays(np.float32, st.integers(0, 60), elements=any_float, fill=st.floats(0.25, 5.0, width=32)).map(

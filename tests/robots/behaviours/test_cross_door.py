@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from robots import Limits, PlanarPose, RobotState, Shape
-from robots.behaviours import BehaviourOutcome, RobotDescription, Senses
-from robots.behaviours.cross_door import CrossDoor, CrossingSide
-from robots.behaviours.sensing.doorway import LOOKS, DoorWatch, Passage, clearance_of
-from robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots import Limits, PlanarPose, RobotState, Shape
+from refseq_bench.robots.behaviours import BehaviourOutcome, RobotDescription, Senses
+from refseq_bench.robots.behaviours.cross_door import CrossDoor, CrossingSide
+from refseq_bench.robots.behaviours.sensing.doorway import LOOKS, DoorWatch, Passage, clearance_of
+from refseq_bench.robots.behaviours.sensing.line import DirectedLine
 
 FRAME = RobotDescription(Shape(0.3, 0.7, 0.35, 0.25, 1.4), Limits(0.5, 0.5, 0.5, 1.0))
 LASER = FRAME.shape.laser

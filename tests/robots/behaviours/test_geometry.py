@@ -8,17 +8,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from robots import Limits, PlanarPose, RobotState, Shape, Twist
-from robots.behaviours import Ranger, RobotDescription, Senses
-from robots.behaviours.moves import driven
-from robots.behaviours.sensing.lanes import LANE_MARGIN, choose_lane, lanes
-from robots.behaviours.sensing.line import DirectedLine
-from robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead, swing
-from robots.behaviours.sensing.sonar_ring import HISTORY, SonarEchoes
-from robots.behaviours.sensing.surroundings import CELL, thinned
-from robots.behaviours.sensing.wall import SearchWindow, find_wall
-from robots.behaviours.steering import EASE, speed_to_stop, turn_rate_onto
-from robots.planar import into, out_of
+from refseq_bench.robots import Limits, PlanarPose, RobotState, Shape, Twist
+from refseq_bench.robots.behaviours import Ranger, RobotDescription, Senses
+from refseq_bench.robots.behaviours.moves import driven
+from refseq_bench.robots.behaviours.sensing.lanes import LANE_MARGIN, choose_lane, lanes
+from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots.behaviours.sensing.room import LOOK, MARGIN, blocks_turn, free_ahead, swing
+from refseq_bench.robots.behaviours.sensing.sonar_ring import HISTORY, SonarEchoes
+from refseq_bench.robots.behaviours.sensing.surroundings import CELL, thinned
+from refseq_bench.robots.behaviours.sensing.wall import SearchWindow, find_wall
+from refseq_bench.robots.behaviours.steering import EASE, speed_to_stop, turn_rate_onto
+from refseq_bench.robots.planar import into, out_of
 
 LONG_TAIL = Shape(ahead=0.33, behind=0.74, half_width=0.355, laser=0.25, height=1.4)
 coordinate = st.floats(-20, 20)

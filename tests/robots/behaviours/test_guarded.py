@@ -6,14 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import robots
 from refseq.view import Scan
-from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
-from robots.behaviours import BehaviourOutcome, BehaviourStep, Guarded, RobotDescription, Senses, finished, waiting
-from robots.behaviours.guarded import GOT_ON, PATIENCE, STALE
-from robots.behaviours.sensing.surroundings import Surroundings
-from robots.behaviours.written import KINDS, make_behaviour, parse_behaviour
-from robots.state import LATCHED
+from refseq_bench import robots
+from refseq_bench.robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
+from refseq_bench.robots.behaviours import (
+    BehaviourOutcome,
+    BehaviourStep,
+    Guarded,
+    RobotDescription,
+    Senses,
+    finished,
+    waiting,
+)
+from refseq_bench.robots.behaviours.guarded import GOT_ON, PATIENCE, STALE
+from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
+from refseq_bench.robots.behaviours.written import KINDS, make_behaviour, parse_behaviour
+from refseq_bench.robots.state import LATCHED
 
 ROBOT = robots.load("robuter")
 FRAME = RobotDescription(ROBOT.shape, ROBOT.limits)

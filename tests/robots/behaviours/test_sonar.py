@@ -9,18 +9,18 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
-from robots.behaviours import Behaviour, BehaviourOutcome, Ranger, RobotDescription, Senses
-from robots.behaviours.beside import Beside, keeps
-from robots.behaviours.dead_reckoned import DeadReckoned
-from robots.behaviours.narrow import Narrow
-from robots.behaviours.sensing.sonar_filter import abeam
-from robots.behaviours.sensing.sonar_ring import HISTORY
-from robots.behaviours.sensing.wall import WallSide
-from robots.behaviours.until import Gone, Near, Turned
-from robots.errors import RobotsError
-from robots.odometry import along_arc
-from robots.robuter import LIMITS, SHAPE
+from refseq_bench.robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
+from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, Ranger, RobotDescription, Senses
+from refseq_bench.robots.behaviours.beside import Beside, keeps
+from refseq_bench.robots.behaviours.dead_reckoned import DeadReckoned
+from refseq_bench.robots.behaviours.narrow import Narrow
+from refseq_bench.robots.behaviours.sensing.sonar_filter import abeam
+from refseq_bench.robots.behaviours.sensing.sonar_ring import HISTORY
+from refseq_bench.robots.behaviours.sensing.wall import WallSide
+from refseq_bench.robots.behaviours.until import Gone, Near, Turned
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.robots.odometry import along_arc
+from refseq_bench.robots.robuter import LIMITS, SHAPE
 
 AHEAD, LEFT, RIGHT = Ranger(0.3, 0.0, 0.0), Ranger(0.0, 0.25, math.pi / 2), Ranger(0.0, -0.25, -math.pi / 2)
 FRAME = RobotDescription(SHAPE, LIMITS, sonars=(AHEAD, LEFT, Ranger(-0.4, 0.25, math.pi / 2), RIGHT))

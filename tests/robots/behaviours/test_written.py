@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import robots
-from robots import RobotsError
-from robots.behaviours import RobotDescription
-from robots.behaviours.carry_on import CarryOn
-from robots.behaviours.cross_door import CrossDoor
-from robots.behaviours.follow_wall import FollowWall, closest
-from robots.behaviours.halt import Halt
-from robots.behaviours.sensing.wall import WallSide
-from robots.behaviours.set_point import SetPoint
-from robots.behaviours.turn import Turn
-from robots.behaviours.written import KINDS, make_behaviour, parse_behaviour
+from refseq_bench import robots
+from refseq_bench.robots import RobotsError
+from refseq_bench.robots.behaviours import RobotDescription
+from refseq_bench.robots.behaviours.carry_on import CarryOn
+from refseq_bench.robots.behaviours.cross_door import CrossDoor
+from refseq_bench.robots.behaviours.follow_wall import FollowWall, closest
+from refseq_bench.robots.behaviours.halt import Halt
+from refseq_bench.robots.behaviours.sensing.wall import WallSide
+from refseq_bench.robots.behaviours.set_point import SetPoint
+from refseq_bench.robots.behaviours.turn import Turn
+from refseq_bench.robots.behaviours.written import KINDS, make_behaviour, parse_behaviour
 
 ROBOT = robots.load("robuter")
 FRAME = RobotDescription(ROBOT.shape, ROBOT.limits)

@@ -8,24 +8,24 @@ import mujoco
 import numpy as np
 import pytest
 
-import robots
 from refseq.planar import Pose
-from robots import Cause, Motors, Signals, Twist
-from robots.odometry import CalibrationErrors
-from robots.robuter import LIMITS, SHAPE
-from robots.robuter.control import COMMAND_PERIOD
-from robots.robuter.firmware import HOLD
-from robots.robuter.regulator import SERVO_LAG
-from robots.robuter.sonars import FRONT_SONARS, SONARS
-from robots.robuter.watches import MARGIN, REACTION, ROUND
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.operator import Operator, OperatorStyle
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.robots import Cause, Motors, Signals, Twist
+from refseq_bench.robots.odometry import CalibrationErrors
+from refseq_bench.robots.robuter import LIMITS, SHAPE
+from refseq_bench.robots.robuter.control import COMMAND_PERIOD
+from refseq_bench.robots.robuter.firmware import HOLD
+from refseq_bench.robots.robuter.regulator import SERVO_LAG
+from refseq_bench.robots.robuter.sonars import FRONT_SONARS, SONARS
+from refseq_bench.robots.robuter.watches import MARGIN, REACTION, ROUND
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.operator import Operator, OperatorStyle
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import box, in_the_open
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
 
 PERFECT = BenchSettings(renderer=RendererKind.NONE, calibration=CalibrationErrors(0.0, 0.0, 0.0))
 WALL = 8.0

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from robots import Cause, Motors, Signals, Twist
-from robots.odometry import Geometry, Pulses, true_geometry
-from robots.robuter import DRIVE, LIMITS, PULSES_PER_TURN
-from robots.robuter.control import COMMAND_PERIOD, PATIENCE, STATE_PERIOD, RobuterControl
-from robots.robuter.regulator import SERVO_LAG
-from robots.robuter.sonars import FRONT_SONARS
+from refseq_bench.robots import Cause, Motors, Signals, Twist
+from refseq_bench.robots.odometry import Geometry, Pulses, true_geometry
+from refseq_bench.robots.robuter import DRIVE, LIMITS, PULSES_PER_TURN
+from refseq_bench.robots.robuter.control import COMMAND_PERIOD, PATIENCE, STATE_PERIOD, RobuterControl
+from refseq_bench.robots.robuter.regulator import SERVO_LAG
+from refseq_bench.robots.robuter.sonars import FRONT_SONARS
 from tests.robots.rolling import Wheels
 
 PERIOD = RobuterControl.period

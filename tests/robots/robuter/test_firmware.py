@@ -9,15 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robots import Actuation, Cause, Inertial, Signals, Twist
-from robots.odometry import Pulses
-from robots.robuter import DRIVE, LIMITS, PULSES_PER_TURN
-from robots.robuter.firmware import HOLD, PERIOD, RobuterFirmware
-from robots.robuter.line import CAPACITY, SerialLine
-from robots.robuter.protocol import ProtocolError, Report, Servo, parse_line
-from robots.robuter.regulator import SERVO_LAG
-from robots.robuter.sonars import FRONT_SONARS, SONARS
-from robots.robuter.watches import HYSTERESIS, MARGIN, REACTION, ROUND, SonarWatch
+from refseq_bench.robots import Actuation, Cause, Inertial, Signals, Twist
+from refseq_bench.robots.odometry import Pulses
+from refseq_bench.robots.robuter import DRIVE, LIMITS, PULSES_PER_TURN
+from refseq_bench.robots.robuter.firmware import HOLD, PERIOD, RobuterFirmware
+from refseq_bench.robots.robuter.line import CAPACITY, SerialLine
+from refseq_bench.robots.robuter.protocol import ProtocolError, Report, Servo, parse_line
+from refseq_bench.robots.robuter.regulator import SERVO_LAG
+from refseq_bench.robots.robuter.sonars import FRONT_SONARS, SONARS
+from refseq_bench.robots.robuter.watches import HYSTERESIS, MARGIN, REACTION, ROUND, SonarWatch
 from tests.robots.rolling import Wheels
 
 FREE = np.full(len(SONARS), 10.668)

@@ -5,8 +5,8 @@ import mujoco
 import numpy as np
 import pytest
 
-import robots
-from robots import RobotsError, Twist
+from refseq_bench import robots
+from refseq_bench.robots import RobotsError, Twist
 from tests.robots.driving import PREFIX, Driven, add_wall, flat_world, ramped
 
 STRAIGHT = ramped(Twist(0.5, 0.0), 21.0)

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from robots import Blocked, Cause, RobotsError
-from robots.robuter.protocol import (
+from refseq_bench.robots import Blocked, Cause, RobotsError
+from refseq_bench.robots.robuter.protocol import (
     END,
     MAX_LINE,
     MAX_SPEED,

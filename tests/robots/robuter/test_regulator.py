@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import robots
-from robots import Actuation
-from robots.robuter.firmware import PERIOD
-from robots.robuter.regulator import GAIN, MOST, MOTOR_TORQUE, ROUNDING, SERVO_GAIN, SERVO_LAG, Regulator
+from refseq_bench import robots
+from refseq_bench.robots import Actuation
+from refseq_bench.robots.robuter.firmware import PERIOD
+from refseq_bench.robots.robuter.regulator import GAIN, MOST, MOTOR_TORQUE, ROUNDING, SERVO_GAIN, SERVO_LAG, Regulator
 from tests.robots.rolling import ENCODERS, Wheels
 
 

@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from robots import Cause, Signals, Twist
-from robots.segway_rmp.plant import GRAVITY, plant_of
-from sim.sensors.inertial import InertialModel
+from refseq_bench.robots import Cause, Signals, Twist
+from refseq_bench.robots.segway_rmp.plant import GRAVITY, plant_of
+from refseq_bench.sim.sensors.inertial import InertialModel
 from tests.robots.balancing import Machine
 
 STAND = Twist()

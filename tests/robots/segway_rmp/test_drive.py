@@ -7,18 +7,18 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-import robots
 from refseq.view import Scan
-from robots import Blocked, Cause, Shape, Twist
-from robots.mounting import FLOOR, Mounting
-from robots.odometry import Pulses
-from robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, build
-from robots.segway_rmp.control import MARGIN
-from robots.segway_rmp.firmware import ACCELERATION, COMMAND_HOLD, LATERAL, PERIOD, SegwayFirmware
-from robots.segway_rmp.obstacle_monitor import obstacle
-from robots.segway_rmp.protocol import COUNTS_PER_RADIAN, COUNTS_PER_SPEED, SegwayCommand
-from robots.signals import Signals
-from sim.sensors.inertial import InertialModel
+from refseq_bench import robots
+from refseq_bench.robots import Blocked, Cause, Shape, Twist
+from refseq_bench.robots.mounting import FLOOR, Mounting
+from refseq_bench.robots.odometry import Pulses
+from refseq_bench.robots.segway_rmp import DRIVE, LIMITS, MOUNTING, SHAPE, build
+from refseq_bench.robots.segway_rmp.control import MARGIN
+from refseq_bench.robots.segway_rmp.firmware import ACCELERATION, COMMAND_HOLD, LATERAL, PERIOD, SegwayFirmware
+from refseq_bench.robots.segway_rmp.obstacle_monitor import obstacle
+from refseq_bench.robots.segway_rmp.protocol import COUNTS_PER_RADIAN, COUNTS_PER_SPEED, SegwayCommand
+from refseq_bench.robots.signals import Signals
+from refseq_bench.sim.sensors.inertial import InertialModel
 from tests.robots.balancing import Boxes, Machine
 
 BOTH = pytest.mark.parametrize("name", ["segway_rmp", "segway_rmp-tractor"])

@@ -8,17 +8,17 @@ import mujoco
 import numpy as np
 import pytest
 
-import robots
-from robots import Cause, Signals, Twist
-from robots.odometry import Pulses, true_geometry
-from robots.segway_rmp import LIMITS, MOUNTING, SHAPE, build
-from robots.segway_rmp.balance import GainSet, balancer
-from robots.segway_rmp.control import MARGIN, SegwayControl
-from robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, SegwayFirmware
-from robots.segway_rmp.protocol import Config, Mode, SegwayCommand, StatusBits, StatusFrame
-from robots.segway_rmp.sensors import LOST_AFTER
-from robots.signals import Inertial
-from sim.sensors.inertial import InertialModel
+from refseq_bench import robots
+from refseq_bench.robots import Cause, Signals, Twist
+from refseq_bench.robots.odometry import Pulses, true_geometry
+from refseq_bench.robots.segway_rmp import LIMITS, MOUNTING, SHAPE, build
+from refseq_bench.robots.segway_rmp.balance import GainSet, balancer
+from refseq_bench.robots.segway_rmp.control import MARGIN, SegwayControl
+from refseq_bench.robots.segway_rmp.firmware import PERIOD, POSITION_ERROR, SegwayFirmware
+from refseq_bench.robots.segway_rmp.protocol import Config, Mode, SegwayCommand, StatusBits, StatusFrame
+from refseq_bench.robots.segway_rmp.sensors import LOST_AFTER
+from refseq_bench.robots.signals import Inertial
+from refseq_bench.sim.sensors.inertial import InertialModel
 from tests.robots.balancing import Machine
 
 STAND = Twist()

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots import RobotsError
-from robots.segway_rmp.balance import GainSet
-from robots.segway_rmp.protocol import (
+from refseq_bench.robots import RobotsError
+from refseq_bench.robots.segway_rmp.balance import GainSet
+from refseq_bench.robots.segway_rmp.protocol import (
     COUNTS_PER_DEGREE,
     COUNTS_PER_METRE,
     COUNTS_PER_REVOLUTION,

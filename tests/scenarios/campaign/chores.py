@@ -13,11 +13,11 @@ from typing import cast
 import cv2
 
 from refseq.view import View
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run.tasks import AnswerTask, RecordTask, Task, perform
-from scenarios.campaign.store.cache import ANSWERS, DamagedError, Store
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, RecordTask, Task, perform
+from refseq_bench.scenarios.campaign.store.cache import ANSWERS, DamagedError, Store
 from tests.worlds.conftest import SMALL
 
 WHOLE = b"PAR1 what was made PAR1"

@@ -7,12 +7,12 @@ import numpy as np
 
 from refseq.logs.mcap import RecordingWriter
 from refseq.planar import Pose
-from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.outcomes import TaskOutcome
-from scenarios.campaign.judge.drives import Judged, judged
-from scenarios.campaign.run.case_tasks import answer_tasks
-from scenarios.campaign.run.tasks import distinct, perform
-from scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome
+from refseq_bench.scenarios.campaign.judge.drives import Judged, judged
+from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
+from refseq_bench.scenarios.campaign.run.tasks import distinct, perform
+from refseq_bench.scenarios.campaign.store.cache import Store
 from tests.support import corridor_drive
 
 SCENARIO = """

@@ -11,15 +11,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from scenarios.campaign import campaign
-from scenarios.campaign.campaign import Watcher, run_campaign
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.declare.real_recordings import AbsentError
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run.tasks import perform
-from scenarios.campaign.store.cache import ANSWERS, DamagedError, Store
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.campaign import campaign
+from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.run.tasks import perform
+from refseq_bench.scenarios.campaign.store.cache import ANSWERS, DamagedError, Store
+from refseq_bench.scenarios.errors import ScenarioError
 from tests.scenarios.campaign.chores import BITS, WHOLE, Chore, case_of, chores_of, judged_by_outcomes
 
 

@@ -8,13 +8,13 @@ import click
 import pytest
 import typer.main
 
-from scenarios.campaign.declare.cases import find
-from scenarios.campaign.pages.index import INDEX
-from scenarios.campaign.pages.junit import JUNIT
-from scenarios.campaign.results import PAGE as CASE_PAGE
-from scenarios.campaign.store.cache import FOLDER
-from scenarios.campaign.store.result_file import RESULT
-from scenarios.cli.app import app
+from refseq_bench.scenarios.campaign.declare.cases import find
+from refseq_bench.scenarios.campaign.pages.index import INDEX
+from refseq_bench.scenarios.campaign.pages.junit import JUNIT
+from refseq_bench.scenarios.campaign.results import PAGE as CASE_PAGE
+from refseq_bench.scenarios.campaign.store.cache import FOLDER
+from refseq_bench.scenarios.campaign.store.result_file import RESULT
+from refseq_bench.scenarios.cli.app import app
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "ci.md").read_text()
 COMMANDS = [line.split(">>")[0] for line in re.findall(r"(?:^|run: |- )(?:\./run )?(refseq scenario .*)$", PAGE, re.M)]

@@ -10,17 +10,17 @@ import pytest
 
 from refseq.logs.mcap import RecordingWriter
 from refseq.view import View
-from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.expand import put
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.declare.overrides import with_methods
-from scenarios.campaign.declare.real_recordings import DATA, Images, Log
-from scenarios.campaign.declare.sources import names_of
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.results import Results
-from scenarios.campaign.run.case_tasks import answer_tasks
-from scenarios.campaign.run.remote_payload import remote_task_for
-from scenarios.campaign.run.tasks import (
+from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.expand import put
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.declare.overrides import with_methods
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Images, Log
+from refseq_bench.scenarios.campaign.declare.sources import names_of
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.results import Results
+from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
+from refseq_bench.scenarios.campaign.run.remote_payload import remote_task_for
+from refseq_bench.scenarios.campaign.run.tasks import (
     AnswerTask,
     RecordTask,
     answers_of,
@@ -28,11 +28,11 @@ from scenarios.campaign.run.tasks import (
     learnt_drives,
     perform,
 )
-from scenarios.campaign.store.cache import MAP, RECORDING, Store
-from scenarios.campaign.store.result_file import read_result
-from scenarios.drives.record import QUERY_SEEDS, Drive
-from scenarios.errors import ScenarioError
-from scenarios.methods.by_name import Learnt
+from refseq_bench.scenarios.campaign.store.cache import MAP, RECORDING, Store
+from refseq_bench.scenarios.campaign.store.result_file import read_result
+from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.by_name import Learnt
 from tests.scenarios.campaign.made import carried_out
 from tests.support import corridor_drive
 
@@ -366,7 +366,7 @@ def test_each_map_is_learnt_once_whoever_learns_it_first(
     assert outcome.verdict is Verdict.PASSED, outcome.reason
     assert {path: path.read_bytes() for path in kept} == kept
     assert len(list(tmp_path.glob(f"*{MAP}"))) == 2
-    monkeypatch.setattr("scenarios.methods.shelf.learn", None)
+    monkeypatch.setattr("refseq_bench.scenarios.methods.shelf.learn", None)
     apart = replace(both, merge=False)
     assert perform(apart, store).verdict is Verdict.PASSED
     whole, unmerged = (answers_of(task, store).mergings["thesis/uniform"] for task in (both, apart))

@@ -11,25 +11,25 @@ import numpy as np
 import pytest
 
 from refseq.logs import read_recording
-from scenarios.campaign.campaign import Watcher, run_campaign
-from scenarios.campaign.declare.cases import LIBRARY, Case, find, load, names
-from scenarios.campaign.declare.drivable import check_route
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.declare.real_recordings import DATA, Log, real_path
-from scenarios.campaign.declare.schema import DriveTable, MissionScenario, Scenario
-from scenarios.campaign.run.case_tasks import tasks_of
-from scenarios.campaign.run.tasks import RecordTask, distinct
-from scenarios.campaign.run.workers import LocalWorkers
-from scenarios.campaign.store.cache import Store
-from scenarios.drives.record import QUERY_SEEDS, Drive, driven, plan_of
-from scenarios.drives.selection import stretch
-from scenarios.scoring.path_geometry import WIDE
-from scenarios.world_survey.facts import robot_boxes
-from sim.rendering.drivers import vulkan_device
-from worlds.build import build_world
-from worlds.check import check_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan
+from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
+from refseq_bench.scenarios.campaign.declare.cases import LIBRARY, Case, find, load, names
+from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Log, real_path
+from refseq_bench.scenarios.campaign.declare.schema import DriveTable, MissionScenario, Scenario
+from refseq_bench.scenarios.campaign.run.case_tasks import tasks_of
+from refseq_bench.scenarios.campaign.run.tasks import RecordTask, distinct
+from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive, driven, plan_of
+from refseq_bench.scenarios.drives.selection import stretch
+from refseq_bench.scenarios.scoring.path_geometry import WIDE
+from refseq_bench.scenarios.world_survey.facts import robot_boxes
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.check import check_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
 
 THESIS = {
     "fig-2.7-laboratory",

@@ -12,31 +12,31 @@ from junitparser import JUnitXml
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import Order, Plan
 from refseq.planar import Pose
-from scenarios.campaign.campaign import Watcher, run_campaign
-from scenarios.campaign.declare.cases import LIBRARY, Case, load
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.declare.overrides import with_methods
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.judge.missions import JudgedMissions
-from scenarios.campaign.pages.summary import summary
-from scenarios.campaign.pages.text_report import report_markdown
-from scenarios.campaign.results import Results
-from scenarios.campaign.run import remote_payload
-from scenarios.campaign.run.case_tasks import tasks_of
-from scenarios.campaign.run.estimate import rest_of
-from scenarios.campaign.run.mission_task import MissionTask, mission_of
-from scenarios.campaign.run.remote_payload import remote_task_for
-from scenarios.campaign.run.tasks import RecordTask, Task
-from scenarios.campaign.store.cache import DamagedError, Store
-from scenarios.campaign.store.missions import read_mission
-from scenarios.campaign.store.result_file import CampaignRecord, read_result
-from scenarios.drives.record import QUERY_SEEDS, Drive
-from scenarios.errors import ScenarioError
-from scenarios.missions.leader import GroundTruth
-from scenarios.missions.runs import turn_of
-from sim.bench.faults import Kidnap
-from sim.missions.mission import EVERY
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
+from refseq_bench.scenarios.campaign.declare.cases import LIBRARY, Case, load
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.declare.overrides import with_methods
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.judge.missions import JudgedMissions
+from refseq_bench.scenarios.campaign.pages.summary import summary
+from refseq_bench.scenarios.campaign.pages.text_report import report_markdown
+from refseq_bench.scenarios.campaign.results import Results
+from refseq_bench.scenarios.campaign.run import remote_payload
+from refseq_bench.scenarios.campaign.run.case_tasks import tasks_of
+from refseq_bench.scenarios.campaign.run.estimate import rest_of
+from refseq_bench.scenarios.campaign.run.mission_task import MissionTask, mission_of
+from refseq_bench.scenarios.campaign.run.remote_payload import remote_task_for
+from refseq_bench.scenarios.campaign.run.tasks import RecordTask, Task
+from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
+from refseq_bench.scenarios.campaign.store.missions import read_mission
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, read_result
+from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.missions.leader import GroundTruth
+from refseq_bench.scenarios.missions.runs import turn_of
+from refseq_bench.sim.bench.faults import Kidnap
+from refseq_bench.sim.missions.mission import EVERY
+from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.scenarios.campaign.chores import AtOnce
 
 HEAD = 'title = "T"\nseeds = [1]\n'

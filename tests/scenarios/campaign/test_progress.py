@@ -5,10 +5,10 @@ from typing import cast
 import pytest
 from rich.console import Console
 
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.progress import LiveTable, ProgressLines, Tally, watcher_on
-from scenarios.campaign.run.workers import WorkerPool
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.progress import LiveTable, ProgressLines, Tally, watcher_on
+from refseq_bench.scenarios.campaign.run.workers import WorkerPool
 from tests.scenarios.campaign.chores import Chore
 
 TWO = cast(WorkerPool, SimpleNamespace(workers=2))

@@ -13,19 +13,19 @@ from hypothesis import strategies as st
 from junitparser import JUnitXml
 
 from refseq.logs import read_recording
-from scenarios.campaign.declare.cases import Case
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.declare.real_recordings import DATA
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.results import Results, slugs
-from scenarios.campaign.store.cache import Store
-from scenarios.campaign.store.result_file import CampaignRecord, JudgementRecord, read_result
-from scenarios.errors import ScenarioError
-from scenarios.report.images import picture
-from scenarios.scoring.figures import figures_record
-from scenarios.scoring.path_geometry import WIDE
-from scenarios.scoring.score import score
-from scenarios.scoring.worst_failures import worst_failures
+from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.results import Results, slugs
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, JudgementRecord, read_result
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.report.images import picture
+from refseq_bench.scenarios.scoring.figures import figures_record
+from refseq_bench.scenarios.scoring.path_geometry import WIDE
+from refseq_bench.scenarios.scoring.score import score
+from refseq_bench.scenarios.scoring.worst_failures import worst_failures
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
 from tests.scenarios.report.test_document import Page
 
@@ -305,7 +305,7 @@ def test_full_disk_is_told_in_one_line(
     def full(path: Path, content: str) -> None:
         raise OSError(errno.ENOSPC, "No space left on device", str(path))
 
-    monkeypatch.setattr("scenarios.campaign.results.replace_text", full)
+    monkeypatch.setattr("refseq_bench.scenarios.campaign.results.replace_text", full)
     with pytest.raises(ScenarioError, match=r"report\.html: cannot be written: No space left on device$"):
         results.add(bare(done, Verdict.FAILED))
     assert (tmp_path / "result.json").read_bytes() == before

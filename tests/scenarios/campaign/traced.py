@@ -12,19 +12,19 @@ from pathlib import Path
 from types import FrameType
 
 from refseq.map.profile import PROFILES
-from scenarios.campaign.declare import real_recordings
-from scenarios.campaign.declare.cases import load
-from scenarios.campaign.declare.real_recordings import Log
-from scenarios.campaign.run import answering, learning, mission_task
-from scenarios.campaign.run.case_tasks import mission_tasks
-from scenarios.campaign.run.learning import kept_maps
-from scenarios.campaign.run.tasks import HANDS, AnswerTask, learnt_drives, perform
-from scenarios.campaign.store.cache import Store
-from scenarios.drives.record import Drive, record
-from scenarios.imports.closure import ROOMS, ROOT
-from sim.drives.recorder import Trigger
-from sim.errors import StuckError
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.campaign.declare import real_recordings
+from refseq_bench.scenarios.campaign.declare.cases import load
+from refseq_bench.scenarios.campaign.declare.real_recordings import Log
+from refseq_bench.scenarios.campaign.run import answering, learning, mission_task
+from refseq_bench.scenarios.campaign.run.case_tasks import mission_tasks
+from refseq_bench.scenarios.campaign.run.learning import kept_maps
+from refseq_bench.scenarios.campaign.run.tasks import HANDS, AnswerTask, learnt_drives, perform
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT
+from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.errors import StuckError
+from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 
 DRIVEN = """
@@ -74,7 +74,7 @@ def files_run(call: Callable[[], object]) -> list[str]:
     finally:
         sys.setprofile(None)
     names = (Path(file).relative_to(ROOT).as_posix() for file in found if file.startswith(f"{ROOT}{os.sep}"))
-    return sorted(name for name in names if name.split("/")[0] in ROOMS)
+    return sorted(name for name in names if name.split("/")[0] in PACKAGES)
 
 
 def call_for(kind: str, folder: Path) -> Callable[[], object]:

@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from refseq.logs import read_recording
-from sim.bench.bench import Bench
+from refseq_bench.sim.bench.bench import Bench
 from tests.scenarios.conftest import Refseq
 from tests.worlds.conftest import SMALL
 
@@ -39,7 +39,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("desk")
     (home / "small.toml").write_text(SMALL.format(top="", end=""))
     (home / "door.toml").write_text(SMALL.format(top="", end="") + DOOR)
-    script = "import sys; from scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
+    script = "import sys; from refseq_bench.scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
     for line in (
         "record small.toml --renderer none --distance 0.4 -o run.mcap",
         "learn run.mcap --features walls,boundary,sectors -o map.refseq",
@@ -340,7 +340,7 @@ def driving(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """A long drive that has begun to record ``long.mcap``."""
     plan = SMALL.format(top="", end="").replace("[8, ", "[300, ").replace("[7, 0]", "[299, 0]")
     (tmp_path / "long.toml").write_text(plan)
-    script = "import sys; from scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
+    script = "import sys; from refseq_bench.scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
     words = ["record", "long.toml", *LASER_ONLY, "--distance", "0.2", "-o", "long.mcap"]
     process = subprocess.Popen(
         [sys.executable, "-c", script, *words],

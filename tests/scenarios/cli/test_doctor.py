@@ -9,8 +9,8 @@ import pytest
 from packaging.requirements import Requirement
 from rich.console import Console
 
-from scenarios.cli import doctor
-from scenarios.cli.doctor import Check, checks, missing_packages, report
+from refseq_bench.scenarios.cli import doctor
+from refseq_bench.scenarios.cli.doctor import Check, checks, missing_packages, report
 
 ROOT = Path(__file__).resolve().parents[3]
 DEPENDENCIES = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
@@ -100,7 +100,7 @@ def test_a_driver_that_does_not_start_is_missing(monkeypatch, variables, lost):
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
     # The loaders read these variables once a process, so a new one looks again.
-    program = "from scenarios.cli.doctor import missing_packages; print(*missing_packages())"
+    program = "from refseq_bench.scenarios.cli.doctor import missing_packages; print(*missing_packages())"
     told = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
     assert set(told.stdout.split()) == here | lost
 

@@ -25,7 +25,7 @@ def driven(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path]
     plan.write_text(SMALL.format(top="", end=""))
     port = free_port()
     words = ["drive", plan, "--sensors", "laser", "--distance", "0.2", "--port", port, "-o", path]
-    command = [sys.executable, "-c", "from scenarios.cli.app import main; main()", *map(str, words)]
+    command = [sys.executable, "-c", "from refseq_bench.scenarios.cli.app import main; main()", *map(str, words)]
     headless = {name: value for name, value in os.environ.items() if name not in {"DISPLAY", "WAYLAND_DISPLAY"}}
     with subprocess.Popen(command, env=headless, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         yield process, f"http://127.0.0.1:{port}/", path

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from refseq.missions.lamp import parse_lamp, print_lamp
-from scenarios.cli.terminal.console import out
-from scenarios.errors import ScenarioError
-from scenarios.library import LIBRARY
-from scenarios.missions.lamp import read_program
+from refseq_bench.scenarios.cli.terminal.console import out
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.library import LIBRARY
+from refseq_bench.scenarios.missions.lamp import read_program
 from tests.refseq.missions.test_lamp import ELEVEN
 from tests.scenarios.conftest import Answer, Refseq
 

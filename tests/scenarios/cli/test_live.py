@@ -7,7 +7,7 @@ import pytest
 
 from refseq.logs import read_recording
 from refseq.logs.beliefs import read_beliefs
-from scenarios.drives.live import status
+from refseq_bench.scenarios.drives.live import status
 from tests.refseq.viewer.readback import empty_views, entities, values, verified
 from tests.scenarios.conftest import Refseq
 from tests.worlds.conftest import SMALL
@@ -19,9 +19,9 @@ STAGES = ("uniform", "prior", "chain")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a plan and the map of its laser."""
     from refseq.map.learning import learn
-    from scenarios.drives.record import Drive, record
-    from sim.drives.recorder import Trigger
-    from sim.rendering.renderer import RendererKind
+    from refseq_bench.scenarios.drives.record import Drive, record
+    from refseq_bench.sim.drives.recorder import Trigger
+    from refseq_bench.sim.rendering.renderer import RendererKind
 
     home = tmp_path_factory.mktemp("live")
     plan = home / "small.toml"
@@ -79,9 +79,9 @@ def test_no_panel_of_a_live_drive_stays_empty(desk: Path, refseq: Refseq, here: 
     from refseq.map.map import Map
     from refseq.viewer.belief_log import LocaliserLayer
     from refseq.viewer.places import Places
-    from scenarios.drives.live import LiveTab, scene_ahead
-    from scenarios.drives.record import Drive
-    from sim.rendering.renderer import RendererKind
+    from refseq_bench.scenarios.drives.live import LiveTab, scene_ahead
+    from refseq_bench.scenarios.drives.record import Drive
+    from refseq_bench.sim.rendering.renderer import RendererKind
 
     assert refseq(*LIVE, "--distance", "0.5", "--rrd", "live.rrd").code == 0
     drive = Drive(world="small.toml", renderer=RendererKind.NONE, sensors=("laser",))

@@ -15,9 +15,9 @@ from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.map.profile import BEST, THESIS
 from refseq.view import LASER
-from scenarios.cli.terminal.console import out
-from scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
-from scenarios.maps.routes import leg_table
+from refseq_bench.scenarios.cli.terminal.console import out
+from refseq_bench.scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
+from refseq_bench.scenarios.maps.routes import leg_table
 from tests.refseq.rooms import named_maps
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive

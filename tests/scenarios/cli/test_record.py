@@ -9,14 +9,14 @@ import pytest
 
 from refseq.logs import read_recording
 from refseq.map.learning import learn
-from robots import Twist
-from scenarios.drives.record import Drive, Interrupted, record
-from scenarios.drives.teleop import TeleopDrive, record_by_hand
-from scenarios.errors import ScenarioError
-from sim.bench.bench import Bench
-from sim.drives.recorder import Trigger
-from sim.rendering.renderer import RendererKind
-from sim.teleop.commands import Button, Commands, SessionStatus
+from refseq_bench.robots import Twist
+from refseq_bench.scenarios.drives.record import Drive, Interrupted, record
+from refseq_bench.scenarios.drives.teleop import TeleopDrive, record_by_hand
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.teleop.commands import Button, Commands, SessionStatus
 from tests.scenarios.conftest import Refseq
 from tests.worlds.conftest import SMALL
 

@@ -15,10 +15,10 @@ import mujoco
 import numpy as np
 import pytest
 
-import robots
-from scenarios.robot_checks.body import Body
-from scenarios.robot_checks.check import Finding
-from scenarios.robot_checks.sources import SOURCED, RobotMeasure, measures
+from refseq_bench import robots
+from refseq_bench.scenarios.robot_checks.body import Body
+from refseq_bench.scenarios.robot_checks.check import Finding
+from refseq_bench.scenarios.robot_checks.sources import SOURCED, RobotMeasure, measures
 from tests.scenarios.conftest import Answer, Refseq
 from tests.terminals import needs_terminals
 from tests.worlds.conftest import SMALL
@@ -149,7 +149,7 @@ def test_check_ends_with_1_where_something_is_not_as_it_should(
     command: Command, monkeypatch: pytest.MonkeyPatch, measured: float, code: int, verdict: str
 ) -> None:
     found = [Finding("first", 0.0, "m", high=1.0), Finding("second", measured, "m", high=1.0)]
-    monkeypatch.setattr("scenarios.robot_checks.check.findings", lambda name: iter(found))
+    monkeypatch.setattr("refseq_bench.scenarios.robot_checks.check.findings", lambda name: iter(found))
     answer = command("check robuter")
     assert answer.code == code
     assert re.search(rf"second .* at most 1 +m +{verdict}", answer.out)
@@ -158,7 +158,7 @@ def test_check_ends_with_1_where_something_is_not_as_it_should(
 def test_check_does_not_judge_how_fast_a_busy_machine_simulates(
     command: Command, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scenarios.robot_checks.check.findings", lambda name: iter([SLOW]))
+    monkeypatch.setattr("refseq_bench.scenarios.robot_checks.check.findings", lambda name: iter([SLOW]))
     answer = command("check robuter")
     assert answer.code == 0
     assert re.search(r"speed .* 3.000 +at least 20 +× +not judged", answer.out)
@@ -183,7 +183,8 @@ def test_umbmark_tells_its_figures_and_draws_them(command: Command, tmp_path: Pa
 
 def served(folder: Path, *words: str) -> "subprocess.Popen[str]":
     # Python, not a shell, starts it: the signal then reaches the process that it is meant for.
-    code = "from signal import *; signal(SIGINT, default_int_handler); from scenarios.cli.app import main; main()"
+    signals = "from signal import *; signal(SIGINT, default_int_handler)"
+    code = f"{signals}; from refseq_bench.scenarios.cli.app import main; main()"
     pipe = subprocess.PIPE
     command = [sys.executable, "-c", code, "robot", "serve", "robuter", "--world", "small.toml", *words]
     return subprocess.Popen(command, cwd=folder, stdout=pipe, stderr=pipe, text=True)

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign import results
-from scenarios.campaign.progress import ProgressLines
-from scenarios.campaign.run import workers
-from scenarios.campaign.store.cache import RECORDING, Store
+from refseq_bench.scenarios.campaign import results
+from refseq_bench.scenarios.campaign.progress import ProgressLines
+from refseq_bench.scenarios.campaign.run import workers
+from refseq_bench.scenarios.campaign.store.cache import RECORDING, Store
 from tests.scenarios.campaign.chores import AtOnce, scenario_in
 from tests.scenarios.campaign.run.test_workers import alive, wait_for
 from tests.scenarios.campaign.store.test_cache import needs_root
@@ -219,7 +219,7 @@ def test_ctrl_c_or_a_cancelled_job_ends_all_and_the_same_command_goes_on(
     file, cache = scenario_in(tmp_path, seeds=range(1, 9)), tmp_path / "cache"
     words = ["scenario", "run", str(file), "--cache", str(cache), "-o", str(tmp_path / "out")]
     first = subprocess.Popen(
-        [sys.executable, "-c", "from scenarios.cli.app import main; main()", *words, "-j", "2"],
+        [sys.executable, "-c", "from refseq_bench.scenarios.cli.app import main; main()", *words, "-j", "2"],
         env=environment(),
         stderr=subprocess.PIPE,
         text=True,

@@ -13,13 +13,13 @@ import pytest
 
 from refseq.logs import RecordingWriter
 from refseq.planar import Pose
-from scenarios.campaign.campaign import Watcher, run_campaign
-from scenarios.campaign.declare.cases import load, names
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.declare.overrides import with_methods
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.store.cache import Store
-from scenarios.methods.templates.my_localiser import MyLocaliser
+from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
+from refseq_bench.scenarios.campaign.declare.cases import load, names
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.declare.overrides import with_methods
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.methods.templates.my_localiser import MyLocaliser
 from tests.scenarios.campaign.chores import AtOnce
 from tests.scenarios.conftest import Refseq
 from tests.support import corridor_drive

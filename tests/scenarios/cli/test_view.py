@@ -165,7 +165,7 @@ def test_a_port_that_is_taken_is_one_line(refseq: Refseq) -> None:
 
 def test_a_browser_is_served_until_interrupted(desk: Path) -> None:
     port = free_port()
-    script = "import sys; from scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
+    script = "import sys; from refseq_bench.scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
     words = [sys.executable, "-c", script, "view", "second.mcap", "--serve", str(port)]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3]), "PYTHONUNBUFFERED": "1"}
     serving = subprocess.Popen(

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-import robots
-from scenarios.world_survey.facts import robot_box, routes_text
+from refseq_bench import robots
+from refseq_bench.scenarios.world_survey.facts import robot_box, routes_text
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.meter import illuminance
+from refseq_bench.worlds.plans.generate import corridor
+from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
 from tests.scenarios.conftest import Answer, Refseq
 from tests.worlds.conftest import SMALL
-from worlds.light import light_named
-from worlds.meter import illuminance
-from worlds.plans.generate import corridor
-from worlds.plans.load import load_plan, parse_plan, world_names
 
 CRATE = """
 [[furniture]]

@@ -5,8 +5,8 @@ import pytest
 
 from refseq.logs.carmen import write_carmen
 from refseq.view import View
-from scenarios.drives.benchmark import Benchmark, first_view, kidnapped, query_views, run_benchmark
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.drives.benchmark import Benchmark, first_view, kidnapped, query_views, run_benchmark
+from refseq_bench.scenarios.errors import ScenarioError
 from tests.support import corridor_drive
 
 LOG = Path("run.log")

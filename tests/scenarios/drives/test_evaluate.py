@@ -9,8 +9,8 @@ from refseq.logs import Recording
 from refseq.map.learning import learn
 from refseq.map.map import Map
 from refseq.view import View
-from scenarios.drives.evaluate import compare, places_as_views, results
-from scenarios.scoring.path_geometry import NARROW, WIDE
+from refseq_bench.scenarios.drives.evaluate import compare, places_as_views, results
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE
 from tests.support import beliefs_with_errors, corridor_comparison, corridor_drive
 
 

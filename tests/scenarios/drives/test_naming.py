@@ -1,6 +1,6 @@
 import pytest
 
-from scenarios.drives.naming import pair_name
+from refseq_bench.scenarios.drives.naming import pair_name
 
 FIRST = {"world": "hallway", "light": "16:00", "route": "forward", "change": "none"}
 

@@ -5,19 +5,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import robots
 from refseq.belief import Stage
 from refseq.logs import Recording, read_recording
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.view import View
-from scenarios.drives.record import Drive, Interrupted, Progress, check_sensors, open_bench, record
-from scenarios.errors import ScenarioError
-from sim.bench.bench import Bench
-from sim.drives.recorder import Trigger, drive_and_sense, operator_for
-from sim.rendering.drivers import gl_backend, vulkan_device
-from sim.rendering.renderer import RendererKind
-from sim.sensors.laser import RangeMode
+from refseq_bench import robots
+from refseq_bench.scenarios.drives.record import Drive, Interrupted, Progress, check_sensors, open_bench, record
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.drives.recorder import Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.laser import RangeMode
 from tests.worlds.conftest import SMALL
 
 needs_vulkan = pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device on this machine")

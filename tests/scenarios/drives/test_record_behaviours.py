@@ -8,12 +8,12 @@ import pytest
 
 from refseq.logs import read_recording
 from refseq.map.learning import learn
-from scenarios.drives.record import Drive, record
-from scenarios.errors import ScenarioError
-from sim.bench.faults import Kidnap
-from sim.drives.recorder import Trigger
-from sim.errors import StuckError
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.sim.bench.faults import Kidnap
+from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.errors import StuckError
+from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.scenarios.conftest import Refseq
 from tests.worlds.conftest import SMALL
 

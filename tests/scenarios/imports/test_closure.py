@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.imports.closure import ROOMS, ROOT, closure_of
+from refseq_bench.scenarios.imports.closure import ROOT, closure_of
 
 
 @pytest.fixture
@@ -18,32 +18,33 @@ def rooms(tmp_path: Path) -> Path:
         "refseq/map/map.py": "class Map: pass",
         "refseq/map/learn.py": "def learn():\n    from refseq import view\n    import cv2.gapi",
         "refseq/view.py": "class View: pass",
-        "refseq/typed.py": "if TYPE_CHECKING:\n    import sim\nelse:\n    import refseq.view",
+        "refseq/typed.py": "if TYPE_CHECKING:\n    import refseq_bench.sim\nelse:\n    import refseq.view",
         "refseq/told.py": "import_module('refseq.view')",
         "refseq/untold.py": "import importlib\n\nimportlib.import_module(name)",
-        "worlds/__init__.py": """
-            _LATE = {"worlds.plans": ("load", "Plan"), "worlds.light": ("Light",)}
+        "refseq_bench/__init__.py": "",
+        "refseq_bench/worlds/__init__.py": """
+            _LATE = {"refseq_bench.worlds.plans": ("load", "Plan"), "refseq_bench.worlds.light": ("Light",)}
             def __getattr__(name):
                 ...
         """,
-        "worlds/light.py": "",
-        "worlds/plans/__init__.py": "from .files import load",
-        "worlds/plans/files.py": "from importlib import resources\nTEXT = resources.files('worlds') / 'library'",
-        "worlds/library/hall.toml": "name = 'hall'",
-        "worlds/library/README.md": "Worlds.",
-        "robots/__init__.py": """
+        "refseq_bench/worlds/light.py": "",
+        "refseq_bench/worlds/plans/__init__.py": "from .files import load",
+        "refseq_bench/worlds/plans/files.py": "from importlib.resources import files\nT = files('refseq_bench.worlds')",
+        "refseq_bench/worlds/library/hall.toml": "name = 'hall'",
+        "refseq_bench/worlds/library/README.md": "Worlds.",
+        "refseq_bench/robots/__init__.py": """
             def __getattr__(name):
                 if name == "Robot":
-                    from robots.robot import Robot
+                    from refseq_bench.robots.robot import Robot
                     return Robot
-                from robots.load import load
+                from refseq_bench.robots.load import load
                 return load
         """,
-        "robots/robot.py": "",
-        "robots/load.py": "from robots import wheels",
-        "robots/wheels/__init__.py": "MODEL = Path(__file__).with_name('wheels.xml')",
-        "robots/wheels/wheels.xml": "<mujoco/>",
-        "robots/wheels/deep/part.stl": "solid",
+        "refseq_bench/robots/robot.py": "",
+        "refseq_bench/robots/load.py": "from refseq_bench.robots import wheels",
+        "refseq_bench/robots/wheels/__init__.py": "MODEL = Path(__file__).with_name('wheels.xml')",
+        "refseq_bench/robots/wheels/wheels.xml": "<mujoco/>",
+        "refseq_bench/robots/wheels/deep/part.stl": "solid",
     }  # fmt: skip
     for name, text in files.items():
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -55,12 +56,12 @@ def rooms(tmp_path: Path) -> Path:
 
 def reached(rooms: Path, text: str) -> set[str]:
     """Files of the rooms that a module reaches, but for itself and packages' own."""
-    (rooms / "sim").mkdir(exist_ok=True)
-    (rooms / "sim" / "it.py").write_text(text)
-    (rooms / "sim" / "__init__.py").touch()
-    found = set(closure_of("sim.it", root=rooms).files)
-    assert {"sim/__init__.py", "sim/it.py"} <= found
-    return {name for name in found if not name.endswith("__init__.py")} - {"sim/it.py"}
+    (rooms / "refseq_bench" / "sim").mkdir(exist_ok=True)
+    (rooms / "refseq_bench" / "sim" / "it.py").write_text(text)
+    (rooms / "refseq_bench" / "sim" / "__init__.py").touch()
+    found = set(closure_of("refseq_bench.sim.it", root=rooms).files)
+    assert {"refseq_bench/sim/__init__.py", "refseq_bench/sim/it.py"} <= found
+    return {name for name in found if not name.endswith("__init__.py")} - {"refseq_bench/sim/it.py"}
 
 
 @pytest.mark.parametrize(
@@ -79,10 +80,20 @@ def reached(rooms: Path, text: str) -> set[str]:
         ("from refseq import *", {"refseq/map/map.py", "refseq/map/learn.py", "refseq/view.py"}),
         ("import refseq.typed", {"refseq/typed.py", "refseq/view.py"}),
         ("from refseq import told", {"refseq/told.py", "refseq/view.py"}),
-        ("from worlds import Light", {"worlds/light.py"}),
-        ("from worlds import Plan", {"worlds/plans/files.py", "worlds/library/hall.toml"}),
-        ("from robots import Robot", {"robots/robot.py"}),
-        ("import robots\nrobots.load()", {"robots/load.py", "robots/wheels/wheels.xml", "robots/wheels/deep/part.stl"}),
+        ("from refseq_bench.worlds import Light", {"refseq_bench/worlds/light.py"}),
+        (
+            "from refseq_bench.worlds import Plan",
+            {"refseq_bench/worlds/plans/files.py", "refseq_bench/worlds/library/hall.toml"},
+        ),
+        ("from refseq_bench.robots import Robot", {"refseq_bench/robots/robot.py"}),
+        (
+            "from refseq_bench import robots\nrobots.load()",
+            {
+                "refseq_bench/robots/load.py",
+                "refseq_bench/robots/wheels/wheels.xml",
+                "refseq_bench/robots/wheels/deep/part.stl",
+            },
+        ),
     ],
 )
 def test_imports_are_followed_to_what_can_run(rooms: Path, text: str, expected: set[str]) -> None:
@@ -114,8 +125,8 @@ def test_a_module_that_is_not_there_is_an_error(rooms: Path, given: dict[str, li
 def test_the_bench_imports_by_made_up_names_only_where_it_asks_for_parts_of_mujoco() -> None:
     modules = [
         path.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__")
-        for room in ROOMS
-        for path in sorted((ROOT / room).rglob("*.py"))
+        for room in (ROOT / "refseq", *sorted((ROOT / "refseq_bench").iterdir()))
+        for path in sorted(room.rglob("*.py"))
     ]
     untold = closure_of(*modules).untold
-    assert {place.partition(":")[0] for place in untold} == {"sim/rendering/drivers.py"}
+    assert {place.partition(":")[0] for place in untold} == {"refseq_bench/sim/rendering/drivers.py"}

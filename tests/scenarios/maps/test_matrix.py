@@ -11,9 +11,9 @@ from rich.table import Table
 
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.information import feature_information, neighbour_noise, view_information
-from scenarios.errors import ScenarioError
-from scenarios.maps import matrix as matrices
-from scenarios.maps.matrix import (
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.maps import matrix as matrices
+from refseq_bench.scenarios.maps.matrix import (
     check_picture,
     draw,
     features_table,

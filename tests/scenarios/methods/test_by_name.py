@@ -5,9 +5,9 @@ from refseq.belief import Belief, Stage
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.view import View
-from scenarios.errors import ScenarioError
-from scenarios.methods.baselines import BASELINES, Reference
-from scenarios.methods.by_name import METHODS, answers, methods_named, run
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.by_name import METHODS, answers, methods_named, run
 from tests.support import certain, corridor_drive
 
 

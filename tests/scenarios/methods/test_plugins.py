@@ -8,13 +8,13 @@ import pytest
 
 from refseq.belief import Belief, Timings
 from refseq.view import LASER, View
-from scenarios.errors import ScenarioError
-from scenarios.imports import closure
-from scenarios.imports.closure import closure_of, spec_of
-from scenarios.methods import plugins
-from scenarios.methods.baselines import Reference
-from scenarios.methods.by_name import Learnt, check_methods, methods_named
-from scenarios.methods.plugins import MisbehavedError, PluginLocaliser, check_plugin, plugin_digest
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.imports import closure
+from refseq_bench.scenarios.imports.closure import closure_of, spec_of
+from refseq_bench.scenarios.methods import plugins
+from refseq_bench.scenarios.methods.baselines import Reference
+from refseq_bench.scenarios.methods.by_name import Learnt, check_methods, methods_named
+from refseq_bench.scenarios.methods.plugins import MisbehavedError, PluginLocaliser, check_plugin, plugin_digest
 from tests.support import corridor_drive
 
 GOOD = """
@@ -211,10 +211,10 @@ def test_a_name_that_only_running_could_tell_is_left_to_the_run(here: Path, text
 
 
 def test_the_user_s_folder_hides_no_part_of_the_bench(here: Path, views: list[View]) -> None:
-    written(here, "raise RuntimeError", "robots.py")
+    written(here, "raise RuntimeError", "refseq_bench.py")
     written(here, GOOD.format(answer="belief_from(np.ones(5))"))
     PluginLocaliser("mine:Mine", views)
-    found = spec_of("robots")
+    found = spec_of("refseq_bench")
     assert found is not None
     assert str(here) not in str(found.origin)
 
@@ -292,9 +292,9 @@ def test_a_digest_follows_the_versions_of_what_is_imported(here: Path, monkeypat
 
 
 def test_a_digest_follows_what_of_the_bench_one_would_build_on(here: Path) -> None:
-    vlad = "scenarios/methods/baselines/vlad.py"
+    vlad = "refseq_bench/scenarios/methods/baselines/vlad.py"
     plugins._look_here()
-    written(here, "from scenarios.methods.baselines.vlad import VladMap\nclass Mine: pass")
+    written(here, "from refseq_bench.scenarios.methods.baselines.vlad import VladMap\nclass Mine: pass")
     assert vlad in closure_of("mine").files
     written(here, "class Mine: pass")
     assert vlad not in closure_of("mine").files

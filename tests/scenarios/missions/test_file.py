@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from refseq.missions import Call, Errand, MissionError, Photograph, Wait, parse_mission
-from scenarios.errors import ScenarioError
-from scenarios.missions.file import asked_for, read_mission
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.missions.file import asked_for, read_mission
 
 WHOLE = """
 title = "Look into the second office"

@@ -13,22 +13,22 @@ from matplotlib.figure import Figure
 from refseq.belief import Stage, Timings
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.errors import ScenarioError
-from scenarios.methods.by_name import METHODS
-from scenarios.report.document import write_report
-from scenarios.report.plots.confidence import confidence
-from scenarios.report.plots.errors import errors_along_path
-from scenarios.report.plots.plan import drive_plan
-from scenarios.report.plots.retrieval import draw_retrieval
-from scenarios.report.plots.style import INK, method_styles
-from scenarios.report.plots.sweep import draw_shares
-from scenarios.report.plots.truth import draw_truth
-from scenarios.report.sections.tables import further_row
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.fault_spans import fault_spans
-from scenarios.scoring.figures import figures, success_over_seeds
-from scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath
-from scenarios.scoring.score import pool, score
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.by_name import METHODS
+from refseq_bench.scenarios.report.document import write_report
+from refseq_bench.scenarios.report.plots.confidence import confidence
+from refseq_bench.scenarios.report.plots.errors import errors_along_path
+from refseq_bench.scenarios.report.plots.plan import drive_plan
+from refseq_bench.scenarios.report.plots.retrieval import draw_retrieval
+from refseq_bench.scenarios.report.plots.style import INK, method_styles
+from refseq_bench.scenarios.report.plots.sweep import draw_shares
+from refseq_bench.scenarios.report.plots.truth import draw_truth
+from refseq_bench.scenarios.report.sections.tables import further_row
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.fault_spans import fault_spans
+from refseq_bench.scenarios.scoring.figures import figures, success_over_seeds
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath
+from refseq_bench.scenarios.scoring.score import pool, score
 from tests.support import CORRIDOR, certain, corridor_comparison
 
 COUNT = 30

@@ -3,10 +3,10 @@ import pytest
 
 from refseq.belief import Stage
 from refseq.view import Scan
-from scenarios.report.images import SCAN_REACH, scan_outline
-from scenarios.report.sections.tables import cost_table
-from scenarios.report.words import duration_text, size_text
-from scenarios.scoring.cost import Cost
+from refseq_bench.scenarios.report.images import SCAN_REACH, scan_outline
+from refseq_bench.scenarios.report.sections.tables import cost_table
+from refseq_bench.scenarios.report.words import duration_text, size_text
+from refseq_bench.scenarios.scoring.cost import Cost
 from tests.support import corridor_comparison
 
 

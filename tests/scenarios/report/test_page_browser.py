@@ -14,13 +14,13 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Route
 from playwright.sync_api import Page as Tab
 
-from scenarios.campaign.campaign import Watcher, run_campaign
-from scenarios.campaign.declare.cases import load
-from scenarios.campaign.declare.real_recordings import DATA
-from scenarios.campaign.results import Results
-from scenarios.campaign.store.cache import Store
-from scenarios.report.document import write_report
-from scenarios.report.page import SCRIPT
+from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
+from refseq_bench.scenarios.campaign.declare.cases import load
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
+from refseq_bench.scenarios.campaign.results import Results
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.report.document import write_report
+from refseq_bench.scenarios.report.page import SCRIPT
 from tests.scenarios.campaign.chores import AtOnce
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
 from tests.scenarios.forks import FALSE, PARTING, RIGHTLY, SHARED, compared, known, merging
@@ -328,7 +328,7 @@ def test_cells_are_ordered_by_what_they_say_and_what_says_nothing_is_last(opened
     right = ORDERS[what]
     mixed = [*NOTHING[:2], *right[1::2], *NOTHING[2:], *right[::2]]
     rows = "".join(f"<tr><td>{text}</td></tr>" for text in mixed)
-    script = (files("scenarios.report") / "templates" / SCRIPT).read_text("utf-8")
+    script = (files("refseq_bench.scenarios.report") / "templates" / SCRIPT).read_text("utf-8")
     opened.tab.goto("about:blank")
     opened.tab.set_content(f"<table class=sorts><thead><tr><th>a</th></tr></thead><tbody>{rows}</tbody></table>")
     opened.tab.add_script_tag(content=script)

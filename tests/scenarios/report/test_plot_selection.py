@@ -1,6 +1,6 @@
-from scenarios.methods.by_name import METHODS
-from scenarios.report.plot_selection import MOST, select_methods
-from scenarios.scoring.score import Score, score
+from refseq_bench.scenarios.methods.by_name import METHODS
+from refseq_bench.scenarios.report.plot_selection import MOST, select_methods
+from refseq_bench.scenarios.scoring.score import Score, score
 from tests.support import certain, corridor_comparison
 
 

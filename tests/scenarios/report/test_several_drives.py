@@ -16,13 +16,13 @@ from refseq.map.profile import PROFILES
 from refseq.map.trackers import SureView
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.errors import ScenarioError
-from scenarios.methods.baselines import BASELINES, Reference
-from scenarios.methods.by_name import Learnt
-from scenarios.scoring.comparison import Comparison, Drives
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.path_geometry import WIDE, ReferencePath
-from scenarios.scoring.score import Score, score
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.by_name import Learnt
+from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.path_geometry import WIDE, ReferencePath
+from refseq_bench.scenarios.scoring.score import Score, score
 from tests.refseq.walks import Leg, Town, apart
 from tests.scenarios.forks import AHEAD, ASIDE, COUNT, DRIVES, PARTING, RIGHTLY, UP, compared, known, merging, views
 from tests.support import certain, corridor_comparison, corridor_drive

@@ -11,11 +11,11 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.belief import Stage
-from scenarios.report.page import SCRIPT, STYLE, policy, rendered
-from scenarios.report.plots import style
-from scenarios.report.plots.plan import OUTCOME_STYLES
+from refseq_bench.scenarios.report.page import SCRIPT, STYLE, policy, rendered
+from refseq_bench.scenarios.report.plots import style
+from refseq_bench.scenarios.report.plots.plan import OUTCOME_STYLES
 
-TEMPLATES = files("scenarios.report") / "templates"
+TEMPLATES = files("refseq_bench.scenarios.report") / "templates"
 CSS = (TEMPLATES / STYLE).read_text("utf-8")
 PAIRS = {name: (light, dark) for name, light, dark in re.findall(r"--(\w+): light-dark\((#\w{6}), (#\w{6})\);", CSS)}
 PRINTED = dict(re.findall(r"--(\w+): (#\w{6});", CSS[CSS.index("@media print") :]))

@@ -11,14 +11,22 @@ from hypothesis import strategies as st
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.campaign.declare.figures import FIGURES
-from scenarios.scoring.atlas import AtlasScore, JoinScore, atlas_score, join_score, p_right, passing, pool_atlas
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import Figures, figures, figures_record
-from scenarios.scoring.merging import Merging
-from scenarios.scoring.path_geometry import WIDE, ReferencePath, Tolerance, path_of
-from scenarios.scoring.proportion import Proportion
-from scenarios.scoring.tables import join_cells
+from refseq_bench.scenarios.campaign.declare.figures import FIGURES
+from refseq_bench.scenarios.scoring.atlas import (
+    AtlasScore,
+    JoinScore,
+    atlas_score,
+    join_score,
+    p_right,
+    passing,
+    pool_atlas,
+)
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.figures import Figures, figures, figures_record
+from refseq_bench.scenarios.scoring.merging import Merging
+from refseq_bench.scenarios.scoring.path_geometry import WIDE, ReferencePath, Tolerance, path_of
+from refseq_bench.scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.tables import join_cells
 from tests.scenarios.forks import (
     AHEAD,
     ASIDE,

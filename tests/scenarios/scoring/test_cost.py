@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from scenarios.scoring.cost import CLEAR, STATUS, bytes_kept, forget_peak, peak_bytes
+from refseq_bench.scenarios.scoring.cost import CLEAR, STATUS, bytes_kept, forget_peak, peak_bytes
 
 SMALL = 1000
 """What the objects around an array may take."""

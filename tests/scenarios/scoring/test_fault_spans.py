@@ -6,7 +6,7 @@ import pytest
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.scoring.fault_spans import FaultSpan, fault_spans, way_along
+from refseq_bench.scenarios.scoring.fault_spans import FaultSpan, fault_spans, way_along
 
 
 def drive(xs: list[float], distances: list[float] | None = None) -> list[View]:

@@ -8,13 +8,13 @@ from rich.console import Console
 from refseq.belief import Timings
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.drives.benchmark import ALL, by_experiment
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
-from scenarios.scoring.path_geometry import NARROW
-from scenarios.scoring.score import harm, pool, score
-from scenarios.scoring.tables import figures_table, lost_table, ways_text
-from scenarios.tables import print_whole
+from refseq_bench.scenarios.drives.benchmark import ALL, by_experiment
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
+from refseq_bench.scenarios.scoring.path_geometry import NARROW
+from refseq_bench.scenarios.scoring.score import harm, pool, score
+from refseq_bench.scenarios.scoring.tables import figures_table, lost_table, ways_text
+from refseq_bench.scenarios.tables import print_whole
 from tests.support import certain, corridor_comparison
 
 

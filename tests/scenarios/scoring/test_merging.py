@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from refseq.belief import LOST, belief_from
 from refseq.map.map import Map
 from refseq.map.profile import BEST
-from scenarios.scoring.merging import Merging, by_views, merged_drives
+from refseq_bench.scenarios.scoring.merging import Merging, by_views, merged_drives
 from tests.refseq.walks import Leg, Town, apart
 
 TOWN = Town()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.scoring.metrics import reliability
+from refseq_bench.scenarios.scoring.metrics import reliability
 
 
 def test_bins_and_error_by_hand() -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.scoring.missions import (
+from refseq_bench.scenarios.scoring.missions import (
     MissionFigures,
     MissionRun,
     Ordered,

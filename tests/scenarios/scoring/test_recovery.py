@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.scoring.outcome import OFF_MAP, ON_MAP, Outcome
-from scenarios.scoring.recovery import Recovery, first_fix, recovery_of
+from refseq_bench.scenarios.scoring.outcome import OFF_MAP, ON_MAP, Outcome
+from refseq_bench.scenarios.scoring.recovery import Recovery, first_fix, recovery_of
 
 R, W, M = Outcome.RIGHT, Outcome.WRONG, Outcome.MISSED
 F, X = Outcome.FALSE_FIX, Outcome.REJECTED

@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from refseq.belief import Belief, Stage
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.errors import ScenarioError
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.metrics import auroc, false_positive_rate, retrieval
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance, path_of
-from scenarios.scoring.proportion import Proportion
-from scenarios.scoring.score import Score, harm, pool, score
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.metrics import auroc, false_positive_rate, retrieval
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath, Tolerance, path_of
+from refseq_bench.scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.score import Score, harm, pool, score
 from tests.support import certain, corridor_comparison
 
 PLACES = 11

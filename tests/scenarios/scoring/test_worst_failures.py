@@ -4,12 +4,12 @@ import numpy as np
 
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.report.sections.frames import failure_frames, same_places
-from scenarios.scoring.comparison import Comparison, Drives
-from scenarios.scoring.outcome import Outcome
-from scenarios.scoring.path_geometry import WIDE, path_of
-from scenarios.scoring.score import score
-from scenarios.scoring.worst_failures import EACH, KINDS, worst_failures
+from refseq_bench.scenarios.report.sections.frames import failure_frames, same_places
+from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
+from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.path_geometry import WIDE, path_of
+from refseq_bench.scenarios.scoring.score import score
+from refseq_bench.scenarios.scoring.worst_failures import EACH, KINDS, worst_failures
 from tests.support import certain
 
 PLACES = 40

@@ -7,11 +7,19 @@ import pytest
 from rich.console import Console
 
 from refseq.features.sift import SiftKeys, SiftSettings, SiftWords
-from scenarios.drives.record import Drive
-from scenarios.world_survey.day import SAME_PLACE, Day, Recall, day_curve, day_table, found_again, through_the_day
-from sim.rendering.drivers import vulkan_device
+from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.world_survey.day import (
+    SAME_PLACE,
+    Day,
+    Recall,
+    day_curve,
+    day_table,
+    found_again,
+    through_the_day,
+)
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.worlds.light import light_named
 from tests.worlds.conftest import SMALL
-from worlds.light import light_named
 
 
 def random_keys(count: int, seed: int) -> SiftKeys:

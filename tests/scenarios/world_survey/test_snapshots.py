@@ -3,12 +3,12 @@ import math
 import numpy as np
 import pytest
 
-from scenarios.drives.record import Drive
-from scenarios.errors import ScenarioError
-from scenarios.world_survey.contact_sheet import contact_sheet
-from scenarios.world_survey.snapshots import Snapshot, places_on, pose_along, snapshots
-from sim.rendering.drivers import vulkan_device
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.world_survey.contact_sheet import contact_sheet
+from refseq_bench.scenarios.world_survey.snapshots import Snapshot, places_on, pose_along, snapshots
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.worlds.conftest import SMALL
 
 CORNER = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]])

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import robots
 from refseq.planar import Pose
-from robots import Limits, Twist
-from sim.acceptance import trials
-from sim.acceptance.floor import empty_floor
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.settings import BenchSettings
-from sim.rendering.renderer import RendererKind
-from worlds.build import World
+from refseq_bench import robots
+from refseq_bench.robots import Limits, Twist
+from refseq_bench.sim.acceptance import trials
+from refseq_bench.sim.acceptance.floor import empty_floor
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World
 
 
 @pytest.fixture(scope="module")

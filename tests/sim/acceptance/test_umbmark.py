@@ -4,13 +4,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import robots
 from refseq.planar import Pose
-from robots import DifferentialDrive, RobotsError
-from robots.odometry import Geometry, along_arc, true_geometry
-from sim.acceptance.umbmark import Direction, Point, Return, Umbmark, umbmark
-from sim.bench.bench import Bench
-from sim.errors import SimError
+from refseq_bench import robots
+from refseq_bench.robots import DifferentialDrive, RobotsError
+from refseq_bench.robots.odometry import Geometry, along_arc, true_geometry
+from refseq_bench.sim.acceptance.umbmark import Direction, Point, Return, Umbmark, umbmark
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.errors import SimError
 
 DRIVE = DifferentialDrive(track=0.62, wheel_radius=0.12, max_wheel_speed=8.0)
 TRUE = true_geometry(DRIVE)

@@ -7,28 +7,28 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import robots
-import sim.bench.bench
+import refseq_bench.sim.bench.bench
 from refseq.planar import Pose
 from refseq.view import View
-from robots import Twist
-from robots.odometry import CalibrationErrors
-from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
-from sim.bench.settings import BenchSettings
-from sim.cameras.camera import METER_STEP, CameraModel
-from sim.cameras.exposure import ExposureControl, centre_weights
-from sim.cameras.lens import Lens
-from sim.cameras.library import load_camera
-from sim.cameras.sensor import Sensor
-from sim.drives.operator import OperatorStyle
-from sim.drives.recorder import Trigger, describe
-from sim.errors import SimError
-from sim.rendering.renderer import RendererKind
-from sim.sensors.laser import LaserModel
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.robots.odometry import CalibrationErrors
+from refseq_bench.sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.cameras.camera import METER_STEP, CameraModel
+from refseq_bench.sim.cameras.exposure import ExposureControl, centre_weights
+from refseq_bench.sim.cameras.lens import Lens
+from refseq_bench.sim.cameras.library import load_camera
+from refseq_bench.sim.cameras.sensor import Sensor
+from refseq_bench.sim.drives.operator import OperatorStyle
+from refseq_bench.sim.drives.recorder import Trigger, describe
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.laser import LaserModel
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
 
@@ -191,7 +191,7 @@ class Lamp:
 @pytest.fixture
 def lamp(monkeypatch: pytest.MonkeyPatch) -> Lamp:
     lamp = Lamp(100.0)
-    monkeypatch.setattr(sim.bench.bench, "open_renderer", lambda kind, model: lamp)
+    monkeypatch.setattr(refseq_bench.sim.bench.bench, "open_renderer", lambda kind, model: lamp)
     return lamp
 
 
@@ -358,7 +358,7 @@ def test_somebody_who_walks_is_blurred_by_their_speed(lamp: Lamp, monkeypatch: p
     walker = 'person = [{ name = "p", at = [3, 0.2], walk = [[3, -0.9]], speed = 1.0 }]'
     world = build_world(parse_plan(SMALL.format(top=walker, end="")), light_named("16:00"), seed=0)
     seen: list[NDArray[np.float32]] = []
-    monkeypatch.setattr(sim.bench.bench, "smeared", lambda picture, run: seen.append(run) or picture)
+    monkeypatch.setattr(refseq_bench.sim.bench.bench, "smeared", lambda picture, run: seen.append(run) or picture)
     with bench_in(world, settings=BenchSettings(cameras=("camera-1",))) as bench:
         for seconds in (0.0, 0.6):
             drive(bench, Twist(), seconds)

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import pytest
 
-import robots
 from refseq.planar import Pose
-from robots import Twist
-from sim.bench.bench import Bench
-from sim.bench.contacts import ContactLog
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.contacts import ContactLog
 from tests.sim.drives.behaving_in import BOX, PERFECT, corridor, touches
 
 THINGS = BOX.format(x=6, y=0)

@@ -11,29 +11,29 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-import robots
-import sim.bench.bench
+import refseq_bench.sim.bench.bench
 from refseq.planar import Pose
-from robots import Robot, Twist
-from sim.acceptance.floor import empty_floor
-from sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
-from sim.bench.faults import CameraBlack, Fault, FaultSchedule, Kidnap, LaserDazzled, WheelSlip
-from sim.bench.hardware import SIDES
-from sim.bench.settings import BenchSettings
-from sim.cameras.camera import CameraModel
-from sim.cameras.sensor import WHITE
-from sim.drives.operator import Operator, OperatorStyle
-from sim.drives.recorder import RecordedView, Trigger, drive_and_sense, operator_for
-from sim.errors import SimError
-from sim.rendering.renderer import RendererKind
-from sim.sensors.beams import BEAMS
-from sim.sensors.laser import DAZZLE, Laser, LaserModel
-from sim.sensors.laser_echoes import LaserEchoes
+from refseq_bench import robots
+from refseq_bench.robots import Robot, Twist
+from refseq_bench.sim.acceptance.floor import empty_floor
+from refseq_bench.sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.faults import CameraBlack, Fault, FaultSchedule, Kidnap, LaserDazzled, WheelSlip
+from refseq_bench.sim.bench.hardware import SIDES
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.cameras.camera import CameraModel
+from refseq_bench.sim.cameras.sensor import WHITE
+from refseq_bench.sim.drives.operator import Operator, OperatorStyle
+from refseq_bench.sim.drives.recorder import RecordedView, Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.beams import BEAMS
+from refseq_bench.sim.sensors.laser import DAZZLE, Laser, LaserModel
+from refseq_bench.sim.sensors.laser_echoes import LaserEchoes
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.sim.bench.test_bench import Lamp, signal
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
 
 PERFECT = OperatorStyle(strength=0.0)
 BLIND = BenchSettings(renderer=RendererKind.NONE)
@@ -58,7 +58,7 @@ def floor() -> World:
 @pytest.fixture
 def lamp(monkeypatch: pytest.MonkeyPatch) -> Lamp:
     lamp = Lamp(100.0)
-    monkeypatch.setattr(sim.bench.bench, "open_renderer", lambda kind, model: lamp)
+    monkeypatch.setattr(refseq_bench.sim.bench.bench, "open_renderer", lambda kind, model: lamp)
     return lamp
 
 

@@ -4,10 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from robots import Actuation, Twist
-from sim.bench.hardware import BRAKE_TORQUE, Hardware
-from sim.sensors.inertial import InertialModel
-from sim.sensors.sonar import SonarModel
+from refseq_bench.robots import Actuation, Twist
+from refseq_bench.sim.bench.hardware import BRAKE_TORQUE, Hardware
+from refseq_bench.sim.sensors.inertial import InertialModel
+from refseq_bench.sim.sensors.sonar import SonarModel
 from tests.robots.driving import PREFIX, Driven, add_wall, flat_world
 
 FRONT, REAR = 0.335, -0.74

@@ -11,19 +11,27 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import robots
-from robots import Cause, Motors
-from robots.robuter.line import CAPACITY, SerialLine
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.serial_port import LOOPBACK, SerialPace, SerialPort, TcpOutlet, TerminalOutlet, open_port, serve
-from sim.bench.settings import BenchSettings
-from sim.errors import SimError
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.robots import Cause, Motors
+from refseq_bench.robots.robuter.line import CAPACITY, SerialLine
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.serial_port import (
+    LOOPBACK,
+    SerialPace,
+    SerialPort,
+    TcpOutlet,
+    TerminalOutlet,
+    open_port,
+    serve,
+)
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.terminals import needs_terminals
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
 
 AT_ONCE = SerialPace(None)
 

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from sim.cameras.camera import Camera, CameraModel
-from sim.cameras.exposure import ExposureControl
-from sim.cameras.lens import Lens
-from sim.cameras.sensor import WHITE, Sensor
-from sim.errors import SimError
+from refseq_bench.sim.cameras.camera import Camera, CameraModel
+from refseq_bench.sim.cameras.exposure import ExposureControl
+from refseq_bench.sim.cameras.lens import Lens
+from refseq_bench.sim.cameras.sensor import WHITE, Sensor
+from refseq_bench.sim.errors import SimError
 
 SMALL = Sensor(size=(64, 48))
 LONG = Lens(focal=0.1, blur=0.0)

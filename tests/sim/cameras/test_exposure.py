@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from sim.cameras.exposure import ExposureControl, centre_weights, split_exposure, wanted_exposure
-from sim.errors import SimError
+from refseq_bench.sim.cameras.exposure import ExposureControl, centre_weights, split_exposure, wanted_exposure
+from refseq_bench.sim.errors import SimError
 
 CONTROL = ExposureControl()
 

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.cameras.lens import Lens, Optics
-from sim.cameras.library import load_camera
-from sim.errors import SimError
-from sim.rendering.drivers import vulkan_device
-from sim.rendering.filament import prepare_spec
-from sim.rendering.opening import open_renderer
+from refseq_bench.sim.cameras.lens import Lens, Optics
+from refseq_bench.sim.cameras.library import load_camera
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.filament import prepare_spec
+from refseq_bench.sim.rendering.opening import open_renderer
 
 needs_vulkan = pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device on this machine")
 PIXEL, SIZE = 5.6e-6, (640, 480)

@@ -3,9 +3,9 @@ from pathlib import Path
 
 import pytest
 
-from sim.cameras.camera import CameraModel
-from sim.cameras.library import camera_names, load_camera, parse_camera
-from sim.errors import SimError
+from refseq_bench.sim.cameras.camera import CameraModel
+from refseq_bench.sim.cameras.library import camera_names, load_camera, parse_camera
+from refseq_bench.sim.errors import SimError
 
 
 def test_the_library_has_the_fire_i_with_both_lenses() -> None:

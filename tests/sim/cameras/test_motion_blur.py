@@ -3,12 +3,21 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.cameras.lens import Lens, Optics
-from sim.cameras.library import load_camera
-from sim.cameras.motion_blur import BLOCK, FAR, SHORTEST, MocapPoses, block_centres, paths, smeared, tell_velocities
-from sim.rendering.drivers import vulkan_device
-from sim.rendering.filament import prepare_spec
-from sim.rendering.opening import open_renderer
+from refseq_bench.sim.cameras.lens import Lens, Optics
+from refseq_bench.sim.cameras.library import load_camera
+from refseq_bench.sim.cameras.motion_blur import (
+    BLOCK,
+    FAR,
+    SHORTEST,
+    MocapPoses,
+    block_centres,
+    paths,
+    smeared,
+    tell_velocities,
+)
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.filament import prepare_spec
+from refseq_bench.sim.rendering.opening import open_renderer
 
 needs_vulkan = pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device on this machine")
 SIZE, PIXEL, SHUTTER = (640, 480), 5.6e-6, 1 / 15

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, kurtosis
 
-from sim.cameras.sensor import WHITE, Sensor
-from sim.errors import SimError
+from refseq_bench.sim.cameras.sensor import WHITE, Sensor
+from refseq_bench.sim.errors import SimError
 
 SENSOR = Sensor()
 LEVELS = (0.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0)

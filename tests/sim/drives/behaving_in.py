@@ -5,19 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-import robots
 from refseq.planar import Pose
-from robots.behaviours import Behaviour, BehaviourOutcome
-from robots.behaviours.written import make_behaviour, parse_behaviour
-from robots.odometry import CalibrationErrors
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.behaviour_runner import BehaviourEnd, BehaviourMoment, description_of, run
-from sim.drives.doors import doors_to_cross
-from sim.rendering.renderer import RendererKind
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
+from refseq_bench import robots
+from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome
+from refseq_bench.robots.behaviours.written import make_behaviour, parse_behaviour
+from refseq_bench.robots.odometry import CalibrationErrors
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_runner import BehaviourEnd, BehaviourMoment, description_of, run
+from refseq_bench.sim.drives.doors import doors_to_cross
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 
 PERFECT = BenchSettings(RendererKind.NONE, calibration=CalibrationErrors(0.0, 0.0, 0.0))
 """A robot that knows its wheels: what is off then is the behaviour's."""

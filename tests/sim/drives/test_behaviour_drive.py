@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-import robots
 from refseq.logs import RecordingWriter, read_recording
-from robots.errors import RobotsError
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.behaviour_drive import run_and_sense
-from sim.drives.recorder import RecordedView, Trigger
-from sim.errors import StuckError
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_drive import run_and_sense
+from refseq_bench.sim.drives.recorder import RecordedView, Trigger
+from refseq_bench.sim.errors import StuckError
+from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.sim.drives.behaving_in import BOX, corridor
 
 BEHAVIOURS = ("MN:2.5", "MT:180", "MW:left,1,1.5")

@@ -6,17 +6,17 @@ from dataclasses import astuple, replace
 import numpy as np
 import pytest
 
-import robots
 from refseq.planar import Pose
-from robots import Signals, Twist
-from robots.behaviours import BehaviourOutcome, BehaviourStep
-from robots.behaviours.guarded import PATIENCE
-from robots.behaviours.written import KINDS, BehaviourKind, make_behaviour, parse_behaviour
-from robots.segway_rmp import MOUNTING
-from sim.bench.bench import Bench
-from sim.drives.behaviour_runner import description_of, run, running
+from refseq_bench import robots
+from refseq_bench.robots import Signals, Twist
+from refseq_bench.robots.behaviours import BehaviourOutcome, BehaviourStep
+from refseq_bench.robots.behaviours.guarded import PATIENCE
+from refseq_bench.robots.behaviours.written import KINDS, BehaviourKind, make_behaviour, parse_behaviour
+from refseq_bench.robots.segway_rmp import MOUNTING
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.drives.behaviour_runner import description_of, run, running
+from refseq_bench.worlds.build import World
 from tests.sim.drives.behaving_in import BOX, PERFECT, behaved, corridor
-from worlds.build import World
 
 ROBOTS = ("robuter", "segway_rmp")
 SLIP = {"robuter": 0.003, "segway_rmp": 0.0}

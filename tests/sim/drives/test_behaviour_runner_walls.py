@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from robots.behaviours import BehaviourOutcome
+from refseq_bench.robots.behaviours import BehaviourOutcome
+from refseq_bench.worlds.build import World
 from tests.sim.drives.behaving_in import BOX, behaved, corridor, off
-from worlds.build import World
 
 LENGTH = 34.0
 ROBOTS = ("robuter", "segway_rmp")

@@ -5,18 +5,18 @@ import math
 import numpy as np
 import pytest
 
-import robots
 from refseq.planar import Pose
-from robots import Twist
-from sim.acceptance.floor import empty_floor
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.chase_camera import APART, CAMERA, EXPOSED, ChaseCamera, developed, with_chase_camera
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.sim.acceptance.floor import empty_floor
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.chase_camera import APART, CAMERA, EXPOSED, ChaseCamera, developed, with_chase_camera
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
 
 BOX = """
 [[furniture]]

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-import robots
 from refseq.planar import Pose
-from robots import Twist
-from robots.behaviours import BehaviourOutcome
-from robots.behaviours.cross_door import CrossingSide
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.robots.behaviours import BehaviourOutcome
+from refseq_bench.robots.behaviours.cross_door import CrossingSide
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
 from tests.sim.doorways import CORNERS, THICK, Crossing, Doorkeeper, cross, from_behind, rooms, standing, starts
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan
 
 every_robot = pytest.mark.parametrize("name", ["robuter", "segway_rmp"])
 ENOUGH = 0.05

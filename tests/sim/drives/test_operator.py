@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from refseq.planar import Pose
-from robots import Twist
-from sim.drives.operator import Operator, OperatorStyle
-from sim.errors import SimError
+from refseq_bench.robots import Twist
+from refseq_bench.sim.drives.operator import Operator, OperatorStyle
+from refseq_bench.sim.errors import SimError
 from tests.robots.driving import Driven
 
 STRAIGHT = np.array([[0.0, 0.0], [100.0, 0.0]])

@@ -10,19 +10,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import robots
 from refseq.logs import RecordingWriter, read_mcap
 from refseq.planar import Pose
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.operator import OperatorStyle
-from sim.drives.recorder import Moved, RecordedView, Trigger, describe, drive_and_sense, operator_for
-from sim.errors import SimError
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.operator import OperatorStyle
+from refseq_bench.sim.drives.recorder import Moved, RecordedView, Trigger, describe, drive_and_sense, operator_for
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import SMALL
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
 
 PERFECT = OperatorStyle(strength=0.0)
 THERE_AND_BACK = "back = [[1, 0], [4, 0], [2, 0]]"

@@ -14,9 +14,9 @@ from gymnasium.vector.utils import batch_space
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from numpy.typing import NDArray
 
-import sim.envs
-from sim.envs.batch import BatchEnv
-from sim.errors import SimError
+import refseq_bench.sim.envs
+from refseq_bench.sim.envs.batch import BatchEnv
+from refseq_bench.sim.errors import SimError
 
 TWIST = "RefSeq/CrossDoorTwist-v0"
 CORRIDORS = ["corridor:3", "corridor:10"]
@@ -137,7 +137,7 @@ def test_a_reset_in_between_begins_all_anew() -> None:
     assert not data_equivalence(envs.reset(), first, exact=True)
 
 
-@pytest.mark.parametrize("name", sim.envs.IDS[:4])
+@pytest.mark.parametrize("name", refseq_bench.sim.envs.IDS[:4])
 def test_what_is_given_is_as_gymnasium_asks(name: str) -> None:
     made_with: dict[str, Any] = {"world": CORRIDORS} if "Corridor" in name else {}
     envs, single = batch(name, 2, **made_with), gym.make(name, **made_with)
@@ -165,7 +165,7 @@ def test_it_is_made_from_what_its_spec_says_as_json() -> None:
     assert envs.unwrapped._longest == 60
     assert envs.spec is not None
     text = envs.spec.to_json()
-    assert json.loads(text)["vector_entry_point"] == "sim.envs.batch:BatchEnv"
+    assert json.loads(text)["vector_entry_point"] == "refseq_bench.sim.envs.batch:BatchEnv"
     again = gym.make_vec(EnvSpec.from_json(text))
     assert again.num_envs == 2
     assert data_equivalence(again.reset(seed=8), envs.reset(seed=8), exact=True)

@@ -7,14 +7,14 @@ import mujoco
 import numpy as np
 import pytest
 
-import robots
-from robots import Twist
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.envs.vector import PhysicsBatch
-from sim.envs.worlds.named import world_named
-from sim.physics import Due, alone
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.envs.vector import PhysicsBatch
+from refseq_bench.sim.envs.worlds.named import world_named
+from refseq_bench.sim.physics import Due, alone
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 BLIND = BenchSettings(renderer=RendererKind.NONE, cameras=())
 PERIODS = 12

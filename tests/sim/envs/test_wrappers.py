@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from gymnasium.wrappers import FlattenObservation, RecordEpisodeStatistics, RecordVideo
 
-import sim.envs  # noqa: F401 - registers the ids
-from sim.rendering.drivers import gl_backend, vulkan_device
+import refseq_bench.sim.envs  # noqa: F401 - registers the ids
+from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 
 NAME = "RefSeq/CrossDoorTwist-v0"
 BACK = np.array([-1.0, 0.0], np.float32)
@@ -26,7 +26,7 @@ def played(env: gym.Env[Any, Any], seed: int = 2) -> tuple[float, int, dict[str,
 
 
 def test_an_id_can_be_made_without_importing_anything_first() -> None:
-    env = gym.make(f"sim.envs:{NAME}")
+    env = gym.make(f"refseq_bench.sim.envs:{NAME}")
     assert env.spec is not None
     assert env.spec.id == NAME
     env.close()

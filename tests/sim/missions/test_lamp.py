@@ -7,22 +7,22 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import robots
 from refseq.missions.lamp import LampStage, LampWord, Verb, parse_lamp
 from refseq.planar import Pose
-from robots.behaviours import BehaviourOutcome
-from robots.behaviours.beside import keeps
-from scenarios.library import LIBRARY
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.behaviour_runner import description_of
-from sim.errors import SimError
-from sim.missions.lamp import LampEnded, run_lamp
-from sim.rendering.renderer import RendererKind
+from refseq_bench import robots
+from refseq_bench.robots.behaviours import BehaviourOutcome
+from refseq_bench.robots.behaviours.beside import keeps
+from refseq_bench.scenarios.library import LIBRARY
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_runner import description_of
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.missions.lamp import LampEnded, run_lamp
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
 from tests.sim.drives.behaving_in import PERFECT, corridor, touches
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan
 
 AHEAD = 0.275
 """How far the front sonars are ahead of the axle [m]."""

@@ -6,7 +6,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-import robots
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
@@ -28,17 +27,18 @@ from refseq.missions import (
 )
 from refseq.planar import Pose
 from refseq.view import View
-from robots.errors import RobotsError
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.behaviour_drive import run_and_sense
-from sim.drives.recorder import Trigger
-from sim.errors import SimError
-from sim.missions.mission import DrivenMission, run_mission
-from sim.rendering.renderer import RendererKind
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.plans.load import load_plan
+from refseq_bench import robots
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_drive import run_and_sense
+from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.missions.mission import DrivenMission, run_mission
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
 
 BLIND = BenchSettings(RendererKind.NONE, cameras=())
 WEST = Landmarks({"LA3": "end"})

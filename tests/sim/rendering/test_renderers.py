@@ -8,12 +8,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.errors import RendererError, SimError
-from sim.rendering.drivers import gl_backend, vulkan_device
-from sim.rendering.filament import FilamentRenderer, prepare_spec, split_lights
-from sim.rendering.frustum import farthest, frustum
-from sim.rendering.opening import open_renderer
-from sim.rendering.renderer import Renderer, RendererKind
+from refseq_bench.sim.errors import RendererError, SimError
+from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
+from refseq_bench.sim.rendering.filament import FilamentRenderer, prepare_spec, split_lights
+from refseq_bench.sim.rendering.frustum import farthest, frustum
+from refseq_bench.sim.rendering.opening import open_renderer
+from refseq_bench.sim.rendering.renderer import Renderer, RendererKind
 
 ROOT = Path(__file__).parents[3]
 GREY = 0.5
@@ -130,11 +130,11 @@ def shadowed_scene() -> tuple[mujoco.MjModel, mujoco.MjData]:
 def test_drawing_lights_apart_gives_what_drawing_them_together_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     model, data = shadowed_scene()
     together = split_lights(model)
-    monkeypatch.setattr("sim.rendering.filament.MANY_LAMPS", 1)
+    monkeypatch.setattr("refseq_bench.sim.rendering.filament.MANY_LAMPS", 1)
     assert [len(together), len(split_lights(model))] == [1, 2]
     with open_renderer("filament", model) as renderer:
         apart = renderer.radiance(data, "down", 320, 240)
-    monkeypatch.setattr("sim.rendering.filament.split_lights", lambda _: together)
+    monkeypatch.setattr("refseq_bench.sim.rendering.filament.split_lights", lambda _: together)
     with open_renderer("filament", model) as renderer:
         assert renderer.radiance(data, "down", 320, 240) == pytest.approx(apart, rel=0.01)
     dark = 1000 / np.sqrt(2) * ALBEDO / np.pi
@@ -144,7 +144,7 @@ def test_drawing_lights_apart_gives_what_drawing_them_together_gives(monkeypatch
 @needs_vulkan
 @pytest.mark.parametrize("many", [1, 30])
 def test_frames_repeat_bit_by_bit_in_any_order_of_sizes(many: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.rendering.filament.MANY_LAMPS", many)
+    monkeypatch.setattr("refseq_bench.sim.rendering.filament.MANY_LAMPS", many)
     model, data = shadowed_scene()
     with open_renderer("filament", model) as renderer, open_renderer("filament", model) as second:
         first = renderer.radiance(data, "down")
@@ -178,7 +178,7 @@ def test_what_is_equally_near_looks_alike_in_every_context() -> None:
 
 @needs_vulkan
 def test_a_moved_body_is_drawn_where_it_is_and_the_model_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sim.rendering.filament.MANY_LAMPS", 1)
+    monkeypatch.setattr("refseq_bench.sim.rendering.filament.MANY_LAMPS", 1)
     model, data = shadowed_scene()
     emission = model.mat_emission.copy()
     with open_renderer("filament", model) as renderer:
@@ -254,7 +254,7 @@ def test_filament_writes_nothing_to_the_terminal(capfd: pytest.CaptureFixture[st
 def test_filament_leaves_nothing_in_a_pipe_for_the_end() -> None:
     """C's standard output holds lines back where it is no terminal, and would let them go when the process ends."""
     program = (
-        "import mujoco; from sim.rendering.opening import open_renderer;"
+        "import mujoco; from refseq_bench.sim.rendering.opening import open_renderer;"
         "model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><camera name=\"c\"/></worldbody></mujoco>');"
         "data = mujoco.MjData(model); mujoco.mj_forward(model, data);"
         "open_renderer('filament', model).radiance(data, 'c', 16, 16)"
@@ -282,9 +282,9 @@ def test_an_unknown_camera_is_named_with_the_valid_ones() -> None:
 
 OPEN = """
 import sys, mujoco
-from sim.rendering.drivers import vulkan_device, gl_backend
-from sim.errors import RendererError
-from sim.rendering.opening import open_renderer
+from refseq_bench.sim.rendering.drivers import vulkan_device, gl_backend
+from refseq_bench.sim.errors import RendererError
+from refseq_bench.sim.rendering.opening import open_renderer
 try:
     open_renderer(sys.argv[1], mujoco.MjModel.from_xml_string("<mujoco/>"))
 except RendererError as error:

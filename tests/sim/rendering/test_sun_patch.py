@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sim.rendering.drivers import vulkan_device
-from sim.rendering.filament import prepare_spec
-from sim.rendering.opening import open_renderer
-from sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.filament import prepare_spec
+from refseq_bench.sim.rendering.opening import open_renderer
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.lighting.daylight import sun_direction
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import SMALL
-from worlds.build import build_world
-from worlds.light import light_named
-from worlds.lighting.daylight import sun_direction
-from worlds.plans.load import parse_plan
 
 WINDOW = 'window = [{ name = "w", wall = "right", at = 4 }]'
 ENDS = "".join(

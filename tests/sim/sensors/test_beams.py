@@ -4,7 +4,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.sensors.beams import DIVERGENCE, EXIT_DIAMETER, TURN_TIME, LaserSweep, ages, cones, directions, sweep
+from refseq_bench.sim.sensors.beams import (
+    DIVERGENCE,
+    EXIT_DIAMETER,
+    TURN_TIME,
+    LaserSweep,
+    ages,
+    cones,
+    directions,
+    sweep,
+)
 from tests.sim.carried import BEARINGS, SITE, Carried, boxes, room, room_distances, wall_at
 
 MIDDLES = directions()[:, None]

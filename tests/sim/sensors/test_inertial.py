@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from robots import Inertial, Twist
-from sim.errors import SimError
-from sim.sensors.inertial import InertialModel, InertialSensors, tilt
+from refseq_bench.robots import Inertial, Twist
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.sensors.inertial import InertialModel, InertialSensors, tilt
 from tests.robots.driving import PREFIX, Driven, ramped
 
 EXACT = InertialModel(0.0, 0.0, 0.0, 0.0)

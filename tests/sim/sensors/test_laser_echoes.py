@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from sim.sensors.beams import DIVERGENCE, EXIT_DIAMETER
-from sim.sensors.laser_echoes import (
+from refseq_bench.sim.sensors.beams import DIVERGENCE, EXIT_DIAMETER
+from refseq_bench.sim.sensors.laser_echoes import (
     DARK_SHIFT,
     PANE_LOBE,
     PANE_REMISSION,

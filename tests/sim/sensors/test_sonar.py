@@ -8,21 +8,21 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-import robots
 from refseq.planar import Pose
-from robots.robuter import sonars
-from sim.acceptance.floor import FLOOR
-from sim.bench.assembly import OPTIONS
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.errors import SimError
-from sim.rendering.renderer import RendererKind
-from sim.sensors.beams import SEEN_GROUPS
-from sim.sensors.sonar import SonarModel, SonarRing
-from sim.sensors.ultrasound import INNER_RAYS, RAYS
-from worlds.build import build_world
-from worlds.light import light_named
-from worlds.plans.load import parse_plan
+from refseq_bench import robots
+from refseq_bench.robots.robuter import sonars
+from refseq_bench.sim.acceptance.floor import FLOOR
+from refseq_bench.sim.bench.assembly import OPTIONS
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.beams import SEEN_GROUPS
+from refseq_bench.sim.sensors.sonar import SonarModel, SonarRing
+from refseq_bench.sim.sensors.ultrasound import INNER_RAYS, RAYS
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import parse_plan
 
 BOX, CYLINDER = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
 MOST = 10.668

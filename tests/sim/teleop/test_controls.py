@@ -13,22 +13,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import robots
 from refseq.view import Scan
-from robots import Twist
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.errors import SimError
-from sim.rendering.renderer import RendererKind
-from sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase, SessionStatus
-from sim.teleop.form import HeldSnapshot, StatusSnapshot, ViewerInput
-from sim.teleop.gamepad import AXIS, EVENT, FIRST_STATE, FULL, PRESS, Gamepad, PadState
-from sim.teleop.keys import GO_ON, HELD, LEVELS, PRESSED, Keyboard
-from sim.teleop.mirror import WorldMirror
-from sim.teleop.pictures import REACH, SIZE, pictures_of, scan_picture
-from sim.teleop.realtime import RealTimePacer
-from sim.teleop.session import run_session
-from sim.teleop.viewer import DEADMAN, ViewerSettings, ViewerSource, opened
+from refseq_bench import robots
+from refseq_bench.robots import Twist
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase, SessionStatus
+from refseq_bench.sim.teleop.form import HeldSnapshot, StatusSnapshot, ViewerInput
+from refseq_bench.sim.teleop.gamepad import AXIS, EVENT, FIRST_STATE, FULL, PRESS, Gamepad, PadState
+from refseq_bench.sim.teleop.keys import GO_ON, HELD, LEVELS, PRESSED, Keyboard
+from refseq_bench.sim.teleop.mirror import WorldMirror
+from refseq_bench.sim.teleop.pictures import REACH, SIZE, pictures_of, scan_picture
+from refseq_bench.sim.teleop.realtime import RealTimePacer
+from refseq_bench.sim.teleop.session import run_session
+from refseq_bench.sim.teleop.viewer import DEADMAN, ViewerSettings, ViewerSource, opened
 from tests.sim.drives.behaving_in import corridor
 
 CAMERALESS = BenchSettings(RendererKind.NONE, cameras=())

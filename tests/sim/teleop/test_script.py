@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots import Twist
-from sim.errors import SimError
-from sim.teleop.commands import AFTER, Button, Commands, SessionPhase, SessionStatus, valid_in
-from sim.teleop.script import AWAY, CommandLog, ScriptSource, TimedCommand, parse, printed
+from refseq_bench.robots import Twist
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.teleop.commands import AFTER, Button, Commands, SessionPhase, SessionStatus, valid_in
+from refseq_bench.sim.teleop.script import AWAY, CommandLog, ScriptSource, TimedCommand, parse, printed
 
 WRITTEN = """# to the door
 2.0 forward   # at the usual speed

@@ -6,17 +6,17 @@ from itertools import pairwise
 
 import pytest
 
-import robots
-from robots import Cause
-from sim.bench.bench import CONTROL_PERIOD, Bench
-from sim.bench.settings import BenchSettings
-from sim.drives.recorder import RecordedView, Trigger
-from sim.rendering.renderer import RendererKind
-from sim.teleop.commands import Button, Commands, CommandSource, SessionPhase, SessionStatus
-from sim.teleop.script import CommandLog, ScriptSource, parse, printed
-from sim.teleop.session import AbortedError, run_session
+from refseq_bench import robots
+from refseq_bench.robots import Cause
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.recorder import RecordedView, Trigger
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.teleop.commands import Button, Commands, CommandSource, SessionPhase, SessionStatus
+from refseq_bench.sim.teleop.script import CommandLog, ScriptSource, parse, printed
+from refseq_bench.sim.teleop.session import AbortedError, run_session
+from refseq_bench.worlds.build import World
 from tests.sim.drives.behaving_in import BOX, corridor
-from worlds.build import World
 
 CAMERALESS = BenchSettings(RendererKind.NONE, cameras=())
 BY_TIME = Trigger(distance=None, time=0.5)

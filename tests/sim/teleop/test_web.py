@@ -9,15 +9,15 @@ from collections.abc import Iterator
 
 import pytest
 
-import robots
 from refseq.viewer.sinks import free_port
-from sim.bench.bench import Bench
-from sim.bench.settings import BenchSettings
-from sim.errors import SimError
-from sim.rendering.renderer import RendererKind
-from sim.teleop.commands import Button, Commands, SessionStatus
-from sim.teleop.session import run_session
-from sim.teleop.viewer import ViewerSettings, opened
+from refseq_bench import robots
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.teleop.commands import Button, Commands, SessionStatus
+from refseq_bench.sim.teleop.session import run_session
+from refseq_bench.sim.teleop.viewer import ViewerSettings, opened
 from tests.sim.drives.behaving_in import corridor
 
 LOOPBACK = "127.0.0.1"

@@ -9,20 +9,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.change.change import KINDS, PRESETS, Change, change_named, changed
+from refseq_bench.worlds.change.changes import ASTRAY, NUDGED, THRESHOLD
+from refseq_bench.worlds.change.pedestrians import SHORTEST, STAND_EVERY, WALK_EVERY
+from refseq_bench.worlds.errors import ChangeError
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.parts.people import Crowd
+from refseq_bench.worlds.plans.areas import inside, rectangles
+from refseq_bench.worlds.plans.footprints import PERSON_RADIUS, Footprint, clearance, footprints, gaps, taken
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
+from refseq_bench.worlds.plans.rules import checked
+from refseq_bench.worlds.plans.schema import FloorPlan, Furniture
 from tests.worlds.conftest import corner
-from worlds.build import build_world
-from worlds.change.change import KINDS, PRESETS, Change, change_named, changed
-from worlds.change.changes import ASTRAY, NUDGED, THRESHOLD
-from worlds.change.pedestrians import SHORTEST, STAND_EVERY, WALK_EVERY
-from worlds.errors import ChangeError
-from worlds.light import light_named
-from worlds.parts.people import Crowd
-from worlds.plans.areas import inside, rectangles
-from worlds.plans.footprints import PERSON_RADIUS, Footprint, clearance, footprints, gaps, taken
-from worlds.plans.frame import LocalFrame
-from worlds.plans.load import load_plan, parse_plan, world_names
-from worlds.plans.rules import checked
-from worlds.plans.schema import FloorPlan, Furniture
 
 Text = Callable[..., str]
 HALLWAY, ANNEX = load_plan("hallway"), load_plan("annex")

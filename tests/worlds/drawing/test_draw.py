@@ -6,14 +6,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from worlds.drawing.draw import DPI, draw_plan
-from worlds.drawing.sheet import PAPERS
-from worlds.drawing.title_block import _bearing
-from worlds.errors import WorldsError
-from worlds.light import light_named
-from worlds.lighting.daylight import sun_position
-from worlds.plans.load import load_plan, parse_plan
-from worlds.plans.schema import FloorPlan
+from refseq_bench.worlds.drawing.draw import DPI, draw_plan
+from refseq_bench.worlds.drawing.sheet import PAPERS
+from refseq_bench.worlds.drawing.title_block import _bearing
+from refseq_bench.worlds.errors import WorldsError
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.lighting.daylight import sun_position
+from refseq_bench.worlds.plans.load import load_plan, parse_plan
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 SVG = "{http://www.w3.org/2000/svg}"
 GENERATED = load_plan("corridor:6")

@@ -1,7 +1,7 @@
 import numpy as np
 
-from worlds.drawing.outline import OPENING, outline_of
-from worlds.plans.load import load_plan
+from refseq_bench.worlds.drawing.outline import OPENING, outline_of
+from refseq_bench.worlds.plans.load import load_plan
 
 
 def test_walls_step_back_at_their_openings_and_cabinets_stand_out() -> None:

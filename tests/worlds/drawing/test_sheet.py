@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worlds.drawing.sheet import EDGE, FOOT, PAPERS, lay_out
-from worlds.plans.areas import Rectangle
+from refseq_bench.worlds.drawing.sheet import EDGE, FOOT, PAPERS, lay_out
+from refseq_bench.worlds.plans.areas import Rectangle
 
 sides = st.floats(2.0, 900.0)
 

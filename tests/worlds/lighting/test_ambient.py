@@ -4,15 +4,15 @@ import mujoco
 import numpy as np
 import pytest
 
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.lighting.ambient import AXES, CLEARANCE, EYE, Ambient, ambient
+from refseq_bench.worlds.lighting.form_factors import Cards
+from refseq_bench.worlds.lighting.photometry import photometry, spot_illuminance, spots
+from refseq_bench.worlds.meter import Meter
+from refseq_bench.worlds.plans.areas import Rectangle
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import box, corner
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.lighting.ambient import AXES, CLEARANCE, EYE, Ambient, ambient
-from worlds.lighting.form_factors import Cards
-from worlds.lighting.photometry import photometry, spot_illuminance, spots
-from worlds.meter import Meter
-from worlds.plans.areas import Rectangle
-from worlds.plans.load import parse_plan
 
 Floats = np.ndarray
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from worlds.lighting.colour import black_body, camera_weight, eye
+from refseq_bench.worlds.lighting.colour import black_body, camera_weight, eye
 
 PEAK = 683.0
 """Luminous efficacy at 555 nm [lm/W], the definition of the lumen."""

@@ -4,8 +4,8 @@ import datetime
 import numpy as np
 import pytest
 
-from worlds.lighting.daylight import daylight, sun_direction, sun_position
-from worlds.plans.schema import Place
+from refseq_bench.worlds.lighting.daylight import daylight, sun_direction, sun_position
+from refseq_bench.worlds.plans.schema import Place
 
 SUMMER, AUTUMN = datetime.date(2008, 6, 15), datetime.date(2008, 11, 15)
 TABLE_PLACE = Place(latitude=40.2, longitude=-8.4, timezone="Europe/Lisbon", date=SUMMER, x_azimuth=0.0)

@@ -4,10 +4,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from refseq_bench.worlds.lighting.form_factors import Cards, Quads, configuration_factor, form_factors, hidden
+from refseq_bench.worlds.lighting.radiosity import lay_patches
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import box, corner
-from worlds.lighting.form_factors import Cards, Quads, configuration_factor, form_factors, hidden
-from worlds.lighting.radiosity import lay_patches
-from worlds.plans.load import parse_plan
 
 BOX = parse_plan(box(4, 2))
 UP = np.array([[0.0, 0.0, 1.0]])

@@ -2,16 +2,16 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.rendering.drivers import vulkan_device
-from sim.rendering.filament import prepare_spec
-from sim.rendering.opening import open_renderer
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.lighting.photometry import transmission, window_luminance
-from worlds.meter import Meter
-from worlds.parts.greyscale import srgb
-from worlds.plans.frame import quaternion
-from worlds.plans.load import load_plan
+from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.filament import prepare_spec
+from refseq_bench.sim.rendering.opening import open_renderer
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.lighting.photometry import transmission, window_luminance
+from refseq_bench.worlds.meter import Meter
+from refseq_bench.worlds.parts.greyscale import srgb
+from refseq_bench.worlds.plans.frame import quaternion
+from refseq_bench.worlds.plans.load import load_plan
 
 PLAN = load_plan("hallway")
 

@@ -6,18 +6,18 @@ import mujoco
 import numpy as np
 import pytest
 
-from sim.rendering.filament import prepare_spec
-from sim.rendering.opening import open_renderer
+from refseq_bench.sim.rendering.filament import prepare_spec
+from refseq_bench.sim.rendering.opening import open_renderer
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.lighting.colour import camera_weight
+from refseq_bench.worlds.lighting.daylight import Daylight, sun_direction
+from refseq_bench.worlds.lighting.open_air import CONE, FACE_SHARES, INNER, axial, face_luminances, head_of
+from refseq_bench.worlds.lighting.sky import elevations, sky
+from refseq_bench.worlds.meter import illuminance
+from refseq_bench.worlds.plans.load import parse_plan
+from refseq_bench.worlds.plans.schema import FloorPlan
 from tests.worlds.conftest import in_the_open
-from worlds.build import World, build_world
-from worlds.light import light_named
-from worlds.lighting.colour import camera_weight
-from worlds.lighting.daylight import Daylight, sun_direction
-from worlds.lighting.open_air import CONE, FACE_SHARES, INNER, axial, face_luminances, head_of
-from worlds.lighting.sky import elevations, sky
-from worlds.meter import illuminance
-from worlds.plans.load import parse_plan
-from worlds.plans.schema import FloorPlan
 
 YARD = """
 [[wall]]

@@ -1,7 +1,7 @@
 import numpy as np
 
-from worlds.lighting import outlook
-from worlds.parts import greyscale
+from refseq_bench.worlds.lighting import outlook
+from refseq_bench.worlds.parts import greyscale
 
 
 def rng(seed: int = 0) -> np.random.Generator:

@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from tests.worlds.conftest import box
-from worlds.light import light_named, light_names
-from worlds.lighting.colour import camera_weight
-from worlds.lighting.photometry import (
+from refseq_bench.worlds.light import light_named, light_names
+from refseq_bench.worlds.lighting.colour import camera_weight
+from refseq_bench.worlds.lighting.photometry import (
     GLAZING,
     LAMP_DEPTH,
     REACH,
@@ -17,7 +16,8 @@ from worlds.lighting.photometry import (
     transmission,
     window_luminance,
 )
-from worlds.plans.load import load_plan, parse_plan
+from refseq_bench.worlds.plans.load import load_plan, parse_plan
+from tests.worlds.conftest import box
 
 PLAN = load_plan("hallway")
 

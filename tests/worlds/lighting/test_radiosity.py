@@ -3,14 +3,22 @@ import dataclasses
 import numpy as np
 import pytest
 
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.lighting.daylight import Daylight, sun_direction
+from refseq_bench.worlds.lighting.photometry import FRAME_SHARE, GLAZING, photometry
+from refseq_bench.worlds.lighting.radiosity import (
+    WINDOW_ALBEDO,
+    Interior,
+    exchange,
+    lay_patches,
+    light_up,
+    solve,
+    sun_on_faces,
+)
+from refseq_bench.worlds.meter import Meter
+from refseq_bench.worlds.plans.load import load_plan, parse_plan
+from refseq_bench.worlds.plans.schema import FloorPlan
 from tests.worlds.conftest import SMALL, box
-from worlds.light import light_named
-from worlds.lighting.daylight import Daylight, sun_direction
-from worlds.lighting.photometry import FRAME_SHARE, GLAZING, photometry
-from worlds.lighting.radiosity import WINDOW_ALBEDO, Interior, exchange, lay_patches, light_up, solve, sun_on_faces
-from worlds.meter import Meter
-from worlds.plans.load import load_plan, parse_plan
-from worlds.plans.schema import FloorPlan
 
 LAMP = '[[lamp]]\nname = "one"\nfirst = [3, 0]\nstep = [1, 0]\ncount = 1\nsize = [0.1, 0.1]\nlumen = 1000'
 WINDOW = '[[window]]\nname = "w"\nwall = "right"\nat = 3'

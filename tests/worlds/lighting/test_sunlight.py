@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from refseq_bench.worlds.lighting.photometry import GLAZING
+from refseq_bench.worlds.lighting.sunlight import shaded, sunlit
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import box, corner
-from worlds.lighting.photometry import GLAZING
-from worlds.lighting.sunlight import shaded, sunlit
-from worlds.plans.load import parse_plan
 
 ROOM = parse_plan(box(6, 5, end='[[window]]\nname = "w"\nwall = "right"\nat = 3\nglazing = "4mm"'))
 """A window from x = 2 to 4 and z = 0.9 to 2.4 in a wall of 0.3 m, whose inner face is at y = -2.5."""

@@ -10,16 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.parts import clutter, greyscale, posters, textures
+from refseq_bench.worlds.parts.furniture import BENCH_CLUTTER, LIGHT_CLUTTER, SHELF_CLUTTER, TABLE_CLUTTER, furnish
+from refseq_bench.worlds.parts.site import SEEN, SOLID, TOUCHED, Site
+from refseq_bench.worlds.plans.frame import LocalFrame
+from refseq_bench.worlds.plans.load import parse_plan
+from refseq_bench.worlds.plans.schema import SMALLEST, Furniture
 from tests.worlds.conftest import SMALL
-from worlds.build import build_world
-from worlds.errors import PlanError
-from worlds.light import light_named
-from worlds.parts import clutter, greyscale, posters, textures
-from worlds.parts.furniture import BENCH_CLUTTER, LIGHT_CLUTTER, SHELF_CLUTTER, TABLE_CLUTTER, furnish
-from worlds.parts.site import SEEN, SOLID, TOUCHED, Site
-from worlds.plans.frame import LocalFrame
-from worlds.plans.load import parse_plan
-from worlds.plans.schema import SMALLEST, Furniture
 
 SCAN = 0.35
 """Height of the robot's laser [m]."""

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from worlds.parts import greyscale
+from refseq_bench.worlds.parts import greyscale
 
 
 def rng(seed: int = 0) -> np.random.Generator:

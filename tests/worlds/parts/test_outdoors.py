@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.parts.cars import CARS, hull, trim
+from refseq_bench.worlds.parts.facets import Facets
+from refseq_bench.worlds.parts.greyscale import linear
+from refseq_bench.worlds.parts.scenery import shade_under
+from refseq_bench.worlds.parts.site import SEEN, SOLID, TOUCHED
+from refseq_bench.worlds.plans.footprints import CAR_SIZES
+from refseq_bench.worlds.plans.load import parse_plan
+from refseq_bench.worlds.plans.schema import Tree
 from tests.worlds.conftest import in_the_open
-from worlds.build import build_world
-from worlds.errors import PlanError
-from worlds.light import light_named
-from worlds.parts.cars import CARS, hull, trim
-from worlds.parts.facets import Facets
-from worlds.parts.greyscale import linear
-from worlds.parts.scenery import shade_under
-from worlds.parts.site import SEEN, SOLID, TOUCHED
-from worlds.plans.footprints import CAR_SIZES
-from worlds.plans.load import parse_plan
-from worlds.plans.schema import Tree
 
 LOT = """
 [[wall]]

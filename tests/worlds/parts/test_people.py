@@ -5,17 +5,17 @@ import mujoco
 import numpy as np
 import pytest
 
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.parts.figure import PARTS, skin
+from refseq_bench.worlds.parts.people import Crowd
+from refseq_bench.worlds.parts.site import SOLID
+from refseq_bench.worlds.parts.walk import Walk
+from refseq_bench.worlds.plans.footprints import PERSON_RADIUS
+from refseq_bench.worlds.plans.load import parse_plan
+from refseq_bench.worlds.plans.schema import FloorPlan
 from tests.worlds.conftest import SMALL
-from worlds.build import build_world
-from worlds.errors import PlanError
-from worlds.light import light_named
-from worlds.parts.figure import PARTS, skin
-from worlds.parts.people import Crowd
-from worlds.parts.site import SOLID
-from worlds.parts.walk import Walk
-from worlds.plans.footprints import PERSON_RADIUS
-from worlds.plans.load import parse_plan
-from worlds.plans.schema import FloorPlan
 
 Text = Callable[..., str]
 TWO = """person = [

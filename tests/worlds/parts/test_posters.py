@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from worlds.parts import posters
+from refseq_bench.worlds.parts import posters
 
 
 def keypoints(image: np.ndarray) -> int:

@@ -4,12 +4,12 @@ import mujoco
 import numpy as np
 import pytest
 
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.parts.site import SEEN, SOLID
+from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.test_build import touched
-from worlds.build import build_world
-from worlds.errors import PlanError
-from worlds.light import light_named
-from worlds.parts.site import SEEN, SOLID
-from worlds.plans.load import parse_plan
 
 FOOT, WIDTH, STEPS, RISE, RUN = (3.0, 0.0), 0.8, 4, 0.17, 0.28
 HEADINGS = (0.0, 90.0, 37.0, -140.0)

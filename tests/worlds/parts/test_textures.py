@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from worlds.parts import greyscale, textures
+from refseq_bench.worlds.parts import greyscale, textures
 
 
 def keypoints(image: np.ndarray) -> int:

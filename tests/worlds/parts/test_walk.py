@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worlds.parts.walk import HALF_TURN, STEP, Stance, Walk
-from worlds.plans.schema import Person
+from refseq_bench.worlds.parts.walk import HALF_TURN, STEP, Stance, Walk
+from refseq_bench.worlds.plans.schema import Person
 
 coordinate = st.integers(-50, 50).map(lambda k: k / 2)
 points = st.lists(st.tuples(coordinate, coordinate), min_size=2, max_size=5).filter(

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from refseq_bench.worlds.plans.areas import rectangles
+from refseq_bench.worlds.plans.load import load_plan, parse_plan
+from refseq_bench.worlds.plans.schema import FloorPlan
 from tests.worlds.conftest import SMALL, corner
-from worlds.plans.areas import rectangles
-from worlds.plans.load import load_plan, parse_plan
-from worlds.plans.schema import FloorPlan
 
 
 def area(plan: FloorPlan) -> float:

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from worlds.plans.footprints import PERSON_RADIUS, Footprint, clearance, gaps, strip, taken
-from worlds.plans.load import load_plan
+from refseq_bench.worlds.plans.footprints import PERSON_RADIUS, Footprint, clearance, gaps, strip, taken
+from refseq_bench.worlds.plans.load import load_plan
 
 RAY = np.linspace(-1.0, 1.0, 21)
 sizes = st.floats(0.0, 2.0)

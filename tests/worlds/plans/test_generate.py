@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worlds.errors import PlanError
-from worlds.plans.areas import enclosing, rectangles
-from worlds.plans.footprints import Footprint, gaps, room_behind
-from worlds.plans.generate import corridor
-from worlds.plans.load import load_plan, parse_plan
-from worlds.plans.schema import ON_WALL, FloorPlan
-from worlds.plans.write import plan_text
+from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.plans.areas import enclosing, rectangles
+from refseq_bench.worlds.plans.footprints import Footprint, gaps, room_behind
+from refseq_bench.worlds.plans.generate import corridor
+from refseq_bench.worlds.plans.load import load_plan, parse_plan
+from refseq_bench.worlds.plans.schema import ON_WALL, FloorPlan
+from refseq_bench.worlds.plans.write import plan_text
 
 seeds = st.integers(0, 10**18 - 1)
 quick = settings(max_examples=40, deadline=None)

@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from worlds.errors import PlanError, WorldsError
-from worlds.plans.load import load_plan, parse_plan, world_names
+from refseq_bench.worlds.errors import PlanError, WorldsError
+from refseq_bench.worlds.plans.load import load_plan, parse_plan, world_names
 
 Text = Callable[..., str]
 

@@ -11,19 +11,19 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from scenarios.campaign.declare.cases import Case, find, load
-from scenarios.campaign.declare.drivable import check_route
-from scenarios.campaign.declare.figures import FIGURES
-from scenarios.campaign.declare.real_recordings import AbsentError, Images, Log
-from scenarios.campaign.declare.schema import Scenario
-from scenarios.campaign.run.case_tasks import answer_tasks
-from scenarios.drives.record import QUERY_SEEDS, Drive
-from scenarios.errors import ScenarioError
-from sim.bench.faults import CameraBlack
-from sim.drives.operator import OperatorStyle
-from sim.drives.recorder import Trigger
-from sim.rendering.renderer import RendererKind
-from sim.sensors.laser import RangeMode
+from refseq_bench.scenarios.campaign.declare.cases import Case, find, load
+from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.figures import FIGURES
+from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError, Images, Log
+from refseq_bench.scenarios.campaign.declare.schema import Scenario
+from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
+from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.sim.bench.faults import CameraBlack
+from refseq_bench.sim.drives.operator import OperatorStyle
+from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.sensors.laser import RangeMode
 
 REFERENCE = '[reference]\nworld = "hallway"\nrenderer = "none"\nend = 20.0\n'
 GOOD = (

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from scenarios.campaign.declare.expand import Values, expanded
+from refseq_bench.scenarios.campaign.declare.expand import Values, expanded
 
 KEY = "query.light"
 

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from refseq.belief import Timings
 from refseq.planar import Pose
 from refseq.view import View
-from scenarios.campaign.declare.expectations import SUFFIXES, Expectation, Term, about, as_text, parse
-from scenarios.campaign.declare.figures import FIGURES, Unit
-from scenarios.campaign.judge.expectations import judge
-from scenarios.errors import ScenarioError
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import Figures, figures
+from refseq_bench.scenarios.campaign.declare.expectations import SUFFIXES, Expectation, Term, about, as_text, parse
+from refseq_bench.scenarios.campaign.declare.figures import FIGURES, Unit
+from refseq_bench.scenarios.campaign.judge.expectations import judge
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.figures import Figures, figures
 from tests.support import certain
 
 METHODS = st.sampled_from(["thesis/chain", "best/uniform", "topometric", "my.own:Localiser"])

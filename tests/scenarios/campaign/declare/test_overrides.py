@@ -1,8 +1,8 @@
 import pytest
 
-from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.overrides import with_methods, with_seeds
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_seeds
+from refseq_bench.scenarios.errors import ScenarioError
 
 FILE = """
 title = "T"

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.declare.real_recordings import DATA
-from scenarios.campaign.judge.drives import Judged, judged, tolerances
-from scenarios.campaign.run.case_tasks import answer_tasks
-from scenarios.campaign.run.tasks import AnswerTask, answers_of, perform
-from scenarios.campaign.store.answers import beliefs_digest
-from scenarios.campaign.store.cache import Store
-from scenarios.campaign.store.result_file import JudgementRecord
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
+from refseq_bench.scenarios.campaign.judge.drives import Judged, judged, tolerances
+from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
+from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, answers_of, perform
+from refseq_bench.scenarios.campaign.store.answers import beliefs_digest
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.campaign.store.result_file import JudgementRecord
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
 
 

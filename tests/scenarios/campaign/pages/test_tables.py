@@ -3,10 +3,10 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.pages.tables import CampaignRuns, blocks, filled, replaced
-from scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, SeedRecord, write_result
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.pages.tables import CampaignRuns, blocks, filled, replaced
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, SeedRecord, write_result
+from refseq_bench.scenarios.errors import ScenarioError
 from tests.scenarios.campaign.pages.test_text_report import campaign, case, method
 from tests.scenarios.conftest import Refseq
 

@@ -2,11 +2,11 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.pages.index import index_page, verdict_line
-from scenarios.campaign.pages.sweep_plot import sweep_plot_of
-from scenarios.campaign.pages.text_report import report_markdown
-from scenarios.campaign.store.result_file import (
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.pages.index import index_page, verdict_line
+from refseq_bench.scenarios.campaign.pages.sweep_plot import sweep_plot_of
+from refseq_bench.scenarios.campaign.pages.text_report import report_markdown
+from refseq_bench.scenarios.campaign.store.result_file import (
     CampaignRecord,
     CaseRecord,
     JudgementRecord,
@@ -15,7 +15,7 @@ from scenarios.campaign.store.result_file import (
     ShareRecord,
     write_result,
 )
-from scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.proportion import Proportion
 from tests.scenarios.conftest import Refseq
 from tests.scenarios.report.test_document import Page
 

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.run.case_tasks import answer_tasks
-from scenarios.campaign.run.estimate import METRE, rest_of
-from scenarios.campaign.run.tasks import distinct
-from scenarios.campaign.store.cache import RECORDING, Store
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
+from refseq_bench.scenarios.campaign.run.estimate import METRE, rest_of
+from refseq_bench.scenarios.campaign.run.tasks import distinct
+from refseq_bench.scenarios.campaign.store.cache import RECORDING, Store
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 FILE = """
 title = "T"

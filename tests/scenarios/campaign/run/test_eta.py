@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.campaign.run.eta import Eta, in_words
+from refseq_bench.scenarios.campaign.run.eta import Eta, in_words
 from tests.scenarios.campaign.chores import Chore
 
 DRIVE, ASK = Chore("d", "drive"), Chore("a", "ask")

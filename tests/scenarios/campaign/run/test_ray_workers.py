@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from scenarios.campaign.campaign import Watcher, run_campaign
-from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.judge.drives import Judged
-from scenarios.campaign.run import remote_payload
-from scenarios.campaign.run.case_tasks import answer_tasks
-from scenarios.campaign.run.remote_payload import (
+from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
+from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.judge.drives import Judged
+from refseq_bench.scenarios.campaign.run import remote_payload
+from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
+from refseq_bench.scenarios.campaign.run.remote_payload import (
     NodeFingerprint,
     RemoteResult,
     RemoteTask,
@@ -23,10 +23,10 @@ from scenarios.campaign.run.remote_payload import (
     here,
     remote_task_for,
 )
-from scenarios.campaign.run.tasks import RecordTask, distinct, perform
-from scenarios.campaign.run.workers import LocalWorkers, WorkerPool
-from scenarios.campaign.store.cache import ANSWERS, MAP, RECORDING, Store
-from sim.rendering.renderer import RendererKind
+from refseq_bench.scenarios.campaign.run.tasks import RecordTask, distinct, perform
+from refseq_bench.scenarios.campaign.run.workers import LocalWorkers, WorkerPool
+from refseq_bench.scenarios.campaign.store.cache import ANSWERS, MAP, RECORDING, Store
+from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.scenarios.campaign.chores import Dying, Hanging, scenario_in
 
 # --- what goes with a task, carried out in this process in place of another machine ---
@@ -218,7 +218,7 @@ class Saboteur(Watcher):
 
 @pytest.mark.slow
 def test_beliefs_of_a_cluster_that_loses_a_node_are_those_of_this_machine(tmp_path: Path, nodes: Nodes) -> None:
-    from scenarios.campaign.run.ray_workers import RayWorkers
+    from refseq_bench.scenarios.campaign.run.ray_workers import RayWorkers
 
     cases = load(scenario_in(tmp_path, seeds=range(1, 7)))
     local, remote = Store(tmp_path / "local"), Store(tmp_path / "remote")
@@ -238,7 +238,7 @@ def test_beliefs_of_a_cluster_that_loses_a_node_are_those_of_this_machine(tmp_pa
 
 @pytest.mark.slow
 def test_what_breaks_on_a_node_is_told_as_on_this_machine(tmp_path: Path, nodes: Nodes) -> None:
-    from scenarios.campaign.run.ray_workers import RayWorkers
+    from refseq_bench.scenarios.campaign.run.ray_workers import RayWorkers
 
     store = Store(tmp_path)
     workers = RayWorkers(nodes.address, store)

@@ -8,21 +8,21 @@ import pytest
 from refseq.belief import Belief
 from refseq.errors import LogError
 from refseq.view import LASER, View
-from robots.errors import RobotsError
-from scenarios.campaign.declare.outcomes import Verdict
-from scenarios.campaign.declare.real_recordings import DATA, AbsentError, Log
-from scenarios.campaign.run import answering
-from scenarios.campaign.run.tasks import AnswerTask, RecordTask, answers_of, distinct, perform
-from scenarios.campaign.store.cache import DamagedError, Store
-from scenarios.drives.record import Drive
-from scenarios.errors import ScenarioError
-from scenarios.methods.baselines import Reference
-from scenarios.methods.plugins import MisbehavedError
-from sim.errors import SimError, StuckError
+from refseq_bench.robots.errors import RobotsError
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, AbsentError, Log
+from refseq_bench.scenarios.campaign.run import answering
+from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, RecordTask, answers_of, distinct, perform
+from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
+from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.baselines import Reference
+from refseq_bench.scenarios.methods.plugins import MisbehavedError
+from refseq_bench.sim.errors import SimError, StuckError
+from refseq_bench.worlds.errors import WorldsError
 from tests.scenarios.campaign.chores import Chore
 from tests.scenarios.campaign.made import write_logs
 from tests.support import certain
-from worlds.errors import WorldsError
 
 REFERENCE, QUERY = Log("reference.mcap"), Log("query.mcap")
 

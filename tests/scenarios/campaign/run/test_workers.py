@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 from pebble import ProcessExpired
 
-from scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
-from scenarios.campaign.declare.real_recordings import DATA, Log
-from scenarios.campaign.run.tasks import AnswerTask
-from scenarios.campaign.run.workers import LocalWorkers, Processes, broken
-from scenarios.campaign.store.cache import ANSWERS, Store
+from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Log
+from refseq_bench.scenarios.campaign.run.tasks import AnswerTask
+from refseq_bench.scenarios.campaign.run.workers import LocalWorkers, Processes, broken
+from refseq_bench.scenarios.campaign.store.cache import ANSWERS, Store
 from tests.scenarios.campaign.chores import Chore
 from tests.scenarios.campaign.litter import litter, resident
 from tests.scenarios.campaign.made import write_logs
@@ -45,7 +45,7 @@ def expired(code: int) -> ProcessExpired:
 def test_nothing_that_counts_threads_is_loaded_before_a_worker_is_initialised() -> None:
     """A spawned process imports the command line first; BLAS with all cores would round otherwise."""
     code = (
-        "import sys, scenarios.cli.app, scenarios.campaign.run.worker_init; "
+        "import sys, refseq_bench.scenarios.cli.app, refseq_bench.scenarios.campaign.run.worker_init; "
         "sys.exit(bool({'numpy', 'scipy', 'cv2'} & set(sys.modules)))"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
@@ -92,7 +92,7 @@ def test_memory_that_nothing_holds_is_given_back() -> None:
 
 def test_they_die_with_their_master(tmp_path: Path) -> None:
     script = (
-        "import os, time; from scenarios.campaign.run.workers import Processes; one = Processes(1); "
+        "import os, time; from refseq_bench.scenarios.campaign.run.workers import Processes; one = Processes(1); "
         f"one.call(None, None, os.mkdir, {str(tmp_path / 'begun')!r}); one.call(None, None, time.sleep, 600).result()"
     )
     root = Path(__file__).parents[4]

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 
 from refseq.belief import Belief, Timings
-from scenarios.campaign.store.answers import beliefs_digest
+from refseq_bench.scenarios.campaign.store.answers import beliefs_digest
 
 BELIEF = Belief(np.array([0.25, 0.75]), 0.5, 1, (0, 1), 0.56)
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.store.cache import ANSWERS, MAP, RECORDING, Store
-from scenarios.errors import ScenarioError
+from refseq_bench.scenarios.campaign.store.cache import ANSWERS, MAP, RECORDING, Store
+from refseq_bench.scenarios.errors import ScenarioError
 from tests.scenarios.campaign.chores import WHOLE
 from tests.support import corridor_drive
 

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.campaign.declare.cases import Case, load
-from scenarios.campaign.declare.real_recordings import Log
-from scenarios.campaign.run import remote_payload
-from scenarios.campaign.run.case_tasks import answer_tasks, mission_tasks
-from scenarios.campaign.store import keys
-from scenarios.campaign.store.views import source_key
-from scenarios.imports.closure import ROOMS, ROOT, Closure, closure_of
+from refseq_bench.scenarios.campaign.declare.cases import Case, load
+from refseq_bench.scenarios.campaign.declare.real_recordings import Log
+from refseq_bench.scenarios.campaign.run import remote_payload
+from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks, mission_tasks
+from refseq_bench.scenarios.campaign.store import keys
+from refseq_bench.scenarios.campaign.store.views import source_key
+from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT, Closure, closure_of
 from tests.scenarios.campaign import traced
 from tests.scenarios.campaign.made import write_logs
 from tests.worlds.conftest import SMALL
@@ -27,8 +27,8 @@ KINDS = ("recording", "real log", "map", "answers", "mission", "remote")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the bench."""
     root = tmp_path_factory.mktemp("bench")
-    for room in ROOMS:
-        shutil.copytree(ROOT / room, root / room, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in PACKAGES:
+        shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
     return root
 
 
@@ -96,17 +96,17 @@ ALL = set(KINDS)
         ("refseq/features/doors.py", ALL - {"real log"}),  # found for behaviours, and to tell views apart
         ("refseq/viewer/drawing/colours.py", set()),
         ("refseq/logs/thin.py", {"real log", "mission", "remote"}),
-        ("worlds/library/hallway.toml", DRIVEN),
-        ("worlds/library/new.toml", DRIVEN),
-        ("robots/robuter/robuter.xml", DRIVEN),
-        ("robots/robuter/README.md", set()),
-        ("scenarios/methods/baselines/vlad.py", {"answers", "mission", "remote"}),
-        ("scenarios/scoring/merging.py", {"answers", "mission", "remote"}),
-        ("scenarios/errors.py", ALL),
-        ("scenarios/campaign/run/tasks.py", {"map", "answers", "mission", "remote"}),
-        ("scenarios/campaign/run/worker_init.py", {"remote"}),
-        ("scenarios/campaign/pages/index.py", set()),
-        ("scenarios/cli/app.py", set()),
+        ("refseq_bench/worlds/library/hallway.toml", DRIVEN),
+        ("refseq_bench/worlds/library/new.toml", DRIVEN),
+        ("refseq_bench/robots/robuter/robuter.xml", DRIVEN),
+        ("refseq_bench/robots/robuter/README.md", set()),
+        ("refseq_bench/scenarios/methods/baselines/vlad.py", {"answers", "mission", "remote"}),
+        ("refseq_bench/scenarios/scoring/merging.py", {"answers", "mission", "remote"}),
+        ("refseq_bench/scenarios/errors.py", ALL),
+        ("refseq_bench/scenarios/campaign/run/tasks.py", {"map", "answers", "mission", "remote"}),
+        ("refseq_bench/scenarios/campaign/run/worker_init.py", {"remote"}),
+        ("refseq_bench/scenarios/campaign/pages/index.py", set()),
+        ("refseq_bench/scenarios/cli/app.py", set()),
     ],
 )
 def test_a_changed_file_changes_the_keys_of_what_it_has_a_part_in(

@@ -10,8 +10,8 @@ import pytest
 import typer
 from typer.core import TyperGroup
 
-from scenarios.cli.app import app
-from scenarios.cli.terminal.usage import RENAMED_COMMANDS, RENAMED_OPTIONS
+from refseq_bench.scenarios.cli.app import app
+from refseq_bench.scenarios.cli.terminal.usage import RENAMED_COMMANDS, RENAMED_OPTIONS
 from tests.scenarios.conftest import Refseq
 
 SEVERAL_MEANINGS = {"--output": {"FILE", "FOLDER"}}
@@ -117,6 +117,6 @@ def test_what_a_program_would_read_on_is_json(refseq: Refseq) -> None:
 
 def test_help_loads_nothing_that_a_command_needs() -> None:
     """So that it comes at once, and `refseq doctor` answers where packages are missing."""
-    code = "import sys, scenarios.cli.app; print(*{name.partition('.')[0] for name in sys.modules})"
+    code = "import sys, refseq_bench.scenarios.cli.app; print(*{name.partition('.')[0] for name in sys.modules})"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert not {"numpy", "scipy", "cv2", "mujoco", "rerun", "matplotlib", "pydantic_settings", "pyarrow"} & {*loaded}

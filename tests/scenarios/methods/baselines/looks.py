@@ -3,7 +3,7 @@
 import numpy as np
 
 from refseq.view import View
-from scenarios.methods.baselines.vlad import Likeness
+from refseq_bench.scenarios.methods.baselines.vlad import Likeness
 
 
 class Looks:

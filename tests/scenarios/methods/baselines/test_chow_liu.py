@@ -12,7 +12,13 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from scenarios.methods.baselines.chow_liu import PSEUDO, ROOT, ChowLiuTree, best_parents, mutual_information
+from refseq_bench.scenarios.methods.baselines.chow_liu import (
+    PSEUDO,
+    ROOT,
+    ChowLiuTree,
+    best_parents,
+    mutual_information,
+)
 
 WORDS = 5
 

@@ -14,10 +14,10 @@ from scipy.sparse import csr_array
 from refseq.errors import MapError
 from refseq.features.sift import SiftSettings
 from refseq.view import View
-from scenarios.methods.baselines.chow_liu import ROOT, ChowLiuTree
-from scenarios.methods.baselines.fabmap import FabMap, FabMapSettings
-from scenarios.methods.baselines.fabmap_places import CERTAIN, Detector, PlaceModel
-from scenarios.methods.baselines.fabmap_words import Bags, ShownWords, WordMap
+from refseq_bench.scenarios.methods.baselines.chow_liu import ROOT, ChowLiuTree
+from refseq_bench.scenarios.methods.baselines.fabmap import FabMap, FabMapSettings
+from refseq_bench.scenarios.methods.baselines.fabmap_places import CERTAIN, Detector, PlaceModel
+from refseq_bench.scenarios.methods.baselines.fabmap_words import Bags, ShownWords, WordMap
 from tests.support import CAMERAS, corridor_drive
 
 WORDS, PLACES = 4, 3

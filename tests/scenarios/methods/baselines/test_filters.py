@@ -11,9 +11,9 @@ from scipy.integrate import quad
 
 from refseq.planar import Pose, after_motion
 from refseq.view import View
-from scenarios.methods.baselines.single import SingleBest
-from scenarios.methods.baselines.topological import TopologicalFilter, TopologicalSettings
-from scenarios.methods.baselines.topometric import Steps, TopometricFilter, TopometricSettings
+from refseq_bench.scenarios.methods.baselines.single import SingleBest
+from refseq_bench.scenarios.methods.baselines.topological import TopologicalFilter, TopologicalSettings
+from refseq_bench.scenarios.methods.baselines.topometric import Steps, TopometricFilter, TopometricSettings
 from tests.scenarios.methods.baselines.looks import Looks
 
 PLACES = 12

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.view import View
-from scenarios.methods.baselines.hamming import NearestColumn
+from refseq_bench.scenarios.methods.baselines.hamming import NearestColumn
 from tests.refseq.rooms import bits_drive, bits_sequence, without
 
 SIZES = {"one": 7, "two": 5}

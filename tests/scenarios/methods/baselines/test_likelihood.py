@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from scenarios.methods.baselines.likelihood import SimilarityLikelihood
+from refseq_bench.scenarios.methods.baselines.likelihood import SimilarityLikelihood
 
 
 def cosines(distances: np.ndarray) -> np.ndarray:

@@ -8,8 +8,15 @@ from hypothesis import strategies as st
 
 from refseq.errors import MapError
 from refseq.view import View
-from scenarios.methods.baselines.matches import NO_KEYS, ImageKeys, KeyTable, Matches, SparseSift, mutual_matches
-from scenarios.methods.baselines.ransac import SAMPLE, RansacInliers, RansacSettings, _usac, count_inliers
+from refseq_bench.scenarios.methods.baselines.matches import (
+    NO_KEYS,
+    ImageKeys,
+    KeyTable,
+    Matches,
+    SparseSift,
+    mutual_matches,
+)
+from refseq_bench.scenarios.methods.baselines.ransac import SAMPLE, RansacInliers, RansacSettings, _usac, count_inliers
 
 BLANK = np.full((120, 160), 90, np.uint8)
 

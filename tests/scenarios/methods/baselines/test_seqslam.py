@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from refseq.errors import MapError
 from refseq.view import View
-from scenarios.methods.baselines.seqslam import (
+from refseq_bench.scenarios.methods.baselines.seqslam import (
     SeqSlam,
     SeqSlamSettings,
     enhance,

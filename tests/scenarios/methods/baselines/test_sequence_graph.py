@@ -9,7 +9,11 @@ from hypothesis import strategies as st
 
 from refseq.belief import LOST, Belief
 from refseq.view import View
-from scenarios.methods.baselines.sequence_graph import SequenceGraph, SequenceGraphSettings, cheapest_before
+from refseq_bench.scenarios.methods.baselines.sequence_graph import (
+    SequenceGraph,
+    SequenceGraphSettings,
+    cheapest_before,
+)
 from tests.scenarios.methods.baselines.looks import Looks
 
 NEVER = SequenceGraphSettings(fan_out=1, hidden=5.0, window=9, lost_share=1.0)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from refseq.errors import MapError
 from refseq.view import View
-from scenarios.methods.baselines.vlad import DenseSift, VladMap, VladSettings, k_means, root_sift, vlad
+from refseq_bench.scenarios.methods.baselines.vlad import DenseSift, VladMap, VladSettings, k_means, root_sift, vlad
 from tests.support import CAMERAS, corridor_drive, texture
 
 SMALL = VladSettings(widths=(64,), step=8, words=6, tiles=1, rounds=5)

@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from scenarios.report.plots.atlas import ASIDE as APART
-from scenarios.report.plots.atlas import draw_passing, joined_plan, shares, which_drive
-from scenarios.report.plots.belief import FINEST, belief_heatmaps, coarser
-from scenarios.report.sections.atlas import atlas_part
-from scenarios.scoring.atlas import passing
-from scenarios.scoring.comparison import Comparison
-from scenarios.scoring.figures import figures
-from scenarios.scoring.path_geometry import WIDE, Tolerance, path_of
-from scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.report.plots.atlas import ASIDE as APART
+from refseq_bench.scenarios.report.plots.atlas import draw_passing, joined_plan, shares, which_drive
+from refseq_bench.scenarios.report.plots.belief import FINEST, belief_heatmaps, coarser
+from refseq_bench.scenarios.report.sections.atlas import atlas_part
+from refseq_bench.scenarios.scoring.atlas import passing
+from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.figures import figures
+from refseq_bench.scenarios.scoring.path_geometry import WIDE, Tolerance, path_of
+from refseq_bench.scenarios.scoring.tables import NONE
 from tests.scenarios.forks import (
     AHEAD,
     COUNT,

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-import robots
 from refseq.view import Scan
-from robots import Limits, RobotState, Twist
-from robots.behaviours import BehaviourOutcome, Senses
-from sim.drives.behaviour_runner import description_of
-from sim.envs.episodes.actions import ByBehaviour, ByTwist
-from sim.errors import SimError
+from refseq_bench import robots
+from refseq_bench.robots import Limits, RobotState, Twist
+from refseq_bench.robots.behaviours import BehaviourOutcome, Senses
+from refseq_bench.sim.drives.behaviour_runner import description_of
+from refseq_bench.sim.envs.episodes.actions import ByBehaviour, ByTwist
+from refseq_bench.sim.errors import SimError
 
 FRAME = description_of(robots.load("robuter"))
 TURN, OTHER, STOP = 0, 1, 2

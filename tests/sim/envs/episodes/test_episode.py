@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from gymnasium.wrappers import RecordEpisodeStatistics
 
-import sim.envs  # noqa: F401 - registers the ids
+import refseq_bench.sim.envs  # noqa: F401 - registers the ids
 from refseq.map.localiser import Localiser
 from refseq.view import View
-from sim.envs.episodes.observations import by_place
-from sim.envs.robot_env import RobotEnv
-from sim.envs.tasks.recover import SURE, belief_in
-from sim.envs.tasks.task import FAILURE, SUCCESS
-from sim.envs.worlds.rooms import ROOMS
-from sim.errors import SimError
-from sim.rendering.drivers import gl_backend
+from refseq_bench.sim.envs.episodes.observations import by_place
+from refseq_bench.sim.envs.robot_env import RobotEnv
+from refseq_bench.sim.envs.tasks.recover import SURE, belief_in
+from refseq_bench.sim.envs.tasks.task import FAILURE, SUCCESS
+from refseq_bench.sim.envs.worlds.rooms import ROOMS
+from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.rendering.drivers import gl_backend
 from tests.sim.envs.players import AlongPath, Corridor, at_random, play, through_the_door
 
 STRAIGHT = "corridor:3"

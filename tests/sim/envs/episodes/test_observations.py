@@ -8,8 +8,8 @@ from gymnasium import spaces
 
 from refseq.belief import belief_from
 from refseq.view import Scan
-from robots import Blocked, Cause, RobotState, Stop, Twist
-from sim.envs.episodes.observations import Known, Sensing, by_place, goal, odometry, ranges, stops, summary
+from refseq_bench.robots import Blocked, Cause, RobotState, Stop, Twist
+from refseq_bench.sim.envs.episodes.observations import Known, Sensing, by_place, goal, odometry, ranges, stops, summary
 
 ALONG = np.array([0.0, 1.0, 2.0, 4.0])
 

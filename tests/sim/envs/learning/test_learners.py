@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import sim.envs
-from sim.envs.learning.evaluation import PLAYERS, EvaluationEpisode, margin, returns
-from sim.envs.learning.files import curve, table
-from sim.envs.learning.ppo import Practice, TrainedPolicy, learn
-from sim.envs.learning.sectors import Sectors
-from sim.envs.learning.training_config import TrainingConfig
-from sim.envs.train import app, main
-from sim.errors import SimError
+import refseq_bench.sim.envs
+from refseq_bench.sim.envs.learning.evaluation import PLAYERS, EvaluationEpisode, margin, returns
+from refseq_bench.sim.envs.learning.files import curve, table
+from refseq_bench.sim.envs.learning.ppo import Practice, TrainedPolicy, learn
+from refseq_bench.sim.envs.learning.sectors import Sectors
+from refseq_bench.sim.envs.learning.training_config import TrainingConfig
+from refseq_bench.sim.envs.train import app, main
+from refseq_bench.sim.errors import SimError
 
-WITHOUT_MAP = tuple(name for name in sim.envs.IDS if "Corridor" in name or "Door" in name)
+WITHOUT_MAP = tuple(name for name in refseq_bench.sim.envs.IDS if "Corridor" in name or "Door" in name)
 WITH_MAP = "RefSeq/ReachPlace-v0"
 LESSON = ["CrossDoorTwist", "--world", "rooms:0", "--held-out", "rooms:1", "--robots", "2", "--episodes", "2"]
 
@@ -158,9 +158,9 @@ def test_a_margin_below_what_is_asked_ends_with_one(
     episodes = tuple(
         EvaluationEpisode(player, "rooms:1", i, made[player] + i, 9, False) for player in PLAYERS for i in range(2)
     )
-    monkeypatch.setattr("sim.envs.train.stable_baselines", lambda: None)
-    monkeypatch.setattr("sim.envs.train.learn", lambda config, policy: TrainedPolicy((), 1, 1.0))
-    monkeypatch.setattr("sim.envs.train.evaluate", lambda config, policy: episodes)
+    monkeypatch.setattr("refseq_bench.sim.envs.train.stable_baselines", lambda: None)
+    monkeypatch.setattr("refseq_bench.sim.envs.train.learn", lambda config, policy: TrainedPolicy((), 1, 1.0))
+    monkeypatch.setattr("refseq_bench.sim.envs.train.evaluate", lambda config, policy: episodes)
     ran = CliRunner().invoke(app, [*LESSON, "--at-least", at_least, "-o", str(tmp_path)])
     assert ran.exit_code == code
     assert "margin over random: 5.00, 95 % from 5.00 to 5.00" in ran.output

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from gymnasium.envs.registration import EnvSpec
 
-from sim.envs.learning.sectors import LASER_REACH, SECTORS, SONAR_REACH, Sectors
-from sim.envs.learning.training_config import HELD_OUT, TrainingConfig, environment
-from sim.envs.registry import CORRIDORS
-from sim.errors import SimError
+from refseq_bench.sim.envs.learning.sectors import LASER_REACH, SECTORS, SONAR_REACH, Sectors
+from refseq_bench.sim.envs.learning.training_config import HELD_OUT, TrainingConfig, environment
+from refseq_bench.sim.envs.registry import CORRIDORS
+from refseq_bench.sim.errors import SimError
 
 NAME = "RefSeq/CrossDoorTwist-v0"
 

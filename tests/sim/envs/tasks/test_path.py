@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from refseq.planar import Pose
-from sim.envs.tasks.path import REACH, Polyline
+from refseq_bench.sim.envs.tasks.path import REACH, Polyline
 
 BENT = Polyline(np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [4.0, 3.0]]))
 THERE_AND_BACK = Polyline(np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 1.0], [0.0, 1.0]]))

@@ -7,13 +7,13 @@ import pytest
 
 from refseq.belief import belief_from
 from refseq.planar import Pose
-from robots.robot import Shape
-from sim.envs.tasks.cross_door import FAR, NEAR, CrossDoorTask
-from sim.envs.tasks.follow_corridor import ARRIVED, FollowCorridorTask
-from sim.envs.tasks.reach_place import FARTHEST, NEAREST, ReachPlaceTask
-from sim.envs.tasks.recover import HERE, SURE, RecoverTask, belief_in
-from sim.envs.tasks.task import FAILURE, SUCCESS, Episode, Situation, TaskGround
-from sim.envs.worlds.rooms import FORMS, two_rooms
+from refseq_bench.robots.robot import Shape
+from refseq_bench.sim.envs.tasks.cross_door import FAR, NEAR, CrossDoorTask
+from refseq_bench.sim.envs.tasks.follow_corridor import ARRIVED, FollowCorridorTask
+from refseq_bench.sim.envs.tasks.reach_place import FARTHEST, NEAREST, ReachPlaceTask
+from refseq_bench.sim.envs.tasks.recover import HERE, SURE, RecoverTask, belief_in
+from refseq_bench.sim.envs.tasks.task import FAILURE, SUCCESS, Episode, Situation, TaskGround
+from refseq_bench.sim.envs.worlds.rooms import FORMS, two_rooms
 
 SHAPE = Shape(ahead=0.8, behind=0.3, half_width=0.36, laser=0.25, height=1.4)
 ROUTE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0]])
