@@ -60,6 +60,7 @@ def _arrays_of(sequence: ReferenceSequence) -> Arrays:
         "places": sequence.matrix.places,
         "along": sequence.along,
         "poses": np.array(poses),
+        "odometry": sequence.odometry,
     }
     for extractor in sequence.extractors:
         arrays |= {f"features/{extractor.key}/{name}": array for name, array in extractor.state().items()}
@@ -110,7 +111,15 @@ def _sequence(table: Mapping[str, Any], arrays: Arrays, profile: Profile) -> Ref
     if len(poses) != len(along):
         raise ValueError(f"{len(poses)} poses for {len(along)} places")
     metadata = {str(key): str(value) for key, value in table["metadata"].items()}
-    return ReferenceSequence(matrix, extractors, along, poses, profile, MappingProxyType(metadata))
+    odometry = _odometry(arrays.get("odometry", np.zeros((0, 3))), len(along))
+    return ReferenceSequence(matrix, extractors, along, poses, profile, MappingProxyType(metadata), odometry)
+
+
+def _odometry(array: NDArray[Any], places: int) -> NDArray[np.float64]:
+    """Poses by odometry, for all places or, as maps before 0.3 have it, for none."""
+    if array.shape not in ((places, 3), (0, 3)) or array.dtype.kind != "f" or not np.isfinite(array).all():
+        raise ValueError(f"odometry is no table of {places} poses")
+    return array.astype(np.float64)
 
 
 def _extractor(key: str, size: int, arrays: Arrays, profile: Profile) -> Extractor:

@@ -1,9 +1,11 @@
 """Learning a map: a first drive becomes a reference sequence, one place a view (familiarisation)."""
 
 from collections.abc import Mapping, Sequence
+from itertools import accumulate
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from refseq.errors import MapError
 from refseq.inference.matching.incidence import IncidenceMatrix
@@ -12,6 +14,7 @@ from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
 from refseq.map.profile import THESIS, Profile, profile_named
 from refseq.map.sequence import ReferenceSequence
+from refseq.planar import Pose, after_motion
 from refseq.view import View
 
 
@@ -43,8 +46,20 @@ def learn(
     along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
     poses = tuple(view.truth for view in views)
     notes = MappingProxyType(dict(metadata or {}))
-    sequence = ReferenceSequence(matrix, extractors, along, poses, chosen, notes)
+    sequence = ReferenceSequence(matrix, extractors, along, poses, chosen, notes, dead_reckoned(views))
     return Map.of(sequence, name, annotations_of(views))
+
+
+def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[np.float64]:
+    """Poses of views by their odometry, (K, 3): x, y [m] and heading [rad]; (0, 3) without any.
+
+    The first is at ``start``, by default the origin.
+    """
+    if not any(view.distance or view.turn for view in views[1:]):
+        return np.zeros((0, 3))
+    begin = start or Pose(0.0, 0.0, 0.0)
+    poses = accumulate(views[1:], lambda pose, view: after_motion(pose, view.distance, view.turn), initial=begin)
+    return np.array([(pose.x, pose.y, pose.heading) for pose in poses])
 
 
 def check_sensors(views: Sequence[View], wanted: Sequence[str] | None, what: str) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ of them share is then held by one sequence, and both paths run through it.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief
+from refseq.belief import LOST_ABOVE, Belief
 from refseq.errors import MapError
 from refseq.inference.chain.network import Network
 from refseq.map.annotations import Annotations
@@ -24,6 +25,14 @@ from refseq.map.path import Link, MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
 from refseq.planar import Pose
+
+
+class MapFrame(StrEnum):
+    """Frame that the places of a map have poses in."""
+
+    TRUTH = "truth"
+    ODOMETRY = "odometry"
+    NONE = "none"
 
 
 @dataclass(frozen=True)
@@ -150,6 +159,31 @@ class Map:
     def poses(self) -> tuple[Pose | None, ...]:
         """True poses of all places, where they are known: for scoring and drawing only."""
         return tuple(pose for sequence in self.sequences for pose in sequence.poses)
+
+    @cached_property
+    def frame(self) -> MapFrame:
+        """The frame that ``places_in_frame`` are in: the truth's where any true pose is known, else the odometry's."""
+        if any(self.poses):
+            return MapFrame.TRUTH
+        return MapFrame.ODOMETRY if self.has_one_path and len(self.sequence.odometry) else MapFrame.NONE
+
+    @cached_property
+    def places_in_frame(self) -> tuple[Pose | None, ...]:
+        """Poses of all places in one frame, None where there is none known in it.
+
+        Drives without truth have no frame in common: the odometry of each begins at its own first view.
+        """
+        if self.frame is MapFrame.ODOMETRY:
+            return tuple(Pose(*row) for row in self.sequence.odometry.tolist())
+        return self.poses
+
+    def pose(self, belief: Belief, lost_above: float = LOST_ABOVE) -> Pose | None:
+        """Pose in the map's frame that a belief stands for: that of its most probable place.
+
+        None where the belief says lost, and where no pose of the place is known. It is as coarse as the places are far
+        apart: the robot is not placed between two of them.
+        """
+        return None if belief.lost > lost_above else self.places_in_frame[belief.best]
 
     @property
     def links(self) -> tuple[Link, ...]:

@@ -30,6 +30,7 @@ def reduced(sequence: ReferenceSequence, places: NDArray[np.intp]) -> ReferenceS
         extractors=tuple(extractors),
         along=sequence.along[places],
         poses=tuple(sequence.poses[place] for place in places),
+        odometry=sequence.odometry[places] if len(sequence.odometry) else sequence.odometry,
     )
 
 

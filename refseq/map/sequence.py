@@ -27,7 +27,9 @@ class ReferenceSequence:
 
     ``matrix`` is the feature incidence matrix (N, K), ``extractors`` give its features in the order of its rows,
     ``along`` (K,) is each place's odometric distance from the first [m], rising; ``poses`` the true poses of the places
-    where they are known (for scoring and drawing only); ``metadata`` says which drive it was.
+    where they are known (for scoring and drawing only); ``metadata`` says which drive it was. ``odometry`` (K, 3) are
+    the places' poses by the drive's own odometry, from its first view on: x, y [m] and heading [rad]; (0, 3) where the
+    drive had none.
     """
 
     matrix: IncidenceMatrix
@@ -36,6 +38,7 @@ class ReferenceSequence:
     poses: tuple[Pose | None, ...]
     profile: Profile = field(default_factory=Profile)
     metadata: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    odometry: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __len__(self) -> int:
         return self.matrix.K

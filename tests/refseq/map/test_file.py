@@ -53,6 +53,7 @@ def test_a_loaded_map_is_the_saved_one(learnt: Map, saved: Path) -> None:
     assert loaded.metadata == learnt.metadata
     assert loaded.poses == learnt.poses
     assert loaded.poses[3] is None
+    np.testing.assert_array_equal(loaded.sequence.odometry, learnt.sequence.odometry)
     assert loaded.sensors == {"forward", "lateral", LASER}
     assert [e.key for e in loaded.sequence.extractors] == [e.key for e in learnt.sequence.extractors]
     np.testing.assert_array_equal(loaded.sequence.along, learnt.sequence.along)
@@ -232,6 +233,8 @@ def test_arrays_that_do_not_fit(saved: Path, learnt: Map) -> None:
     saved.write_bytes(content)
     rewrite(saved, **{"sequences/0/poses": encoded(np.zeros((5, 3)))})
     assert error_of(saved) == f"{start}5 poses for 8 places"
+    rewrite(saved, **{"sequences/0/poses": encoded(np.zeros((8, 3))), "sequences/0/odometry": encoded(np.ones((7, 3)))})
+    assert error_of(saved) == f"{start}odometry is no table of 8 poses"
 
     saved.write_bytes(content)
     rewrite(saved, **{"sequences/0/features/sift/forward/words": encoded(np.zeros((2, 128), np.uint8))})

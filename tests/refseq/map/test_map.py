@@ -1,0 +1,72 @@
+"""Poses of beliefs in the frame of a map."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from refseq.map.learning import dead_reckoned, learn
+from refseq.map.map import Map, MapFrame, beside
+from refseq.planar import Pose, motion_between
+from refseq.view import View
+from tests.support import certain, corridor_drive
+
+
+@pytest.fixture(scope="module")
+def views() -> list[View]:
+    return corridor_drive(np.random.default_rng(1), count=6, size=96)
+
+
+def without_truth(views: Sequence[View]) -> list[View]:
+    return [replace(view, truth=None) for view in views]
+
+
+def learnt(views: Sequence[View], name: str = "") -> Map:
+    return learn(views, sensors=["laser"], features=["sectors"], name=name)
+
+
+def test_a_belief_stands_at_its_best_place(views: list[View]) -> None:
+    map_ = learnt(views)
+    assert map_.frame is MapFrame.TRUTH
+    assert map_.pose(certain(6, 4)) == views[4].truth
+    assert map_.pose(certain(6, 4, lost=0.6)) is None
+    assert map_.pose(certain(6, 4, lost=0.6), lost_above=0.7) == views[4].truth
+
+
+def test_a_place_without_truth_has_no_pose_beside_others_that_have(views: list[View]) -> None:
+    gappy = [replace(view, truth=None) if k == 4 else view for k, view in enumerate(views)]
+    assert learnt(gappy).pose(certain(6, 4)) is None
+    assert learnt(gappy).pose(certain(6, 3)) == views[3].truth
+
+
+def test_without_truth_the_frame_is_the_odometrys() -> None:
+    circle = [Pose(math.sin(k / 5), 1 - math.cos(k / 5), k / 5) for k in range(8)]
+    motions = [(0.0, 0.0), *(motion_between(*pair) for pair in pairwise(circle))]
+    views = corridor_drive(np.random.default_rng(1), count=8, size=96)
+    driven = [
+        replace(view, distance=distance, turn=turn)
+        for view, (distance, turn) in zip(without_truth(views), motions, strict=True)
+    ]
+    map_ = learnt(driven)
+    assert map_.frame is MapFrame.ODOMETRY
+    for k, pose in enumerate(circle):
+        found = map_.pose(certain(8, k))
+        assert found is not None
+        assert (found.x, found.y, found.heading) == pytest.approx((pose.x, pose.y, pose.heading))
+
+
+def test_drives_without_truth_have_no_frame_in_common(views: list[View]) -> None:
+    both = beside([learnt(without_truth(views), name) for name in ("east", "west")])
+    assert both.frame is MapFrame.NONE
+    assert both.pose(certain(12, 3)) is None
+
+
+def test_a_drive_without_odometry_has_no_poses(views: list[View]) -> None:
+    still = [replace(view, distance=0.0) for view in without_truth(views)]
+    assert dead_reckoned(still).shape == (0, 3)
+    map_ = learnt(still)
+    assert map_.frame is MapFrame.NONE
+    assert map_.pose(certain(6, 3)) is None
