@@ -32,6 +32,17 @@ FLUSH = 60.0
 PROGRAM = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import main; sys.exit(main())")
 """Rerun's program. ``python -m rerun`` imports the library first, which takes seconds; ``-m rerun_cli`` exits with 0
 whatever happens."""
+TIED = (sys.executable, "-c", """
+import os, signal, sys, threading
+from rerun_cli.__main__ import main
+def follow():
+    sys.stdin.buffer.read()
+    os.killpg(0, signal.SIGTERM)
+threading.Thread(target=follow, daemon=True).start()
+sys.exit(main())
+""")  # fmt: skip
+"""The same, ended with its process group as soon as nobody holds the other end of its standard input: whatever ends
+the process that started it closes that end."""
 
 
 @contextmanager
@@ -100,6 +111,7 @@ def served(
     process = _start(
         *("--serve-web", "--bind", LOOPBACK, "--port", str(inner), "--web-viewer-port", str(port)),
         *("--server-memory-limit", memory),
+        tied=True,
     )
     try:
         _wait(process, inner)
@@ -173,11 +185,11 @@ def check_display() -> None:
         )
 
 
-def _start(*words: str) -> "subprocess.Popen[bytes]":
-    """Start Rerun as a process that outlives this one, without a word on the terminal."""
+def _start(*words: str, tied: bool = False) -> "subprocess.Popen[bytes]":
+    """Start Rerun without a word on the terminal; unless it is ``tied`` it outlives this process."""
     return subprocess.Popen(
-        [*PROGRAM, *words],
-        stdin=subprocess.DEVNULL,
+        [*(TIED if tied and sys.platform != "win32" else PROGRAM), *words],
+        stdin=subprocess.PIPE if tied else subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         start_new_session=True,

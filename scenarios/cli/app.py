@@ -7,6 +7,7 @@ it is missing, and ``--help`` comes at once.
 
 import logging
 import os
+import signal
 import sys
 from collections.abc import Callable
 from importlib.metadata import version as package_version
@@ -66,6 +67,9 @@ def version(
 def main() -> None:
     """Run the command line: a known error is one line and an exit code, an unknown one comes with its trace."""
     logging.getLogger("refseq_bench.scenarios").handlers = [Notes()]
+    # Systems and CI servers end a job by SIGTERM, a terminal by SIGINT: either leaves behind what Ctrl-C does. What a
+    # shell without job control puts in the background ignores SIGINT, and does so here too.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     sys.exit(exit_code(sys.argv[1:]))
 
 

@@ -1,9 +1,7 @@
 """The commands ``refseq scenario list | show | run | report | tables | template``."""
 
-import signal
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -159,16 +157,15 @@ def _judged(
     watcher = watcher_on(err, executor)
     results: list[Judged] = []
     at_once = True
-    with _cancelled_as_by_ctrl_c():
-        try:
-            judged = run_campaign(cases, executor, store, watcher, fresh=fresh, conclude=folder.add)
-            results.extend(result.verdict_alone for result in judged)
-            at_once = False
-        except KeyboardInterrupt:
-            done = f"{watcher.done} done, {watcher.kept} kept from before"
-        finally:
-            watcher.close()
-            executor.close(at_once=at_once)
+    try:
+        judged = run_campaign(cases, executor, store, watcher, fresh=fresh, conclude=folder.add)
+        results.extend(result.verdict_alone for result in judged)
+        at_once = False
+    except KeyboardInterrupt:
+        done = f"{watcher.done} done, {watcher.kept} kept from before"
+    finally:
+        watcher.close()
+        executor.close(at_once=at_once)
     if at_once:
         store.sweep()
         raise KeyboardInterrupt(f"{done}: all is kept in {store.folder}, and the same command goes on from there")
@@ -176,16 +173,6 @@ def _judged(
     say(err, f"{watcher.summary}; {size_text(store.size)} kept in {store.folder}")
     say(out, f"look at {folder.folder / INDEX}")
     return results
-
-
-@contextmanager
-def _cancelled_as_by_ctrl_c() -> Iterator[None]:
-    """Take SIGTERM, with which CI servers cancel a job, for Ctrl-C."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _executor(workers: int | None, ray: str | None, store: "Store") -> "WorkerPool":

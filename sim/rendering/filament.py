@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from refseq_bench.sim.errors import RendererError
 from refseq_bench.sim.rendering.drivers import quiet_terminal, require_vulkan
 from refseq_bench.sim.rendering.frustum import frustum
+from refseq_bench.sim.rendering.native_output import dropping_lines
 from refseq_bench.sim.rendering.renderer import Closing, RendererKind
 
 LUMINANCE_OF_ONE = 1.2 * 2.0 ** np.log2(16.0**2 * 125.0)
@@ -22,6 +23,9 @@ MANY_LAMPS = 30
 hallway of 100 m under a sun with shadow: 40 lamps, a third less time apart; 18, up to a third more."""
 SMALLEST = (4, 3)
 """Width and height of a picture that nobody looks at [pixels]."""
+UNTIMED_FRAME = b"FrameInfo's circular queue is full"
+"""Beginning of the line, one a frame, by which Filament tells that it will not time a frame: the thread that waits for
+earlier ones has not run yet, on a machine with more to do than cores. The picture is drawn all the same."""
 FILAMENT_SETTINGS = {
     "filament.ao.enabled": 0.0,
     "filament.fallback.head_light_intensity": 0.0,
@@ -133,7 +137,8 @@ class FilamentRenderer(Closing):
     def _frame(self, seen: mujoco.MjvGLCamera, target: "_Target", drawn: "LightSplit", *, shadows: bool = True) -> None:
         request = self._request(seen, target, drawn)
         request.shadows = shadows
-        self._context.wait_for_frame(self._context.render([request], [target.read]))
+        with dropping_lines(UNTIMED_FRAME):
+            self._context.wait_for_frame(self._context.render([request], [target.read]))
 
     def _switch(self, drawn: "LightSplit") -> None:
         for index in np.flatnonzero(drawn.lights != self._shining):

@@ -9,7 +9,6 @@ import sys
 import time
 import zipfile
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 import pyarrow as pa
@@ -348,8 +347,6 @@ def driving(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
         env=environment(),
         stderr=subprocess.PIPE,
         text=True,
-        # A shell lets what it runs in the background ignore Ctrl-C, and this suite may run there.
-        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
     )
     written, limit = tmp_path / "long.partial.mcap", time.monotonic() + 60
     while time.monotonic() < limit and process.poll() is None:

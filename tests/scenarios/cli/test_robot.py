@@ -183,8 +183,7 @@ def test_umbmark_tells_its_figures_and_draws_them(command: Command, tmp_path: Pa
 
 def served(folder: Path, *words: str) -> "subprocess.Popen[str]":
     # Python, not a shell, starts it: the signal then reaches the process that it is meant for.
-    signals = "from signal import *; signal(SIGINT, default_int_handler)"
-    code = f"{signals}; from refseq_bench.scenarios.cli.app import main; main()"
+    code = "from refseq_bench.scenarios.cli.app import main; main()"
     pipe = subprocess.PIPE
     command = [sys.executable, "-c", code, "robot", "serve", "robuter", "--world", "small.toml", *words]
     return subprocess.Popen(command, cwd=folder, stdout=pipe, stderr=pipe, text=True)

@@ -6,7 +6,8 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -163,10 +164,11 @@ def test_a_port_that_is_taken_is_one_line(refseq: Refseq) -> None:
     )
 
 
-def test_a_browser_is_served_until_interrupted(desk: Path) -> None:
-    port = free_port()
+@contextmanager
+def serving_page(desk: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """`refseq view --serve` as a process, and its page, which answers."""
     script = "import sys; from refseq_bench.scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
-    words = [sys.executable, "-c", script, "view", "second.mcap", "--serve", str(port)]
+    words = [sys.executable, "-c", script, "view", "second.mcap", "--serve", str(free_port())]
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3]), "PYTHONUNBUFFERED": "1"}
     serving = subprocess.Popen(
         words, cwd=desk, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -178,11 +180,31 @@ def test_a_browser_is_served_until_interrupted(desk: Path) -> None:
         assert page, line + (serving.stderr.read() if serving.stderr and serving.poll() is not None else "")
         with urllib.request.urlopen(page[0], timeout=20) as answer:
             assert answer.status == 200
+        yield serving, page[0]
+    finally:
+        serving.kill()
+
+
+def test_a_browser_is_served_until_interrupted(desk: Path) -> None:
+    with serving_page(desk) as (serving, _):
         serving.send_signal(signal.SIGINT)
         said = serving.communicate(timeout=60)
         assert (serving.returncode, said[1]) == (0, "")
-    finally:
-        serving.kill()
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_no_page_outlives_the_command_that_serves_it(desk: Path, how: signal.Signals) -> None:
+    with serving_page(desk) as (serving, page):
+        serving.send_signal(how)
+        serving.wait(60)
+        end = time.monotonic() + 20
+        while time.monotonic() < end:
+            try:
+                urllib.request.urlopen(page, timeout=20).close()
+            except OSError:
+                return
+            time.sleep(0.05)
+        pytest.fail(f"{page} still answers")
 
 
 def test_a_viewer_that_goes_away_half_way_is_one_line(
