@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from refseq_bench.scenarios.cli.terminal.console import out, print_json, step_bars
+from refseq_bench.scenarios.cli.terminal.console import WITHOUT_TRUTH, out, print_json, step_bars
 from refseq_bench.scenarios.cli.terminal.options import METHODS, Drives, Json, Seed, option, output
 from refseq_bench.scenarios.drives.inputs import check_output, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.tables import print_whole
+from refseq_bench.scenarios.tables import print_whole, say
 
 if TYPE_CHECKING:
     from refseq_bench.scenarios.scoring.comparison import Comparison
@@ -62,15 +62,21 @@ def compare(
 def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: "Sequence[Comparison]") -> None:
     """The figures of each experiment, and of all together."""
     from refseq_bench.scenarios.drives.benchmark import ALL
-    from refseq_bench.scenarios.scoring.tables import figures_table, lost_table
+    from refseq_bench.scenarios.scoring.tables import consistency_table, figures_table, lost_table
+    from refseq_bench.scenarios.scoring.truth import unscored_reason
 
     for name, found in experiments:
-        drives = sum(1 for one in comparisons if name in (one.name, ALL))
+        same = [one for one in comparisons if name in (one.name, ALL)]
+        drives = len(same)
         views = len(found[0].wide.outcomes)
         title = f"{name}: {drives} drive{'s' if drives > 1 else ''}, {views} views"
         print_whole(out, figures_table(title, found))
         if lost := lost_table("off the map, and coming back", found):
             print_whole(out, lost)
+        if unscored := unscored_reason(same):
+            print_whole(out, consistency_table("method", [(one.method, one.consistency) for one in found]))
+            say(out, f"not scored: {unscored}")
+            say(out, WITHOUT_TRUTH)
 
 
 def _write(

@@ -17,10 +17,13 @@ from refseq_bench.scenarios.cli.terminal.options import (
     grouped,
 )
 from refseq_bench.scenarios.drives.inputs import check_output, read_drive, stages, words
+from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
+    from refseq.logs import Recording
     from refseq.map.map import Map
+    from refseq_bench.scenarios.drives.evaluate import StageResult
     from refseq_bench.scenarios.scoring.comparison import Comparison
 
 LOCALISE_HELP = """Examples:
@@ -53,6 +56,7 @@ def localise(
     map_ = Map.load(map_file)
     drive = read_drive(query, selection.with_noise(seed + 1))
     name = f"{map_file.name} ← {query.name}"
+    check_scorable(map_, drive, at_least)
     comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
     conclude(comparison, map_, output, at_least, as_json=as_json)
 
@@ -64,13 +68,17 @@ def conclude(
     from refseq.logs.beliefs import write_beliefs
     from refseq_bench.scenarios.drives.evaluate import results
     from refseq_bench.scenarios.scoring.sequence_recall import sequence_recall_table
+    from refseq_bench.scenarios.scoring.truth import unscored_reason
 
     if output is not None:
         metadata = {key: str(value) for key, value in comparison.query_metadata.items()}
         write_beliefs(output, comparison.query_views, comparison.beliefs, metadata)
     found = results([comparison])
     if as_json:
-        print_json({"name": comparison.name, "views": len(comparison.query_views), "stages": found})
+        views, unscored = len(comparison.query_views), unscored_reason([comparison]) or None
+        print_json(
+            {"name": comparison.name, "views": views, "unscored": unscored, "stages": [_record(one) for one in found]}
+        )
     else:
         if output is not None:
             say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
@@ -78,3 +86,28 @@ def conclude(
         if not map_.has_one_path:
             out.print(sequence_recall_table(map_, comparison.beliefs))
     leave_below(found, at_least)
+
+
+def check_scorable(map_: "Map", drive: "Recording", at_least: float | None) -> None:
+    """Refuse to ask for a share of right answers where nothing tells which are right, before any is given."""
+    from refseq_bench.scenarios.drives.evaluate import comparison_of
+    from refseq_bench.scenarios.scoring.truth import unscored_reason
+
+    if at_least is not None and (unscored := unscored_reason([comparison_of("", map_, drive, {})])):
+        raise ScenarioError(
+            f"--at-least {at_least:g}: {unscored}, so that no answer can be called right; valid is a map and a drive "
+            "with true poses, or no --at-least"
+        )
+
+
+def _record(one: "StageResult") -> dict[str, object]:
+    """A stage's result, what needs no truth by the names that ``refseq compare --json`` has for it."""
+    from refseq_bench.scenarios.scoring.figures import consistency_record
+
+    return {
+        "stage": one.stage,
+        "success": one.success,
+        "failures": one.failures,
+        "lost": one.lost,
+        **consistency_record(one.consistency),
+    }

@@ -13,6 +13,7 @@ from refseq.map.map import Map
 from refseq.map.matcher import check_among
 from refseq.view import View
 from refseq_bench.scenarios.scoring.comparison import Comparison, Drives, shared_methods
+from refseq_bench.scenarios.scoring.consistency.consistency import Consistency, consistency, pool_consistency
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
 from refseq_bench.scenarios.scoring.proportion import Proportion
 from refseq_bench.scenarios.scoring.score import pool, score
@@ -70,12 +71,16 @@ def places_as_views(map_: Map) -> tuple[View, ...]:
 
 @dataclass(frozen=True, slots=True)
 class StageResult:
-    """Result of one stage, pooled over seeds: right answers of the views on the map, for each tolerance."""
+    """Result of one stage, pooled over seeds: right answers of the views on the map, for each tolerance.
+
+    ``failures`` are None where no view could be judged, for want of true poses; ``consistency`` needs none.
+    """
 
     stage: Stage
     success: Mapping[Tolerance, Proportion]
-    failures: int
+    failures: int | None
     lost: int
+    consistency: Consistency
 
 
 def results(comparisons: Sequence[Comparison]) -> list[StageResult]:
@@ -87,4 +92,6 @@ def _result(comparisons: Sequence[Comparison], stage: Stage) -> StageResult:
     pooled = {tolerance: pool([score(c, stage, tolerance) for c in comparisons]) for tolerance in TOLERANCES}
     lost = sum(belief.lost > LOST_ABOVE for comparison in comparisons for belief in comparison.beliefs[stage])
     success = {tolerance: total.success for tolerance, total in pooled.items()}
-    return StageResult(stage, success, pooled[WIDE].failures, int(lost))
+    failures = pooled[WIDE].failures if pooled[WIDE].scored else None
+    found = pool_consistency([consistency(one, stage) for one in comparisons])
+    return StageResult(stage, success, failures, int(lost), found)

@@ -19,6 +19,11 @@ def number(value: float | None) -> str:
     return NONE if value is None or math.isnan(value) else f"{value:.3f}"
 
 
+def counted(value: int | None) -> str:
+    """A number of things, where it is known."""
+    return NONE if value is None else str(value)
+
+
 def size_text(count: float) -> str:
     """A number of bytes in the unit that leaves one to three digits before the point."""
     for unit in ("B", "kB", "MB"):

@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from refseq_bench.scenarios.scoring.merging import Merging
 from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
 from refseq_bench.scenarios.scoring.proportion import Proportion
 from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
+from refseq_bench.scenarios.scoring.truth import missing_truth
 
 SETTLED = 0.9
 """P(right) above which a fork is decided."""
@@ -33,15 +35,16 @@ class JoinScore:
     ``duplicates`` are places that a place of another sequence lies within half the tolerance of. ``joins`` are all
     joins made, ``false_joins`` those of which most pairs of views are farther apart than the tolerance, ``overlooked``
     refused ones of which most are not. ``places`` are left of ``views``, ``bytes_after`` of ``bytes_before``;
-    ``seconds`` is what merging took.
+    ``seconds`` is what merging took. Without true poses nobody knows of ``duplicates``, ``false_joins`` and
+    ``overlooked`` ones: they are None, and the shares are of nothing.
     """
 
     precision: Proportion
     recall: Proportion
-    duplicates: int
+    duplicates: int | None
     joins: int
-    false_joins: int
-    overlooked: int
+    false_joins: int | None
+    overlooked: int | None
     places: int
     views: int
     bytes_before: int
@@ -56,11 +59,12 @@ class AtlasScore:
     ``forks`` hold, each time the robot comes off one of several drives and stays on another, the way [m] until
     P(right), the probability of all places within the tolerance, is above ``SETTLED``; None where that never came, as
     long as it stayed on the map. ``jumps`` are answers farther from the last one than the robot can have come, by more
-    than twice the tolerance, both of them given on the map. ``joined`` is None of a method without an atlas.
+    than twice the tolerance, both of them given on the map, None without truth. ``joined`` is None of a method without
+    an atlas.
     """
 
     forks: tuple[DistanceOrNever, ...]
-    jumps: int
+    jumps: int | None
     joined: JoinScore | None
 
 
@@ -72,7 +76,7 @@ def atlas_score(comparison: Comparison, method: str, tolerance: Tolerance) -> At
     merging = comparison.mergings.get(method)
     return AtlasScore(
         forks=tuple(_forks(comparison, path, near, p_right(beliefs, near))),
-        jumps=_jumps(comparison, path, beliefs, near, tolerance),
+        jumps=None if missing_truth(comparison) else _jumps(comparison, path, beliefs, near, tolerance),
         joined=None if merging is None else join_score(path, merging, tolerance),
     )
 
@@ -128,6 +132,8 @@ def _jumps(
 
 def join_score(path: ReferencePath, merging: Merging, tolerance: Tolerance) -> JoinScore:
     """Judge what was merged by the true poses of the views."""
+    if not path.known:
+        return _unjudged(path, merging)
     half = Tolerance(tolerance.distance / 2, tolerance.heading)
     taken = np.flatnonzero(merging.held_by != np.arange(path.size)).tolist()
     right = [bool(path.within(path.pose(view), tolerance)[merging.held_by[view]]) for view in taken]
@@ -139,6 +145,23 @@ def join_score(path: ReferencePath, merging: Merging, tolerance: Tolerance) -> J
         joins=sum(decision.joined for decision, _ in judged),
         false_joins=sum(decision.joined and not true for decision, true in judged),
         overlooked=sum(true and not decision.joined for decision, true in judged),
+        places=len(set(merging.held_by.tolist())),
+        views=path.size,
+        bytes_before=merging.size[0],
+        bytes_after=merging.size[1],
+        seconds=merging.seconds,
+    )
+
+
+def _unjudged(path: ReferencePath, merging: Merging) -> JoinScore:
+    """Count what was merged where no pose is known."""
+    return JoinScore(
+        precision=Proportion(0, 0),
+        recall=Proportion(0, 0),
+        duplicates=None,
+        joins=sum(decision.joined for decision in merging.decisions),
+        false_joins=None,
+        overlooked=None,
         places=len(set(merging.held_by.tolist())),
         views=path.size,
         bytes_before=merging.size[0],
@@ -182,7 +205,7 @@ def pool_atlas(scores: Sequence[AtlasScore]) -> AtlasScore:
     joined = [score.joined for score in scores if score.joined is not None]
     return AtlasScore(
         forks=tuple(way for score in scores for way in score.forks),
-        jumps=sum(score.jumps for score in scores),
+        jumps=_total([score.jumps for score in scores]),
         joined=_pool_joins(joined) if joined else None,
     )
 
@@ -191,8 +214,13 @@ def _pool_joins(scores: Sequence[JoinScore]) -> JoinScore:
     return JoinScore(
         precision=_pooled([one.precision for one in scores]),
         recall=_pooled([one.recall for one in scores]),
-        **{field.name: sum(getattr(one, field.name) for one in scores) for field in fields(JoinScore)[2:]},
+        **{field.name: _total([getattr(one, field.name) for one in scores]) for field in fields(JoinScore)[2:]},
     )
+
+
+def _total(counts: Sequence[Any]) -> Any:
+    """The sum, None where one of them is not known."""
+    return None if None in counts else sum(counts)
 
 
 def _pooled(shares: Sequence[Proportion]) -> Proportion:

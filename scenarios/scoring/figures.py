@@ -13,6 +13,7 @@ from refseq.belief import Timings
 from refseq_bench.scenarios.scoring.atlas import AtlasScore, atlas_score, pool_atlas
 from refseq_bench.scenarios.scoring.bootstrap import interval_over_runs
 from refseq_bench.scenarios.scoring.comparison import Comparison, shared_methods, single_view_of
+from refseq_bench.scenarios.scoring.consistency.consistency import Consistency, consistency, pool_consistency
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
 from refseq_bench.scenarios.scoring.proportion import Proportion
@@ -37,7 +38,8 @@ class Figures:
 
     ``wide_runs`` and ``narrow_runs`` are the same, a score a comparison. ``times`` [ms a view] are by step. ``harm``
     are the views that were answered wrong where the same method without their order answers right, of those; ``None``
-    where there is no such method, or it did not answer. ``atlas`` is None where one drive was learnt.
+    where there is no such method, or it did not answer. ``consistency``
+    needs no truth. ``atlas`` is None where one drive was learnt.
     """
 
     method: str
@@ -48,6 +50,7 @@ class Figures:
     narrow_runs: tuple[Score, ...]
     times: Mapping[str, Spread]
     harm: Proportion | None
+    consistency: Consistency
     atlas: AtlasScore | None = None
 
 
@@ -73,7 +76,8 @@ def _figures(comparisons: Sequence[Comparison], method: str, wide: Tolerance, na
         wide_runs=wide_runs,
         narrow_runs=narrow_runs,
         times=step_times(timings),
-        harm=_harm(comparisons, method, pooled),
+        harm=_harm(comparisons, method, pooled) if pooled.scored else None,
+        consistency=pool_consistency([consistency(one, method, wide) for one in comparisons]),
         atlas=_atlas(comparisons, method, wide),
     )
 
@@ -112,13 +116,14 @@ def figures_csv(experiments: Sequence[tuple[str, Sequence[Figures]]]) -> str:
 def figures_record(one: Figures) -> dict[str, float | None]:
     """All figures of a method by their names, units in them; None where there is none."""
     wide, curve = one.wide, one.wide.retrieval
+    false_fixes = int(np.isfinite(wide.false_fixes).sum())
     record = _success_record(one.wide, one.wide_runs) | _success_record(one.narrow, one.narrow_runs)
-    record |= {f"within_{n}_places_right_views": wide.within_places(n).successes for n in PLACES_OFF}
+    record |= {f"within_{n}_places_right_views": _scored(wide, wide.within_places(n).successes) for n in PLACES_OFF}
     record |= {f"recall_at_{n}_percent": _finite(100 * wide.recall(n).value) for n in RANKS}
     return record | {
-        "failures_views": wide.failures,
-        "off_map_views": int(wide.off_map.sum()),
-        "false_fixes_views": int(np.isfinite(wide.false_fixes).sum()),
+        "failures_views": _scored(wide, wide.failures),
+        "off_map_views": _scored(wide, int(wide.off_map.sum())),
+        "false_fixes_views": _scored(wide, false_fixes),
         "worst_false_fix_m": _finite(wide.worst_false_fix),
         "auc": _finite(curve.auc) if curve else None,
         "recall_at_precision_100_percent": _finite(100 * curve.recall_at(1.0)) if curve else None,
@@ -141,7 +146,26 @@ def figures_record(one: Figures) -> dict[str, float | None]:
         **_ways_record("to_recover", wide.recovery.to_recover),
         **{f"{step}_median_ms": _finite(one.times[step].median) for step in STEPS},
         **{f"{step}_p95_ms": _finite(one.times[step].p95) for step in STEPS},
+        **consistency_record(one.consistency),
         **({} if one.atlas is None else _atlas_record(one.atlas)),
+    }
+
+
+def _scored(wide: Score, count: int) -> int | None:
+    """A number of views that were judged; None where none could be."""
+    return count if wide.scored else None
+
+
+def consistency_record(found: Consistency) -> dict[str, float | None]:
+    """Figures that need no truth by their names, units in them; None where there is none."""
+    return {
+        "says_lost_percent": _finite(100 * found.lost.value),
+        "odometry_jumps_steps": found.jumps.successes if found.jumps.trials else None,
+        "odometry_jumps_of_steps": found.jumps.trials,
+        "odometry_slope": _finite(found.fit.slope),
+        "odometry_residual_m": _finite(found.fit.residual),
+        "entropy_mean_nats": _finite(found.entropy),
+        "agreement_percent": _finite(100 * found.agreement.value),
     }
 
 

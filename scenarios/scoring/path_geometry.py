@@ -36,19 +36,18 @@ class ReferencePath:
     """The true poses of a reference drive as a path: ``size`` K places, ``along`` (K,) [m] from the first known pose.
 
     The path runs straight from each known pose to the next. A place without a pose has ``along`` nan and is near to
-    nothing. Several drives are ``stretches`` of the views, each a path of its own; ``along`` goes on from one to the
-    next without a gap.
+    nothing; a path of which no pose is known is not ``known``, and nobody can be judged by it. Several drives are
+    ``stretches`` of the views, each a path of its own; ``along`` goes on from one to the next without a gap.
     """
 
     def __init__(self, views: Sequence[View], stretches: Sequence[slice] | None = None) -> None:
         poses = [view.truth for view in views]
-        if not any(poses):
-            raise ScenarioError("the reference drive has no true pose; valid is a drive with one, to be scored against")
         table = [(pose.x, pose.y, pose.heading) if pose else (math.nan,) * 3 for pose in poses]
         self.size = len(table)
-        self.points: NDArray[np.float64] = np.array(table)[:, :2]
-        self.headings: NDArray[np.float64] = np.array(table)[:, 2]
+        self.points: NDArray[np.float64] = np.array(table).reshape(-1, 3)[:, :2]
+        self.headings: NDArray[np.float64] = np.array(table).reshape(-1, 3)[:, 2]
         self._known = np.flatnonzero(np.isfinite(self.headings))
+        self.known = len(self._known) > 0
         self.stretches = tuple(stretches or (slice(0, self.size),))
         self._drive: NDArray[np.intp] = np.repeat(
             range(len(self.stretches)), [s.stop - s.start for s in self.stretches]
@@ -56,7 +55,7 @@ class ReferencePath:
         self._joined = np.diff(self._drive[self._known]) == 0
         steps = np.where(self._joined, np.linalg.norm(np.diff(self.points[self._known], axis=0), axis=1), 0.0)
         self.along: NDArray[np.float64] = np.full(self.size, math.nan)
-        self.along[self._known] = np.concatenate([[0.0], np.cumsum(steps)])
+        self.along[self._known] = np.concatenate([[0.0], np.cumsum(steps)])[: len(self._known)]
 
     def within(self, pose: Pose | None, tolerance: Tolerance) -> NDArray[np.bool_]:
         """Mark the places within the tolerance of a pose, (K,); none when it is not known."""
@@ -136,7 +135,7 @@ class ReferencePath:
 
 
 def path_of(comparison: Comparison) -> ReferencePath:
-    """The path, or the paths, of what was learnt. Raises ``ScenarioError`` where no pose is known."""
+    """The path, or the paths, of what was learnt; not ``known`` where no pose is."""
     return ReferencePath(comparison.reference_views, comparison.stretches)
 
 

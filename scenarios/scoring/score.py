@@ -3,7 +3,7 @@
 A query view is *on the map* when some reference view lies within the tolerance of its true pose. The answer to a view
 is ``belief.best``, unless ``belief.lost`` is above a threshold: then the localiser says that it is lost. An answer is
 right when its reference pose lies within the tolerance of the true pose. A view without a true pose is not scored, only
-counted; a reference view without one can be nobody's right answer.
+counted; a reference view without one can be nobody's right answer. Where no reference view has one, no view is scored.
 """
 
 import math
@@ -87,6 +87,11 @@ class Score:
     def off_map(self) -> NDArray[np.bool_]:
         """Mark the views with a true pose that no reference view is near to."""
         return np.isin(self.outcomes, OFF_MAP)
+
+    @property
+    def scored(self) -> int:
+        """Number of views that could be judged: those with a true pose, where the reference drive has some."""
+        return len(self.outcomes) - self.count(Outcome.UNSCORED)
 
     @property
     def success(self) -> Proportion:
@@ -201,16 +206,18 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
     path, held_by = path_of(comparison), comparison.held_by(method)
     outcomes, rows = [], []
     for view, belief in zip(comparison.query_views, comparison.beliefs[method], strict=True):
-        near = path.within(view.truth, tolerance)
+        truth = view.truth if path.known else None
+        near = path.within(truth, tolerance)
         rank = _rank(belief, near)
-        outcome = judge(view.truth, bool(near.any()), belief.lost > lost_above, rank == 1)
+        outcome = judge(truth, bool(near.any()), belief.lost > lost_above, rank == 1)
         outcomes.append(outcome)
-        rows.append(_row(path, view.truth, belief, near, rank, outcome, held_by))
+        rows.append(_row(path, truth, belief, near, rank, outcome, held_by))
+    scored = any(outcome is not Outcome.UNSCORED for outcome in outcomes)
     return Score(
         tolerance=tolerance,
         outcomes=tuple(outcomes),
-        first_fixes=(first_fix(comparison.query_views, outcomes),),
-        recovery=recovery_of(comparison.query_views, outcomes),
+        first_fixes=(first_fix(comparison.query_views, outcomes),) if scored else (),
+        recovery=recovery_of(comparison.query_views, outcomes) if scored else Recovery((), ()),
         **_columns(rows),
     )
 

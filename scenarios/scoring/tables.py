@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from refseq_bench.scenarios.scoring.atlas import JoinScore
+from refseq_bench.scenarios.scoring.consistency.consistency import Consistency
 from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.proportion import Proportion
 from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
@@ -44,14 +45,14 @@ def _cells(one: Figures) -> list[str]:
     return [
         _percent(wide.success),
         _percent(one.narrow.success),
-        str(wide.failures),
+        _count(wide.failures if wide.scored else None),
         _number(curve.auc if curve else None),
         "/".join(f"{100 * recall.value:.0f}" for recall in recalls) if recalls[0].trials else NONE,
         "/".join(f"{100 * curve.recall_at(precision):.0f}" for precision in (1.0, 0.99)) if curve else NONE,
         _number(wide.top_reliability.error),
         _number(wide.auroc),
         _number(wide.false_alarms),
-        f"{wide.error_quantile(0.5):.2f}/{wide.error_quantile(0.95):.2f}",
+        "/".join(_metres(wide.error_quantile(share)) for share in (0.5, 0.95)) if wide.scored else NONE,
         f"{one.cost:.2f}",
     ]
 
@@ -94,13 +95,46 @@ def join_cells(joined: JoinScore | None) -> list[str]:
     if joined is None:
         return [NONE] * 6
     return [
-        f"{joined.joins} ({joined.false_joins})",
+        f"{joined.joins} ({_count(joined.false_joins)})",
         _percent(joined.precision),
         _percent(joined.recall),
         f"{joined.places} of {joined.views}",
-        str(joined.duplicates),
+        _count(joined.duplicates),
         f"{joined.bytes_after / 1000:.0f} of {joined.bytes_before / 1000:.0f}",
     ]
+
+
+def consistency_table(kind: str, found: Sequence[tuple[str, Consistency]]) -> TextTable:
+    """Figures that need no truth, a row a stage or a method; ``kind`` says which they are."""
+    table = TextTable(
+        kind,
+        ">says lost",
+        ">jumps",
+        ">slope over\nodometer",
+        ">residual\n[m]",
+        ">entropy\n[nats]",
+        ">agrees with\nothers, %",
+        title="without truth",
+    )
+    for name, one in found:
+        table.add_row(name, *consistency_cells(one))
+    return table
+
+
+def consistency_cells(one: Consistency) -> tuple[str, ...]:
+    """Cells of what needs no truth: lost, jumps, slope and residual over the odometer, entropy, agreement."""
+    return (
+        f"{one.lost.successes} of {one.lost.trials}",
+        f"{one.jumps.successes} of {one.jumps.trials}" if one.jumps.trials else NONE,
+        _metres(one.fit.slope),
+        _metres(one.fit.residual),
+        _metres(one.entropy),
+        f"{100 * one.agreement.value:.0f}" if one.agreement.trials else NONE,
+    )
+
+
+def _count(count: int | None) -> str:
+    return NONE if count is None else str(count)
 
 
 def _percent(share: Proportion) -> str:

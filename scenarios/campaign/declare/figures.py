@@ -37,12 +37,13 @@ Of = TypeVar("Of")
 class Figure(Generic[Of]):
     """A figure to expect something of: how to take it from a method's figures (nan: none), its unit, its meaning.
 
-    A share is a number from 0 to 1.
+    A share is a number from 0 to 1. One that does not need ``truth`` can be told of drives without true poses.
     """
 
     take: Callable[[Of], float]
     unit: Unit
     meaning: str
+    truth: bool = True
 
 
 def _or_nan(value: float | None) -> float:
@@ -76,6 +77,10 @@ def _views(take: Callable[[Figures], int], meaning: str) -> Figure[Figures]:
 
 def _metres(take: Callable[[Figures], float], meaning: str) -> Figure[Figures]:
     return Figure(take, Unit.METRES, meaning)
+
+
+def _without_truth(take: Callable[[Figures], float], unit: Unit, meaning: str) -> Figure[Figures]:
+    return Figure(take, unit, meaning, truth=False)
 
 
 def _plain(take: Callable[[Figures], float | None], meaning: str) -> Figure[Figures]:
@@ -116,21 +121,39 @@ FIGURES: Mapping[str, Figure[Figures]] = MappingProxyType(
             lambda f: _median(f.atlas.forks) if f.atlas else math.nan, "way after a fork to P(right) > 0.9, median"
         ),
         "jumps": Figure(
-            lambda f: float(f.atlas.jumps) if f.atlas else math.nan, Unit.VIEWS, "answers that no drive led to"
+            lambda f: math.nan if f.atlas is None or f.atlas.jumps is None else float(f.atlas.jumps),
+            Unit.VIEWS,
+            "answers that no drive led to, by true poses",
         ),
         "join_precision": _share(
             lambda f: _joined(f, lambda j: j.precision.value), "rightly joined, of views taken out"
         ),
         "join_recall": _share(lambda f: _joined(f, lambda j: j.recall.value), "joined, of views that drives share"),
-        "false_joins": Figure(lambda f: _joined(f, lambda j: j.false_joins), Unit.NONE, "joins of different places"),
-        "duplicates": Figure(lambda f: _joined(f, lambda j: j.duplicates), Unit.NONE, "places that are there twice"),
-        "places_left": _share(
-            lambda f: _joined(f, lambda j: j.places / j.views), "places of the atlas, of views learnt"
+        "false_joins": _plain(lambda f: _joined(f, lambda j: _or_nan(j.false_joins)), "joins of different places"),
+        "duplicates": _plain(lambda f: _joined(f, lambda j: _or_nan(j.duplicates)), "places that are there twice"),
+        "places_left": _without_truth(
+            lambda f: _joined(f, lambda j: j.places / j.views), Unit.SHARE, "places of the atlas, of views learnt"
         ),
-        "bytes_left": _share(
-            lambda f: _joined(f, lambda j: j.bytes_after / j.bytes_before), "size of the atlas, of all its maps"
+        "bytes_left": _without_truth(
+            lambda f: _joined(f, lambda j: j.bytes_after / j.bytes_before),
+            Unit.SHARE,
+            "size of the atlas, of all its maps",
         ),
-        "milliseconds": Figure(lambda f: f.cost, Unit.MILLISECONDS, "time a view without features, median"),
+        "says_lost": _without_truth(lambda f: f.consistency.lost.value, Unit.SHARE, "views at which it says lost"),
+        "odometry_jumps": _without_truth(
+            lambda f: f.consistency.jumps.value, Unit.SHARE, "steps between answers that odometry does not allow"
+        ),
+        "odometry_slope": _without_truth(
+            lambda f: f.consistency.fit.slope, Unit.NONE, "metres along the map for each of the odometer"
+        ),
+        "odometry_residual": _without_truth(
+            lambda f: f.consistency.fit.residual, Unit.METRES, "what that line leaves, root of the mean square"
+        ),
+        "entropy": _without_truth(lambda f: f.consistency.entropy, Unit.NONE, "of the beliefs, mean [nats]"),
+        "agreement": _without_truth(
+            lambda f: f.consistency.agreement.value, Unit.SHARE, "answers that mean the place of the other methods'"
+        ),
+        "milliseconds": _without_truth(lambda f: f.cost, Unit.MILLISECONDS, "time a view without features, median"),
     }
 )
 """Figures that an expectation may name."""

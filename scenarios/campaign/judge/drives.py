@@ -20,6 +20,7 @@ from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import Figures, figures
 from refseq_bench.scenarios.scoring.merging import Merging
 from refseq_bench.scenarios.scoring.path_geometry import Tolerance
+from refseq_bench.scenarios.scoring.truth import unscored_reason
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,8 @@ class Judged:
     on the wall clock, those that were kept from an earlier run not counted.
 
     ``mishaps`` are the tasks that did not end well, each reason once. ``answered`` are by seed the tasks that did, of
-    those seeds that have a comparison, in their order.
+    those seeds that have a comparison, in their order. ``unscored`` says why no view could be judged, empty where some
+    were.
     """
 
     case: Case
@@ -44,6 +46,7 @@ class Judged:
     costs: Mapping[str, tuple[Cost, ...]]
     digests: Mapping[str, tuple[str, ...]]
     seconds: float
+    unscored: str = ""
     mishaps: tuple[TaskOutcome, ...] = ()
     answered: Mapping[int, tuple[AnswerTask, ...]] = field(default_factory=dict)
 
@@ -64,7 +67,10 @@ def judged(
     comparisons = tuple(run.comparison for run in runs.values())
     found = figures(comparisons, *tolerances(case)) if comparisons else []
     by_method = {one.method: one for one in found}
-    judgements = tuple(judge(one, by_method, case.scenario.judged, len(runs)) for one in case.expectations)
+    unscored = unscored_reason(comparisons)
+    judgements = tuple(
+        judge(one, by_method, case.scenario.judged, len(runs), unscored=unscored) for one in case.expectations
+    )
     methods = [one.method for one in found]
     return Judged(
         case=case,
@@ -76,6 +82,7 @@ def judged(
         costs=MappingProxyType({m: tuple(run.costs[m] for run in runs.values()) for m in methods}),
         digests=MappingProxyType({m: tuple(run.digests[m] for run in runs.values()) for m in methods}),
         seconds=math.fsum(outcomes[task.key].seconds for of_seed in tasks.values() for task in of_seed),
+        unscored=unscored,
         mishaps=tuple(mishaps),
         answered=MappingProxyType(answered),
     )
@@ -90,8 +97,9 @@ def mishaps_of(tasks: Mapping[int, Sequence[Question]], outcomes: Mapping[str, T
 def reasons_of(mishaps: Sequence[TaskOutcome], judgements: Sequence[JudgementRecord]) -> tuple[str, ...]:
     """Why a case has its verdict, a line each."""
     missed = [f"missed: {one.text} ({one.explanation})" for one in judgements if one.met is False]
-    open_ = [f"not judged: {one.text} ({one.reason})" for one in judgements if one.met is None]
-    return (*(outcome.reason for outcome in mishaps), *missed, *open_)
+    broken = [f"cannot be judged: {one.text} ({one.reason})" for one in judgements if one.broken]
+    open_ = [f"not judged: {one.text} ({one.reason})" for one in judgements if one.met is None and not one.broken]
+    return (*(outcome.reason for outcome in mishaps), *broken, *missed, *open_)
 
 
 def verdict_of(mishaps: Sequence[TaskOutcome], judgements: Sequence[JudgementRecord]) -> Verdict:
@@ -100,6 +108,8 @@ def verdict_of(mishaps: Sequence[TaskOutcome], judgements: Sequence[JudgementRec
     A case of which no expectation could be judged has not passed: fewer seeds were run, or other methods.
     """
     kinds = {one.verdict for one in mishaps}
+    if any(one.broken for one in judgements):
+        kinds.add(Verdict.ERROR)
     if any(one.met is False for one in judgements):
         kinds.add(Verdict.FAILED)
     if judgements and all(one.met is None for one in judgements):

@@ -16,9 +16,17 @@ OPERATORS: Mapping[str, Callable[[float, float], bool]] = MappingProxyType(
 
 
 def judge(
-    expectation: Expectation, found: Mapping[str, Any], judged: str, seeds: int, known: Vocabulary = FIGURES
+    expectation: Expectation,
+    found: Mapping[str, Any],
+    judged: str,
+    seeds: int,
+    known: Vocabulary = FIGURES,
+    unscored: str = "",
 ) -> JudgementRecord:
-    """Decide by the figures of each method, of which ``known`` takes one; they are pooled over so many seeds."""
+    """Decide by the figures of each method, of which ``known`` takes one; they are pooled over so many seeds.
+
+    ``unscored`` says what has no true pose, where nothing could be scored for want of one.
+    """
     text = expectation.text
     if seeds < expectation.seeds:
         return JudgementRecord(text=text, met=None, reason=f"{seeds} of {expectation.seeds} seeds were run")
@@ -26,8 +34,13 @@ def judge(
     away = [name for name in whole.methods if name not in found]
     if away:
         return JudgementRecord(text=text, met=None, reason=f"{away[0]} has no answers")
-    value = _value(whole.left, found, known)
     right = whole.right
+    terms = (whole.left, right) if isinstance(right, Term) else (whole.left,)
+    if unscored and (scores := [term.figure for term in terms if known[term.figure].truth]):
+        others = ", ".join(name for name, figure in known.items() if not figure.truth)
+        reason = f"{scores[0]} needs true poses, and {unscored}; valid without are {others}"
+        return JudgementRecord(text=text, met=None, reason=reason, broken=True)
+    value = _value(whole.left, found, known)
     bound = _value(right, found, known) if isinstance(right, Term) else right
     if math.isnan(value) or math.isnan(bound):
         # What cannot be told was not reached: no view off the map, say, and so no P(lost) to judge.

@@ -62,7 +62,7 @@ def closed_record(
 ) -> CaseRecord:
     """The record of a case that has its verdict."""
     mishaps = (MishapRecord(verdict=one.verdict, reason=one.reason, details=one.details) for one in result.mishaps)
-    found = {name: getattr(result, name) for name in ("verdict", "reasons", "judgements", "seconds")}
+    found = {name: getattr(result, name) for name in ("verdict", "reasons", "unscored", "judgements", "seconds")}
     found |= {"page": page, "mishaps": tuple(mishaps), "views": views, "methods": methods, "seeds": seeds}
     return open_record(result.case).model_copy(update=found)
 

@@ -57,7 +57,8 @@ def verdict_parts(result: Judged, record: CaseRecord, campaign: CampaignRecord) 
 
 def _expectation_row(one: JudgementRecord) -> ExpectationRow:
     """An expectation and what decided, in words."""
-    verdict = {True: Verdict.PASSED, False: Verdict.FAILED, None: Verdict.SKIPPED}[one.met]
+    open_ = Verdict.ERROR if one.broken else Verdict.SKIPPED
+    verdict = {True: Verdict.PASSED, False: Verdict.FAILED, None: open_}[one.met]
     return ExpectationRow(verdict.value, one.text, ("not judged: " if one.met is None else "") + one.explanation)
 
 

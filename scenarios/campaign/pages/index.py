@@ -65,6 +65,7 @@ def index_row(case: CaseRecord) -> IndexRow:
     """A case's row in the table of verdicts."""
     judged = case.method(case.judged)
     met, expected = case.met
+    reasons = case.reasons or ((f"not scored: {case.unscored}",) if case.unscored else ())
     return IndexRow(
         name=case.name,
         page=case.page,
@@ -76,8 +77,6 @@ def index_row(case: CaseRecord) -> IndexRow:
         narrow=f"{judged.narrow_m:g} m" if judged else "",
         failures=judged.success.failed if judged else NONE,
         met=f"{met} of {expected}" if expected else NONE,
-        reason=case.reasons[0] + (f" (and {len(case.reasons) - 1} more)" if len(case.reasons) > 1 else "")
-        if case.reasons
-        else "",
+        reason=reasons[0] + (f" (and {len(reasons) - 1} more)" if len(reasons) > 1 else "") if reasons else "",
         seconds=duration_text(case.seconds),
     )

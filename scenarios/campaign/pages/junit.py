@@ -61,8 +61,9 @@ def _test(case: CaseRecord, name: str, result: Failure | Error | Skipped | None,
         test.file = _clean(case.file)
     if result is not None:
         test.result = [result if case.blocking else _spared(result)]
-    if case.page:
-        test.system_out = f"page: {case.page}"
+    told = [f"page: {case.page}" if case.page else "", f"not scored: {case.unscored}" if case.unscored else ""]
+    if any(told):
+        test.system_out = _clean("\n".join(filter(None, told)))
     return test
 
 
@@ -86,8 +87,9 @@ def _mishap(case: CaseRecord) -> Failure | Error | Skipped | None:
         return Error(NOT_JUDGED, "bench")
     for verdict, make, kind in ((Verdict.ERROR, Error, "bench"), (Verdict.FAILED, Failure, "robot or localiser")):
         found = [mishap for mishap in case.mishaps if mishap.verdict is verdict]
-        if found or (verdict is Verdict.ERROR and case.verdict is verdict):
-            # An error in judging is no task's.
+        broken = any(one.broken for one in case.judgements)
+        if found or (verdict is Verdict.ERROR and case.verdict is verdict and not broken):
+            # An error in judging is no task's; one of an expectation is told of that.
             result = make(_clean(found[0].reason if found else "; ".join(case.reasons)), kind)
             result.text = _clean("\n".join(f"{one.reason}\n{one.details}".rstrip() for one in case.mishaps))
             return result
@@ -96,7 +98,9 @@ def _mishap(case: CaseRecord) -> Failure | Error | Skipped | None:
     return None
 
 
-def _missed(judgement: JudgementRecord, case: CaseRecord) -> Failure | Skipped | None:
+def _missed(judgement: JudgementRecord, case: CaseRecord) -> Failure | Error | Skipped | None:
+    if judgement.broken:
+        return Error(_clean(judgement.reason), "bench")
     if judgement.met is None:
         return Skipped(_clean(f"not judged: {judgement.reason}"))
     if judgement.met:

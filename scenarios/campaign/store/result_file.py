@@ -79,7 +79,8 @@ class MethodRecord(Record):
 class JudgementRecord(Record):
     """An expectation and what it was judged by; ``met`` null: it could not be judged, for a reason.
 
-    ``unit`` is that of ``value`` and ``bound``; a share is a number from 0 to 1 and told in %.
+    ``broken`` is one that never can be by these drives, which is an error of the scenario. ``unit`` is that of
+    ``value`` and ``bound``; a share is a number from 0 to 1 and told in %.
     """
 
     text: str
@@ -88,6 +89,7 @@ class JudgementRecord(Record):
     bound: Number = None
     unit: str = ""
     reason: str = ""
+    broken: bool = False
 
     @property
     def explanation(self) -> str:
@@ -125,7 +127,8 @@ class CaseRecord(Record):
     """One case. ``verdict`` null: not judged, as the campaign was ended before. ``page`` lies beside this file.
 
     ``schema_type`` says which figures there are: those of ``localising`` or of a ``mission``, whose success is to be
-    completed. ``file`` is the scenario's, null of one that does not lie below where the campaign was started.
+    completed. ``unscored`` says why no view could be judged, empty where some were. ``file`` is the scenario's, null of
+    one that does not lie below where the campaign was started.
     """
 
     schema_type: str = "localising"
@@ -139,6 +142,7 @@ class CaseRecord(Record):
     page: str | None = None
     varied: Mapping[str, Any] = {}
     reasons: tuple[str, ...] = ()
+    unscored: str = ""
     judgements: tuple[JudgementRecord, ...] = ()
     mishaps: tuple[MishapRecord, ...] = ()
     views: int = 0

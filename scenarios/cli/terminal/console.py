@@ -42,6 +42,12 @@ Step = Callable[[str], "Progress | None"]
 
 out, err = Console(), Console(stderr=True)
 
+WITHOUT_TRUTH = (
+    "jumps are steps that odometry does not allow, the slope is 1 for answers that go along with the robot, and others "
+    "agree within 1.5 m along the map"
+)
+"""Explains the table of what needs no truth, in a line."""
+
 
 class Notes(logging.Handler):
     """Print warnings of the library as notes."""
@@ -91,7 +97,9 @@ def wrote(path: Path, *, quiet: bool = False) -> Iterator[None]:
 
 def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
     """The table of the stages, with the number of views and 95 % intervals."""
-    from refseq_bench.scenarios.tables import TextTable
+    from refseq_bench.scenarios.scoring.tables import NONE, consistency_table
+    from refseq_bench.scenarios.scoring.truth import unscored_reason
+    from refseq_bench.scenarios.tables import TextTable, print_whole
 
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
@@ -100,9 +108,14 @@ def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequ
     table = TextTable("stage", *within, ">failures", ">lost", title=f"{title}: {runs}{views} views")
     for result in found:
         shares = [share_of(result.success[tolerance]) for tolerance in tolerances]
-        table.add_row(result.stage.value, *shares, str(result.failures), str(result.lost))
+        failures = NONE if result.failures is None else str(result.failures)
+        table.add_row(result.stage.value, *shares, failures, str(result.lost))
     out.print(table)
-    if found and not any(result.success[tolerances[0]].trials for result in found):
+    if unscored := unscored_reason(comparisons):
+        print_whole(out, consistency_table("stage", [(one.stage.value, one.consistency) for one in found]))
+        say(out, f"not scored: {unscored}")
+        say(out, WITHOUT_TRUTH)
+    elif found and not any(result.success[tolerances[0]].trials for result in found):
         say(out, "no view has a true pose on the map: nothing to score")
 
 

@@ -7,7 +7,7 @@ from refseq_bench.scenarios.report.page import PageRow, PageTable
 from refseq_bench.scenarios.report.plots.atlas import joined_plan, which_drive
 from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.plots.style import Plot
-from refseq_bench.scenarios.report.words import distances
+from refseq_bench.scenarios.report.words import counted, distances
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
 from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.path_geometry import Tolerance
@@ -58,7 +58,11 @@ def atlas_part(
     rows = tuple(
         PageRow(
             method_label(one.method),
-            (distances(one.atlas.forks), str(one.atlas.jumps), *join_cells(one.atlas.joined)),
+            (
+                distances(one.atlas.forks),
+                counted(one.atlas.jumps),
+                *join_cells(one.atlas.joined),
+            ),
         )
         for one in figures
         if one.atlas is not None

@@ -11,11 +11,12 @@ from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.sections.atlas import AtlasPart, atlas_part
 from refseq_bench.scenarios.report.sections.drawings import Drawings, drawings
 from refseq_bench.scenarios.report.sections.frames import FailureFrames, FrameSource, PlaceFrames, frames_of
-from refseq_bench.scenarios.report.sections.tables import FigureTables, cost_table, figure_tables
+from refseq_bench.scenarios.report.sections.tables import FigureTables, consistency_page_table, cost_table, figure_tables
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label, shared_methods
 from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import Figures, figures
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance, path_of
+from refseq_bench.scenarios.scoring.truth import unscored_reason
 from refseq_bench.scenarios.scoring.worst_failures import worst_failures
 
 
@@ -38,7 +39,7 @@ class SectionSettings:
 
 @dataclass(frozen=True)
 class Section:
-    """The contents of a section; ``drawn`` says which of several runs the plots show."""
+    """The contents of a section; ``drawn`` says which of several runs the plots show, ``unscored`` why no score."""
 
     name: str
     runs: int
@@ -49,6 +50,8 @@ class Section:
     methods: tuple[str, ...]
     left_out: int
     tables: FigureTables | None
+    unscored: str
+    consistency: PageTable | None
     plots: Drawings
     failures: tuple[FailureFrames, ...]
     places: tuple[PlaceFrames, ...]
@@ -65,8 +68,10 @@ class Section:
 def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) -> Section:
     """Make a section of comparisons that differ in the seed only; the first is drawn."""
     methods, first, wide, narrow = shared_methods(runs), runs[0], settings.wide, settings.narrow
-    scorable = bool(methods) and all(_has_truth(run) for run in runs)
-    found = list(settings.figures or figures(runs, wide, narrow)) if scorable else []
+    every = list(settings.figures or (figures(runs, wide, narrow) if methods else ()))
+    unscored = unscored_reason(runs)
+    scorable = bool(methods) and not unscored
+    found = every if scorable else []
     judged = settings.judged if settings.judged in methods else _last(methods)
     shown = select_methods(methods, judged, {one.method: one.wide for one in found})
     by_run = next((one.wide_runs for one in found if one.method == judged), ())
@@ -83,6 +88,8 @@ def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) ->
         methods=tuple(map(method_label, methods)),
         left_out=len(methods) - len(shown),
         tables=figure_tables(found, judged),
+        unscored=unscored,
+        consistency=consistency_page_table(every, judged),
         plots=drawings(selected, found, judged, (wide, narrow), settings.outline),
         failures=failed,
         places=places,
@@ -103,7 +110,3 @@ def _which(runs: Sequence[Comparison]) -> str:
         return ""
     seed = runs[0].query_metadata.get("seed")
     return f"the first of {len(runs)} runs" + (f" (query seed {seed})" if seed is not None else "")
-
-
-def _has_truth(comparison: Comparison) -> bool:
-    return all(any(view.truth for view in views) for views in (comparison.reference_views, comparison.query_views))

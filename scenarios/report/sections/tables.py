@@ -35,6 +35,15 @@ LOST = (
     "way to recovering",
     "worst false fix",
 )
+WITHOUT_TRUTH = (
+    "method",
+    "says lost [views]",
+    "jumps [steps]",
+    "slope over the odometer",
+    "residual",
+    "entropy, mean",
+    "agrees with the other methods",
+)
 COSTS = ("bytes a place", "features a place", "kept in all", "learning", "answering", "most memory")
 """Figures of a ``Cost``."""
 
@@ -131,6 +140,25 @@ def _lost_row(method: str, pooled: Score) -> PageRow:
         metres(pooled.worst_false_fix),
     )
     return PageRow(method_label(method), cells)
+
+
+def consistency_page_table(figures: Sequence[Figures], judged: str) -> PageTable | None:
+    """What needs no truth of all methods; None without any method."""
+    rows = tuple(_consistency_row(one, one.method == judged) for one in figures)
+    return PageTable(WITHOUT_TRUTH, rows) if rows else None
+
+
+def _consistency_row(one: Figures, judged: bool) -> PageRow:
+    found = one.consistency
+    cells = (
+        f"{found.lost.successes} of {found.lost.trials}",
+        f"{found.jumps.successes} of {found.jumps.trials}" if found.jumps.trials else NONE,
+        number(found.fit.slope),
+        metres(found.fit.residual),
+        NONE if math.isnan(found.entropy) else f"{found.entropy:.2f} nats",
+        f"{100 * found.agreement.value:.0f} %" if found.agreement.trials else NONE,
+    )
+    return PageRow(method_label(one.method), cells, judged)
 
 
 def cost_table(

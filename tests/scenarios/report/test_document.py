@@ -177,7 +177,8 @@ def test_cost_is_in_milliseconds(tmp_path: Path, runs: list[Comparison]) -> None
 def test_drives_without_truth_are_shown_but_not_scored(tmp_path: Path, runs: list[Comparison]) -> None:
     blind = replace(runs[0], query_views=[replace(view, truth=None) for view in runs[0].query_views])
     text = written(tmp_path, blind)
-    assert "nothing can be scored" in text
+    assert "Nothing can be scored: the query drive has no true poses" in text
+    assert ["says lost [views]", "jumps [steps]"] in [row[1:3] for row in Page(text).rows]
     assert text.count("<svg") == 2  # belief and lost need no truth
     assert len(Page(text).pictures) == 16
     assert "%]" not in text
@@ -191,7 +192,7 @@ def test_views_off_the_map_without_truth_or_pictures_are_fine(tmp_path: Path) ->
     assert "1 view has no true pose" in text
     assert page.pictures == []
     label = Stage.CHAIN.label
-    _, further, off_map = (row for row in page.rows if row[0] == label)
+    _, further, off_map, _ = (row for row in page.rows if row[0] == label)
     assert further[1] == "0 / 0 / 0 / 1"
     assert off_map == [label, "1.000", "0 %", "0.050", "0.00 m", "n/a", "n/a"]
 
@@ -206,7 +207,7 @@ def test_any_method_is_shown_beside_the_stages(tmp_path: Path, runs: list[Compar
     beliefs = {"mine": runs[0].beliefs[Stage.CHAIN], **runs[0].beliefs}
     page = Page(text := written(tmp_path, replace(runs[0], beliefs=beliefs)))
     labels = [*(stage.label for stage in Stage), "mine"]
-    assert [row[0] for row in page.rows if row[0] in labels] == labels * 3  # three tables, stages first
+    assert [row[0] for row in page.rows if row[0] in labels] == labels * 4  # four tables, stages first
     assert page.row("mine")[1:] == page.row(Stage.CHAIN.label)[1:]
     assert text.count("<svg") == 7 + page.scans
 
@@ -296,7 +297,7 @@ def test_many_methods_are_all_in_the_tables_and_few_in_the_plots(tmp_path: Path,
     beliefs = {f"method-{i}": runs[0].beliefs[Stage.CHAIN if i == 7 else Stage.UNIFORM] for i in range(12)}
     text = written(tmp_path, replace(runs[0], beliefs=beliefs))
     rows = [row[0] for row in Page(text).rows]
-    assert all(rows.count(method) == 3 for method in beliefs)
+    assert all(rows.count(method) == 4 for method in beliefs)
     in_plots = {method for method in beliefs if re.search(rf">{method} \(AUC", text)}
     assert len(in_plots) == 6
     assert {"method-7", "method-11"} <= in_plots  # the one that is right most often, and the one that is judged

@@ -341,13 +341,17 @@ def test_answers_that_do_not_fit_the_views_are_refused() -> None:
         line(at(5.0), beliefs=[certain(4, 3)])
 
 
-def test_missing_stage_and_missing_truth_are_refused() -> None:
+def test_a_missing_stage_is_refused_and_missing_truth_leaves_all_unscored() -> None:
     comparison = line(at(5.0), beliefs=[certain(PLACES, 5)])
     with pytest.raises(ScenarioError, match="no answers of 'prior'; valid are chain"):
         score(comparison, Stage.PRIOR)
     blind = Comparison("blind", [View(0.0)], {}, [at(5.0)], {}, {Stage.CHAIN: [certain(1, 0)]})
-    with pytest.raises(ScenarioError, match="no true pose"):
-        score(blind, Stage.CHAIN)
+    found = score(blind, Stage.CHAIN)
+    assert found.outcomes == (Outcome.UNSCORED,)
+    assert (found.scored, found.success, found.first_fixes) == (0, Proportion(0, 0), ())
+    assert math.isnan(found.success.value)
+    assert math.isnan(found.error_quantile(0.5))
+    assert found.retrieval is None
 
 
 def test_no_views_score_as_nothing() -> None:

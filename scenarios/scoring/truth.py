@@ -1,0 +1,35 @@
+"""Truth that drives can be scored by: whether both of a comparison have true poses, and where these are from."""
+
+from collections.abc import Mapping, Sequence
+
+from refseq.view import View
+from refseq_bench.scenarios.scoring.comparison import Comparison
+
+SOURCE = "truth"
+"""Key of a drive's metadata that says where its true poses are from, where they are an estimate."""
+
+
+def has_truth(views: Sequence[View]) -> bool:
+    """Tell whether at least one view has a true pose."""
+    return any(view.truth is not None for view in views)
+
+
+def missing_truth(comparison: Comparison) -> str:
+    """Name, in a clause, what has no true pose, so that answers cannot be scored; empty where they can."""
+    reference, query = has_truth(comparison.reference_views), has_truth(comparison.query_views)
+    if reference and query:
+        return ""
+    if query:
+        return "what was learnt has no true poses"
+    return "the query drive has no true poses" if reference else "neither what was learnt nor the query has true poses"
+
+
+def unscored_reason(comparisons: Sequence[Comparison]) -> str:
+    """Say why none of some comparisons can be scored; empty where one can."""
+    missing = [missing_truth(one) for one in comparisons]
+    return missing[0] if missing and all(missing) else ""
+
+
+def truth_source(metadata: Mapping[str, object]) -> str:
+    """Where a drive's true poses are from, in words; empty where its metadata do not say."""
+    return str(metadata.get(SOURCE, ""))
