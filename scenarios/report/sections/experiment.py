@@ -11,7 +11,12 @@ from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.sections.atlas import AtlasPart, atlas_part
 from refseq_bench.scenarios.report.sections.drawings import Drawings, drawings
 from refseq_bench.scenarios.report.sections.frames import FailureFrames, FrameSource, PlaceFrames, frames_of
-from refseq_bench.scenarios.report.sections.tables import FigureTables, consistency_page_table, cost_table, figure_tables
+from refseq_bench.scenarios.report.sections.tables import (
+    FigureTables,
+    consistency_page_table,
+    cost_table,
+    figure_tables,
+)
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label, shared_methods
 from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import Figures, figures
