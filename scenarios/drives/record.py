@@ -112,19 +112,24 @@ class Interrupted(KeyboardInterrupt):
     """The user stopped a drive; the message says where its views are kept, or that there are none."""
 
 
-def open_bench(drive: Drive, *, watched: bool = False) -> Bench:
-    """The simulation of a drive, at its start; ``watched`` by a chase camera. Raises the rooms' errors for names."""
+def open_bench(drive: Drive, *, watched: bool = False, pictured: bool = False) -> Bench:
+    """The simulation of a drive, at its start; ``watched`` by a chase camera. Raises the rooms' errors for names.
+
+    Its world has pictures where a camera takes images, and where it is to be ``pictured`` for somebody who looks on.
+    """
     robot = robots.load(drive.robot)
     if drive.sensors is not None:
         check_sensors(drive.sensors, robot)
     cameras = tuple(name for name in robot.cameras if drive.sensors is None or name in drive.sensors)
     if drive.renderer is RendererKind.NONE and drive.sensors is not None and LASER not in drive.sensors:
         raise ScenarioError("renderer 'none' takes no images; valid is to record the laser as well, or to render")
-    world = build_world(plan_of(drive), light_named(drive.light), drive.world_seed)
+    renderer = drive.renderer if cameras else RendererKind.NONE
+    pictured = pictured or watched or renderer is not RendererKind.NONE
+    world = build_world(plan_of(drive), light_named(drive.light), drive.world_seed, pictured=pictured)
     if watched:
         world = with_chase_camera(world)
     settings = BenchSettings(
-        renderer=drive.renderer if cameras else RendererKind.NONE,
+        renderer=renderer,
         cameras=cameras,
         camera_models={name: load_camera(model) for name, model in drive.cameras.items()},
         laser=LaserModel(mode=drive.laser),

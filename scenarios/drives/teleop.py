@@ -80,7 +80,7 @@ def record_by_hand(
     """
     check_recording(path)
     drive = session.drive
-    with open_bench(drive) as bench, controls(bench) as source:
+    with open_bench(drive, pictured=True) as bench, controls(bench) as source:
         commands = CommandLog(source)
         stops = StopRecorder(commands)
         metadata = {

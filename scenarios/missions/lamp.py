@@ -70,7 +70,7 @@ def run_in_world(asked: LampRun) -> "Sequence[BehaviourResult]":
     robot, plan = robots.load(asked.robot), load_plan(asked.world)
     settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
     stops = StopLog()
-    world = build_world(plan, light_named("16:00"), 0)
+    world = build_world(plan, light_named("16:00"), pictured=False)
     with Bench(world, robot, route=asked.route, seed=asked.seed, settings=settings) as bench:
         ended = run_lamp(bench, asked.stages, timeout=asked.timeout, each=lambda _: stops.hear(bench.state))
     found, time = [], 0.0

@@ -106,7 +106,7 @@ def drive_behaviours(asked: BehaviourDrive) -> Iterator[BehaviourResult]:
         raise ScenarioError(f"timeout {asked.timeout:g} is not valid; it should be a time above 0 s")
     route = asked.route if asked.at is None else next(iter(plan.routes))
     settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
-    world = build_world(plan, light_named("16:00"), 0)
+    world = build_world(plan, light_named("16:00"), pictured=False)
     with Bench(world, robot, route=route, seed=asked.seed, settings=settings) as bench:
         if asked.at is not None:
             _put(bench, plan, asked.at)

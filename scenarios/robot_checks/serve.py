@@ -39,7 +39,7 @@ class Service:
 @contextmanager
 def serving(asked: Service) -> Iterator[tuple[str, Callable[[], None]]]:
     """Open the line; gives its address and what runs the simulation until its time is over."""
-    world = build_world(load_plan(asked.world), light_named("16:00"), 0)
+    world = build_world(load_plan(asked.world), light_named("16:00"), pictured=False)
     settings = BenchSettings(renderer=RendererKind.NONE, cameras=())
     address = TERMINAL if asked.port is None else f"{LOOPBACK}:{asked.port}"
     with (

@@ -25,6 +25,6 @@ forward = [[-15, 0], [15, 0]]
 """
 
 
-def empty_floor(light: str = "overcast") -> World:
-    """A fresh floor of 40 m by 40 m of concrete, with one route along the x axis."""
-    return build_world(parse_plan(FLOOR), light_named(light), seed=0)
+def empty_floor(light: str | None = None) -> World:
+    """A fresh floor of 40 m by 40 m of concrete, with one route along the x axis; without a ``light`` for no camera."""
+    return build_world(parse_plan(FLOOR), light_named(light or "overcast"), pictured=light is not None)

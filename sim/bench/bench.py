@@ -59,6 +59,8 @@ class Bench(Closing):
     ) -> None:
         self.world, self.robot, self.settings = world, robot, resolved(settings or BenchSettings(), robot)
         self.route = route_named(world, route) if isinstance(route, str) else route
+        if self.settings.renderer is not RendererKind.NONE and not world.pictured:
+            raise SimError(f"world {world.name!r} was built without pictures; valid is the renderer 'none'")
         self._prefix = prefix_of(robot)
         self.model = compile_model(world, robot, self.settings)
         self.data = mujoco.MjData(self.model)

@@ -21,6 +21,8 @@ from refseq_bench.worlds.light import light_named, light_names
 from refseq_bench.worlds.plans.load import load_plan, world_names
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
+PICTORIAL = ("tex_", "mat_", "light_", "name", "paths")
+"""Beginnings of a model's arrays that hold pictures and light, and of those that hold names and where they are."""
 BODILY = ("geom_type", "geom_size", "geom_pos", "geom_quat", "geom_contype", "geom_conaffinity", "body_mass")
 """Arrays of a model that decide on motion and ranges; the light must not touch them."""
 
@@ -36,8 +38,8 @@ worlds_and_robots = pytest.mark.parametrize(
 
 
 @cache
-def built(name: str, light: str) -> World:
-    return build_world(load_plan(name), light_named(light), seed=0)
+def built(name: str, light: str, pictured: bool = False) -> World:
+    return build_world(load_plan(name), light_named(light), seed=0, pictured=pictured)
 
 
 @lru_cache(maxsize=1)
@@ -49,7 +51,7 @@ def built_again(name: str) -> World:
 @lru_cache(maxsize=1)
 def busy(name: str) -> World:
     """The world on a day when much has changed."""
-    return build_world(changed(load_plan(name), change_named("busy"), seed=3), light_named(LIGHTS[0]), seed=0)
+    return build_world(changed(load_plan(name), change_named("busy"), seed=3), light_named(LIGHTS[0]), pictured=False)
 
 
 def model_of(world: str, light: str, robot: str) -> mujoco.MjModel:
@@ -91,10 +93,20 @@ def test_light_changes_what_is_seen_and_nothing_that_is_touched(world: str, robo
     assert one.light_intensity.tolist() != other.light_intensity.tolist()
 
 
+@worlds
+def test_pictures_change_what_is_seen_and_nothing_else(world: str) -> None:
+    one, other = (built(world, LIGHTS[0], pictured).spec.compile() for pictured in (True, False))
+    for key in (key for key in dir(one) if not key.startswith(("_", *PICTORIAL))):
+        if isinstance(value := getattr(one, key), np.ndarray):
+            assert np.array_equal(value, getattr(other, key)), key
+    assert one.ntex > other.ntex
+    assert {one.geom(geom).name for geom in range(one.ngeom)} == {other.geom(geom).name for geom in range(other.ngeom)}
+
+
 @worlds_and_robots
 def test_the_same_seed_builds_the_same_bench(world: str, robot: str) -> None:
     models, scans = [], []
-    for one in (built(world, LIGHTS[0]), built_again(world)):
+    for one in (built(world, LIGHTS[0], pictured=True), built_again(world)):
         with Bench(one, robots.load(robot), seed=5, settings=BLIND) as bench:
             models.append(bench.model)
             scan = bench.sense().scan

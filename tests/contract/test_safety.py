@@ -34,7 +34,7 @@ heading = 90
 
 def corridor(end: str = "") -> World:
     """8 m long and 2.4 m wide; robots start at x = 1 m and head along it."""
-    return build_world(parse_plan(SMALL.format(top="", end=end)), light_named("16:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end=end)), light_named("16:00"), pictured=False)
 
 
 @pytest.fixture(scope="module")

@@ -65,7 +65,7 @@ def rooms(door: str | None = "open = 100", *, side: float = 2.0, end: str = "") 
     """
     hung = "" if door is None else f'[[door]]\nname = "d"\nwall = "front"\nat = {side}\ndepth = 3.5\n{door}'
     plan = parse_plan(ROOMS.format(side=side, door=hung, end=end))
-    return build_world(plan, light_named("16:00"), seed=0)
+    return build_world(plan, light_named("16:00"), pictured=False)
 
 
 def starts(rng: np.random.Generator, count: int) -> list[Pose]:

@@ -27,7 +27,7 @@ def touched(spec: mujoco.MjSpec, pos: tuple[float, float, float], size: tuple[fl
 
 @pytest.fixture(scope="module")
 def corridor() -> World:
-    return build_world(parse_plan(SMALL.format(top="", end="")), light_named("18:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end="")), light_named("18:00"), pictured=False)
 
 
 def test_a_body_smaller_than_the_corridor_touches_nothing(corridor: World) -> None:
@@ -50,7 +50,7 @@ def test_the_hallway_leaves_room_for_a_wandering_robot(hallway: World) -> None:
 
 
 def test_around_a_corner_both_corridors_are_free_and_no_wider() -> None:
-    spec = build_world(parse_plan(corner()), light_named("18:00"), seed=0).spec
+    spec = build_world(parse_plan(corner()), light_named("18:00"), pictured=False).spec
     assert touched(spec, (3, 0, 1.4), (2.99, 0.99, 1.39)) == set()
     assert touched(spec, (5, 2, 1.4), (0.99, 2.99, 1.39)) == set()
     assert touched(spec, (3.9, 0.9, 1.4), (0.11, 0.11, 1.39)) == {"wall_inner-1_0", "wall_inner-2_0"}
@@ -70,7 +70,7 @@ def test_a_beam_at_a_door_ends_on_its_leaf_or_in_the_room_behind(
 ) -> None:
     # Closed: the leaf lies 0.08 m behind the wall's face. Open: 0.15 m of wall and a room 2.5 m deep.
     door = f'door = [{{ name = "d1", wall = "left", at = 4, open = {angle} }}]'
-    model = build_world(parse_plan(small(door)), light_named("18:00"), seed=0).spec.compile()
+    model = build_world(parse_plan(small(door)), light_named("18:00"), pictured=False).spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     solid = np.zeros(6, np.uint8)

@@ -4,6 +4,8 @@ The panes themselves are not built: glass takes its share of the light (``GLAZIN
 through the openings and what is outside moves behind them as the robot passes.
 """
 
+from functools import partial
+
 import numpy as np
 
 from refseq_bench.worlds.lighting.ambient import Ambient, Measure, ambient
@@ -42,11 +44,11 @@ SKY_HEIGHT = 120.0
 """Height of the sky behind the picture [m]."""
 
 
-def illuminate(site: Site, plan: FloorPlan, numbers: Photometry, measure: Measure) -> Ambient:
+def illuminate(site: Site, plan: FloorPlan, numbers: Photometry, measure: Measure | None) -> Ambient:
     """Add the sun, the windows, the lamps, the light between the walls and the picture outside.
 
-    ``measure`` tells all light but the direct sun. Returns the light between the walls by place: the world starts with
-    that at its first route's start.
+    ``measure`` tells all light but the direct sun; without it there is none between the walls. Returns that light by
+    place: the world starts with what there is at its first route's start.
     """
     # Emission is then given in cd/m², and not in Filament's scale for classic materials.
     site.spec.add_numeric(name="filament.phong.emissive_multiplier", data=[1.0 / EXPOSED])
@@ -59,7 +61,7 @@ def illuminate(site: Site, plan: FloorPlan, numbers: Photometry, measure: Measur
     if plan.ceiling is None:
         return illuminate_open_air(site, plan, numbers)
     shining = spots(plan, numbers)
-    around = ambient(plan, measure, shining)
+    around = ambient(plan, measure, shining) if measure else Ambient.even(0.0)
     add_image_light(site, "between_walls", (255,) * 6, around.at(_start(plan)) / np.pi)
     for spot in shining:
         _spot(site, spot)
@@ -106,8 +108,7 @@ def _outside(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
 def _backdrop(site: Site, wall: Wall, peak: float, day: bool) -> None:
     key, frame = f"outside_{wall.name}", LocalFrame.of(wall)
     width, pixels = wall.length + 2 * OVERHANG, (8192, 640)
-    image = outside(*pixels, horizon=STOREY / SKYLINE, day=day, rng=site.rng(key))
-    site.glowing(key, peak, image)
+    site.glowing(key, peak, partial(outside, *pixels, STOREY / SKYLINE, day, site.rng(key)))
     site.glowing(f"{key}_sky", peak * (SKY_BY_DAY if day else SKY_BY_NIGHT))
     turn, away, middle = frame.panel_quat, -wall.thickness - BACKDROP, wall.length / 2
     site.plane(key, frame.point(middle, away, SKYLINE / 2 - STOREY), turn, (width, SKYLINE), key)

@@ -5,6 +5,8 @@ half with the ground's would. What cameras see of the sky is a picture on a dome
 lights nothing.
 """
 
+from functools import partial
+
 import numpy as np
 
 from refseq_bench.worlds.arrays import Floats
@@ -81,9 +83,12 @@ def _dome(site: Site, plan: FloorPlan, numbers: Photometry) -> None:
     low, high = plan.bounds
     beam = sun_direction(numbers.outdoors, plan.place.x_azimuth)
     sun = float(np.arctan2(-beam[1], -beam[0]))
-    field = panorama(DOME_PICTURE, numbers.outdoors, sun, plan.place.ground_albedo, site.rng("dome"))
-    peak = float(field.max())
-    site.glowing("dome", peak, encode(field / peak, site.rng("dome_grain")))
+    if site.pictured:
+        field = panorama(DOME_PICTURE, numbers.outdoors, sun, plan.place.ground_albedo, site.rng("dome"))
+        peak = float(field.max())
+        site.glowing("dome", peak, lambda: encode(field / peak, site.rng("dome_grain")))
+    else:
+        site.glowing("dome", 0.0)
     up = np.radians([-4.0, 0.0, 4.0, 10.0, 16.0, 22.0, 33.0, 45.0, 60.0, 75.0, 89.9])
     around = np.linspace(np.pi, -np.pi, 73)
     azimuth, height = np.meshgrid(around, up)  # (rows, columns)
@@ -134,7 +139,7 @@ def _pane(site: Site, plan: FloorPlan, window: Window, numbers: Photometry) -> N
     size, rng = (window.width, window.height), site.rng(key)
     lit = rng.random() < LIT_SHARE and numbers.outdoors.ground < LAMPS_BELOW
     if lit:
-        site.glowing(key, ROOM_LUMINANCE, scenery.lit_room(size, window.panes, rng))
+        site.glowing(key, ROOM_LUMINANCE, partial(scenery.lit_room, size, window.panes, rng))
     else:
-        site.picture(key, scenery.window_pane(size, window.panes, rng), PANE)
+        site.picture(key, partial(scenery.window_pane, size, window.panes, rng), PANE)
     site.panel(key, LocalFrame.of(wall), window.extent, 0.055 - wall.thickness, window.rise, key)

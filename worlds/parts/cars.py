@@ -14,6 +14,7 @@ import numpy as np
 from refseq_bench.worlds.arrays import Floats, Span
 from refseq_bench.worlds.parts import scenery
 from refseq_bench.worlds.parts.facets import Facets, add_mesh, fan, joined, quad
+from refseq_bench.worlds.parts.greyscale import Image
 from refseq_bench.worlds.parts.scenery import ATLAS
 from refseq_bench.worlds.parts.site import SEEN, Site
 from refseq_bench.worlds.plans.frame import LocalFrame
@@ -123,9 +124,12 @@ def park_cars(site: Site, plan: FloorPlan) -> None:
 def _park(site: Site, car: Car, ground: float) -> None:
     key, kind = f"car_{car.name}", CARS[car.kind]
     site.plain(key, Material(albedo=car.albedo, roughness=PAINT_ROUGHNESS))
-    shade = scenery.shade_under((kind.length, 2 * kind.half_width), CLEARANCE, SHADED, ground)
-    image = scenery.car_atlas(shade, site.rng(key))
-    site.picture(f"{key}_trim", image, TRIM)
+
+    def draw() -> Image:
+        shade = scenery.shade_under((kind.length, 2 * kind.half_width), CLEARANCE, SHADED, ground)
+        return scenery.car_atlas(shade, site.rng(key))
+
+    site.picture(f"{key}_trim", draw, TRIM)
     place: dict[str, Any] = {"pos": [*car.at, 0.0], "quat": LocalFrame.under(car).box_quat}
     site.meshed(key, f"{car.kind}_hull", key, **place)
     site.meshed(f"{key}_trim", f"{car.kind}_trim", f"{key}_trim", SEEN, castshadow=True, **place)

@@ -1,5 +1,7 @@
 """Fittings: things that hang on walls or stand against them, but for windows and doors."""
 
+from functools import partial
+
 import mujoco
 import numpy as np
 
@@ -36,22 +38,23 @@ def hang_fittings(site: Site, plan: FloorPlan) -> None:
 
 def _poster(site: Site, frame: LocalFrame, poster: Poster) -> None:
     key = f"poster_{poster.name}"
-    size, rng = (poster.width, poster.height), site.rng(key)
-    image = posters.whiteboard(size, rng) if poster.style == "whiteboard" else posters.poster(size, poster.style, rng)
-    site.panel(key, frame, poster.extent, PROUD, poster.rise, site.picture(key, image, PAPER))
+    size, rng, style = (poster.width, poster.height), site.rng(key), poster.style
+    written = style == "whiteboard"
+    draw = partial(posters.whiteboard, size, rng) if written else partial(posters.poster, size, style, rng)
+    site.panel(key, frame, poster.extent, PROUD, poster.rise, site.picture(key, draw, PAPER))
 
 
 def _board(site: Site, frame: LocalFrame, board: Board) -> None:
     key = f"board_{board.name}"
-    image = posters.notice_board((board.width, board.height), board.sheets, site.rng(key))
-    site.panel(key, frame, board.extent, 2 * PROUD, board.rise, site.picture(key, image, CORK))
+    draw = partial(posters.notice_board, (board.width, board.height), board.sheets, site.rng(key))
+    site.panel(key, frame, board.extent, 2 * PROUD, board.rise, site.picture(key, draw, CORK))
 
 
 def _cabinet(site: Site, frame: LocalFrame, cabinet: Cabinet, material: Material) -> None:
     key = f"cabinet_{cabinet.name}"
     site.solid(key, frame, (cabinet.extent, (0.0, cabinet.depth), cabinet.rise), cabinet.material)
-    image = textures.metal((cabinet.width, cabinet.height), material.albedo, site.rng(key))
-    front = site.picture(f"{key}_front", image, material)
+    draw = partial(textures.metal, (cabinet.width, cabinet.height), material.albedo, site.rng(key))
+    front = site.picture(f"{key}_front", draw, material)
     site.panel(f"{key}_front", frame, cabinet.extent, cabinet.depth + PROUD, cabinet.rise, front)
 
 
@@ -71,8 +74,8 @@ def _fixture(site: Site, frame: LocalFrame, fixture: Fixture) -> None:
     if fixture.kind == "radiator":
         site.lattice(f"{key}_fins", frame, _fins(fixture), fixture.material, cast=False)
     if fixture.kind == "sign":
-        image = posters.sign((fixture.width, fixture.height), site.rng(key))
-        material = site.picture(f"{key}_face", image, ENAMEL)
+        draw = partial(posters.sign, (fixture.width, fixture.height), site.rng(key))
+        material = site.picture(f"{key}_face", draw, ENAMEL)
         site.panel(f"{key}_face", frame, fixture.extent, fixture.depth + PROUD, fixture.rise, material)
 
 

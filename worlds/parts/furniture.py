@@ -6,6 +6,7 @@ grey of grey. Things on table tops are only seen: they stand above a robot's bum
 
 from collections import defaultdict
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.random import Generator
@@ -95,8 +96,8 @@ class _Pile:
 
     def _drawn(self, face: tuple[Span, Span], draw: Draw) -> str:
         name, (width, height) = f"{self._key}_face", np.diff(face, axis=1)[:, 0].tolist()
-        image = draw((width, height), self._material.albedo, self._site.rng(name))
-        return self._site.picture(name, image, self._material)
+        drawn = partial(draw, (width, height), self._material.albedo, self._site.rng(name))
+        return self._site.picture(name, drawn, self._material)
 
     def put_up(self) -> None:
         """Build all boxes: one geom a material to see, one a box to touch."""

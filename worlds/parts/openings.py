@@ -1,5 +1,7 @@
 """Windows and doors, and the rooms behind open doors."""
 
+from functools import partial
+
 import numpy as np
 
 from refseq_bench.worlds.arrays import Block
@@ -17,7 +19,7 @@ def cut_openings(site: Site, plan: FloorPlan) -> None:
     """Glaze the windows and hang the doors."""
     for name, width, height in sorted({(d.material, d.width, d.height) for d in plan.door}):
         key, material = _leaf_material(name, width, height), plan.material[name]
-        site.picture(key, textures.wood((width, height), material.albedo, site.rng(key)), material)
+        site.picture(key, partial(textures.wood, (width, height), material.albedo, site.rng(key)), material)
     for window in plan.window:
         wall = plan.wall_named(window.wall)
         _window(site, LocalFrame.of(wall), window, wall.thickness)
@@ -88,6 +90,6 @@ def _room_behind(site: Site, frame: LocalFrame, door: Door, wall: Wall, height: 
 
 def _number_plate(site: Site, frame: LocalFrame, door: Door) -> None:
     key, size = f"door_{door.name}_plate", (0.16, 0.12)
-    material = site.picture(key, posters.number_plate(door.label, site.rng(key)), PLATE)
+    material = site.picture(key, partial(posters.number_plate, door.label, site.rng(key)), PLATE)
     s = door.extent[1] + 0.17
     site.panel(key, frame, (s - size[0] / 2, s + size[0] / 2), PROUD, (1.5, 1.5 + size[1]), material)

@@ -1,6 +1,7 @@
 """Outdoor parts: kerbs, markings, trees, lamp posts, and the land around the ground of the plan."""
 
 import math
+from functools import partial
 from itertools import pairwise
 
 import mujoco
@@ -43,14 +44,14 @@ def furnish_grounds(site: Site, plan: FloorPlan) -> None:
     if plan.ceiling is None:
         _land(site, plan)
     for name in sorted({m.material for m in plan.marking}):
-        site.texture(f"{name}_mottled", scenery.mottled(plan.material[name].albedo, site.rng(f"{name}_mottled")))
-        site.papered(f"{name}_mottled", f"{name}_mottled", plan.material[name])
+        key, material = f"{name}_mottled", plan.material[name]
+        site.picture(key, partial(scenery.mottled, material.albedo, site.rng(key)), material)
     for marking in plan.marking:
         _marking(site, marking)
     for kerb in plan.kerb:
         _kerb(site, kerb)
     if plan.tree:
-        site.picture("leaf", scenery.foliage(LEAF.albedo, site.rng("leaf")), LEAF)
+        site.picture("leaf", partial(scenery.foliage, LEAF.albedo, site.rng("leaf")), LEAF)
         site.plain("bark", BARK)
     for tree in plan.tree:
         _tree(site, tree)
@@ -63,7 +64,7 @@ def furnish_grounds(site: Site, plan: FloorPlan) -> None:
 def _land(site: Site, plan: FloorPlan) -> None:
     low, high = plan.bounds
     land = Material(albedo=plan.place.ground_albedo, roughness=1.0)
-    site.texture("land", scenery.mottled(land.albedo, site.rng("land")))
+    site.texture("land", partial(scenery.mottled, land.albedo, site.rng("land")))
     site.papered("land", "land", land, (AROUND / MOTTLE, AROUND / MOTTLE))
     middle = [*(low + high) / 2, -BELOW]
     site.plane("land", middle, quaternion([1, 0, 0], [0, 0, 1]), (AROUND, AROUND), "land")

@@ -38,7 +38,8 @@ def place_people(site: Site, plan: FloorPlan) -> None:
 def _place(site: Site, person: Person) -> None:
     key = f"person_{person.name}"
     rng = site.rng(key)
-    material = site.picture(key, clothes(person.albedo, rng), Material(albedo=person.albedo, roughness=0.9))
+    image = clothes(person.albedo, rng)
+    material = site.picture(key, lambda: image, Material(albedo=person.albedo, roughness=0.9))
     sway = rng.uniform(*ARM_SWAY, len(PARTS)) * ["arm" in part.name for part in PARTS]
     swings = np.zeros(len(PARTS)) if person.walk else sway
     posture = _posture(_first_stance(person), person.height / HEIGHT, swings.tolist(), 0.0)

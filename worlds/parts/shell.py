@@ -1,6 +1,7 @@
 """The shell of a building: floor, ceiling, walls with what is cut out of them."""
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import groupby
 from types import MappingProxyType
 
@@ -51,7 +52,7 @@ def _plasters(site: Site, plan: FloorPlan) -> None:
     for name, surface in sorted({(w.material, w.surface) for w in plan.wall}):
         for i in range(PLASTERS):
             key = f"{name}_{surface}_{i}"
-            site.texture(key, WALLS[surface](PLASTER_SIZE, plan.material[name].albedo, site.rng(key)))
+            site.texture(key, partial(WALLS[surface], PLASTER_SIZE, plan.material[name].albedo, site.rng(key)))
 
 
 # --- floor and ceiling ---
@@ -64,7 +65,7 @@ def _floor(site: Site, plan: FloorPlan) -> None:
     site.shape("floor", mujoco.mjtGeom.mjGEOM_PLANE, middle, size, "", TOUCHED)
     tile, material = plan.floor.tile, plan.material[plan.floor.material]
     drawn = _drawn(high - low, tile, 40)
-    site.texture("floor", FLOORS[plan.floor.pattern](drawn, material.albedo, site.rng("floor")))
+    site.texture("floor", partial(FLOORS[plan.floor.pattern], drawn, material.albedo, site.rng("floor")))
     for i, area in enumerate(rectangles(plan)):
         name = site.papered(f"floor_{i}", "floor", material, area.size / (tile * np.array(drawn)))
         site.plane(name, [*area.middle, 0.0], quaternion([1, 0, 0], [0, 0, 1]), tuple(area.size), name)
@@ -81,7 +82,7 @@ def _ceiling(site: Site, plan: FloorPlan) -> None:
     panel, height, material = plan.roof.panel, plan.roof.height, plan.material[plan.roof.material]
     low, high = plan.bounds
     drawn = _drawn(high - low, panel, 20)
-    site.texture("ceiling", textures.ceiling_panels(drawn, material.albedo, site.rng("ceiling")))
+    site.texture("ceiling", partial(textures.ceiling_panels, drawn, material.albedo, site.rng("ceiling")))
     for i, area in enumerate(rectangles(plan)):
         name = site.papered(f"ceiling_{i}", "ceiling", material, area.size / (panel * np.array(drawn)))
         site.plane(name, [*area.middle, height], quaternion([1, 0, 0], [0, 0, -1]), tuple(area.size), name)

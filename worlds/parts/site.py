@@ -7,6 +7,7 @@ for physically based shading.
 """
 
 import zlib
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -21,7 +22,10 @@ from refseq_bench.worlds.plans.schema import Material
 
 SOLID, SEEN, TOUCHED, GLASS = 0, 2, 3, 4
 RGB = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
+ROLES = int(mujoco.mjtTextureRole.mjNTEXROLE)
 EMISSIVE = int(mujoco.mjtTextureRole.mjTEXROLE_EMISSIVE)
+Draw = Callable[[], Image]
+"""Draws a picture when it is needed."""
 UNIT_BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 BOX_FACES = np.array(
     [
@@ -33,9 +37,13 @@ BOX_FACES = np.array(
 
 
 class Site:
-    """A spec under construction; ``seed`` and a part's name fix the drawing of its texture."""
+    """A spec under construction; ``seed`` and a part's name fix the drawing of its texture.
 
-    def __init__(self, name: str, seed: int) -> None:
+    Where it is not ``pictured`` none is drawn: drawing is most of the work, and only cameras notice.
+    """
+
+    def __init__(self, name: str, seed: int, pictured: bool = True) -> None:
+        self.pictured = pictured
         self.spec = mujoco.MjSpec()
         self.spec.modelname = name
         self.spec.compiler.degree = False
@@ -56,30 +64,35 @@ class Site:
         self._echo[name] = material.echo
         return name
 
-    def picture(self, name: str, image: Image, like: Material) -> str:
+    def picture(self, name: str, draw: Draw, like: Material) -> str:
         """Add a texture and a material that shows it once."""
-        self.texture(name, image)
+        self.texture(name, draw)
         return self.papered(name, name, like)
 
     def papered(self, name: str, texture: str, like: Material, repeat: ArrayLike = (1.0, 1.0)) -> str:
         """Add a material that repeats a texture over each face; it is ``like`` another in all but the picture."""
-        roles = [""] * int(mujoco.mjtTextureRole.mjNTEXROLE)
-        roles[RGB] = texture
+        roles = self._roles(texture, RGB)
         self.spec.add_material(name=name, textures=roles, texrepeat=repeat, **_matt(like.roughness))
         self._echo[name] = like.echo
         return name
 
-    def glowing(self, name: str, luminance: float, image: Image | None = None) -> str:
+    def glowing(self, name: str, luminance: float, draw: Draw | None = None) -> str:
         """Add a dark material that gives light of its own [cd/m²], over the picture where there is one."""
-        roles = [""] * int(mujoco.mjtTextureRole.mjNTEXROLE)
-        if image is not None:
-            self.texture(name, image)
-            roles[RGB] = roles[EMISSIVE] = name
+        if draw is not None:
+            self.texture(name, draw)
+        roles = self._roles(name, RGB, EMISSIVE) if draw is not None else self._roles(name)
         self.spec.add_material(name=name, textures=roles, rgba=[0.05] * 3 + [1.0], emission=luminance, **_matt(1.0))
         return name
 
-    def texture(self, name: str, image: Image) -> None:
+    def _roles(self, texture: str, *roles: int) -> list[str]:
+        """Which texture a material has in each role: this one in those named, where there are pictures."""
+        return [texture if self.pictured and role in roles else "" for role in range(ROLES)]
+
+    def texture(self, name: str, draw: Draw) -> None:
         """Add a grey picture; row 0 is its upper edge."""
+        if not self.pictured:
+            return
+        image = draw()
         height, width = image.shape
         texture = self.spec.add_texture(
             name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=3

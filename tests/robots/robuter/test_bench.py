@@ -37,13 +37,13 @@ SONARS_AHEAD = 0.275
 
 @pytest.fixture(scope="module")
 def open_air() -> World:
-    return build_world(parse_plan(in_the_open()), light_named("16:00"), seed=0)
+    return build_world(parse_plan(in_the_open()), light_named("16:00"), pictured=False)
 
 
 @pytest.fixture(scope="module")
 def room() -> World:
     """8 m long, 4 m wide, a wall at its end."""
-    return build_world(parse_plan(box(WALL, 4.0)), light_named("16:00"), seed=0)
+    return build_world(parse_plan(box(WALL, 4.0)), light_named("16:00"), pictured=False)
 
 
 def bench_in(world: World, timestep: float | None = None) -> Bench:

@@ -54,6 +54,15 @@ def test_it_starts_at_the_routes_first_point_facing_the_second(corridor: World) 
         assert (bench.pose.x, bench.pose.y, bench.pose.heading) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
 
 
+def test_a_world_without_pictures_is_for_benches_without_cameras() -> None:
+    plan = parse_plan(SMALL.format(top="", end=""))
+    bare = build_world(plan, light_named("16:00"), pictured=False)
+    with bench_in(bare) as bench:
+        assert bench.sense().scan is not None
+    with pytest.raises(SimError, match=r"^world 'small' was built without pictures; valid is the renderer 'none'$"):
+        bench_in(bare, settings=BenchSettings(renderer=RendererKind.CLASSIC))
+
+
 def test_an_unknown_route_is_told_with_the_valid_ones(corridor: World) -> None:
     with pytest.raises(SimError, match=r"^unknown route 'up' in world 'small': valid are forward$"):
         Bench(corridor, robots.load("robuter"), route="up", settings=BLIND)

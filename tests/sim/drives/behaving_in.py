@@ -76,7 +76,7 @@ BOX = (
 def corridor(length: float = 12, things: str = "", left: float | None = None) -> World:
     """A corridor along x, walls at y = ±1.2 m and at both ends; the ``left`` wall may end earlier."""
     plan = PLAN.format(length=length, left=length if left is None else left, things=things)
-    return build_world(parse_plan(plan), light_named("16:00"), seed=0)
+    return build_world(parse_plan(plan), light_named("16:00"), pictured=False)
 
 
 @dataclass(frozen=True)

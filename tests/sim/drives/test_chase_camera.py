@@ -44,7 +44,7 @@ def eyes(world: World, pose: Pose, bearing: float, name: str = "robuter") -> np.
 
 @pytest.mark.parametrize("name", ["robuter", "segway_rmp"])
 def test_on_an_empty_floor_it_stands_where_it_was_asked_to(name: str) -> None:
-    at = eyes(with_chase_camera(empty_floor()), Pose(1.0, 2.0, 0.5), -math.pi / 2, name)
+    at = eyes(with_chase_camera(empty_floor("overcast")), Pose(1.0, 2.0, 0.5), -math.pi / 2, name)
     bearing = math.atan2(at[1] - 2.0, at[0] - 1.0)
     assert bearing == pytest.approx(0.5 - math.pi / 2)
 
@@ -78,7 +78,7 @@ def test_the_onlooker_changes_nothing_of_a_drive() -> None:
     ends = []
     for looking in (False, True):
         settings = BenchSettings(renderer=RendererKind.CLASSIC, cameras=())
-        with Bench(with_chase_camera(empty_floor()), robots.load("robuter"), settings=settings) as bench:
+        with Bench(with_chase_camera(empty_floor("overcast")), robots.load("robuter"), settings=settings) as bench:
             for i in range(50):
                 bench.drive(Twist(0.4, 0.1))
                 if looking and i % 20 == 0:

@@ -32,7 +32,7 @@ amounts = st.floats(0, 1e3)
 
 @pytest.fixture(scope="module")
 def corridor() -> World:
-    return build_world(parse_plan(SMALL.format(top="", end=THERE_AND_BACK)), light_named("16:00"), seed=0)
+    return build_world(parse_plan(SMALL.format(top="", end=THERE_AND_BACK)), light_named("16:00"), pictured=False)
 
 
 def bench_in(world: World, route: str = "forward", seed: int = 1) -> Bench:

@@ -49,7 +49,7 @@ LASER_AHEAD = 0.25
 
 @pytest.fixture(scope="module")
 def offices() -> World:
-    return build_world(load_plan("offices"), light_named("16:00"), 0)
+    return build_world(load_plan("offices"), light_named("16:00"), pictured=False)
 
 
 @pytest.fixture(scope="module")

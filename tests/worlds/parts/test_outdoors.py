@@ -68,7 +68,7 @@ LASER_GROUPS = np.array([1, 0, 0, 1, 0, 0], np.uint8)
 
 @cache
 def lot() -> tuple[mujoco.MjModel, mujoco.MjData]:
-    model = build_world(parse_plan(in_the_open(LOT, y=-10)), light_named("13:00"), seed=0).spec.compile()
+    model = build_world(parse_plan(in_the_open(LOT, y=-10)), light_named("13:00"), pictured=False).spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     return model, data

@@ -23,7 +23,7 @@ def flight(heading: float = 0.0, steps: int = STEPS) -> str:
 
 
 def spec(text: str) -> mujoco.MjSpec:
-    return build_world(parse_plan(text), light_named("18:00"), seed=0).spec
+    return build_world(parse_plan(text), light_named("18:00"), pictured=False).spec
 
 
 def ready(text: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
