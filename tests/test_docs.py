@@ -15,7 +15,7 @@ import pytest
 import typer
 from typer.core import TyperGroup
 
-from refseq.logs.mcap import RecordingWriter
+from refseq.logs import RecordingWriter
 from refseq.map.learning import learn
 from refseq_bench.scenarios.campaign.declare.assignment import LAMP, ODOMETRY
 from refseq_bench.scenarios.campaign.declare.cases import find, names

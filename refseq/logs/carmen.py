@@ -5,8 +5,9 @@ them, are counted and passed over. The layouts are those of CARMEN's logger.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +15,9 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.files import replace_text
-from refseq.logs.recording import Recording, TimedData, views_of
+from refseq.logs.source import Channel, Role, Sample
 from refseq.planar import Pose, after_motion
-from refseq.view import Scan, View
+from refseq.view import LASER, Scan, View
 
 NO_RETURN = 81.83
 """Ranges from here on mean 'nothing came back': the LMS 200's first error code in centimetre mode [m]."""
@@ -68,23 +69,99 @@ class _State:
 
     odometry: Pose | None = None
     truth: Pose | None = None
-    metadata: dict[str, str] = field(default_factory=dict)
-    skipped: dict[str, int] = field(default_factory=dict)
 
 
-def read_carmen(path: Path) -> Recording:
-    """Read the front laser's scans of a CARMEN log as views.
+@dataclass(frozen=True, slots=True)
+class _LaserLine:
+    """A line of the front laser: its time [s] and that of the logger, its scan, and the poses that hold with it."""
 
-    A view's truth is the pose that the log itself corrected (FLASER's and ROBOTLASER1's laser pose) or the last
-    TRUEPOS; its motion comes from the odometer pose. Raises ``LogError`` with file and line for a line whose count of
-    fields does not fit, for a value that is no number, and when there is no scan.
+    time: float
+    logged: float
+    scan: Scan
+    odometry: Pose | None
+    truth: Pose | None
+
+
+SCANS = ("FLASER", "ROBOTLASER1", "RAWLASER1")
+LASER_TOPIC, ODOMETRY_TOPIC, TRUTH_TOPIC = f"/{LASER}", "/odometry", "/truth"
+
+
+class CarmenSource:
+    """The front laser's scans of a CARMEN log, each a moment of its own with the poses in or before its line.
+
+    The truth is the pose that the log itself corrected (FLASER's and ROBOTLASER1's laser pose) or the last TRUEPOS; the
+    odometer's pose is in the line too, or the last ODOM.
     """
-    state = _State()
-    scans = [scan for line in _lines(path) if (scan := _read_line(line, state)) is not None]
-    if not scans:
-        seen = _some(sorted(state.skipped))
-        raise LogError(f"{path}: holds no scan (kinds of lines seen: {seen}); valid are FLASER, ROBOTLASER1, RAWLASER1")
-    return Recording(tuple(views_of(scans)), state.metadata, skipped=state.skipped)
+
+    kind = "a CARMEN log"
+    has_moments = True
+    damage = ""
+    complete = True
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._counts: Counter[str] = Counter()
+        self.metadata: Mapping[str, str] = {}
+        told: dict[str, str] = {}
+        for line in _lines(path):
+            self._counts[line.kind] += 1
+            if line.kind == "PARAM":
+                if len(line.fields) < 3:
+                    raise line.error(f"has {len(line.fields)} fields; valid are at least 3: PARAM, a name and a value")
+                told[line.fields[1]] = line.fields[2]
+        self.metadata = told
+        if not self._scans:
+            seen = _some(sorted(self.skipped))
+            raise LogError(f"{path}: holds no scan (kinds of lines seen: {seen}); valid are {', '.join(SCANS)}")
+
+    @property
+    def _scans(self) -> int:
+        return sum(self._counts[kind] for kind in SCANS)
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The laser, the poses beside its scans, and all other kinds of lines."""
+        schema = "+".join(kind for kind in SCANS if self._counts[kind])
+        posed = [
+            Channel(topic, schema, TEXT, self._scans, role)
+            for topic, role in ((LASER_TOPIC, Role.LASER), (ODOMETRY_TOPIC, Role.ODOMETRY), (TRUTH_TOPIC, Role.TRUTH))
+        ]
+        others = (Channel(kind, kind, TEXT, count, Role.IGNORED) for kind, count in self.skipped.items())
+        return tuple(sorted([*posed, *others], key=lambda channel: channel.topic))
+
+    @property
+    def skipped(self) -> Mapping[str, int]:
+        """Lines of other kinds."""
+        return {kind: count for kind, count in self._counts.items() if kind not in {*SCANS, *POSES, "PARAM"}}
+
+    def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
+        """Scans and their poses. Raises ``LogError`` with file and line for a line that does not fit its kind."""
+        state = _State()
+        moment = 0
+        for line in _lines(self.path):
+            found = _read_line(line, state)
+            if found is not None:
+                for topic, content in (
+                    (LASER_TOPIC, found.scan),
+                    (ODOMETRY_TOPIC, found.odometry),
+                    (TRUTH_TOPIC, found.truth),
+                ):
+                    if content is not None and (topics is None or topic in topics):
+                        yield Sample(topic, found.time, found.logged, "", content, moment=moment)
+                moment += 1
+
+
+POSES = ("ODOM", "TRUEPOS")
+TEXT = "text"
+
+
+def is_carmen(path: Path) -> bool:
+    """Whether a file is text that is not blank."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        head = file.read(4096)
+    return b"\0" not in head and bool(head.strip())
 
 
 def _some(kinds: Sequence[str], most: int = 5) -> str:
@@ -101,7 +178,7 @@ def _lines(path: Path) -> Iterator[_CarmenLine]:
                 yield _CarmenLine(path, number, fields)
 
 
-def _read_line(line: _CarmenLine, state: _State) -> TimedData | None:
+def _read_line(line: _CarmenLine, state: _State) -> _LaserLine | None:
     """Take one line into the state; a line of the front laser is returned."""
     match line.kind:
         case "FLASER":
@@ -116,23 +193,17 @@ def _read_line(line: _CarmenLine, state: _State) -> TimedData | None:
         case "TRUEPOS":
             line.expect(10)
             state.truth = _pose(line.floats(1, 4))
-        case "PARAM":
-            if len(line.fields) < 3:
-                raise line.error(f"has {len(line.fields)} fields; valid are at least 3: PARAM, a name and a value")
-            state.metadata[line.fields[1]] = line.fields[2]
-        case kind:
-            state.skipped[kind] = state.skipped.get(kind, 0) + 1
     return None
 
 
-def _flaser(line: _CarmenLine) -> TimedData:
+def _flaser(line: _CarmenLine) -> _LaserLine:
     n = line.count(1)
     line.expect(n + 11, n)
     truth, odometry = line.floats(n + 2, n + 5), line.floats(n + 5, n + 8)
     # The message has no angles: 360 beams and more come every half degree, fewer every degree.
     step = HALF_DEGREE if n >= 360 else 2 * HALF_DEGREE
     scan = _scan(line.floats(2, n + 2), -math.pi / 2, step, NO_RETURN)
-    return _timed(line.floats(n + 8, n + 9), scan, truth=_pose(truth), odometry=_pose(odometry))
+    return _timed(line, n + 8, scan, truth=_pose(truth), odometry=_pose(odometry))
 
 
 def _laser_head(line: _CarmenLine) -> tuple[Scan, int]:
@@ -147,21 +218,27 @@ def _laser_head(line: _CarmenLine) -> tuple[Scan, int]:
     return scan, behind_ranges + 1 + remissions
 
 
-def _robotlaser(line: _CarmenLine) -> TimedData:
+def _robotlaser(line: _CarmenLine) -> _LaserLine:
     scan, at = _laser_head(line)
     line.expect(at + 14, len(scan.ranges))
     poses = line.floats(at, at + 6)
-    return _timed(line.floats(at + 11, at + 12), scan, truth=_pose(poses[:3]), odometry=_pose(poses[3:]))
+    return _timed(line, at + 11, scan, truth=_pose(poses[:3]), odometry=_pose(poses[3:]))
 
 
-def _rawlaser(line: _CarmenLine, state: _State) -> TimedData:
+def _rawlaser(line: _CarmenLine, state: _State) -> _LaserLine:
     scan, at = _laser_head(line)
     line.expect(at + 3, len(scan.ranges))
-    return _timed(line.floats(at, at + 1), scan, truth=state.truth, odometry=state.odometry)
+    return _timed(line, at, scan, truth=state.truth, odometry=state.odometry)
 
 
-def _timed(time: NDArray[np.float64], scan: Scan, *, truth: Pose | None, odometry: Pose | None) -> TimedData:
-    return TimedData(float(time[0]), scan=scan, odometry=odometry, truth=truth)
+def _timed(line: _CarmenLine, at: int, scan: Scan, *, truth: Pose | None, odometry: Pose | None) -> _LaserLine:
+    """The line's data; its time is field ``at``, the logger's its last."""
+    time = float(line.floats(at, at + 1)[0])
+    try:
+        logged = float(line.fields[-1])
+    except ValueError:
+        logged = time
+    return _LaserLine(time, logged, scan, odometry, truth)
 
 
 def _pose(values: NDArray[np.float64]) -> Pose:

@@ -1,26 +1,38 @@
-"""Read a recording of either format, chosen by the file's content."""
+"""Read a log of any kind as a recording."""
 
+from dataclasses import replace
 from pathlib import Path
 
-from refseq.errors import LogError
-from refseq.logs.carmen import read_carmen
-from refseq.logs.mcap import MCAP_MAGIC, read_mcap
+from refseq.logs.kinds import open_log
+from refseq.logs.pairing.options import PairingOptions
+from refseq.logs.pairing.plan import plan_views
 from refseq.logs.recording import Recording
+from refseq.logs.trajectory import Trajectory
 
 
-def read_recording(path: Path) -> Recording:
-    """Read a drive from an MCAP file or a CARMEN log, whichever ``path`` holds.
+def read_recording(
+    path: Path,
+    options: PairingOptions | None = None,
+    *,
+    views: slice | None = None,
+    thin: float | None = None,
+    odometry: str | Trajectory | None = None,
+    truth: str | Trajectory | None = None,
+) -> Recording:
+    """Read the views of a log of any kind.
 
-    Raises ``LogError`` when the file is missing, of neither format, or holds no view.
+    ``views`` are the indices of those to read, before thinning; ``thin`` [m] keeps one whenever so much odometry has
+    been added up. ``odometry`` and ``truth`` name topics, or are trajectories from elsewhere. Only the pictures of the
+    views that are kept are decoded.
+
+    Raises ``LogError`` when the log is missing, of no known kind, or holds no view.
     """
-    try:
-        with path.open("rb") as file:
-            head = file.read(4096)
-    except OSError as error:
-        raise LogError(f"{path}: cannot be read: {error.strerror}") from error
-    if head and head[: len(MCAP_MAGIC)] == MCAP_MAGIC[: len(head)]:
-        return read_mcap(path)
-    if b"\0" in head or not head.strip():
-        kind = "empty" if not head.strip() else "neither MCAP (its magic bytes are missing) nor text"
-        raise LogError(f"{path}: is {kind}; valid are an MCAP recording and a CARMEN log")
-    return read_carmen(path)
+    chosen = options or PairingOptions()
+    if odometry is not None:
+        chosen = replace(chosen, odometry=odometry)
+    if truth is not None:
+        chosen = replace(chosen, truth=truth)
+    plan = plan_views(open_log(path), chosen)
+    if views is not None:
+        plan = plan.between(views)
+    return (plan.thinned(thin) if thin else plan).recording()

@@ -7,6 +7,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.logs.findings import Findings
 from refseq.planar import Pose, motion_between
 from refseq.view import Scan, View
 
@@ -15,13 +16,15 @@ from refseq.view import Scan, View
 class Recording:
     """A drive: its views in order of time, what is known of how it was made, and whether its end is there.
 
-    ``skipped`` counts the lines or messages of kinds that are not read, by kind.
+    ``skipped`` counts the lines or messages of kinds that are not read, by kind. ``findings`` tell what reading a log
+    has met; None for views that come from elsewhere.
     """
 
     views: tuple[View, ...]
     metadata: Mapping[str, str] = field(default_factory=dict)
     complete: bool = True
     skipped: Mapping[str, int] = field(default_factory=dict)
+    findings: Findings | None = None
 
     @property
     def sensors(self) -> frozenset[str]:

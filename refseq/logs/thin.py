@@ -43,11 +43,18 @@ def every(views: Sequence[View], distance: float = 0.85, turn: float = math.inf)
 
     The motion of views that go is added to the next one that stays.
     """
+    return thinned(views, distance, turn)[1]
+
+
+def thinned(views: Sequence[View], distance: float, turn: float = math.inf) -> tuple[list[int], tuple[View, ...]]:
+    """Indices of the views that ``every`` keeps, and those views."""
+    numbers: list[int] = []
     kept: list[View] = []
     moved = turned = 0.0
-    for view in views:
+    for number, view in enumerate(views):
         moved, turned = moved + view.distance, turned + view.turn
         if not kept or abs(moved) >= distance or abs(turned) >= turn:
+            numbers.append(number)
             kept.append(replace(view, distance=moved if kept else 0.0, turn=turned if kept else 0.0))
             moved = turned = 0.0
-    return tuple(kept)
+    return numbers, tuple(kept)

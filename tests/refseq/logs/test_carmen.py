@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from refseq.errors import LogError
-from refseq.logs import read_carmen, read_recording, write_carmen
+from refseq.logs import read_recording, write_carmen
 from refseq.logs.carmen import NO_RETURN
 from refseq.planar import Pose
 from refseq.view import Scan, View
@@ -31,7 +31,7 @@ def flaser(n: int) -> str:
 
 
 def test_flaser(tmp_path: Path) -> None:
-    (view,) = read_carmen(log(tmp_path, FLASER)).views
+    (view,) = read_recording(log(tmp_path, FLASER)).views
     assert view.scan
     np.testing.assert_array_equal(view.scan.ranges, np.array([1.5, 2, np.inf], np.float32))
     assert view.scan.start == -math.pi / 2
@@ -40,7 +40,7 @@ def test_flaser(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("beams", "last"), [(361, 90.0), (360, 89.5), (181, 90.0), (180, 89.0)])
 def test_flaser_has_no_angles_so_beams_tell_the_step(tmp_path: Path, beams: int, last: float) -> None:
-    (view,) = read_carmen(log(tmp_path, flaser(beams))).views
+    (view,) = read_recording(log(tmp_path, flaser(beams))).views
     assert view.scan
     assert len(view.scan.ranges) == beams
     assert np.degrees(view.scan.bearings[[0, -1]]) == pytest.approx([-90.0, last])
@@ -48,7 +48,7 @@ def test_flaser_has_no_angles_so_beams_tell_the_step(tmp_path: Path, beams: int,
 
 def test_robotlaser(tmp_path: Path) -> None:
     second = ROBOTLASER.replace(" 1 2 0.25 ", " 1.5 2 0.25 ").replace("7.5", "8.5")
-    first, after = read_carmen(log(tmp_path, ROBOTLASER, second)).views
+    first, after = read_recording(log(tmp_path, ROBOTLASER, second)).views
     assert first.scan
     np.testing.assert_array_equal(first.scan.ranges, np.array([1, np.inf, 3], np.float32))
     assert first.scan.bearings == pytest.approx([-1.5, -1.0, -0.5])
@@ -66,7 +66,7 @@ def test_rawlaser_takes_the_last_odometry_and_truth(tmp_path: Path) -> None:
         "ODOM 0 2 0 0 0 0 8 host 8",
         RAWLASER,
     )
-    first, second = read_carmen(path).views
+    first, second = read_recording(path).views
     assert first.scan
     assert first.scan.bearings == pytest.approx([-1.5, -1.0, -0.5])
     assert first.truth == second.truth == Pose(5, 6, 0.5)
@@ -170,7 +170,9 @@ def test_round_trip(tmp_path: Path, beams: int) -> None:
 def test_motion_of_a_view_without_scan_is_not_lost(tmp_path: Path) -> None:
     views = [replace(view, distance=0.5, turn=0.0) for view in drive(181)]
     write_carmen(tmp_path / "a.log", views)
-    assert [v.distance for v in read_carmen(tmp_path / "a.log").views] == pytest.approx([0, 0.5, 0.5, 0.5, 1, 0.5, 0.5])
+    assert [v.distance for v in read_recording(tmp_path / "a.log").views] == pytest.approx(
+        [0, 0.5, 0.5, 0.5, 1, 0.5, 0.5]
+    )
 
 
 def test_writing_drives_without_scans_is_refused(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refseq.errors import LogError
-from refseq.logs import Recording, RecordingWriter, read_mcap, read_recording
+from refseq.logs import Recording, RecordingWriter, read_recording
 from refseq.planar import Pose, motion_between
 from refseq.view import Scan, View
 
@@ -149,13 +149,13 @@ def test_while_open_the_file_is_partial_and_readable(tmp_path: Path) -> None:
     writer = RecordingWriter(path, METADATA)
     for count, (view, pose) in enumerate(zip(views[:3], odometry, strict=False), start=1):
         writer.write(view, pose)
-        partial = read_mcap(tmp_path / "run.partial.mcap")
+        partial = read_recording(tmp_path / "run.partial.mcap")
         assert not partial.complete
         assert len(partial.views) == count
         assert path.read_bytes() == b"an older recording"
     writer.close()
     assert list(tmp_path.iterdir()) == [path]
-    recording = read_mcap(path)
+    recording = read_recording(path)
     assert recording.complete
     assert len(recording.views) == 3
 
@@ -170,7 +170,7 @@ def test_an_interrupted_drive_is_kept(tmp_path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
-    assert len(read_mcap(tmp_path / "run.mcap").views) == 1
+    assert len(read_recording(tmp_path / "run.mcap").views) == 1
 
 
 def test_two_writers_do_not_mix(tmp_path: Path) -> None:
@@ -179,7 +179,7 @@ def test_two_writers_do_not_mix(tmp_path: Path) -> None:
         a.write(views[0], odometry[0])
         b.write(views[1], odometry[1])
         b.write(views[2], odometry[2])
-    assert [len(read_mcap(tmp_path / name).views) for name in ("a.mcap", "b.mcap")] == [1, 2]
+    assert [len(read_recording(tmp_path / name).views) for name in ("a.mcap", "b.mcap")] == [1, 2]
 
 
 def write_foreign(path: Path, with_scan: bool) -> None:
@@ -196,7 +196,7 @@ def write_foreign(path: Path, with_scan: bool) -> None:
 
 def test_other_schemas_are_counted(tmp_path: Path) -> None:
     write_foreign(tmp_path / "log.mcap", with_scan=True)
-    recording = read_mcap(tmp_path / "log.mcap")
+    recording = read_recording(tmp_path / "log.mcap")
     assert recording.skipped == {"foxglove.Log": 3}
     (view,) = recording.views
     assert view.scan
@@ -210,7 +210,7 @@ def test_motion_comes_from_the_odometer_not_from_truth(tmp_path: Path) -> None:
     with RecordingWriter(tmp_path / "run.mcap", {}) as writer:
         for k, pose in enumerate(odometry):
             writer.write(View(float(k), scan=scan, truth=Pose(5.0 * k, 0, 0)), pose)
-    last = read_mcap(tmp_path / "run.mcap").views[-1]
+    last = read_recording(tmp_path / "run.mcap").views[-1]
     assert (last.distance, last.turn) == pytest.approx(motion_between(*odometry))
 
 
@@ -236,7 +236,7 @@ def test_messages(tmp_path: Path, recorded: Recorded) -> None:
     )
     write_foreign(path, with_scan=False)
     assert error_of(path) == (
-        f"{path}: holds no view; valid are Foxglove CompressedImage, LaserScan and Odometry messages"
+        f"{path}: holds no view: its topics are /log (3 foxglove.Log); valid is at least one camera or laser"
     )
 
 
@@ -271,4 +271,4 @@ def test_a_disk_that_is_full_is_told_and_leaves_what_could_be_written(tmp_path: 
     assert told.stdout.startswith(f"{path}: cannot be written (is the disk full?): ")
     assert told.stdout.count("\n") == 1
     assert not path.exists()
-    assert 0 < len(read_mcap(tmp_path / "run.partial.mcap").views) < 20 * COUNT
+    assert 0 < len(read_recording(tmp_path / "run.partial.mcap").views) < 20 * COUNT

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from refseq.logs.mcap import RecordingWriter
+from refseq.logs import RecordingWriter
 from refseq.planar import Pose
 from refseq_bench.scenarios.campaign.declare.cases import Case, load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome

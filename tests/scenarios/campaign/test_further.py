@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from refseq.logs.mcap import RecordingWriter
+from refseq.logs import RecordingWriter
 from refseq.view import View
 from refseq_bench.scenarios.campaign.declare.cases import Case, load
 from refseq_bench.scenarios.campaign.declare.expand import put

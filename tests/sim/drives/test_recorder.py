@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.logs import RecordingWriter, read_mcap
+from refseq.logs import RecordingWriter, read_recording
 from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
@@ -133,7 +133,7 @@ def test_a_recording_gives_back_what_the_robot_sensed(corridor: World, tmp_path:
     with RecordingWriter(path, {}) as writer:
         for one in taken:
             writer.write(one.view, one.odometry)
-    read = read_mcap(path).views
+    read = read_recording(path).views
     assert len(read) == len(taken)
     for one, view in zip(taken, read, strict=True):
         assert view.distance == pytest.approx(one.view.distance, abs=1e-9)

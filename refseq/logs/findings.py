@@ -1,0 +1,58 @@
+"""Findings of reading a log: rates, gaps, clocks, offsets, and what was taken as what."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from refseq.logs.source import Channel
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelFindings:
+    """Times of one channel, as the sensor's stamps have them.
+
+    ``first`` and ``last`` [s]; ``rate`` [Hz] by the median step; ``longest_gap`` [s] begins at ``gap_at`` [s];
+    ``backward`` counts stamps before the one that was written before, ``duplicates`` stamps that were there already,
+    ``unstamped`` stamps of zero, for which the log time stands; ``offset`` is the median of log time − stamp [s].
+    """
+
+    channel: Channel
+    first: float
+    last: float
+    rate: float
+    longest_gap: float = 0.0
+    gap_at: float = 0.0
+    backward: int = 0
+    duplicates: int = 0
+    unstamped: int = 0
+    offset: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """From the first stamp to the last [s]."""
+        return self.last - self.first
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """Account of a log that was read.
+
+    ``sensors`` names the topics that views are made of, topic → sensor; ``leading`` is the topic at whose times there
+    are views, ``tolerance`` [s] within which others are paired. ``odometry`` and ``truth`` say where they come from,
+    empty where there is none; ``length`` [m] is the way by odometry. ``views`` counts the views before thinning,
+    ``without_odometry`` the moments that were passed over because no odometry reaches them, ``without_truth`` the
+    views that no true pose reaches, ``unpaired`` the samples of each sensor that no view took. ``notes`` are sentences
+    for the user on what was decided and what is wrong.
+    """
+
+    channels: Mapping[str, ChannelFindings] = field(default_factory=dict)
+    sensors: Mapping[str, str] = field(default_factory=dict)
+    leading: str = ""
+    tolerance: float = 0.0
+    odometry: str = ""
+    truth: str = ""
+    length: float = 0.0
+    views: int = 0
+    without_odometry: int = 0
+    without_truth: int = 0
+    unpaired: Mapping[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,105 @@
+"""MCAP files with Foxglove's schemas as a source of samples."""
+
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+
+from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
+from mcap.exceptions import McapError
+from mcap.records import Footer
+
+from refseq.errors import LogError
+from refseq.logs.foxglove.index import McapIndex, index_of
+from refseq.logs.foxglove.messages import NANOSECONDS, FoxgloveMessage, MessageDecoder, role_of
+from refseq.logs.foxglove.records import McapMessage, reason, records
+from refseq.logs.foxglove.writer import METADATA_NAME, PROFILE
+from refseq.logs.source import Channel, Role, Sample
+
+
+class FoxgloveSource:
+    """An MCAP file; channels whose schema is not Foxglove's are listed and not read."""
+
+    kind = "a Foxglove MCAP file"
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._decoder = MessageDecoder()
+        self._index = index_of(path)
+        self.damage = self._index.damage
+        self.channels = tuple(_channels(self._index, self._decoder))
+
+    @property
+    def complete(self) -> bool:
+        """False for a file that was cut off or is damaged."""
+        return not self.damage
+
+    @property
+    def metadata(self) -> Mapping[str, str]:
+        """The bench's own records; of two values of a key the later one counts."""
+        told: dict[str, str] = {}
+        for record in self._index.metadata:
+            if record.name == METADATA_NAME:
+                told.update(record.metadata)
+        return told
+
+    @property
+    def skipped(self) -> Mapping[str, int]:
+        """Messages that are not read, by schema, or by encoding where there is none."""
+        found: Counter[str] = Counter()
+        for channel in self.channels:
+            if channel.role is Role.IGNORED:
+                found[channel.schema] += channel.count
+        return {schema: count for schema, count in found.items() if count}
+
+    @property
+    def has_moments(self) -> bool:
+        """True for the bench's own recordings, by the profile in the file's head."""
+        return self._index.profile == PROFILE
+
+    def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
+        """Samples of the topics asked for. Raises ``LogError`` for a message with impossible values."""
+        wanted = {channel.topic for channel in self.channels if channel.role is not Role.IGNORED}
+        wanted &= wanted if topics is None else set(topics)
+        whole = False
+        try:
+            for record in records(self.path):
+                if isinstance(record, McapMessage) and record.channel.topic in wanted:
+                    sample = self._sample(record)
+                    if sample is not None:
+                        yield sample
+                whole = whole or isinstance(record, Footer)
+        except McapError as error:
+            self.damage = reason(error)
+        else:
+            self.damage = "" if whole else "unexpected end of file"
+
+    def _sample(self, record: McapMessage) -> Sample | None:
+        channel, schema = record.channel, record.schema
+        if schema is None or not self._decoder.reads(channel, schema):
+            return None
+        try:
+            message: FoxgloveMessage = self._decoder.decode(channel, schema, record.message.data)
+        except (ValueError, TypeError, AttributeError, DecodeError) as error:
+            raise McapError(f"bytes that make no record: {error}") from error
+        except LogError as error:
+            raise LogError(f"{self.path}: topic {channel.topic}: {error}") from error
+        logged = record.message.log_time
+        stamp = message.stamp or logged
+        return Sample(
+            channel.topic,
+            stamp / NANOSECONDS,
+            logged / NANOSECONDS,
+            message.frame.removeprefix("/"),
+            message.content,
+            message.child.removeprefix("/"),
+            unstamped=not message.stamp,
+            moment=logged if self.has_moments else -1,
+        )
+
+
+def _channels(index: McapIndex, decoder: MessageDecoder) -> Iterator[Channel]:
+    for channel in sorted(index.channels.values(), key=lambda one: one.topic):
+        schema = index.schema_of(channel)
+        name = schema.name if schema else channel.message_encoding
+        role = role_of(name, channel.topic) if decoder.reads(channel, schema) else Role.IGNORED
+        yield Channel(channel.topic, name, channel.message_encoding, index.counts[channel.id], role)

@@ -1,0 +1,54 @@
+"""Kinds of logs that can be opened, each recognised by its content."""
+
+from pathlib import Path
+
+from refseq.errors import LogError
+from refseq.logs.source import LogKind, LogSource
+
+
+def _is_mcap(path: Path) -> bool:
+    from refseq.logs.foxglove.records import is_mcap
+
+    return is_mcap(path)
+
+
+def _open_foxglove(path: Path) -> LogSource:
+    from refseq.logs.foxglove.source import FoxgloveSource
+
+    return FoxgloveSource(path)
+
+
+def _is_carmen(path: Path) -> bool:
+    from refseq.logs.carmen import is_carmen
+
+    return is_carmen(path)
+
+
+def _open_carmen(path: Path) -> LogSource:
+    from refseq.logs.carmen import CarmenSource
+
+    return CarmenSource(path)
+
+
+KINDS: tuple[LogKind, ...] = (
+    LogKind("an MCAP recording", _is_mcap, _open_foxglove),
+    LogKind("a CARMEN log", _is_carmen, _open_carmen),
+)
+"""Asked in this order; the first that recognises a file or folder opens it. CARMEN takes any text: it is the last."""
+
+
+def open_log(path: Path) -> LogSource:
+    """Open a log of any kind. Raises ``LogError`` where there is none, or none that is known."""
+    try:
+        path.stat()
+        kind = next((kind for kind in KINDS if kind.recognises(path)), None)
+        if kind is not None:
+            return kind.open(path)
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
+    valid = f"valid are {', '.join(kind.name for kind in KINDS[:-1])} and {KINDS[-1].name}"
+    if path.is_dir():
+        raise LogError(f"{path}: is a folder that holds no log; {valid}")
+    if not path.read_bytes()[:4096].strip():
+        raise LogError(f"{path}: is empty; {valid}")
+    raise LogError(f"{path}: is neither MCAP (its magic bytes are missing) nor text; {valid}")

@@ -1,0 +1,1 @@
+"""Pairing: from the samples of a source to views."""

@@ -1,0 +1,26 @@
+"""Choices of the user on how a log is read."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from refseq.logs.trajectory import Trajectory
+
+
+@dataclass(frozen=True, slots=True)
+class PairingOptions:
+    """Names and topics that the log does not tell by itself; all may be left out.
+
+    ``names`` gives sensors their names, topic → sensor (``laser`` for a laser): ``{"/cam0/image_raw": "front"}``.
+    ``topics`` are the topics of sensors to take, by default all cameras and one laser. ``leading`` is the topic or the
+    name of the sensor at whose times there are views, by default the one with the lowest rate. Another sensor's sample
+    belongs to a view if it is within ``tolerance`` [s] of it. ``odometry`` and ``truth`` are topics, or trajectories
+    from elsewhere; ``base`` is the robot's frame.
+    """
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    topics: tuple[str, ...] | None = None
+    leading: str | None = None
+    tolerance: float | None = None
+    odometry: str | Trajectory | None = None
+    truth: str | Trajectory | None = None
+    base: str | None = None

@@ -1,0 +1,167 @@
+"""Views of a log, planned by odometry before any picture is decoded, then read."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+from refseq.logs.findings import Findings
+from refseq.logs.pairing.moments import NONE, Moments
+from refseq.logs.pairing.options import PairingOptions
+from refseq.logs.pairing.schedule import Schedule, schedule
+from refseq.logs.pairing.sensors import Choice, choose
+from refseq.logs.pairing.survey import Survey, survey
+from refseq.logs.picture import LazyPicture
+from refseq.logs.recording import Recording, views_of
+from refseq.logs.scans import mounted
+from refseq.logs.source import LogSource
+from refseq.logs.thin import OdometryNoise, thinned, with_odometry_noise
+from refseq.logs.transforms import TransformTree
+from refseq.view import LASER, Scan, View
+
+
+@dataclass(frozen=True, slots=True)
+class ViewPlan:
+    """The views that a log will give: all but what their sensors see is known.
+
+    ``views`` have time, motion, truth and behaviour; ``moments`` say which samples each is to be filled with. Choosing
+    among them costs nothing; ``read`` passes over the log once and decodes what the plan still holds.
+    """
+
+    source: LogSource
+    findings: Findings
+    views: tuple[View, ...]
+    moments: Moments
+    base: str
+    tree: TransformTree
+
+    def __len__(self) -> int:
+        return len(self.views)
+
+    def between(self, wanted: slice) -> "ViewPlan":
+        """The plan of some of the views, by their indices; the first one's motion stays as it was."""
+        return self._of(np.arange(len(self.views))[wanted], self.views[wanted])
+
+    def with_noise(self, rng: np.random.Generator, noise: OdometryNoise | None = None) -> "ViewPlan":
+        """The plan with noise on the motion of its views."""
+        return replace(self, views=with_odometry_noise(self.views, rng, noise))
+
+    def thinned(self, distance: float, turn: float = np.inf) -> "ViewPlan":
+        """The plan of a view whenever ``distance`` [m] or ``turn`` [rad] has been added up."""
+        kept, views = thinned(self.views, distance, turn)
+        return self._of(np.array(kept, np.intp), views)
+
+    def _of(self, kept: NDArray[np.intp], views: tuple[View, ...]) -> "ViewPlan":
+        return replace(self, views=views, moments=self.moments.chosen(kept))
+
+    def read(self) -> Iterator[View]:
+        """Read the views, in order. Raises ``LogError`` for a picture that cannot be decoded."""
+        return _filled(self)
+
+    def recording(self) -> Recording:
+        """Read the views and all that is known of the log."""
+        views = tuple(self.read())
+        source = self.source
+        return Recording(views, source.metadata, source.complete, source.skipped, self.findings)
+
+
+def plan_views(source: LogSource, options: PairingOptions | None = None) -> ViewPlan:
+    """Pass over a log and plan its views. Raises ``LogError`` where there is none, and for options that do not fit."""
+    asked = options or PairingOptions()
+    found = survey(source)
+    choice = choose(found, asked)
+    if not choice.sensors:
+        raise LogError(f"{source.path}: {_nothing(source)}")
+    planned = schedule(found, choice, asked)
+    views = tuple(views_of(planned.data))
+    return ViewPlan(source, _findings(found, choice, planned), views, planned.moments, choice.base, found.tree)
+
+
+def _nothing(source: LogSource) -> str:
+    """The reason why a log holds no view."""
+    if not source.complete:
+        return (
+            f"is cut off or damaged before its first view: {source.damage}; valid is a recording of at least one view"
+        )
+    named = [f"{channel.topic} ({channel.count} {channel.schema})" for channel in source.channels]
+    more = f", and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+    seen = f"its topics are {', '.join(named[:MOST_NAMED])}{more}" if named else "it has no topic"
+    return f"holds no view: {seen}; valid is at least one camera or laser"
+
+
+MOST_NAMED = 8
+"""So many topics are named in a message."""
+
+
+def _findings(found: Survey, choice: Choice, planned: Schedule) -> Findings:
+    taken = {topic: int((numbers != NONE).sum()) for topic, numbers in planned.moments.samples.items()}
+    return Findings(
+        {topic: stamps.findings() for topic, stamps in sorted(found.stamps.items())},
+        choice.sensors,
+        planned.leading,
+        planned.tolerance,
+        choice.odometry.origin if choice.odometry else "",
+        choice.truth.origin if choice.truth else "",
+        choice.odometry.poses.length if choice.odometry else 0.0,
+        len(planned.data),
+        planned.without_odometry,
+        sum(one.truth is None for one in planned.data),
+        {choice.sensors[topic]: len(found.stamps[topic].times) - count for topic, count in taken.items()},
+        choice.notes,
+    )
+
+
+def _filled(plan: ViewPlan) -> Iterator[View]:
+    """Views with what their sensors see, each as soon as it and those before are whole."""
+    wanted = {
+        (topic, int(number)): row
+        for topic, numbers in plan.moments.samples.items()
+        for row, number in enumerate(numbers)
+        if number != NONE
+    }
+    left = [sum(numbers[row] != NONE for numbers in plan.moments.samples.values()) for row in range(len(plan.views))]
+    seen: list[dict[str, NDArray[np.uint8] | Scan]] = [{} for _ in plan.views]
+    counts = dict.fromkeys(plan.moments.samples, 0)
+    sizes: dict[str, tuple[int, ...]] = {}
+    done = 0
+    for sample in plan.source.samples(tuple(counts)):
+        row = wanted.get((sample.topic, counts[sample.topic]))
+        counts[sample.topic] += 1
+        if row is None:
+            continue
+        sensor = plan.findings.sensors[sample.topic]
+        content = sample.content
+        if isinstance(content, Scan):
+            mount = plan.tree.mount(sample.frame, plan.base) if plan.base else None
+            seen[row][sensor] = mounted(content, mount)
+        else:
+            seen[row][sensor] = _pixels(plan, sample.topic, content, sizes)  # type: ignore[arg-type]
+        left[row] -= 1
+        while done < len(left) and not left[done]:
+            yield _view(plan, done, seen[done])
+            seen[done] = {}
+            done += 1
+
+
+def _pixels(plan: ViewPlan, topic: str, picture: LazyPicture, sizes: dict[str, tuple[int, ...]]) -> NDArray[np.uint8]:
+    try:
+        pixels = picture.decode()
+    except LogError as error:
+        raise LogError(f"{plan.source.path}: topic {topic}: {error}") from error
+    first = sizes.setdefault(topic, pixels.shape)
+    if pixels.shape != first:
+        (height, width), (h, w) = pixels.shape, first
+        raise LogError(
+            f"{plan.source.path}: topic {topic}: an image is {width} × {height} pixels, the first {w} × {h}; "
+            "valid is one size a topic"
+        )
+    return pixels
+
+
+def _view(plan: ViewPlan, row: int, seen: dict[str, NDArray[np.uint8] | Scan]) -> View:
+    scan = seen.pop(LASER, None)
+    images = {name: pixels for name, pixels in seen.items() if not isinstance(pixels, Scan)}
+    return replace(plan.views[row], images=MappingProxyType(images), scan=scan if isinstance(scan, Scan) else None)

@@ -1,0 +1,126 @@
+"""Moments of a log with the odometer's pose, the true pose and the behaviour at each."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+from refseq.logs.pairing.moments import NONE, Moments, default_tolerance, numbered, paired, period, sample_of, slowest
+from refseq.logs.pairing.options import PairingOptions
+from refseq.logs.pairing.sensors import Choice, Track
+from refseq.logs.pairing.survey import Survey
+from refseq.logs.recording import TimedData
+from refseq.logs.source import Role
+from refseq.planar import Pose
+
+MOST_REACH = 0.5
+"""The longest time for which the first or last pose of an odometer stands [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Schedule:
+    """Moments and their data, one each, without what sensors see.
+
+    ``leading`` is the topic that leads, empty where the log numbers its moments itself. ``without_odometry`` counts
+    the moments that went because the odometry does not reach them.
+    """
+
+    moments: Moments
+    data: tuple[TimedData, ...]
+    leading: str = ""
+    tolerance: float = 0.0
+    without_odometry: int = 0
+
+
+def schedule(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:
+    """Find the moments at which there is a view. Raises ``LogError`` for options that do not fit the log."""
+    return _by_number(found, choice) if found.source.has_moments else _by_time(found, choice, options)
+
+
+def _by_number(found: Survey, choice: Choice) -> Schedule:
+    """The moments that the log knows; a pose is that of its own moment, and the true one stands for a missing one."""
+    ids = {topic: found.stamps[topic].moments for topic in choice.sensors}
+    times = {topic: found.stamps[topic].times for topic in choice.sensors}
+    moments = numbered(ids, times)
+    odometry = _of_moments(found, moments, choice.odometry)
+    truth = _of_moments(found, moments, choice.truth)
+    told = [""] * len(moments)
+    for stamps in found.of_role(Role.BEHAVIOUR):
+        for row, number in enumerate(sample_of(moments.numbers, stamps.moments)):
+            told[row] = found.behaviours[number] if number != NONE else told[row]
+    poses = [pose or true for pose, true in zip(odometry, truth, strict=True)]
+    return Schedule(moments, _data(moments, poses, truth, told))
+
+
+def _of_moments(found: Survey, moments: Moments, track: Track | None) -> list[Pose | None]:
+    if track is None or not track.topic:
+        return _at(track, moments.times, 0.0)
+    poses = found.poses[track.topic]
+    numbers = sample_of(moments.numbers, found.stamps[track.topic].moments)
+    return [None if number == NONE else poses[number] for number in numbers]
+
+
+def _by_time(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:
+    """Moments of the leading sensor; odometry and truth are interpolated at their times."""
+    stamps = {topic: np.array(found.stamps[topic].times) for topic in choice.sensors}
+    leading = _leading(found, choice, stamps, options.leading)
+    tolerance = default_tolerance(stamps[leading]) if options.tolerance is None else options.tolerance
+    moments = paired(stamps, leading, tolerance)
+    motion = choice.odometry or choice.truth
+    odometry = _at(motion, moments.times, tolerance)
+    reached = np.array([motion is None or pose is not None for pose in odometry], bool)
+    if not reached.any():
+        assert motion is not None, "else all are reached"
+        raise LogError(
+            f"{found.source.path}: {motion.origin} lies at {_span(motion.poses.times)}, the views at "
+            f"{_span(moments.times)}; valid is odometry at their times"
+        )
+    moments = moments.chosen(reached)
+    poses = [pose for pose, there in zip(odometry, reached, strict=True) if there]
+    truth = _at(choice.truth, moments.times, tolerance)
+    told = _behaviours(found, moments.times)
+    return Schedule(moments, _data(moments, poses, truth, told), leading, tolerance, int((~reached).sum()))
+
+
+def _span(times: NDArray[np.float64]) -> str:
+    return f"{times.min():.3f} to {times.max():.3f} s" if len(times) else "no time at all"
+
+
+def _leading(found: Survey, choice: Choice, stamps: Mapping[str, NDArray[np.float64]], asked: str | None) -> str:
+    if asked is None:
+        return slowest(stamps)
+    topics = [topic for topic, name in choice.sensors.items() if asked in (topic, name)]
+    if not topics:
+        valid = ", ".join(sorted(choice.sensors.values()))
+        raise LogError(f"{found.source.path}: leading sensor {asked!r} is not in it; valid are {valid}")
+    return topics[0]
+
+
+def _at(track: Track | None, times: NDArray[np.float64], tolerance: float) -> list[Pose | None]:
+    """Poses of a trajectory at the moments, None where it does not reach."""
+    if track is None:
+        return [None] * len(times)
+    reach = min(MOST_REACH, max(tolerance, period(track.poses.times)))
+    return [None if np.isnan(row[0]) else Pose(*row.tolist()) for row in track.poses.at(times, reach)]
+
+
+def _behaviours(found: Survey, times: NDArray[np.float64]) -> list[str]:
+    """The behaviour told at each moment, or since the one before."""
+    told = [""] * len(times)
+    for stamps in found.of_role(Role.BEHAVIOUR):
+        for time, text in zip(stamps.times, found.behaviours, strict=True):
+            at = int(np.searchsorted(times, time))
+            if at < len(times):
+                told[at] = text
+    return told
+
+
+def _data(
+    moments: Moments, odometry: list[Pose | None], truth: list[Pose | None], told: list[str]
+) -> tuple[TimedData, ...]:
+    return tuple(
+        TimedData(time, odometry=pose, truth=true, behaviour=text)
+        for time, pose, true, text in zip(moments.times.tolist(), odometry, truth, told, strict=True)
+    )

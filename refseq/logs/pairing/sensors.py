@@ -1,0 +1,158 @@
+"""Choice of topics: which cameras, which laser, whose odometry and truth, and the names that sensors get."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from refseq.errors import LogError
+from refseq.logs.pairing.options import PairingOptions
+from refseq.logs.pairing.survey import Survey, TopicStamps
+from refseq.logs.source import Role
+from refseq.logs.trajectory import Trajectory
+from refseq.view import LASER
+
+TAILS = frozenset(
+    {"image", "image_raw", "image_color", "image_mono", "image_rect", "image_rect_color", "compressed", "video", "raw"}
+)
+"""Last words of a camera's topic that name its messages and not the camera."""
+
+BASES = ("base_link", "base_footprint", "base", "robot")
+ODOMETRY_FRAME, MAP_FRAMES = "odom", ("map", "world")
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """A trajectory, and where it comes from for messages; ``topic`` is empty where that is no topic of poses."""
+
+    origin: str
+    poses: Trajectory
+    topic: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Topics that views are made of (topic → sensor), odometry, truth, the robot's frame, and what was decided."""
+
+    sensors: dict[str, str]
+    odometry: Track | None
+    truth: Track | None
+    base: str
+    notes: tuple[str, ...]
+
+
+def choose(found: Survey, options: PairingOptions) -> Choice:
+    """Decide what is taken as what. Raises ``LogError`` for topics asked for that are not there."""
+    _check_topics(found, options)
+    notes: list[str] = []
+    sensors = _sensors(found, options, notes)
+    base = options.base or _base(found)
+    odometry = _odometry(found, options.odometry, base, notes)
+    truth = _truth(found, options.truth, base)
+    if odometry is None and truth is not None:
+        notes.append(f"no odometry: motion is taken from the true poses of {truth.origin}")
+    return Choice(sensors, odometry, truth, base, tuple(notes))
+
+
+def _check_topics(found: Survey, options: PairingOptions) -> None:
+    valid = {role: [s.channel.topic for s in found.of_role(role)] for role in Role}
+    sensors = valid[Role.CAMERA] + valid[Role.LASER]
+    for topic in (*options.names, *(options.topics or ())):
+        _check(found, topic, "of a sensor", sensors)
+    for poses in (options.odometry, options.truth):
+        if isinstance(poses, str):
+            _check(found, poses, "of poses", valid[Role.ODOMETRY] + valid[Role.TRUTH])
+
+
+def _check(found: Survey, topic: str, what: str, valid: Sequence[str]) -> None:
+    if topic in valid:
+        return
+    there = next((channel for channel in found.source.channels if channel.topic == topic), None)
+    seen = f"holds {there.count} {there.schema}" if there else "is not in it"
+    raise LogError(f"{found.source.path}: topic {topic!r} {what} {seen}; valid are {', '.join(valid) or 'none'}")
+
+
+def _sensors(found: Survey, options: PairingOptions, notes: list[str]) -> dict[str, str]:
+    cameras = [stamps.channel.topic for stamps in _cameras(found, notes)]
+    lasers = [stamps.channel.topic for stamps in found.of_role(Role.LASER)]
+    if options.topics is not None:
+        cameras = [topic for topic in cameras if topic in options.topics]
+        lasers = [topic for topic in lasers if topic in options.topics]
+    named = {topic: options.names.get(topic) or sensor_name(topic) for topic in cameras}
+    sensors = {topic: named[topic] for topic in sorted(named)}
+    if lasers:
+        taken = _front(lasers, options)
+        sensors[taken] = LASER
+        if len(lasers) > 1:
+            notes.append(f"laser {taken} is taken; {_listed([one for one in lasers if one != taken])} is not")
+    twice = sorted({name for name in sensors.values() if list(sensors.values()).count(name) > 1})
+    if twice:
+        topics = [topic for topic, name in sensors.items() if name == twice[0]]
+        raise LogError(f"{found.source.path}: {_listed(topics)} are both named {twice[0]!r}; valid is a name for each")
+    return sensors
+
+
+def _cameras(found: Survey, notes: list[str]) -> Iterator[TopicStamps]:
+    for stamps in found.of_role(Role.CAMERA):
+        if stamps.depth:
+            notes.append(f"topic {stamps.channel.topic}: depth ({stamps.depth}), not used")
+        else:
+            yield stamps
+
+
+def _front(lasers: Sequence[str], options: PairingOptions) -> str:
+    """The laser asked for by name, else one that says front, else the most frequent."""
+    asked = [topic for topic in lasers if options.names.get(topic) == LASER]
+    front = [topic for topic in lasers if "front" in topic.lower()]
+    return (asked or front or list(lasers))[0]
+
+
+def sensor_name(topic: str) -> str:
+    """A camera's name by its topic: without the words that name messages, parts joined by '-'."""
+    parts = [part for part in topic.split("/") if part]
+    while len(parts) > 1 and parts[-1].lower() in TAILS:
+        parts.pop()
+    return "-".join(parts)
+
+
+def _base(found: Survey) -> str:
+    """The robot's frame: as the odometry names it, else by the names in use."""
+    children = [stamps.child for stamps in found.of_role(Role.ODOMETRY) if stamps.child]
+    known = [name for name in BASES if name in found.tree.frames]
+    return (children + known + [""])[0]
+
+
+def _odometry(found: Survey, asked: str | Trajectory | None, base: str, notes: list[str]) -> Track | None:
+    if isinstance(asked, Trajectory):
+        return Track("a trajectory given", asked)
+    if asked is not None:
+        return _of_topic(found, asked)
+    topics = [stamps.channel.topic for stamps in found.of_role(Role.ODOMETRY)]
+    if topics:
+        if len(topics) > 1:
+            notes.append(f"odometry {topics[0]} is taken; {_listed(topics[1:])} is not")
+        return _of_topic(found, topics[0])
+    return _from_tree(found, base, (ODOMETRY_FRAME,))
+
+
+def _truth(found: Survey, asked: str | Trajectory | None, base: str) -> Track | None:
+    if isinstance(asked, Trajectory):
+        return Track("a trajectory given", asked)
+    topics = [asked] if asked else [stamps.channel.topic for stamps in found.of_role(Role.TRUTH)]
+    if topics:
+        return _of_topic(found, topics[0])
+    return _from_tree(found, base, MAP_FRAMES)
+
+
+def _of_topic(found: Survey, topic: str) -> Track:
+    return Track(f"topic {topic}", found.trajectory(topic), topic)
+
+
+def _from_tree(found: Survey, base: str, frames: Sequence[str]) -> Track | None:
+    for frame in frames:
+        way = found.tree.trajectory(base, frame)
+        if way is not None:
+            return Track(f"transforms {frame} → {base}", way)
+    return None
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names)

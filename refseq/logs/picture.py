@@ -1,0 +1,172 @@
+"""Pictures of a log, decoded to grey only when asked: PNG, JPEG and the usual raw encodings."""
+
+import struct
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+
+MAX_PIXELS = 1 << 26
+"""The most pixels that a picture may declare, 67 million: more is taken for damage, and not allocated."""
+
+DEPTH_ENCODINGS = frozenset({"16uc1", "32fc1", "compresseddepth"})
+"""Encodings of distances, which are no pictures."""
+
+
+@dataclass(frozen=True, slots=True)
+class _RawLayout:
+    """Raw pixels: bytes a pixel, and OpenCV's conversion to grey, None where they are grey."""
+
+    bytes: int
+    conversion: int | None = None
+
+
+RAW_ENCODINGS = {
+    "mono8": _RawLayout(1),
+    "8uc1": _RawLayout(1),
+    "mono16": _RawLayout(2),
+    "rgb8": _RawLayout(3, cv2.COLOR_RGB2GRAY),
+    "bgr8": _RawLayout(3, cv2.COLOR_BGR2GRAY),
+    "8uc3": _RawLayout(3, cv2.COLOR_BGR2GRAY),
+    "rgba8": _RawLayout(4, cv2.COLOR_RGBA2GRAY),
+    "bgra8": _RawLayout(4, cv2.COLOR_BGRA2GRAY),
+    "8uc4": _RawLayout(4, cv2.COLOR_BGRA2GRAY),
+    "bayer_rggb8": _RawLayout(1, cv2.COLOR_BayerRGGB2GRAY),
+    "bayer_bggr8": _RawLayout(1, cv2.COLOR_BayerBGGR2GRAY),
+    "bayer_gbrg8": _RawLayout(1, cv2.COLOR_BayerGBRG2GRAY),
+    "bayer_grbg8": _RawLayout(1, cv2.COLOR_BayerGRBG2GRAY),
+    "yuv422": _RawLayout(2, cv2.COLOR_YUV2GRAY_UYVY),
+    "uyvy": _RawLayout(2, cv2.COLOR_YUV2GRAY_UYVY),
+    "yuv422_yuy2": _RawLayout(2, cv2.COLOR_YUV2GRAY_YUY2),
+    "yuyv": _RawLayout(2, cv2.COLOR_YUV2GRAY_YUY2),
+}
+"""Raw encodings by their names in ROS and Foxglove, in lower case."""
+
+
+class LazyPicture(Protocol):
+    """A picture that is not decoded yet; ``encoding`` is its format in the log's words."""
+
+    @property
+    def encoding(self) -> str:
+        """Format in the log's words: ``png``, ``jpeg``, ``bgr8``, ``h264``."""
+        ...
+
+    @property
+    def is_depth(self) -> bool:
+        """Distances instead of brightness: no picture for place recognition."""
+        ...
+
+    def decode(self) -> NDArray[np.uint8]:
+        """Grey pixels, (height, width). Raises ``LogError`` without the topic's name, which the caller adds."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class CompressedPicture:
+    """A PNG or JPEG file in memory."""
+
+    data: bytes
+    encoding: str = ""
+
+    @property
+    def is_depth(self) -> bool:
+        """PNG of one channel of 16 bits, as depth cameras are compressed, or a format that says so."""
+        said = any(word in DEPTH_ENCODINGS for word in self.encoding.lower().replace(";", " ").split())
+        return said or (self.data[:8] == PNG_MAGIC and self.data[24:26] == b"\x10\x00")
+
+    def decode(self) -> NDArray[np.uint8]:
+        """Grey pixels. Raises ``LogError`` for what is no PNG or JPEG, is damaged, or declares too many pixels."""
+        width, height = declared_size(self.data)
+        check_size(width, height)
+        image = cv2.imdecode(np.frombuffer(self.data, np.uint8), cv2.IMREAD_GRAYSCALE)
+        if image is None:
+            raise LogError("an image cannot be decoded; valid are PNG and JPEG")
+        return np.asarray(image, np.uint8)
+
+
+@dataclass(frozen=True, slots=True)
+class RawPicture:
+    """Pixels by rows of ``step`` bytes each; 16-bit values are little-endian unless ``big_endian``."""
+
+    data: bytes
+    encoding: str
+    width: int
+    height: int
+    step: int
+    big_endian: bool = False
+
+    @property
+    def is_depth(self) -> bool:
+        """16 bits or floats of one channel, by the encoding's name."""
+        return self.encoding.lower() in DEPTH_ENCODINGS
+
+    def decode(self) -> NDArray[np.uint8]:
+        """Grey pixels.
+
+        Grey of 16 bits, of which cameras use 10 to 16, is stretched to the darkest and lightest pixel. Raises
+        ``LogError`` for an encoding that is not read, and for sizes that do not fit the data.
+        """
+        layout = RAW_ENCODINGS.get(self.encoding.lower())
+        if layout is None:
+            raise LogError(
+                f"encoding {self.encoding!r} is not read; valid are {', '.join(RAW_ENCODINGS)}, PNG and JPEG"
+            )
+        check_size(self.width, self.height)
+        row = self.width * layout.bytes
+        if self.step < row or len(self.data) < self.step * (self.height - 1) + row:
+            raise LogError(
+                f"an image of {self.width} × {self.height} {self.encoding} has {len(self.data)} bytes and rows of "
+                f"{self.step}; valid are at least {row * self.height} bytes and rows of {row}"
+            )
+        rows = np.zeros(self.step * self.height, np.uint8)
+        rows[: len(self.data)] = np.frombuffer(self.data, np.uint8)[: len(rows)]
+        pixels = np.ascontiguousarray(rows.reshape(self.height, self.step)[:, :row])
+        if self.encoding.lower() == "mono16":
+            return _stretched(pixels.view(">u2" if self.big_endian else "<u2"))
+        pixels = pixels.reshape(self.height, self.width, layout.bytes) if layout.bytes > 1 else pixels
+        return pixels if layout.conversion is None else np.asarray(cv2.cvtColor(pixels, layout.conversion), np.uint8)
+
+
+PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+JPEG_MAGIC = b"\xff\xd8\xff"
+
+
+def check_size(width: int, height: int) -> None:
+    """Raise ``LogError`` for a size that is no picture's, before anything of that size is allocated."""
+    if width <= 0 or height <= 0 or width * height > MAX_PIXELS:
+        raise LogError(f"an image declares {width} × {height} pixels; valid are 1 to {MAX_PIXELS} pixels")
+
+
+def declared_size(data: bytes) -> tuple[int, int]:
+    """Width and height in the head of a PNG or JPEG file. Raises ``LogError`` for any other."""
+    if data[:8] == PNG_MAGIC and len(data) >= 26:
+        width, height = struct.unpack(">II", data[16:24])
+        return width, height
+    if data[:3] == JPEG_MAGIC:
+        return _jpeg_size(data)
+    raise LogError("an image cannot be decoded; valid are PNG and JPEG")
+
+
+def _jpeg_size(data: bytes) -> tuple[int, int]:
+    """Size in the frame header, found by walking from marker to marker."""
+    at = 2
+    while at + 9 <= len(data) and data[at] == 0xFF:
+        marker = data[at + 1]
+        if marker == 0xFF:  # a fill byte
+            at += 1
+        elif 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
+            height, width = struct.unpack(">HH", data[at + 5 : at + 9])
+            return width, height
+        else:
+            at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
+    raise LogError("an image cannot be decoded; valid are PNG and JPEG")
+
+
+def _stretched(pixels: NDArray[np.uint16]) -> NDArray[np.uint8]:
+    low, high = int(pixels.min()), int(pixels.max())
+    scaled = (pixels.astype(np.float32) - low) * (255.0 / max(1, high - low))
+    return scaled.round().astype(np.uint8)

@@ -1,0 +1,54 @@
+"""Laser scans of any make, brought to one form: counter-clockwise, metres, ``inf`` where nothing came back."""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from refseq.errors import LogError
+from refseq.logs.transforms import Mount
+from refseq.view import Scan
+
+MAX_BEAMS = 100_000
+"""The most beams of a scan; more is taken for damage."""
+
+
+def scan_of(
+    ranges: ArrayLike,
+    start: float,
+    step: float,
+    min_range: float = 0.0,
+    max_range: float | None = None,
+) -> Scan:
+    """A scan from the fields that all messages have: ``start`` and ``step`` [rad], ranges [m].
+
+    A range that is no number, not above ``min_range`` or at ``max_range`` or beyond came from nowhere: ``inf``. A
+    negative step, of a scanner that turns clockwise or hangs upside down, is turned round. A ``max_range`` that is
+    None, or not positive and finite, is not told: no range is too far then. Raises ``LogError`` for angles that are
+    none.
+    """
+    seen = np.array(ranges, dtype=np.float32).reshape(-1)
+    if not (math.isfinite(start) and math.isfinite(step)) or (step == 0 and len(seen) > 1):
+        raise LogError(f"a scan starts at {start} rad with steps of {step} rad; valid are numbers, and steps not of 0")
+    if abs(step) * (len(seen) - 1) > 2 * math.pi + abs(step) + 1e-3:
+        raise LogError(f"a scan of {len(seen)} beams with steps of {step:g} rad is more than one turn")
+    if len(seen) > MAX_BEAMS:
+        raise LogError(f"a scan declares {len(seen)} beams; valid are at most {MAX_BEAMS}")
+    reach = max_range if max_range is not None and math.isfinite(max_range) and max_range > 0 else None
+    with np.errstate(invalid="ignore"):
+        seen[~((seen > max(0.0, min_range)) & (seen < (np.inf if reach is None else reach)))] = np.inf
+    if step < 0:
+        seen, start, step = seen[::-1].copy(), start + step * (len(seen) - 1), -step
+    return Scan(seen, start, step) if reach is None else Scan(seen, start, step, reach)
+
+
+def mounted(scan: Scan, mount: Mount | None) -> Scan:
+    """The scan with bearings from the robot's forward direction; the laser's place on the robot stays its origin."""
+    if mount is None or (mount.yaw == 0 and not mount.upside_down):
+        return scan
+    ranges, start = scan.ranges, scan.start
+    if mount.upside_down:  # what the scanner takes for left is right
+        ranges, start = ranges[::-1].copy(), -(scan.start + scan.step * (len(ranges) - 1))
+    start = start + mount.yaw
+    middle = start + scan.step * (len(ranges) - 1) / 2
+    return Scan(ranges, start - 2 * math.pi * round(middle / (2 * math.pi)), scan.step, scan.max_range)
