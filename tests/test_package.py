@@ -1,4 +1,4 @@
-"""The wheel and the source archive: which files they hold, and a bench that is installed from one, in another folder."""
+"""The wheel and the source archive: which files they hold, and a bench installed from one, in another folder."""
 
 import json
 import os
