@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose
 
+ASSUMED = "assumed"
+"""First word of a drive's note ``odometry`` in its metadata where nobody measured the way."""
+
 LASER = "laser"
 """Name of the laser among a view's sensors; the other names are those of its cameras."""
 

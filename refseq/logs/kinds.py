@@ -30,8 +30,21 @@ def _open_carmen(path: Path) -> LogSource:
     return CarmenSource(path)
 
 
+def _is_picture_folder(path: Path) -> bool:
+    from refseq.logs.pictures.source import holds_pictures
+
+    return holds_pictures(path)
+
+
+def _open_pictures(path: Path) -> LogSource:
+    from refseq.logs.pictures.source import PictureFolder
+
+    return PictureFolder(path)
+
+
 KINDS: tuple[LogKind, ...] = (
     LogKind("an MCAP recording", _is_mcap, _open_foxglove),
+    LogKind("a folder of pictures", _is_picture_folder, _open_pictures),
     LogKind("a CARMEN log", _is_carmen, _open_carmen),
 )
 """Asked in this order; the first that recognises a file or folder opens it. CARMEN takes any text: it is the last."""

@@ -25,6 +25,7 @@ from refseq.map.path import Link, MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
 from refseq.planar import Pose
+from refseq.view import ASSUMED
 
 
 class MapFrame(StrEnum):
@@ -165,7 +166,9 @@ class Map:
         """The frame that ``places_in_frame`` are in: the truth's where any true pose is known, else the odometry's."""
         if any(self.poses):
             return MapFrame.TRUTH
-        return MapFrame.ODOMETRY if self.has_one_path and len(self.sequence.odometry) else MapFrame.NONE
+        measured = self.has_one_path and len(self.sequence.odometry)
+        assumed = self.metadata.get("odometry", "").startswith(ASSUMED)
+        return MapFrame.ODOMETRY if measured and not assumed else MapFrame.NONE
 
     @cached_property
     def places_in_frame(self) -> tuple[Pose | None, ...]:

@@ -14,6 +14,8 @@ from refseq_bench.scenarios.cli.terminal.options import (
     Seed,
     Sensors,
     Stages,
+    TrajectoryName,
+    WriteTrajectory,
     grouped,
 )
 from refseq_bench.scenarios.drives.inputs import check_output, read_drive, stages, words
@@ -30,6 +32,7 @@ LOCALISE_HELP = """Examples:
 
 * `refseq localise map.refseq query.mcap -o beliefs.parquet`
 * `refseq localise map.refseq query.mcap --stage chain --sensors camera-2 --at-least 80`
+* `refseq localise map.refseq query.mcap -o run.parquet --trajectory tum && evo_ape tum run-truth.tum run-estimate.tum`
 
 Places of a map of several paths are numbered through, in the order of the last table: of paths that hold 76 and 51
 places, 0 to 75 are the first one's and 76 to 126 the second's."""
@@ -43,6 +46,7 @@ def localise(
     stage: Stages = None,
     sensors: Sensors = None,
     seed: Seed = 1,
+    trajectory: WriteTrajectory = None,
     at_least: AtLeast = None,
     as_json: Json = False,
     selection: NoisySelection = NoisySelection(),
@@ -54,11 +58,39 @@ def localise(
     check_output(output)
     wanted, chosen = stages(stage), words(sensors, "sensors")
     map_ = Map.load(map_file)
+    if trajectory is not None:
+        _check_trajectories(map_, map_file, output, trajectory)
     drive = read_drive(query, selection.with_noise(seed + 1))
     name = f"{map_file.name} ← {query.name}"
     check_scorable(map_, drive, at_least)
     comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
+    if output is not None and trajectory is not None:
+        _write_trajectories(comparison, map_, output, trajectory, quiet=as_json)
     conclude(comparison, map_, output, at_least, as_json=as_json)
+
+
+def _check_trajectories(map_: "Map", map_file: Path, output: Path | None, form: TrajectoryName) -> None:
+    """Tell before the work begins what keeps trajectories from being written."""
+    from refseq.logs.trajectories import TrajectoryFormat
+    from refseq_bench.scenarios.drives.trajectories import ESTIMATE, ODOMETRY, TRUTH, check_frame, trajectory_path
+
+    if output is None:
+        raise ScenarioError(f"--trajectory {form}: its files are named after those of -o; valid is together with -o")
+    check_frame(map_, map_file)
+    check_output(*(trajectory_path(output, what, TrajectoryFormat(form)) for what in (ESTIMATE, ODOMETRY, TRUTH)))
+
+
+def _write_trajectories(
+    comparison: "Comparison", map_: "Map", output: Path, form: TrajectoryName, *, quiet: bool
+) -> None:
+    """Write the poses of the last stage, the odometry's and the true ones."""
+    from refseq.logs.trajectories import TrajectoryFormat
+    from refseq_bench.scenarios.drives.trajectories import write_trajectories
+
+    last = list(comparison.beliefs.values())[-1]
+    for file in write_trajectories(map_, comparison.query_views, last, output, TrajectoryFormat(form)):
+        if not quiet:
+            say(out, f"{file.path}: poses of {file.poses} of {file.views} views")
 
 
 def conclude(

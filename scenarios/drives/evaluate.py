@@ -83,15 +83,19 @@ class StageResult:
     consistency: Consistency
 
 
-def results(comparisons: Sequence[Comparison]) -> list[StageResult]:
-    """Every stage's result over some comparisons of one experiment."""
-    return [_result(comparisons, Stage(name)) for name in shared_methods(comparisons) if name in set(Stage)]
+def results(
+    comparisons: Sequence[Comparison], tolerances: tuple[Tolerance, Tolerance] = TOLERANCES
+) -> list[StageResult]:
+    """Every stage's result over some comparisons of one experiment, within two tolerances, the wider first."""
+    stages = [Stage(name) for name in shared_methods(comparisons) if name in set(Stage)]
+    return [_result(comparisons, stage, tolerances) for stage in stages]
 
 
-def _result(comparisons: Sequence[Comparison], stage: Stage) -> StageResult:
-    pooled = {tolerance: pool([score(c, stage, tolerance) for c in comparisons]) for tolerance in TOLERANCES}
+def _result(comparisons: Sequence[Comparison], stage: Stage, tolerances: tuple[Tolerance, Tolerance]) -> StageResult:
+    pooled = {tolerance: pool([score(c, stage, tolerance) for c in comparisons]) for tolerance in tolerances}
     lost = sum(belief.lost > LOST_ABOVE for comparison in comparisons for belief in comparison.beliefs[stage])
     success = {tolerance: total.success for tolerance, total in pooled.items()}
-    failures = pooled[WIDE].failures if pooled[WIDE].scored else None
+    wide = pooled[tolerances[0]]
+    failures = wide.failures if wide.scored else None
     found = pool_consistency([consistency(one, stage) for one in comparisons])
     return StageResult(stage, success, failures, int(lost), found)

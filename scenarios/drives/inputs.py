@@ -14,6 +14,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 if TYPE_CHECKING:
     from refseq.belief import Stage
     from refseq.logs import Recording
+    from refseq.logs.trajectories import PoseTable
     from refseq_bench.scenarios.scoring.comparison import Comparison
 
 
@@ -22,12 +23,15 @@ class DriveSelection:
     """Part of a recording that is read, and how: the library's side of the options that commands share.
 
     ``views`` is FROM:TO, counted before thinning; ``thin`` keeps one view every so far [m]; ``noise_seed`` adds noise
-    to the odometry. None leaves all as it is.
+    to the odometry. ``odometry`` and ``truth`` are a topic of the log, or a trajectory's file; behind a comma the file
+    of its times. None leaves all as it is.
     """
 
     views: str | None = None
     thin: float | None = None
     noise_seed: int | None = None
+    odometry: str | None = None
+    truth: str | None = None
 
 
 WHOLE = DriveSelection()
@@ -97,10 +101,17 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE) -> "Recording":
 
     from refseq.logs import read_recording
     from refseq.logs.thin import every, with_odometry_noise
+    from refseq.view import ASSUMED
     from refseq_bench.scenarios.drives.selection import stretch
 
     thin = selection.thin
-    recording = read_recording(path)
+    odometry, truth = _poses_of(selection.odometry, "odometry"), _poses_of(selection.truth, "truth")
+    recording = read_recording(path, odometry=odometry, truth=truth)
+    if odometry is None and recording.metadata.get("odometry", "").startswith(ASSUMED):
+        logging.getLogger(__name__).warning("%s has no odometry: %s", path, recording.metadata["odometry"])
+    given = {"odometry": selection.odometry, "truth": selection.truth}
+    notes = {key: Path(name).name for key, name in given.items() if name is not None}
+    recording = replace(recording, metadata={**recording.metadata, **notes})
     if not recording.complete:
         logging.getLogger(__name__).warning("%s was cut off; its %d views are used", path, len(recording.views))
     kept = recording.views[stretch(selection.views, len(recording.views), path)]
@@ -111,6 +122,23 @@ def read_drive(path: Path, selection: DriveSelection = WHOLE) -> "Recording":
     if thin:
         kept = every(kept, thin)
     return replace(recording, views=kept)
+
+
+def _poses_of(asked: str | None, what: str) -> "str | PoseTable | None":
+    """A topic as it is, or the trajectory in a file; topics begin with a stroke, and no file is called like them."""
+    from refseq.logs.trajectories import read_trajectory
+
+    if asked is None:
+        return None
+    names = [Path(name) for name in asked.split(",")]
+    if len(names) == 1 and asked.startswith("/") and not names[0].exists():
+        return asked
+    for name in names:
+        if not name.is_file():
+            raise ScenarioError(f"--{what} {name}: is no file; valid is a trajectory's file, or a topic as /{what}")
+    if len(names) > 2:
+        raise ScenarioError(f"--{what} {asked}: is {len(names)} files; valid are a trajectory and that of its times")
+    return read_trajectory(*names)
 
 
 def read_comparison(

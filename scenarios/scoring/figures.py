@@ -170,7 +170,7 @@ def consistency_record(found: Consistency) -> dict[str, float | None]:
 
 
 def _success_record(pooled: Score, runs: Sequence[Score]) -> dict[str, float | None]:
-    within, (low, high) = f"within_{pooled.tolerance.distance:g}_m", pooled.success.interval
+    within, (low, high) = f"within_{pooled.tolerance.distance:g}_{pooled.tolerance.unit}", pooled.success.interval
     seeds = success_over_seeds(runs) or (None, None)
     shares = {"low": low, "high": high, "seeds_low": seeds[0], "seeds_high": seeds[1]}
     return {

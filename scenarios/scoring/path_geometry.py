@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,18 +12,32 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.frames import FramePose
+
+
+class LengthUnit(StrEnum):
+    """Unit of lengths along reference paths: metres, or pictures where places are numbered and nothing is measured."""
+
+    METRES = "m"
+    FRAMES = "frames"
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Greatest error of a right answer: ``distance`` [m] and ``heading`` [rad], both above 0 and inclusive."""
+    """Greatest error of a right answer: ``distance`` [``unit``] and ``heading`` [rad], both above 0 and inclusive."""
 
     distance: float = 1.5
     heading: float = math.radians(30)
+    unit: LengthUnit = LengthUnit.METRES
 
     def __post_init__(self) -> None:
         if not (self.distance > 0 and self.heading > 0):
             raise ScenarioError(f"tolerance {self.distance} m, {self.heading} rad: valid are positive numbers")
+
+    @property
+    def label(self) -> str:
+        """The distance in words: ``1.5 m``."""
+        return f"{self.distance:g} {self.unit}"
 
 
 WIDE = Tolerance()
@@ -62,6 +77,8 @@ class ReferencePath:
         if pose is None:
             return np.zeros(self.size, dtype=bool)
         near = np.hypot(*(self.points - (pose.x, pose.y)).T) <= tolerance.distance
+        if isinstance(pose, FramePose) and pose.right is not None:
+            near &= np.isin(self.points[:, 0], list(pose.right))
         return near & (angle_between(self.headings, pose.heading) <= tolerance.heading)
 
     def near(self, views: Sequence[View], tolerance: Tolerance) -> NDArray[np.bool_]:

@@ -22,7 +22,7 @@ def figures_table(title: str, found: Sequence[Figures]) -> TextTable:
     parts = (found[0].wide, found[0].narrow)
     table = TextTable(
         "method",
-        *(f">within {part.tolerance.distance:g} m\nof {part.success.trials}, %" for part in parts),
+        *(f">within {part.tolerance.label}\nof {part.success.trials}, %" for part in parts),
         ">failed",
         ">AUC",
         ">recall, %\n@1/5/10",
@@ -30,7 +30,7 @@ def figures_table(title: str, found: Sequence[Figures]) -> TextTable:
         ">ECE",
         ">lost\nAUROC",
         ">FPR@\n95TPR",
-        ">error [m]\nmed./p95",
+        f">error [{parts[0].tolerance.unit}]\nmed./p95",
         ">ms a\nview",
         title=title,
     )

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from refseq.logs.trajectories.table import PoseTable
 from refseq.logs.trajectory import Trajectory
 
 
@@ -14,13 +15,13 @@ class PairingOptions:
     ``topics`` are the topics of sensors to take, by default all cameras and one laser. ``leading`` is the topic or the
     name of the sensor at whose times there are views, by default the one with the lowest rate. Another sensor's sample
     belongs to a view if it is within ``tolerance`` [s] of it. ``odometry`` and ``truth`` are topics, or trajectories
-    from elsewhere; ``base`` is the robot's frame.
+    or tables of poses (``refseq.logs.trajectories``) from elsewhere; ``base`` is the robot's frame.
     """
 
     names: Mapping[str, str] = field(default_factory=dict)
     topics: tuple[str, ...] | None = None
     leading: str | None = None
     tolerance: float | None = None
-    odometry: str | Trajectory | None = None
-    truth: str | Trajectory | None = None
+    odometry: str | Trajectory | PoseTable | None = None
+    truth: str | Trajectory | PoseTable | None = None
     base: str | None = None

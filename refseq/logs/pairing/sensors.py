@@ -7,6 +7,7 @@ from refseq.errors import LogError
 from refseq.logs.pairing.options import PairingOptions
 from refseq.logs.pairing.survey import Survey, TopicStamps
 from refseq.logs.source import Role
+from refseq.logs.trajectories.table import PoseTable
 from refseq.logs.trajectory import Trajectory
 from refseq.view import LASER
 
@@ -17,6 +18,10 @@ TAILS = frozenset(
 
 BASES = ("base_link", "base_footprint", "base", "robot")
 ODOMETRY_FRAME, MAP_FRAMES = "odom", ("map", "world")
+
+
+GivenPoses = str | Trajectory | PoseTable | None
+"""A topic, or poses from elsewhere; None: those that the log has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +51,7 @@ def choose(found: Survey, options: PairingOptions) -> Choice:
     sensors = _sensors(found, options, notes)
     base = options.base or _base(found)
     odometry = _odometry(found, options.odometry, base, notes)
-    truth = _truth(found, options.truth, base)
+    truth = _truth(found, options.truth, base, notes)
     if odometry is None and truth is not None:
         notes.append(f"no odometry: motion is taken from the true poses of {truth.origin}")
     return Choice(sensors, odometry, truth, base, tuple(notes))
@@ -120,11 +125,9 @@ def _base(found: Survey) -> str:
     return (children + known + [""])[0]
 
 
-def _odometry(found: Survey, asked: str | Trajectory | None, base: str, notes: list[str]) -> Track | None:
-    if isinstance(asked, Trajectory):
-        return Track("a trajectory given", asked)
+def _odometry(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> Track | None:
     if asked is not None:
-        return _of_topic(found, asked)
+        return _given(found, asked, notes)
     topics = [stamps.channel.topic for stamps in found.of_role(Role.ODOMETRY)]
     if topics:
         if len(topics) > 1:
@@ -133,13 +136,26 @@ def _odometry(found: Survey, asked: str | Trajectory | None, base: str, notes: l
     return _from_tree(found, base, (ODOMETRY_FRAME,))
 
 
-def _truth(found: Survey, asked: str | Trajectory | None, base: str) -> Track | None:
+def _truth(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> Track | None:
+    if asked is not None:
+        return _given(found, asked, notes)
+    topics = [stamps.channel.topic for stamps in found.of_role(Role.TRUTH)]
+    return _of_topic(found, topics[0]) if topics else _from_tree(found, base, MAP_FRAMES)
+
+
+def _given(found: Survey, asked: str | Trajectory | PoseTable, notes: list[str]) -> Track:
+    """A topic, or poses from elsewhere. Raises ``LogError`` for poses that do not belong to the log's time."""
+    if isinstance(asked, str):
+        return _of_topic(found, asked)
     if isinstance(asked, Trajectory):
         return Track("a trajectory given", asked)
-    topics = [asked] if asked else [stamps.channel.topic for stamps in found.of_role(Role.TRUTH)]
-    if topics:
-        return _of_topic(found, topics[0])
-    return _from_tree(found, base, MAP_FRAMES)
+    sensors = [*found.of_role(Role.CAMERA), *found.of_role(Role.LASER)]
+    times = [time for stamps in sensors for time in stamps.times] or [0.0]
+    if asked.numbered and sensors:
+        notes.append(f"{asked.source.name}: its poses are numbered as the samples of {sensors[0].channel.topic}")
+    notes.extend(f"{asked.source.name}: {note}" for note in asked.notes)
+    numbered = sensors[0].times if sensors else []
+    return Track(str(asked.source), asked.within(min(times), max(times), found.source.path, numbered))
 
 
 def _of_topic(found: Survey, topic: str) -> Track:

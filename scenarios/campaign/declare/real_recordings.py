@@ -1,20 +1,16 @@
 """Real recordings: a log, or a folder of images, in the folder of those that this machine has."""
 
-import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from refseq.errors import LogError
 from refseq.logs import Recording, read_recording
+from refseq.logs.pairing.plan import plan_views
+from refseq.logs.pictures.source import PictureFolder
 from refseq.logs.thin import every, with_odometry_noise
 from refseq.planar import Pose
-from refseq.view import View
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.errors import ScenarioError
 
@@ -80,26 +76,11 @@ def _read_log(log: Log, path: Path) -> Recording:
 
 
 def _read_images(images: Images, folder: Path) -> Recording:
-    """Each file that is an image as a view."""
+    """Each picture as a view, and its true place on the line of pictures."""
     if not folder.is_dir():
         raise ScenarioError(f"{folder}: is no folder; valid is one of images")
-    found = [cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in sorted(folder.iterdir())]
-    shown = [image for image in found if image is not None]
-    if not shown:
-        raise LogError(f"{folder}: holds no image; valid is a folder of images")
+    recording = plan_views(PictureFolder(folder, spacing=images.spacing, width=images.width)).recording()
     views = tuple(
-        View(
-            time=float(number),
-            images={"camera-1": _resized(image, images.width)},
-            distance=images.spacing if number else 0.0,
-            truth=Pose(images.spacing * number, 0.0, 0.0),
-        )
-        for number, image in enumerate(shown)
+        replace(view, truth=Pose(images.spacing * number, 0.0, 0.0)) for number, view in enumerate(recording.views)
     )
-    return Recording(views, {"world": f"{folder.parent.name}/{folder.name}"})
-
-
-def _resized(image: NDArray[Any], width: int) -> NDArray[np.uint8]:
-    height, now = image.shape
-    size = width, max(1, math.floor(0.5 + height * width / now))
-    return cv2.resize(image, size, interpolation=cv2.INTER_CUBIC).astype(np.uint8)
+    return replace(recording, views=views)

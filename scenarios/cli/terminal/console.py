@@ -104,7 +104,7 @@ def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequ
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""
     tolerances = list(found[0].success) if found else []
-    within = [f">within {tolerance.distance:g} m [95 %]" for tolerance in tolerances]
+    within = [f">within {tolerance.label} [95 %]" for tolerance in tolerances]
     table = TextTable("stage", *within, ">failures", ">lost", title=f"{title}: {runs}{views} views")
     for result in found:
         shares = [share_of(result.success[tolerance]) for tolerance in tolerances]

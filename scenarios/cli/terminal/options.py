@@ -33,6 +33,13 @@ class RendererName(StrEnum):
     NONE = "none"
 
 
+class TrajectoryName(StrEnum):
+    """Values of ``--trajectory``: those of ``refseq.logs.trajectories`` that are standard files."""
+
+    TUM = "tum"
+    KITTI = "kitti"
+
+
 class CameraRenderer(StrEnum):
     """Values of ``--renderer`` where pictures are what is wanted."""
 
@@ -121,6 +128,14 @@ AtLeast = Annotated[
     float | None,
     option("PERCENT", "Exit 1 if the last stage is right within 1.5 m less often.", min=0, max=100),
 ]
+WriteTrajectory = Annotated[
+    TrajectoryName | None,
+    option(
+        "FORMAT",
+        "Write the last stage's poses, the odometry and the truth beside the beliefs: tum, with times, or kitti.",
+        "--trajectory",
+    ),
+]
 Json = Annotated[bool, flag("--json", "Print JSON, for other programs.")]
 Along = Annotated[
     list[float] | None,
@@ -208,9 +223,18 @@ class Selection:
     )
     thin: Annotated[float | None, option("METRES", "Keep one view every so far. [default: all]", min=0.0)] = None
 
+    odometry: Annotated[
+        str | None,
+        option("FILE", "Odometry beside the log (TUM, KITTI, EuRoC, CSV), or a topic of it. [default: the log's]"),
+    ] = None
+    truth: Annotated[
+        str | None,
+        option("FILE", "True poses beside the log, likewise, or latitude and longitude. [default: the log's]"),
+    ] = None
+
     def chosen(self) -> DriveSelection:
         """The same for the library."""
-        return DriveSelection(self.views, self.thin)
+        return DriveSelection(self.views, self.thin, odometry=self.odometry, truth=self.truth)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from refseq.errors import LogError
 from refseq.logs import Recording, RecordingWriter, read_recording
+from refseq.logs.kinds import KINDS
 from refseq.planar import Pose, motion_between
 from refseq.view import Scan, View
 
@@ -223,12 +224,11 @@ def error_of(path: Path) -> str:
 def test_messages(tmp_path: Path, recorded: Recorded) -> None:
     path = tmp_path / "x.mcap"
     assert error_of(path) == f"{path}: cannot be read: No such file or directory"
+    kinds = ", ".join(kind.name for kind in KINDS[:-1]) + f" and {KINDS[-1].name}"
     path.write_bytes(b"")
-    assert error_of(path) == f"{path}: is empty; valid are an MCAP recording and a CARMEN log"
+    assert error_of(path) == f"{path}: is empty; valid are {kinds}"
     path.write_bytes(b"\x7fELF\0\0")
-    assert error_of(path) == (
-        f"{path}: is neither MCAP (its magic bytes are missing) nor text; valid are an MCAP recording and a CARMEN log"
-    )
+    assert error_of(path) == f"{path}: is neither MCAP (its magic bytes are missing) nor text; valid are {kinds}"
     path.write_bytes(recorded.path.read_bytes()[:600])
     assert error_of(path) == (
         f"{path}: is cut off or damaged before its first view: unexpected end of file; "

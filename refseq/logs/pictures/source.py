@@ -1,0 +1,163 @@
+"""A folder of pictures as a log: one camera, no odometry, times from the names where they are times."""
+
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+from refseq.logs.picture import CompressedPicture, check_size, declared_size
+from refseq.logs.pictures.names import PICTURES, in_order
+from refseq.logs.source import Channel, Role, Sample
+from refseq.planar import Pose
+from refseq.view import ASSUMED
+
+CAMERA_TOPIC, ASSUMED_TOPIC = "/camera-1", "/assumed-odometry"
+
+WIDTH = 640
+"""Pictures are made so many pixels wide, at which features are sought: smaller ones show few, larger ones take long."""
+
+LARGEST_FILE = 256 << 20
+"""Bytes from which on a file is no picture for this purpose, and is not read."""
+
+
+def holds_pictures(path: Path) -> bool:
+    """Tell whether a folder holds at least one picture, by the files' names."""
+    return path.is_dir() and any(file.suffix.lower() in PICTURES and file.name[0] != "." for file in path.iterdir())
+
+
+@dataclass(frozen=True, slots=True)
+class FilePicture:
+    """A PNG or JPEG file that is read when it is asked for; ``width`` [pixels] is that of the result, 0: as it is.
+
+    ``size`` are width and height that it must have, those of the folder's first picture.
+    """
+
+    path: Path
+    width: int = WIDTH
+    size: tuple[int, int] | None = None
+
+    @property
+    def encoding(self) -> str:
+        """Format by the file's name."""
+        return self.path.suffix.lower().removeprefix(".")
+
+    @property
+    def is_depth(self) -> bool:
+        """Never told beforehand: the file is not opened."""
+        return False
+
+    def decode(self) -> NDArray[np.uint8]:
+        """Grey pixels. Raises ``LogError`` with the file's name for one that is no picture of 8 bits and this size."""
+        try:
+            data = _content(self.path)
+            return self._resized(self._decoded(data))
+        except LogError as error:
+            raise LogError(f"{self.path.name}: {error}") from error
+
+    def _decoded(self, data: bytes) -> NDArray[np.uint8]:
+        width, height = declared_size(data)
+        check_size(width, height)
+        if self.size is not None and (width, height) != self.size:
+            raise LogError(
+                f"is {width} × {height} pixels, the folder's first picture {self.size[0]} × {self.size[1]}; valid is "
+                "one size a folder"
+            )
+        picture = CompressedPicture(data, self.encoding)
+        if picture.is_depth:
+            raise LogError("is of 16 bits, as distances are; valid are pictures of 8 bits")
+        return picture.decode()
+
+    def _resized(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        height, now = image.shape
+        if self.width in (0, now):
+            return image
+        size = self.width, max(1, int(0.5 + height * self.width / now))
+        return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_CUBIC), np.uint8)
+
+
+def _content(path: Path) -> bytes:
+    try:
+        if (size := path.stat().st_size) > LARGEST_FILE:
+            raise LogError(f"is {size} bytes long; valid are pictures of at most {LARGEST_FILE}")
+        return path.read_bytes()
+    except OSError as error:
+        raise LogError(f"cannot be read: {error.strerror}") from error
+
+
+class PictureFolder:
+    """The pictures of a folder in the natural order of their names, each a moment of its own.
+
+    There is no odometry: each picture is taken as ``spacing`` [m] on from the last, and ``metadata`` say so. ``times``
+    [s] are those in the names (EuRoC, TUM), or else there is one picture a second. ``width`` [pixels] is that of all
+    views. Raises ``LogError`` without a picture.
+    """
+
+    kind = "a folder of pictures"
+    complete = True
+    damage = ""
+    has_moments = True
+
+    def __init__(self, path: Path, *, spacing: float = 1.0, width: int = WIDTH) -> None:
+        self.path = path
+        self._spacing, self._width = spacing, width
+        entries = [file for file in path.iterdir() if not (file.name[0] == "." or file.is_dir())]
+        self.files, stamps = in_order([file for file in entries if file.suffix.lower() in PICTURES])
+        if not self.files:
+            raise LogError(f"{path}: holds no picture; valid are {', '.join(PICTURES)}")
+        self._stamped = stamps is not None
+        self.times = np.arange(len(self.files), dtype=np.float64) if stamps is None else stamps
+        self._others = Counter(
+            file.suffix.lower() or file.name for file in entries if file.suffix.lower() not in PICTURES
+        )
+
+    @cached_property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the first picture. Raises ``LogError`` for one that is none."""
+        try:
+            return declared_size(_content(self.files[0]))
+        except LogError as error:
+            raise LogError(f"{self.path}: {self.files[0].name}: {error}") from error
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The camera, and the way that is assumed."""
+        count, formats = len(self.files), sorted({file.suffix.lower().removeprefix(".") for file in self.files})
+        return (
+            Channel(ASSUMED_TOPIC, f"{self._spacing:g} m a picture", ASSUMED, count, Role.ODOMETRY),
+            Channel(CAMERA_TOPIC, "picture", "+".join(formats), count, Role.CAMERA),
+        )
+
+    @property
+    def metadata(self) -> Mapping[str, str]:
+        """The folder's name, and what is assumed."""
+        width, height = self.size
+        notes = {
+            "world": f"{self.path.absolute().parent.name}/{self.path.absolute().name}",
+            "odometry": f"{ASSUMED}: {self._spacing:g} m a picture",
+            "times": "by the pictures' names" if self._stamped else f"{ASSUMED}: one picture a second",
+        }
+        if self._width not in (0, width):
+            notes["images"] = f"{width} × {height} pixels, made {self._width} wide"
+        return notes
+
+    @property
+    def skipped(self) -> Mapping[str, int]:
+        """Files that are no pictures, by the ending of their names."""
+        return dict(self._others)
+
+    def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
+        """Pictures and assumed poses, in order."""
+        wanted = {ASSUMED_TOPIC, CAMERA_TOPIC} if topics is None else set(topics)
+        for number, (file, time) in enumerate(zip(self.files, self.times.tolist(), strict=True)):
+            if ASSUMED_TOPIC in wanted:
+                pose = Pose(self._spacing * number, 0.0, 0.0)
+                yield Sample(ASSUMED_TOPIC, time, time, "", pose, moment=number)
+            if CAMERA_TOPIC in wanted:
+                picture = FilePicture(file, self._width, self.size)
+                yield Sample(CAMERA_TOPIC, time, time, "", picture, moment=number)

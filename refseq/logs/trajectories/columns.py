@@ -1,0 +1,137 @@
+"""Columns of a trajectory file: what each is, by the header's words or by the shape of the rows."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from types import MappingProxyType
+
+from refseq.logs.trajectories.table import TrajectoryFormat
+
+
+class Quantity(StrEnum):
+    """What a column of a trajectory file may hold."""
+
+    TIME = "time"
+    NUMBER = "index"
+    X = "x"
+    Y = "y"
+    Z = "z"
+    HEADING = "heading"
+    QX = "qx"
+    QY = "qy"
+    QZ = "qz"
+    QW = "qw"
+    LATITUDE = "latitude"
+    LONGITUDE = "longitude"
+
+
+Q = Quantity
+POSITION = (Q.X, Q.Y, Q.Z)
+QUATERNION = (Q.QX, Q.QY, Q.QZ, Q.QW)
+TUM_ORDER = (Q.TIME, *POSITION, *QUATERNION)
+EUROC_ORDER = (Q.TIME, *POSITION, Q.QW, Q.QX, Q.QY, Q.QZ)
+
+HEADERS = "time,x,y,heading or index,x,y,heading or time,x,y,z,qx,qy,qz,qw or time,latitude,longitude"
+"""Headers that a message names as valid."""
+
+NANOSECONDS_FROM = 1e17
+"""A time from here on can only be one in nanoseconds: of the year 1973 and later, and beyond all seconds."""
+
+WORDS: Mapping[str, Quantity] = MappingProxyType(
+    {
+        **dict.fromkeys(("time", "timestamp", "timestamps", "t", "stamp", "sec", "secs", "seconds"), Q.TIME),
+        **dict.fromkeys(("index", "frame", "number", "scan", "view", "image", "id", "i", "k"), Q.NUMBER),
+        **dict.fromkeys(("x", "px", "tx", "easting", "east"), Q.X),
+        **dict.fromkeys(("y", "py", "ty", "northing", "north"), Q.Y),
+        **dict.fromkeys(("z", "pz", "tz", "altitude", "alt", "height", "up"), Q.Z),
+        **dict.fromkeys(("heading", "theta", "th", "yaw", "psi"), Q.HEADING),
+        **dict.fromkeys(("latitude", "lat"), Q.LATITUDE),
+        **dict.fromkeys(("longitude", "lon", "lng", "long"), Q.LONGITUDE),
+        **{f"q{axis}": Quantity(f"q{axis}") for axis in "xyzw"},
+    }
+)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Where each quantity stands in a row, and in which unit it is written, as the header says."""
+
+    form: TrajectoryFormat
+    places: Mapping[Quantity, int]
+    units: Mapping[Quantity, str]
+
+
+def named_columns(header: Sequence[str]) -> Columns | None:
+    """Columns by a header's words; None where they do not make a trajectory."""
+    places: dict[Quantity, int] = {}
+    units: dict[Quantity, str] = {}
+    for number, text in enumerate(header):
+        quantity, unit = _meaning(text)
+        if quantity is not None and quantity not in places:
+            places[quantity] = number
+            units[quantity] = unit
+    if not _suffices(places):
+        return None
+    order = tuple(sorted(places, key=lambda quantity: places[quantity]))
+    forms: dict[tuple[Quantity, ...], TrajectoryFormat] = {
+        TUM_ORDER: TrajectoryFormat.TUM,
+        EUROC_ORDER: TrajectoryFormat.EUROC,
+    }
+    form = forms.get(order, TrajectoryFormat.TABLE)
+    return Columns(form, places, units)
+
+
+def _meaning(text: str) -> tuple[Quantity | None, str]:
+    """Quantity and unit of a column's name, as ``p_RS_R_x [m]``, ``time_ns``, ``pose.orientation.w`` have them."""
+    match = re.fullmatch(r"\s*#?\s*([^\[(]*?)\s*(?:[\[(]\s*(.*?)\s*[\])])?\s*", text.lower())
+    name, unit = (match[1], match[2] or "") if match else ("", "")
+    parts = [part for part in re.split(r"[^a-z0-9]+", name) if part]
+    if len(parts) > 1 and parts[-1] in UNITS:
+        unit = unit or parts.pop()
+    if not parts or parts[0] in ("v", "vel", "velocity", "b", "bias", "twist", "linear", "angular", "a", "w"):
+        return None, unit
+    if parts[0] in ("q", "quat", "quaternion", "orientation", "rotation") or "orientation" in parts:
+        return WORDS.get(f"q{parts[-1]}", WORDS.get(parts[-1]) if parts[-1] == "yaw" else None), unit
+    if "index" in parts:
+        return Q.NUMBER, unit
+    return WORDS.get("".join(parts)) or WORDS.get(parts[-1]), unit
+
+
+UNITS: Mapping[str, float] = MappingProxyType(
+    {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "rad": 1.0, "deg": 1.0, "m": 1.0}
+)
+"""Units that a column's name may end with; for times how many seconds they are."""
+
+
+def _suffices(places: Mapping[Quantity, int]) -> bool:
+    keyed = Q.TIME in places or Q.NUMBER in places
+    placed = {Q.X, Q.Y} <= set(places) or {Q.LATITUDE, Q.LONGITUDE} <= set(places)
+    return keyed and placed
+
+
+def shaped_columns(count: int, first: float, whole: bool, commas: bool) -> Columns | str:
+    """Columns of rows without a header, by their ``count``; else the reason why they cannot be told.
+
+    ``first`` is the first number of the first row; ``whole`` says that the first of every row is a whole number,
+    ``commas`` that there are some between the numbers.
+    """
+    if count == 12:
+        return Columns(TrajectoryFormat.KITTI, {}, {})
+    if count >= 8 and commas and first >= NANOSECONDS_FROM:
+        return _ordered(TrajectoryFormat.EUROC, EUROC_ORDER)
+    if count == 8 and not commas:
+        return _ordered(TrajectoryFormat.TUM, TUM_ORDER)
+    if count == 8:
+        return "the quaternion may begin with w or end with it"
+    if count == 4 and not whole:
+        return _ordered(TrajectoryFormat.TABLE, (Q.TIME, Q.X, Q.Y, Q.HEADING))
+    if count == 4:
+        return "the first may be a time or a number of a picture or scan"
+    if count == 3:
+        return "the first may be a time or x"
+    return "no format has so many"
+
+
+def _ordered(form: TrajectoryFormat, order: Sequence[Quantity]) -> Columns:
+    return Columns(form, {quantity: number for number, quantity in enumerate(order)}, {})

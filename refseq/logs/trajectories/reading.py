@@ -1,0 +1,249 @@
+"""Read trajectory files: the format is told by the header's words, or else by the shape of the rows."""
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+from refseq.logs.trajectories.columns import (
+    HEADERS,
+    POSITION,
+    QUATERNION,
+    UNITS,
+    Columns,
+    Q,
+    named_columns,
+    shaped_columns,
+)
+from refseq.logs.trajectories.geodesy import headings_along, utm, zone_of
+from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera_frame, rotations_of
+from refseq.logs.trajectories.table import PoseTable, TrajectoryFormat
+
+LONGEST_LINE = 65536
+"""Bytes of a line beyond which a file is no trajectory."""
+
+EPOCHS = ((1e17, "nanoseconds", 1e-9), (1e14, "microseconds", 1e-6), (1e11, "milliseconds", 1e-3))
+"""Times from so many on are in that unit: as seconds they would lie beyond the year 5000."""
+
+UNIT_ERROR = 0.01
+"""By how much a quaternion's length or a rotation's determinant may differ from 1: printed digits, not damage."""
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A line of a file, and its number for messages."""
+
+    path: Path
+    number: int
+    fields: Sequence[str]
+
+    def error(self, what: str) -> LogError:
+        return LogError(f"{self.path}: line {self.number}: {what}")
+
+    def value(self, column: int) -> float:
+        try:
+            value = float(self.fields[column])
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self.error(f"{self.fields[column]!r:.40} is no finite number; valid is one in field {column + 1}")
+        return value
+
+
+def read_trajectory(path: Path, times: Path | None = None) -> PoseTable:
+    """Read a trajectory: TUM, KITTI, EuRoC, or a table of x, y and heading, or of positions by satellite.
+
+    ``times`` is a file of a time [s] for each pose, for those of a format without (KITTI). Raises ``LogError`` with
+    file and line for what is none of these formats, may be two of them, or does not hold what its format says.
+    """
+    header, rows, commas = _rows(path)
+    columns = _columns(path, header, rows, commas)
+    if columns.form is TrajectoryFormat.KITTI:
+        found = _kitti(path, rows)
+    elif Q.LATITUDE in columns.places:
+        found = _by_satellite(path, rows, columns)
+    else:
+        found = _keyed(path, rows, columns, *_poses(rows, columns))
+    return found if times is None else _with_times(found, times)
+
+
+def _rows(path: Path) -> tuple[Sequence[str], list[_Row], bool]:
+    """The header's words, empty without one; the rows; and whether commas are between their numbers."""
+    header: Sequence[str] = ()
+    rows: list[_Row] = []
+    commas = False
+    for number, text in _lines(path):
+        comment = text.startswith(("#", "%", "//"))
+        fields = [field.strip() for field in (text.split(",") if "," in text else text.split())]
+        if not rows and (comment or not _is_number(fields[0])):
+            bare = re.sub(r"^(#|%|//)\s*", "", text)
+            header = bare.split(",") if "," in bare else bare.split()
+        elif not comment:
+            rows.append(_Row(path, number, fields))
+            commas = commas or "," in text
+    if not rows:
+        raise LogError(f"{path}: holds no pose; valid is a trajectory: TUM, KITTI, EuRoC, or a table ({HEADERS})")
+    for row in rows:
+        if len(row.fields) != len(rows[0].fields):
+            raise row.error(f"has {len(row.fields)} fields; valid are {len(rows[0].fields)}, as in the first row")
+    return header, rows, commas
+
+
+def _lines(path: Path) -> Iterator[tuple[int, str]]:
+    try:
+        with path.open("rb") as file:
+            number = 0
+            while line := file.readline(LONGEST_LINE):
+                number += 1
+                if len(line) == LONGEST_LINE or b"\0" in line:
+                    raise LogError(f"{path}: line {number}: is no text of a trajectory; valid are lines of numbers")
+                if text := line.decode("utf-8", errors="replace").strip("\ufeff \t\r\n"):
+                    yield number, text
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _columns(path: Path, header: Sequence[str], rows: Sequence[_Row], commas: bool) -> Columns:
+    count = len(rows[0].fields)
+    if len(header) == count and (named := named_columns(header)) is not None:
+        return named
+    whole = all(re.fullmatch(r"\d+(\.0*)?", row.fields[0]) for row in rows)
+    shaped = shaped_columns(count, rows[0].value(0), whole, commas)
+    if isinstance(shaped, str):
+        raise LogError(
+            f"{path}: rows of {count} numbers are no trajectory without a header that names them: {shaped}; valid are "
+            f"TUM, KITTI, EuRoC, or a header as {HEADERS}"
+        )
+    return shaped
+
+
+def _poses(rows: Sequence[_Row], columns: Columns) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Planar poses (n, 3) of rows with positions and headings or quaternions, and what is to be told of them."""
+    places = columns.places
+    table = {quantity: _column(rows, place) for quantity, place in places.items() if quantity in _POSE}
+    points = np.column_stack([table[Q.X], table[Q.Y]])
+    if all(quantity in table for quantity in QUATERNION):
+        quaternions = np.column_stack([table[quantity] for quantity in QUATERNION])
+        rotations = rotations_of(_unit(rows, quaternions))
+        return in_plane(np.column_stack([points, table.get(Q.Z, 0 * table[Q.X])]), rotations), ()
+    if Q.HEADING in table:
+        degrees = columns.units.get(Q.HEADING, "") in ("deg", "degrees", "°")
+        return np.column_stack([points, np.radians(table[Q.HEADING]) if degrees else table[Q.HEADING]]), ()
+    return _headed(rows[0].path, points), ("headings are those of the way driven",)
+
+
+_POSE = frozenset({*POSITION, *QUATERNION, Q.HEADING})
+
+
+def _column(rows: Sequence[_Row], place: int) -> NDArray[np.float64]:
+    return np.array([row.value(place) for row in rows])
+
+
+def _unit(rows: Sequence[_Row], quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
+    lengths = np.linalg.norm(quaternions, axis=1)
+    if (wrong := np.flatnonzero(np.abs(lengths - 1) > UNIT_ERROR)).size:
+        row = rows[int(wrong[0])]
+        raise row.error(f"its quaternion is {lengths[wrong[0]]:.3g} long; valid are rotations, of length 1")
+    return np.asarray(quaternions / lengths[:, None])
+
+
+def _headed(path: Path, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    headings = headings_along(points)
+    if not np.isfinite(headings).all():
+        raise LogError(f"{path}: goes nowhere and names no heading; valid is one with a column of headings")
+    return np.column_stack([points, headings])
+
+
+def _by_satellite(path: Path, rows: Sequence[_Row], columns: Columns) -> PoseTable:
+    latitudes, longitudes = (_column(rows, columns.places[quantity]) for quantity in (Q.LATITUDE, Q.LONGITUDE))
+    for row, latitude, longitude in zip(rows, latitudes, longitudes, strict=True):
+        if not (abs(latitude) < 84 and abs(longitude) <= 180):
+            raise row.error(f"latitude {latitude:g}°, longitude {longitude:g}°; valid are -84 to 84 and -180 to 180")
+    zone = zone_of(float(longitudes[0]))
+    notes = (f"positions by satellite are metres of UTM zone {zone}", "headings are those of the way driven")
+    return _keyed(path, rows, columns, _headed(path, utm(latitudes, longitudes, zone)), notes)
+
+
+def _kitti(path: Path, rows: Sequence[_Row]) -> PoseTable:
+    matrices = np.array([[row.value(column) for column in range(12)] for row in rows]).reshape(-1, 3, 4)
+    rotations, positions = matrices[:, :, :3], matrices[:, :, 3]
+    if (wrong := np.flatnonzero(np.abs(np.linalg.det(rotations) - 1) > 3 * UNIT_ERROR)).size:
+        raise rows[int(wrong[0])].error("its first three columns of three are no rotation; valid are rows of 3×4 poses")
+    notes: tuple[str, ...] = ()
+    if is_camera_frame(positions, rotations):
+        rotations, positions = CAMERA_TO_WORLD @ rotations, positions @ CAMERA_TO_WORLD.T
+        notes = ("axes are a camera's, y down",)
+    keys = np.arange(len(rows), dtype=np.float64)
+    return PoseTable(path, TrajectoryFormat.KITTI, keys, in_plane(positions, rotations), True, notes)
+
+
+def _keyed(
+    path: Path, rows: Sequence[_Row], columns: Columns, poses: NDArray[np.float64], notes: tuple[str, ...]
+) -> PoseTable:
+    """Poses with the time or the number of each row."""
+    numbered = Q.TIME not in columns.places
+    keys = _column(rows, columns.places[Q.NUMBER if numbered else Q.TIME])
+    if numbered:
+        for row, key in zip(rows, keys.tolist(), strict=True):
+            if key < 0 or key != int(key):
+                raise row.error(f"number {key:g} is not valid; it should be a whole number of 0 or more")
+    else:
+        keys, more = _in_seconds(keys, columns.units.get(Q.TIME, ""))
+        notes += more
+    return _rising(PoseTable(path, columns.form, keys, poses, numbered, notes), rows)
+
+
+def _in_seconds(times: NDArray[np.float64], unit: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Times [s] by the unit that the header gives, or by their size, which is told."""
+    if unit in ("ms", "us", "ns"):
+        return times * UNITS[unit], ()
+    for least, name, seconds in EPOCHS:
+        if abs(times[0]) >= least:
+            return times * seconds, (f"times are {name}",)
+    return times, ()
+
+
+def _rising(found: PoseTable, rows: Sequence[_Row]) -> PoseTable:
+    """The same without poses that come twice. Raises ``LogError`` where the keys fall."""
+    steps = np.diff(found.keys)
+    what = "number" if found.numbered else "time"
+    if (back := np.flatnonzero(steps < 0)).size:
+        at = int(back[0])
+        raise rows[at + 1].error(
+            f"{what} {found.keys[at + 1]:.9g} is before that of the row above, {found.keys[at]:.9g}; valid are {what}s "
+            "that rise"
+        )
+    kept = np.concatenate([[True], steps > 0])
+    if kept.all():
+        return found
+    notes = (*found.notes, f"{int((~kept).sum())} rows of the same {what} as the one above are left out")
+    return replace(found, keys=found.keys[kept], poses=found.poses[kept], notes=notes)
+
+
+def _with_times(found: PoseTable, path: Path) -> PoseTable:
+    """A numbered table with the times of a file, a row each. Raises ``LogError``."""
+    if not found.numbered:
+        raise LogError(f"{path}: gives times to {found.source}, which has its own; valid is no file of times")
+    rows = [_Row(path, number, text.split()) for number, text in _lines(path) if not text.startswith("#")]
+    if len(rows) <= found.keys[-1]:
+        raise LogError(f"{path}: holds {len(rows)} times for {int(found.keys[-1]) + 1} poses; valid is one for each")
+    stamps, notes = _in_seconds(np.array([row.value(0) for row in rows]), "")
+    if (back := np.flatnonzero(np.diff(stamps) <= 0)).size:
+        raise rows[int(back[0]) + 1].error(f"time {stamps[back[0] + 1]:.9g} does not rise; valid are times that rise")
+    if found.form is TrajectoryFormat.KITTI and len(stamps) != len(found):
+        raise LogError(f"{path}: holds {len(stamps)} times for {len(found)} poses; valid is one for each")
+    keys = stamps[found.keys.astype(np.intp)]
+    return replace(found, keys=keys, numbered=False, notes=(*found.notes, *notes))

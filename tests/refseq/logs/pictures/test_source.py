@@ -1,0 +1,146 @@
+"""Folders of pictures as drives: order, times, what is assumed, and folders that are none."""
+
+import os
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from refseq.errors import LogError
+from refseq.logs import read_recording
+from refseq.logs.kinds import open_log
+from refseq.logs.pairing.plan import plan_views
+from refseq.logs.pictures.source import PictureFolder
+from refseq.logs.trajectories import read_trajectory
+
+STAMPS = [1_403_636_579_763_555_584, 1_403_636_579_813_555_456, 1_403_636_579_863_555_584]
+
+
+def write(folder: Path, *names: str, size: tuple[int, int] = (6, 8)) -> Path:
+    """Pictures whose grey value tells their number."""
+    folder.mkdir(exist_ok=True)
+    for number, name in enumerate(names):
+        cv2.imwrite(str(folder / name), np.full(size, 10 * (number + 1) % 256, np.uint8))
+    return folder
+
+
+def test_pictures_come_in_the_order_of_their_numbers(tmp_path: Path) -> None:
+    folder = write(tmp_path / "drive", "image1.png", "image2.png", "image10.png")
+    (folder / "notes.txt").write_text("no picture")
+    (folder / "._image3.png").write_text("left behind by a file manager")
+    (folder / "depth").mkdir()
+    recording = read_recording(folder)
+    assert [int(view.images["camera-1"].mean()) for view in recording.views] == [10, 20, 30]
+    assert [view.time for view in recording.views] == [0, 1, 2]
+    assert [view.distance for view in recording.views] == [0, 1, 1]
+    assert {view.truth for view in recording.views} == {None}
+    assert recording.skipped == {".txt": 1}
+    assert recording.metadata["odometry"] == "assumed: 1 m a picture"
+    assert recording.metadata["times"] == "assumed: one picture a second"
+    assert recording.metadata["images"] == "8 × 6 pixels, made 640 wide"
+    assert recording.views[0].images["camera-1"].shape == (480, 640)
+
+
+@pytest.mark.parametrize(
+    ("stems", "times"),
+    [
+        ([str(stamp) for stamp in STAMPS], [stamp / 1e9 for stamp in STAMPS]),
+        (["1305031102.175304", "1305031102.21", "1305031102.3"], [1305031102.175304, 1305031102.21, 1305031102.3]),
+        (["0000000007", "0000000008", "0000000020"], [0, 1, 2]),
+        (["1700000000", "1600000000", "x"], [0, 1, 2]),
+    ],
+    ids=["EuRoC", "TUM", "numbers", "no times"],
+)  # fmt: skip
+def test_times_by_the_names(tmp_path: Path, stems: list[str], times: list[float]) -> None:
+    recording = read_recording(write(tmp_path / "drive", *(f"{stem}.png" for stem in stems)))
+    assert [view.time for view in recording.views] == pytest.approx(times, abs=1e-6)
+
+
+def test_colour_is_made_grey_and_links_are_followed(tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    colour = np.zeros((6, 640, 3), np.uint8)
+    colour[:, :, 1] = 100  # green
+    cv2.imwrite(str(tmp_path / "other" / "a.png"), colour)
+    (tmp_path / "drive").mkdir()
+    (tmp_path / "drive" / "a.png").symlink_to(tmp_path / "other" / "a.png")
+    (view,) = read_recording(tmp_path / "drive").views
+    assert view.images["camera-1"].shape == (6, 640)
+    assert view.images["camera-1"].mean() == pytest.approx(0.587 * 100, abs=1)
+
+
+def test_as_a_scenario_asks_for_them(tmp_path: Path) -> None:
+    folder = write(tmp_path / "drive", "1.png", "2.png")
+    recording = plan_views(PictureFolder(folder, spacing=0.5, width=0)).recording()
+    assert [view.distance for view in recording.views] == [0, 0.5]
+    assert recording.views[0].images["camera-1"].shape == (6, 8)
+
+
+def test_odometry_and_truth_beside_pictures(tmp_path: Path) -> None:
+    folder = write(tmp_path / "drive", *(f"{stamp}.png" for stamp in STAMPS))
+    (tmp_path / "odometry.csv").write_text("index,x,y,theta\n0,0,0,0\n1,0.3,0,0\n2,0.3,0.4,1.5\n")
+    rows = [f"{stamp / 1e9:.9f} {k} 0 0 0 0 0 1" for k, stamp in enumerate(STAMPS)]
+    (tmp_path / "truth.txt").write_text("\n".join(rows))
+    tables = [read_trajectory(tmp_path / name) for name in ("odometry.csv", "truth.txt")]
+    recording = read_recording(folder, odometry=tables[0], truth=tables[1])
+    assert [view.distance for view in recording.views] == pytest.approx([0, 0.3, 0.4])
+    assert [view.truth.x for view in recording.views if view.truth] == pytest.approx([0, 1, 2], abs=1e-4)
+    assert recording.findings is not None
+    assert "odometry.csv: its poses are numbered as the samples of /camera-1" in recording.findings.notes
+
+
+def test_every_tenth_picture_alone_is_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = write(tmp_path / "drive", *(f"{k}.png" for k in range(30)))
+    decoded = []
+    real = cv2.imdecode
+    monkeypatch.setattr(cv2, "imdecode", lambda *args: decoded.append(1) or real(*args))
+    assert len(read_recording(folder, thin=10).views) == len(decoded) == 3
+
+
+def broken(folder: Path, how: str) -> None:
+    match how:
+        case "sizes":
+            write(folder, "c.png", size=(7, 8))
+        case "no picture":
+            (folder / "c.png").write_text("hello")
+        case "16 bits":
+            cv2.imwrite(str(folder / "c.png"), np.zeros((6, 8), np.uint16))
+        case "huge":
+            data = bytearray((folder / "a.png").read_bytes())
+            data[16:24] = (100_000).to_bytes(4, "big") * 2
+            (folder / "c.png").write_bytes(data)
+        case "link":
+            (folder / "c.png").symlink_to(folder / "gone.png")
+
+
+@pytest.mark.parametrize(
+    ("how", "message"),
+    [
+        ("sizes", r"c\.png: is 8 × 7 pixels, the folder's first picture 8 × 6; valid is one size a folder"),
+        ("no picture", r"c\.png: an image cannot be decoded; valid are PNG and JPEG"),
+        ("16 bits", r"c\.png: is of 16 bits, as distances are; valid are pictures of 8 bits"),
+        ("huge", r"c\.png: an image declares 100000 × 100000 pixels; valid are 1 to"),
+        ("link", r"c\.png: cannot be read: No such file"),
+    ],
+)
+def test_pictures_that_are_none(tmp_path: Path, how: str, message: str) -> None:
+    folder = write(tmp_path / "drive", "a.png", "b.png")
+    broken(folder, how)
+    with pytest.raises(LogError, match=message) as told:
+        read_recording(folder)
+    assert str(told.value).startswith(str(folder))
+    assert "\n" not in str(told.value)
+
+
+def test_folders_that_are_none(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"is a folder that holds no log; valid are .* a folder of pictures"):
+        open_log(tmp_path)
+    (tmp_path / "a.txt").write_text("hello")
+    with pytest.raises(LogError, match="is a folder that holds no log"):
+        open_log(tmp_path)
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0)
+    if os.access(locked, os.R_OK):
+        pytest.skip("this user may read everything")
+    with pytest.raises(LogError, match="cannot be read: Permission denied"):
+        open_log(locked)

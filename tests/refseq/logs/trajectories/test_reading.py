@@ -1,0 +1,198 @@
+"""Files written by another project (evo), by hand, and broken."""
+
+import math
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evo.core.trajectory import PosePath3D, PoseTrajectory3D
+from evo.tools import file_interface
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from refseq.errors import LogError
+from refseq.logs.trajectories import TrajectoryFormat, read_trajectory, write_trajectory
+from refseq.logs.trajectories.geodesy import utm, zone_of
+from refseq.planar import Pose
+
+WAY = np.array([[0.1 * k, math.sin(k / 9), math.remainder(k / 7, 2 * math.pi)] for k in range(60)])
+TIMES = 1_700_000_000.25 + 0.1 * np.arange(60)
+
+
+def in_space(way: np.ndarray) -> list[np.ndarray]:
+    """Planar poses as 4×4 matrices, z up."""
+    found = []
+    for x, y, heading in way:
+        matrix = np.eye(4)
+        matrix[:2, :2] = [[math.cos(heading), -math.sin(heading)], [math.sin(heading), math.cos(heading)]]
+        matrix[:3, 3] = x, y, 0.3
+        found.append(matrix)
+    return found
+
+
+# x right, y down, z ahead, seen from a robot with x ahead, y left, z up
+CAMERA = np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
+
+
+def assert_same(poses: np.ndarray, way: np.ndarray, atol: float = 1e-6) -> None:
+    assert_allclose(poses[:, :2], way[:, :2], atol=atol)
+    assert_allclose(np.exp(1j * poses[:, 2]), np.exp(1j * way[:, 2]), atol=atol)
+
+
+def test_tum_of_evo(tmp_path: Path) -> None:
+    file_interface.write_tum_trajectory_file(
+        tmp_path / "a.txt", PoseTrajectory3D(poses_se3=in_space(WAY), timestamps=TIMES)
+    )
+    found = read_trajectory(tmp_path / "a.txt")
+    assert found.form is TrajectoryFormat.TUM
+    assert_allclose(found.timed().times, TIMES, atol=1e-6)
+    assert_same(found.poses, WAY)
+
+
+def test_tum_of_a_camera_looks_along_its_z_axis(tmp_path: Path) -> None:
+    seen = PoseTrajectory3D(poses_se3=[pose @ CAMERA for pose in in_space(WAY)], timestamps=TIMES)
+    file_interface.write_tum_trajectory_file(tmp_path / "a.txt", seen)
+    assert_same(read_trajectory(tmp_path / "a.txt").poses, WAY)
+
+
+@pytest.mark.parametrize("way", [WAY, WAY * [1, 0, 0]], ids=["curve", "straight"])
+def test_kitti_of_evo_in_a_robots_and_in_a_cameras_axes(tmp_path: Path, way: np.ndarray) -> None:
+    robot = in_space(way)
+    camera = [np.linalg.inv(CAMERA) @ pose @ CAMERA for pose in robot]
+    for name, poses in (("robot.txt", robot), ("camera.txt", camera)):
+        file_interface.write_kitti_poses_file(tmp_path / name, PosePath3D(poses_se3=poses))
+        found = read_trajectory(tmp_path / name)
+        assert found.form is TrajectoryFormat.KITTI
+        assert found.numbered
+        assert_same(found.poses, way)
+    assert found.notes == ("axes are a camera's, y down",)
+
+
+def test_kitti_takes_times_from_the_log_or_from_a_file(tmp_path: Path) -> None:
+    file_interface.write_kitti_poses_file(tmp_path / "a.txt", PosePath3D(poses_se3=in_space(WAY)))
+    found = read_trajectory(tmp_path / "a.txt")
+    assert_allclose(found.timed(TIMES).times, TIMES)
+    with pytest.raises(LogError, match="has 60 poses without times, the log 59 pictures or scans; valid is one for"):
+        found.timed(TIMES[:-1])
+    (tmp_path / "times.txt").write_text("\n".join(f"{time:.6e}" for time in TIMES - TIMES[0]))
+    assert_allclose(read_trajectory(tmp_path / "a.txt", tmp_path / "times.txt").keys, TIMES - TIMES[0], atol=1e-6)
+    (tmp_path / "times.txt").write_text("0\n0.1\n")
+    with pytest.raises(LogError, match=r"times.txt: holds 2 times for 60 poses; valid is one for each"):
+        read_trajectory(tmp_path / "a.txt", tmp_path / "times.txt")
+
+
+EUROC_HEADER = "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []"
+
+
+@pytest.mark.parametrize("header", [EUROC_HEADER + ", v_RS_R_x [m s^-1]\n", ""])
+def test_euroc(tmp_path: Path, header: str) -> None:
+    poses = PoseTrajectory3D(poses_se3=in_space(WAY), timestamps=TIMES)
+    rows = [
+        ",".join([f"{round(time * 1e9)}", *map(str, xyz), *map(str, wxyz), "0.5"])
+        for time, xyz, wxyz in zip(TIMES, poses.positions_xyz, poses.orientations_quat_wxyz, strict=True)
+    ]
+    (tmp_path / "data.csv").write_text(header + "\n".join(rows))
+    found = read_trajectory(tmp_path / "data.csv")
+    assert found.form in (TrajectoryFormat.EUROC, TrajectoryFormat.TABLE)
+    assert_allclose(found.timed().times, TIMES, atol=1e-6)
+    assert_same(found.poses, WAY)
+    # what evo takes from the same file
+    theirs = file_interface.read_euroc_csv_trajectory(tmp_path / "data.csv")
+    assert_allclose(found.poses[:, :2], theirs.positions_xyz[:, :2])
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "key", "heading"),
+    [
+        ("time,x,y,theta", "12.5,1,2,0.5", 12.5, 0.5),
+        ("t_ns,x_m,y_m,yaw_deg", "12500000000,1,2,90", 12.5, math.pi / 2),
+        ("scan_index_in_clf,x,y,theta", "7,1,2,0.5", 7, 0.5),
+        (
+            "%time,field.pose.position.x,field.pose.position.y,field.pose.position.z,field.pose.orientation.x,"
+            "field.pose.orientation.y,field.pose.orientation.z,field.pose.orientation.w",
+            "1700000000250000000,1,2,0,0,0,0.7071068,0.7071068",
+            1_700_000_000.25,
+            math.pi / 2,
+        ),
+        ("x,y,heading,frame", "1,2,0.5,3", 3, 0.5),
+    ],
+)
+def test_tables_by_their_header(tmp_path: Path, header: str, row: str, key: float, heading: float) -> None:
+    (tmp_path / "a.csv").write_text(f"{header}\n{row}\n")
+    ((found_key, pose),) = read_trajectory(tmp_path / "a.csv")
+    assert found_key == pytest.approx(key, abs=1e-6)
+    assert (pose.x, pose.y) == (1, 2)
+    assert pose.heading == pytest.approx(heading, abs=1e-6)
+
+
+def test_positions_by_satellite(tmp_path: Path) -> None:
+    # The CN tower in Toronto, as the usual worked example of the projection has it: 630 084 m east, 4 833 438 m north.
+    (tower,) = utm(np.array([43.642567]), np.array([-79.387139]), zone_of(-79.387139))
+    assert zone_of(-79.387139) == 17
+    assert_allclose(tower, [630084, 4833438], atol=1)
+    (tmp_path / "gps.csv").write_text("index,lat,lon\n0,40.6,-8.65\n1,40.6001,-8.65\n2,40.6001,-8.649\n")
+    found = read_trajectory(tmp_path / "gps.csv")
+    steps = np.diff(found.poses[:, :2], axis=0)
+    # a ten-thousandth of a degree north is 11.1 m, a thousandth east 111.3 m times the cosine of the latitude
+    assert_allclose(np.hypot(*steps.T), [11.1, 84.6], atol=0.1)
+    assert_allclose(found.poses[:, 2], [math.pi / 2, 0, 0], atol=0.02)
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(-1e4, 1e4), st.floats(-1e4, 1e4), st.floats(-math.pi, math.pi)), min_size=2, max_size=20
+    ),
+    st.sampled_from(["tum", "csv"]),
+)
+@settings(max_examples=25, deadline=None)
+def test_what_is_written_is_read_again(way: list[tuple[float, float, float]], form: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "a"
+        write_trajectory(path, [(float(k), Pose(*pose)) for k, pose in enumerate(way)], form)
+        found = read_trajectory(path)
+    assert found.keys.tolist() == list(range(len(way)))
+    assert_same(found.poses, np.array(way), 1e-8)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", "holds no pose; valid is a trajectory"),
+        ("# nothing but a comment\n", "holds no pose"),
+        ("1,2,3\n", "rows of 3 numbers are no trajectory without a header .*: the first may be a time or x"),
+        ("0,1,2,3\n1,1,2,3\n", "rows of 4 numbers .*: the first may be a time or a number of a picture or scan"),
+        ("0.5,1,2,3,0,0,0,1\n", "rows of 8 numbers .*: the quaternion may begin with w or end with it"),
+        ("1 2 3 4 5\n", "rows of 5 numbers .*: no format has so many"),
+        ("1.5 0 0 0 0 0 0 1\n2.5 0 0 0 0 0 0\n", "line 2: has 7 fields; valid are 8, as in the first row"),
+        ("1.5 0 0 0 0 0 0 1\n2.5 0 nan 0 0 0 0 1\n", "line 2: 'nan' is no finite number; valid is one in field 3"),
+        ("1.5 0 0 0 0 0 0 1\n2.5 0 0 0 3 0 0 1\n", "line 2: its quaternion is 3.16 long; valid are rotations"),
+        ("1.5 0 0 0 0 0 0 1\n1.0 0 0 0 0 0 0 1\n", "line 2: time 1 is before that of the row above, 1.5; valid"),
+        ("2 0 0 0 0 2 0 0 0 0 2 0\n", "line 1: its first three columns of three are no rotation"),
+        ("index,x,y,theta\n1.5,0,0,0\n", "line 2: number 1.5 is not valid; it should be a whole number of 0 or more"),
+        ("index,lat,lon\n0,95,0\n", "line 2: latitude 95°, longitude 0°; valid are -84 to 84 and -180 to 180"),
+        ("index,x,y\n0,1,1\n1,1,1\n", "goes nowhere and names no heading; valid is one with a column of headings"),
+        ("1.5 \0", "line 1: is no text of a trajectory; valid are lines of numbers"),
+    ],
+)  # fmt: skip
+def test_broken_files(tmp_path: Path, content: str, message: str) -> None:
+    path = tmp_path / "poses.txt"
+    path.write_text(content)
+    with pytest.raises(LogError, match=message) as told:
+        read_trajectory(path)
+    assert str(told.value).startswith(str(path))
+    assert "\n" not in str(told.value)
+
+
+def test_no_overlap_names_both_spans(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("1.5 0 0 0 0 0 0 1\n2.5 0 0 0 0 0 0 1\n")
+    with pytest.raises(LogError, match=r"runs from 1.500 to 2.500 s, run.bag from 100.000 to 200.000 s; valid is a"):
+        read_trajectory(tmp_path / "a.txt").within(100, 200, Path("run.bag"))
+
+
+def test_rows_of_one_time_count_once(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("1.5 0 0 0 0 0 0 1\n" * 2 + "2.5 1 0 0 0 0 0 1\n")
+    found = read_trajectory(tmp_path / "a.txt")
+    assert found.keys.tolist() == [1.5, 2.5]
+    assert found.notes == ("1 rows of the same time as the one above are left out",)
