@@ -14,7 +14,7 @@ from refseq_bench.scenarios.scoring.tables import NONE
 LONG_VALUE = 80
 """Metadata longer than this many characters are folded away."""
 
-FIRST_KEYS = ("world", "robot", "light", "seed")
+FIRST_KEYS = ("world", "robot", "light", "seed", "truth")
 
 
 def write_report(

@@ -29,6 +29,7 @@ from refseq_bench.scenarios.scoring.atlas import passing
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
 from refseq_bench.scenarios.scoring.merging import Merging
 from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance, path_of
+from refseq_bench.scenarios.scoring.truth import missing_truth
 
 ASIDE = 0.25
 """Distance to the right at which each further drive is drawn [m]; at 0 they hide each other."""
@@ -49,7 +50,7 @@ def joined_plan(comparison: Comparison, merging: Merging, within: Tolerance, out
         _draw_drive(floor.axes, drawn, stretch, merging, number, name)
     _draw_false(floor.axes, path, drawn, merging, within)
     floor.frame(0.03 * floor.size + 0.5)
-    return with_legend(floor.figure, 5)
+    return with_legend(floor.figure)
 
 
 def _aside(path: ReferencePath, stretch: slice, number: int) -> NDArray[np.float64]:
@@ -87,12 +88,14 @@ def which_drive(comparison: Comparison, methods: Sequence[str], within: Toleranc
     """P(sequence) over the views, a panel a method and a row a drive; a bar at a row's foot where that drive passes."""
     path = path_of(comparison)
     by = passing(path, path.near(comparison.query_views, within))
+    told = not missing_truth(comparison)
     names = [*map(plain_text, comparison.drives.names if comparison.drives else ("",)), "lost"]
     high = 0.35 + 0.16 * len(names)
     figure = new_figure(high * len(methods) + 0.9)
     panels = figure.subplots(len(methods), 1, sharex=True, squeeze=False)[:, 0]
     for axes, method in zip(panels, methods, strict=True):
-        draw_passing(axes, by)
+        if told:
+            draw_passing(axes, by)
         found = shares(comparison.beliefs[method], path)
         draw_belief(axes, np.vstack([found, 1 - found.sum(axis=0)]), OVER_DRIVES)
         axes.set_yticks(range(len(names)), names, fontsize=7)
@@ -100,8 +103,8 @@ def which_drive(comparison: Comparison, methods: Sequence[str], within: Toleranc
         axes.tick_params(axis="y", length=0)
     panels[-1].set(xlabel="query view", xlim=(-0.5, len(by) - 0.5))
     truth = Patch(facecolor=TRUTH, linewidth=0, label="truly there")
-    belief_legend(figure, "P(sequence)", OVER_DRIVES, truth)
-    return Plot(as_svg(figure), coarser_note(len(names), len(by)))
+    legend = belief_legend("P(sequence)", OVER_DRIVES, *([truth] if told else []))
+    return Plot(as_svg(figure), coarser_note(len(names), len(by)), legend)
 
 
 def shares(beliefs: Sequence[Belief], path: ReferencePath) -> NDArray[np.float64]:

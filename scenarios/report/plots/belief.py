@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, PowerNorm, to_rgb
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
@@ -21,8 +20,10 @@ from refseq_bench.scenarios.report.plots.style import (
     BELIEF,
     INK,
     TRUTH,
+    LegendEntry,
     Plot,
     as_svg,
+    legend_entry,
     new_figure,
     page_style,
     plain_text,
@@ -68,8 +69,8 @@ def belief_heatmaps(
         _mark_drives(panels, comparison.drives)
     right = Patch(facecolor=TRUTH, alpha=0.35, edgecolor=TRUTH, linewidth=0.7, label="right answers")
     says_lost = Line2D([], [], color=INK, marker="v", markersize=4, linestyle="none", label="says lost")
-    belief_legend(figure, "P(place | on the path)", OVER_PLACES, *([right] if path else []), says_lost)
-    return Plot(as_svg(figure), coarser_note(places, len(comparison.query_views)))
+    legend = belief_legend("P(place | on the path)", OVER_PLACES, *([right] if path else []), says_lost)
+    return Plot(as_svg(figure), coarser_note(places, len(comparison.query_views)), legend)
 
 
 def _label_axes(panels: NDArray[Any], count: int) -> None:
@@ -128,10 +129,10 @@ def coarser_note(places: int, views: int) -> str:
     return f"Each cell is the highest of {' and '.join(told)}." if told else ""
 
 
-def belief_legend(figure: Figure, shown: str, power: float, *more: Artist) -> None:
+def belief_legend(shown: str, power: float, *more: Artist) -> tuple[LegendEntry, ...]:
     """A legend of probabilities, by what is ``shown``, and of whatever more there is."""
     handles = [
         Patch(facecolor=BELIEF, alpha=share**power, linewidth=0, label=f"{'' if n else shown + ' = '}{share:g}")
         for n, share in enumerate(share for share in SWATCHES if share**power > 0.05)
     ]
-    figure.legend(handles=[*handles, *more], loc="outside upper center", ncols=len(handles) + len(more))
+    return tuple(legend_entry(one, str(one.get_label())) for one in (*handles, *more))

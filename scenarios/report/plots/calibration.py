@@ -41,7 +41,7 @@ def reliability(scores: Mapping[str, Score]) -> Plot:
         shares.set(title=title, ylabel="share that came true", xlim=(-0.02, 1.02), ylim=(-0.03, 1.03))
         counts.set(xlabel="probability", ylabel="views", ylim=(0, None))
         draw_grid(shares, counts)
-    return with_legend(figure, 3)
+    return with_legend(figure)
 
 
 def _draw_reliability(shares: Axes, counts: Axes, found: Reliability, style: MethodStyle, label: str | None) -> None:

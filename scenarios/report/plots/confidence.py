@@ -46,7 +46,7 @@ def confidence(
     bottom.set(ylabel="entropy [nats]", xlabel="query view", xlim=(-1, len(comparison.query_views)))
     bottom.set_ylim(0, 1.15 * max(1.0, ignorance))
     draw_grid(top, bottom)
-    return with_legend(figure, 4)
+    return with_legend(figure)
 
 
 def _threshold(axes: Axes, height: float, text: str) -> None:

@@ -37,7 +37,7 @@ def errors_along_path(
     figure, axes = _error_figure("true position along the reference path [m]", dict.fromkeys(scores, true), scores)
     _error_axis(axes, scores, tolerances)
     shade_positions(axes, true, spans)
-    return with_legend(figure, 3)
+    return with_legend(figure)
 
 
 @page_style
@@ -47,7 +47,7 @@ def errors_over_entropy(comparison: Comparison, scores: Mapping[str, Score], tol
     figure, axes = _error_figure("entropy of the places [nats]", entropies, scores)
     _error_axis(axes, scores, tolerances)
     axes.set_xlim(left=-0.05)
-    return with_legend(figure, 3)
+    return with_legend(figure)
 
 
 def _error_figure(

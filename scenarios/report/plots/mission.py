@@ -32,7 +32,7 @@ def mission_plan(run: MissionRun, score: MissionScore, within: float, outline: F
     _draw_begins(floor.axes, run, score.wrong)
     _draw_goal(floor.axes, run, within)
     floor.frame(np.maximum(floor.size, 1.0) * (0.03, 0.12))
-    return with_legend(floor.figure, 4, "The axes have different scales." if floor.stretched else "")
+    return with_legend(floor.figure, "The axes have different scales." if floor.stretched else "")
 
 
 def _thinned(track: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from refseq_bench.scenarios.report.plots.style import (
     INK,
+    NARROW_WIDTH,
     QUERY,
     REFERENCE,
     RIGHT,
     WALL,
+    WIDTH,
     WRONG,
     Plot,
     new_figure,
@@ -50,12 +52,12 @@ def drive_plan(
 ) -> Plot:
     """Both true paths in the plan, with faults, and with what became of the views that are not simply right."""
     reference, query = _broken(comparison), positions_of(comparison.query_views)
-    floor = floor_plan([reference, query], outline)
+    floor = floor_plan([reference, query], outline, width=NARROW_WIDTH)
     _draw_drives(floor.axes, reference, query)
     _draw_faults(floor.axes, query, spans)
     _draw_outcomes(floor.axes, comparison, score)
     floor.frame(np.maximum(floor.size, 1.0) * (0.02, 0.1))
-    plot = with_legend(floor.figure, 6)
+    plot = with_legend(floor.figure)
     if not floor.stretched:
         return plot
     return replace(plot, note=f"The y axis is drawn {_stretch(floor.axes):.1f} times as large as the x axis.")
@@ -90,13 +92,14 @@ def _broken(comparison: Comparison) -> NDArray[np.float64]:
 
 
 def floor_plan(
-    lines: Sequence[NDArray[np.float64]], outline: FloorOutline | None, *, stretch: bool = True
+    lines: Sequence[NDArray[np.float64]], outline: FloorOutline | None, *, stretch: bool = True, width: float = WIDTH
 ) -> PlanFigure:
-    """A plan with the walls, for lines of (m, 2) points [m]; a strip is stretched if it may be."""
+    """A plan with the walls, ``width`` [inch], for lines of (m, 2) points [m]; a strip is stretched if it may be."""
     low, high = _around(lines, outline)
-    width, height = np.maximum(high - low, 1.0)
-    stretched = stretch and not 1 / STRIP < width / height < STRIP
-    figure = new_figure(2.9 if stretched else float(np.clip(9 * height / width, 3, 9)))
+    east, north = np.maximum(high - low, 1.0)
+    stretched = stretch and not 1 / STRIP < east / north < STRIP
+    tall = 0.9 * width * north / east
+    figure = new_figure(2.9 if stretched else float(np.clip(tall, 0.3 * width, 0.9 * width)), width)
     axes = figure.add_subplot(xlabel="x [m]", ylabel="y [m]", aspect="auto" if stretched else "equal")
     for number, wall in enumerate(outline or ()):
         axes.plot(wall[:, 0], wall[:, 1], color=WALL, linewidth=1.2, label=None if number else "walls")

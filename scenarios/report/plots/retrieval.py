@@ -28,7 +28,7 @@ def precision_recall(scores: Mapping[str, Score]) -> Plot:
         if curve := scores[method].retrieval:
             draw_retrieval(axes, curve, style, method_label(method))
     draw_grid(axes)
-    return with_legend(figure, 3)
+    return with_legend(figure)
 
 
 def draw_retrieval(axes: Axes, curve: Retrieval, style: MethodStyle, label: str) -> None:

@@ -4,6 +4,7 @@ import io
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -84,22 +85,48 @@ page_style = mpl.rc_context(
 
 
 @dataclass(frozen=True, slots=True)
+class LegendEntry:
+    """An entry of a legend: a ``swatch`` as SVG text, and the name of what looks like it."""
+
+    swatch: str
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
 class Plot:
-    """A drawing as SVG text, and what a reader must know about its scale."""
+    """A drawing as SVG text, what a reader must know about its scale, and its legend.
+
+    The page writes the legend above the drawing, where it breaks into lines as a paragraph does: within the drawing it
+    would be cut off by a narrow screen.
+    """
 
     svg: str
     note: str = ""
+    legend: tuple[LegendEntry, ...] = ()
 
 
-def new_figure(height: float) -> Figure:
-    """A figure as wide as the page, and so high [inch]."""
-    return Figure(figsize=(10, height), layout="constrained")
+WIDTH, NARROW_WIDTH = 10.0, 6.4
+"""Widths of a figure across the page, and of one that a phone shows whole, its text still readable [inch]."""
 
 
-def with_legend(figure: Figure, columns: int, note: str = "") -> Plot:
+def new_figure(height: float, width: float = WIDTH) -> Figure:
+    """A figure so high [inch], by default as wide as the page."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def with_legend(figure: Figure, note: str = "") -> Plot:
     """Finish a plot with the legend of all that has a label."""
-    figure.legend(loc="outside upper center", ncols=columns)
-    return Plot(as_svg(figure), note)
+    named = (axes.get_legend_handles_labels() for axes in figure.axes)
+    shown = [entry for handles, labels in named for entry in zip(handles, labels, strict=True)]
+    return Plot(as_svg(figure), note, tuple(legend_entry(handle, label) for handle, label in shown))
+
+
+def legend_entry(handle: Any, label: str) -> LegendEntry:
+    """An entry for what matplotlib has drawn, or would draw, of a ``label``."""
+    figure = Figure(figsize=(0.34, 0.17))
+    look = {"borderpad": 0, "borderaxespad": 0, "handletextpad": 0, "handlelength": 2.4}
+    figure.legend([handle], [""], loc="center", **look)
+    return LegendEntry(as_svg(figure), label.replace(r"\$", "$"))
 
 
 def method_styles(methods: Iterable[str]) -> dict[str, MethodStyle]:

@@ -51,7 +51,7 @@ def success_over(sweep: Sweep) -> Plot:
         draw_shares(axes, there, sweep.shares[method], style, method_label(method))
     axes.set_xticks(at, _staggered(at, sweep.values), rotation=0 if len(sweep.values) <= 8 else 30)
     draw_grid(axes)
-    return with_legend(figure, 4)
+    return with_legend(figure)
 
 
 def _staggered(at: NDArray[np.float64], labels: Sequence[str]) -> list[str]:

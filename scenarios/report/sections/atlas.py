@@ -12,6 +12,7 @@ from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
 from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.path_geometry import Tolerance
 from refseq_bench.scenarios.scoring.tables import join_cells
+from refseq_bench.scenarios.scoring.truth import has_truth
 
 HEADINGS = (
     "method",
@@ -73,7 +74,7 @@ def atlas_part(
     return AtlasPart(
         table=PageTable(HEADINGS, rows),
         shares=which_drive(run, drawn, within),
-        plan=joined_plan(run, merging, within, outline) if merging else None,
+        plan=joined_plan(run, merging, within, outline) if merging and has_truth(run.reference_views) else None,
         joins=tuple(
             JoinRow(
                 one.joined,

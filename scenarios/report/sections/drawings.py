@@ -8,6 +8,7 @@ from refseq_bench.scenarios.report.plots.calibration import reliability
 from refseq_bench.scenarios.report.plots.confidence import confidence
 from refseq_bench.scenarios.report.plots.errors import errors_along_path, errors_over_entropy
 from refseq_bench.scenarios.report.plots.plan import FloorOutline, drive_plan
+from refseq_bench.scenarios.report.plots.progress import answers_over_odometer
 from refseq_bench.scenarios.report.plots.retrieval import precision_recall
 from refseq_bench.scenarios.report.plots.style import Plot
 from refseq_bench.scenarios.scoring.comparison import Comparison
@@ -18,9 +19,13 @@ from refseq_bench.scenarios.scoring.path_geometry import Tolerance, path_of
 
 @dataclass(frozen=True)
 class Drawings:
-    """Plots of the drawn methods; None where there is nothing to draw, or no truth to score by."""
+    """Plots of the drawn methods; None where there is nothing to draw, or no truth to score by.
+
+    ``progress``, along the map over the odometer, stands in for the ``plan`` where there is no truth.
+    """
 
     plan: Plot | None = None
+    progress: Plot | None = None
     belief: Plot | None = None
     confidence: Plot | None = None
     errors: Plot | None = None
@@ -45,7 +50,7 @@ def drawings(
         belief=belief_heatmaps(comparison, path, wide, faults), confidence=confidence(comparison, path, wide, faults)
     )
     if path is None:
-        return unscored
+        return replace(unscored, progress=answers_over_odometer(comparison, judged, wide))
     drawn = [one for one in figures if one.method in comparison.beliefs]
     first, pooled = {one.method: one.wide_runs[0] for one in drawn}, {one.method: one.wide for one in drawn}
     return replace(

@@ -11,6 +11,7 @@ from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.sections.atlas import AtlasPart, atlas_part
 from refseq_bench.scenarios.report.sections.drawings import Drawings, drawings
 from refseq_bench.scenarios.report.sections.frames import FailureFrames, FrameSource, PlaceFrames, frames_of
+from refseq_bench.scenarios.report.sections.headline import Headline, headline
 from refseq_bench.scenarios.report.sections.tables import (
     FigureTables,
     consistency_page_table,
@@ -57,6 +58,7 @@ class Section:
     tables: FigureTables | None
     unscored: str
     consistency: PageTable | None
+    headline: Headline | None
     plots: Drawings
     failures: tuple[FailureFrames, ...]
     places: tuple[PlaceFrames, ...]
@@ -95,12 +97,13 @@ def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) ->
         tables=figure_tables(found, judged),
         unscored=unscored,
         consistency=consistency_page_table(every, judged),
+        headline=next((headline(one, unscored) for one in every if one.method == judged), None),
         plots=drawings(selected, found, judged, (wide, narrow), settings.outline),
         failures=failed,
         places=places,
         cost=cost_table(runs, methods, settings.costs),
         has_costs=bool(settings.costs),
-        atlas=atlas_part(first, found, shown, judged, wide, settings.outline),
+        atlas=atlas_part(first, every, shown, judged, wide, settings.outline),
     )
 
 

@@ -1,5 +1,6 @@
 import base64
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -19,12 +20,15 @@ from refseq_bench.scenarios.report.document import write_report
 from refseq_bench.scenarios.report.plots.confidence import confidence
 from refseq_bench.scenarios.report.plots.errors import errors_along_path
 from refseq_bench.scenarios.report.plots.plan import drive_plan
+from refseq_bench.scenarios.report.plots.progress import answers_over_odometer
 from refseq_bench.scenarios.report.plots.retrieval import draw_retrieval
 from refseq_bench.scenarios.report.plots.style import INK, method_styles
 from refseq_bench.scenarios.report.plots.sweep import draw_shares
 from refseq_bench.scenarios.report.plots.truth import draw_truth
+from refseq_bench.scenarios.report.sections.experiment import SectionSettings, section
+from refseq_bench.scenarios.report.sections.headline import Headline
 from refseq_bench.scenarios.report.sections.tables import further_row
-from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
 from refseq_bench.scenarios.scoring.fault_spans import fault_spans
 from refseq_bench.scenarios.scoring.figures import figures, success_over_seeds
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, ReferencePath
@@ -146,7 +150,7 @@ def test_same_input_gives_the_same_bytes(text: str, runs: list[Comparison], tmp_
 def test_full_size_report_stays_small(tmp_path: Path) -> None:
     text = written(tmp_path, corridor_comparison(0), corridor_comparison(1, count=COUNT, size=48, name="late evening"))
     assert len(text.encode()) < 4_000_000
-    assert text.count("<h2>") == 2
+    assert re.findall(r"<h2>(.*)</h2>", text) == ["16:00 → 18:00", "late evening", "What was driven"]
 
 
 def test_text_from_outside_is_escaped(tmp_path: Path, runs: list[Comparison]) -> None:
@@ -177,11 +181,58 @@ def test_cost_is_in_milliseconds(tmp_path: Path, runs: list[Comparison]) -> None
 def test_drives_without_truth_are_shown_but_not_scored(tmp_path: Path, runs: list[Comparison]) -> None:
     blind = replace(runs[0], query_views=[replace(view, truth=None) for view in runs[0].query_views])
     text = written(tmp_path, blind)
-    assert "Nothing can be scored: the query drive has no true poses" in text
+    assert "No score: the query drive has no true poses." in text
     assert ["says lost [views]", "jumps [steps]"] in [row[1:3] for row in Page(text).rows]
-    assert text.count("<svg") == 2  # belief and lost need no truth
+    assert text.count('<figure class="plot') == 3  # way along the map, belief and lost need no truth
     assert len(Page(text).pictures) == 16
     assert "%]" not in text
+
+
+def test_the_verdict_and_the_picture_come_first_and_what_was_driven_last(text: str) -> None:
+    order = ['<p class="lead">', '<figure class="plot first">', "<h3>Figures</h3>", "<h2>What was driven</h2>"]
+    found = [text.index(one) for one in order]
+    assert found == sorted(found)
+    assert "<section>" not in text[found[-1] :]
+
+
+def headline_of(comparison: Comparison) -> Headline:
+    found = section("any", [comparison], SectionSettings()).headline
+    assert found is not None
+    return found
+
+
+def test_the_headline_counts_the_views() -> None:
+    reference = [View(float(k), distance=1.0, truth=Pose(float(k), 0.0, 0.0)) for k in range(9)]
+    truths = [Pose(0.0, 0.0, 0.0), Pose(1.0, 0.0, 0.0), Pose(2.0, 0.0, 0.0), Pose(3.0, 50.0, 0.0), None]
+    query = [View(float(t), distance=1.0, truth=truth) for t, truth in enumerate(truths)]
+    answers = [certain(9, 0), certain(9, 8), certain(9, 2, lost=0.9), certain(9, 3), certain(9, 4)]
+    some = Comparison("some", reference, {}, query, {}, {Stage.CHAIN: answers})
+    found = headline_of(some)
+    assert found.verdict == "Right at 1 of 3 views (33.3 %), wrong at 1, lost at 1"
+    assert "Of 1 view off the map it says lost at 0 and answers 1. 1 view without a true pose is not" in found.more
+    blind = headline_of(replace(some, query_views=[replace(view, truth=None) for view in query]))
+    assert blind.verdict == "Answered 4 of 5 views, lost at 1"
+    # From place 0 to 8 in one metre, from 8 to 3 in two: both are farther than 3 m beyond the way.
+    assert "Of 3 steps from answer to answer 1 is farther than odometry allows." in blind.more
+    still = [replace(view, truth=None, distance=0.0) for view in query]
+    assert headline_of(replace(some, query_views=still)).more.endswith("There is no odometry to compare with.")
+
+
+@pytest.mark.parametrize("odometry", [True, False])
+def test_the_way_along_the_map_is_drawn_without_truth(runs: list[Comparison], odometry: bool) -> None:
+    def blind(views: Sequence[View]) -> list[View]:
+        return [replace(view, truth=None, distance=view.distance if odometry else 0.0) for view in views]
+
+    run = replace(runs[0], reference_views=blind(runs[0].reference_views), query_views=blind(runs[0].query_views))
+    drawn = answers_over_odometer(run, Stage.CHAIN, WIDE)
+    labels = [entry.label for entry in drawn.legend]
+    assert labels[:3] == [stage.label for stage in Stage]
+    assert any("jumps" in label for label in labels) is odometry
+    assert ("distance along the map [m]" in drawn.svg) is odometry
+    assert "nan" not in drawn.svg
+    half = COUNT // 2
+    two = answers_over_odometer(replace(run, drives=Drives(("east", "west"), (half, COUNT - half))), Stage.PRIOR, WIDE)
+    assert {"east", "west"} <= set(re.findall(r"<text[^>]*>([^<]+)</text>", two.svg))
 
 
 def test_views_off_the_map_without_truth_or_pictures_are_fine(tmp_path: Path) -> None:
@@ -209,7 +260,7 @@ def test_any_method_is_shown_beside_the_stages(tmp_path: Path, runs: list[Compar
     labels = [*(stage.label for stage in Stage), "mine"]
     assert [row[0] for row in page.rows if row[0] in labels] == labels * 4  # four tables, stages first
     assert page.row("mine")[1:] == page.row(Stage.CHAIN.label)[1:]
-    assert text.count("<svg") == 7 + page.scans
+    assert text.count('<figure class="plot') == 7
 
 
 def test_only_a_narrow_plan_is_stretched() -> None:
@@ -290,7 +341,7 @@ def test_faults_on_the_drive_are_marked(runs: list[Comparison]) -> None:
         confidence(runs[0], path, WIDE, met),
         errors_along_path(runs[0], scores, path, (WIDE, NARROW), met),
     ]
-    assert [one.svg.count("forward black from 3 m") for one in drawn] == [1, 1, 1]
+    assert [[entry.label for entry in one.legend].count("forward black from 3 m") for one in drawn] == [1, 1, 1]
 
 
 def test_many_methods_are_all_in_the_tables_and_few_in_the_plots(tmp_path: Path, runs: list[Comparison]) -> None:
@@ -298,7 +349,7 @@ def test_many_methods_are_all_in_the_tables_and_few_in_the_plots(tmp_path: Path,
     text = written(tmp_path, replace(runs[0], beliefs=beliefs))
     rows = [row[0] for row in Page(text).rows]
     assert all(rows.count(method) == 4 for method in beliefs)
-    in_plots = {method for method in beliefs if re.search(rf">{method} \(AUC", text)}
+    in_plots = {method for method in beliefs if re.search(rf"{method} \(AUC", text)}
     assert len(in_plots) == 6
     assert {"method-7", "method-11"} <= in_plots  # the one that is right most often, and the one that is judged
     assert "The plots show 6 of\n12 methods" in text

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from refseq_bench.scenarios.report.plots.atlas import ASIDE as APART
 from refseq_bench.scenarios.report.plots.atlas import draw_passing, joined_plan, shares, which_drive
 from refseq_bench.scenarios.report.plots.belief import FINEST, belief_heatmaps, coarser
+from refseq_bench.scenarios.report.plots.style import Plot
 from refseq_bench.scenarios.report.sections.atlas import atlas_part
 from refseq_bench.scenarios.scoring.atlas import passing
 from refseq_bench.scenarios.scoring.comparison import Comparison
@@ -39,8 +40,9 @@ FALSELY = {**RIGHTLY, **{21 + k: k for k in range(12, 17)}}
 WALL = [np.array([[-3.0, -2.0], [25.0, -2.0]])]
 
 
-def texts(svg: str) -> list[str]:
-    return [text.strip() for text in re.findall(r"<text[^>]*>([^<]+)</text>", svg)]
+def texts(plot: Plot) -> list[str]:
+    drawn = [text.strip() for text in re.findall(r"<text[^>]*>([^<]+)</text>", plot.svg)]
+    return [*drawn, *(entry.label for entry in plot.legend)]
 
 
 def marks(svg: str) -> int:
@@ -69,16 +71,16 @@ def test_shares_and_what_is_lost_make_one(drawn: list[tuple[int, int, float]]) -
 
 
 def test_the_plan_tells_how_many_places_each_drive_keeps_and_what_was_joined_falsely(run: Comparison) -> None:
-    told = texts(joined_plan(run, run.mergings["best/chain"], WIDE, None).svg)
+    told = texts(joined_plan(run, run.mergings["best/chain"], WIDE, None))
     assert [text for text in told if "(" in text] == [
         "ahead (21 of 21)",
         "aside (5 of 21)",
         "elsewhere (5 of 5)",
         "joined with another place (5)",
     ]
-    right = texts(joined_plan(run, merging(RIGHTLY), WIDE, None).svg)
+    right = texts(joined_plan(run, merging(RIGHTLY), WIDE, None))
     assert not any("joined" in text for text in right)
-    narrow = texts(joined_plan(run, merging({21 + k: k + 1 for k in range(11)}), Tolerance(0.5), WALL).svg)
+    narrow = texts(joined_plan(run, merging({21 + k: k + 1 for k in range(11)}), Tolerance(0.5), WALL))
     assert {"joined with another place (11)", "walls"} <= set(narrow)
 
 
@@ -107,17 +109,17 @@ def test_drives_are_drawn_beside_each_other_to_the_right_of_their_ways() -> None
 def test_views_without_a_pose_are_left_out_and_nothing_else() -> None:
     drives = {"a": [*AHEAD[:5], *views(None)], "b": views(None, (1.0, 0.0, 0.0))}
     comparison = compared([*AHEAD[:3], *views(None)], {"m": known(0, 1, 2, 5, count=8)}, drives=drives)
-    told = texts(joined_plan(comparison, merging({6: 5, 7: 1}, drives=drives), WIDE, None).svg)
+    told = texts(joined_plan(comparison, merging({6: 5, 7: 1}, drives=drives), WIDE, None))
     assert {"a (6 of 6)", "b (0 of 2)", "joined with another place (1)"} <= set(told)
     assert "nan" not in which_drive(comparison, ["m"], WIDE).svg
 
 
 def test_each_method_has_a_panel_and_each_drive_a_row(run: Comparison) -> None:
-    told = texts(which_drive(run, ["best/chain", "vlad"], WIDE).svg)
+    told = texts(which_drive(run, ["best/chain", "vlad"], WIDE))
     assert {"best/chain", "vlad", "truly there", "P(sequence) = 0.1"} <= set(told)
     for name in (*DRIVES, "lost"):
         assert told.count(name) == 2  # a row in each panel
-    assert texts(which_drive(run, ["vlad"], WIDE).svg).count("ahead") == 1
+    assert texts(which_drive(run, ["vlad"], WIDE)).count("ahead") == 1
 
 
 def bars(by: np.ndarray) -> list[list[tuple[int, int]]]:
@@ -145,11 +147,11 @@ def test_drives_may_have_any_names_and_be_many(names: list[str]) -> None:
 
 
 def test_places_are_named_by_their_drives_where_there_are_several(run: Comparison) -> None:
-    told = texts(belief_heatmaps(run, path_of(run), WIDE).svg)
+    told = texts(belief_heatmaps(run, path_of(run), WIDE))
     assert [told.count(name) for name in DRIVES] == [1, 1, 1]
     assert "reference place" not in told
     alone = compared(AHEAD, {"m": known(*range(21), count=21)}, drives={"ahead": AHEAD})
-    told = texts(belief_heatmaps(alone, path_of(alone), WIDE).svg)
+    told = texts(belief_heatmaps(alone, path_of(alone), WIDE))
     assert "reference place" in told
     assert "ahead" not in told
 
@@ -187,7 +189,7 @@ def test_a_page_tells_of_the_joins_of_who_is_judged(run: Comparison) -> None:
         (False, "ahead 0-10", "aside 0-10", "they are alike"),
     ]
     assert shown.plan is not None
-    assert "joined with another place (5)" in texts(shown.plan.svg)
+    assert "joined with another place (5)" in texts(shown.plan)
     ours, other = shown.table.rows
     assert (ours.label, ours.cells[:2]) == ("best/chain", ("0.00 m", "0"))
     assert ours.cells[2] == "2 (1)"
