@@ -13,7 +13,8 @@ from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.run.eta import Eta, in_words
 from refseq_bench.scenarios.campaign.run.tasks import Task, distinct
 from refseq_bench.scenarios.campaign.run.workers import WorkerPool
-from refseq_bench.scenarios.tables import TextTable, say
+from refseq_bench.scenarios.heartbeat import Heartbeat
+from refseq_bench.scenarios.tables import TextTable
 
 STYLES: Mapping[Verdict, str] = {
     Verdict.PASSED: "green",
@@ -95,7 +96,7 @@ class ProgressLines(Tally):
 
     def __init__(self, executor: WorkerPool, console: Console) -> None:
         super().__init__(executor)
-        self._console = console
+        self._heartbeat = Heartbeat(console, lambda: self._clock())
         self._told_kept = False
 
     def ended(self, task: Task, outcome: TaskOutcome) -> None:
@@ -106,17 +107,24 @@ class ProgressLines(Tally):
         reason = outcome.reason.removeprefix(f"{task.title}: ")
         state = f"{outcome.seconds:.1f} s" if outcome.good else f"{outcome.verdict.value}: {reason}"
         rest = f"; about {in_words(self.left)} left" if self.left else ""
-        say(self._console, f"[{len(self.outcomes)}/{len(self.tasks)}] {task.title}: {state}{rest}")
+        self._heartbeat.say(f"[{len(self.outcomes)}/{len(self.tasks)}] {task.title}: {state}{rest}")
 
     def noted(self, line: str) -> None:
         """Say it."""
-        say(self._console, f"note: {line}")
+        self._heartbeat.say(f"note: {line}")
 
     def tick(self) -> None:
-        """Say once what was kept."""
+        """Say once what was kept, and what runs whenever nothing was said for long."""
         if not self._told_kept:
             self._told_kept = True
-            say(self._console, self.summary)
+            self._heartbeat.say(self.summary)
+        self._heartbeat.beat(self._under_way)
+
+    def _under_way(self) -> str:
+        now = self._clock()
+        named = [f"{self.tasks[key].title} for {in_words(now - since)}" for key, since in self.running.items()]
+        rest = f"; about {in_words(self.left)} left" if self.left else ""
+        return f"[{len(self.outcomes)}/{len(self.tasks)}] {', '.join(named) or 'judging'}{rest}"
 
 
 class LiveTable(Tally):

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from refseq_bench.scenarios.cli.terminal.console import WITHOUT_TRUTH, out, print_json, step_bars
+from refseq_bench.scenarios.cli.terminal.bars import step_bars
+from refseq_bench.scenarios.cli.terminal.console import WITHOUT_TRUTH, out, print_json
 from refseq_bench.scenarios.cli.terminal.options import METHODS, Drives, Json, Seed, option, output
 from refseq_bench.scenarios.drives.inputs import check_output, words, writing
 from refseq_bench.scenarios.errors import ScenarioError

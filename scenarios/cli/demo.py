@@ -13,7 +13,7 @@ from refseq.viewer.map.tab import MapTab
 from refseq.viewer.places import Places
 from refseq.viewer.recording import write_recording
 from refseq.viewer.tab import Tab
-from refseq_bench.scenarios.cli.terminal.console import Step
+from refseq_bench.scenarios.cli.terminal.bars import Step
 from refseq_bench.scenarios.drives.evaluate import compare
 from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive, record
 from refseq_bench.scenarios.report.document import write_report

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from refseq_bench.scenarios.cli.localise import conclude
-from refseq_bench.scenarios.cli.terminal.console import status_line
+from refseq_bench.scenarios.cli.terminal.bars import status_line
 from refseq_bench.scenarios.cli.terminal.options import (
     BELIEFS,
     SCRIPT,

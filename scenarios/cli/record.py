@@ -4,7 +4,8 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from refseq_bench.scenarios.cli.terminal.console import bars_on_terminal, out, progress_bar
+from refseq_bench.scenarios.cli.terminal.bars import progress_bar, shown_bars
+from refseq_bench.scenarios.cli.terminal.console import out
 from refseq_bench.scenarios.cli.terminal.options import (
     RATE,
     RECORDING,
@@ -130,7 +131,7 @@ def _by_script(session: "TeleopDrive", output: Path, script: Path) -> "TeleopRes
 
     moments = controls_in(script)
     end = moments[-1].time
-    with bars_on_terminal() as bars:
+    with shown_bars() as bars:
         task = bars.add_task(f"{session.drive.world} by {script.name}", total=end or 1.0, seen="")
 
         def show(taken: "RecordedView", views: int) -> None:

@@ -15,7 +15,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     option,
     output,
 )
-from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen
+from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen, rerun_command
 from refseq_bench.scenarios.drives.inputs import check_folder, check_output, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
@@ -77,4 +77,4 @@ def _write_layers(content: "ViewerContent", folder: Path) -> None:
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         paths = write_layers(folder, content.drive, content.tabs, name=content.name)
-    say(out, f"{folder}: open any of them together with 'rerun {' '.join(str(path) for path in paths)}'")
+    say(out, f"{folder}: open any of them together with '{rerun_command(*paths)}'")

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from refseq_bench.scenarios.cli.terminal.console import leave_below, out, print_json, print_results, step_bars
+from refseq_bench.scenarios.cli.terminal.bars import step_bars
+from refseq_bench.scenarios.cli.terminal.console import leave_below, out, print_json, print_results
 from refseq_bench.scenarios.cli.terminal.options import (
     LIGHT,
     RENDERER,
@@ -46,6 +47,7 @@ def demo(
     """Record two drives, learn, localise and report, all at once."""
     from refseq.map.profile import profile_named
     from refseq_bench.scenarios.cli.demo import Demo, run_demo
+    from refseq_bench.scenarios.cli.terminal.screen import rerun_command
     from refseq_bench.scenarios.drives.evaluate import results
     from refseq_bench.scenarios.drives.inputs import check_folder
     from refseq_bench.scenarios.drives.record import Drive
@@ -64,7 +66,7 @@ def demo(
         same = [comparison for comparison in comparisons if comparison.name == name]
         last = results(same)
         print_results(f"{world}, {name}", last, same)
-    say(out, f"look at {output / 'report.html'}, and: rerun {output / 'demo.rrd'}")
+    say(out, f"look at {output / 'report.html'}, and: {rerun_command(output / 'demo.rrd')}")
     leave_below(last, at_least)
 
 

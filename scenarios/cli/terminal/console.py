@@ -1,46 +1,58 @@
-"""Output of the commands on the terminal: lines, the table of results, bars."""
+"""Output of the commands: lines, tables, and results for other programs."""
 
 import json
 import logging
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
+from rich.console import Console, ConsoleDimensions
 
 from refseq.files import replacing_at
 from refseq_bench.scenarios.drives.inputs import check_output, writing
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from rich.progress import Progress as Bars
-    from rich.progress import TaskID
-
     from refseq_bench.scenarios.drives.evaluate import StageResult
-    from refseq_bench.scenarios.drives.record import Progress
     from refseq_bench.scenarios.scoring.comparison import Comparison
     from refseq_bench.scenarios.scoring.proportion import Proportion
 
 __all__ = [
-    "bars_on_terminal",
-    "drive_progress",
     "err",
     "out",
     "print_results",
-    "progress_bar",
     "say",
     "share_of",
-    "step_bars",
 ]
 
-Step = Callable[[str], "Progress | None"]
-"""Told the name of each step as it begins; gives back what is to be told of its progress, if anything."""
 
-out, err = Console(), Console(stderr=True)
+class WideConsole(Console):
+    """A console that breaks no line and cuts no cell where nobody reads it in a window: piped, or in a file.
+
+    There ``COLUMNS`` sets another width, as on a terminal.
+    """
+
+    @property
+    def size(self) -> ConsoleDimensions:
+        """Width and height [characters]."""
+        if self.is_terminal or "COLUMNS" in os.environ:
+            return super().size
+        return ConsoleDimensions(PIPED_WIDTH, 25)
+
+    @size.setter
+    def size(self, new_size: tuple[int, int]) -> None:
+        self._width, self._height = new_size
+
+
+PIPED_WIDTH = 1000
+"""Wider than any table of ours [characters]; tables are no wider than what they hold."""
+
+out, err = WideConsole(), Console(stderr=True)
 
 WITHOUT_TRUTH = (
     "jumps are steps that odometry does not allow, the slope is 1 for answers that go along with the robot, and others "
@@ -132,73 +144,3 @@ def leave_below(found: "Sequence[StageResult]", at_least: float | None) -> None:
     if not success.trials or 100 * success.value < at_least:
         say(err, f"below what was asked: {share_of(success)}, at least {at_least:g} %")
         raise typer.Exit(1)
-
-
-@contextmanager
-def status_line(title: str) -> Iterator[Callable[[str], None]]:
-    """A line on the terminal that tells how something stands, until it is over."""
-    from rich.markup import escape
-
-    with err.status(escape(title)) as line:
-        yield lambda text: line.update(escape(f"{title}, {text}"))
-
-
-@contextmanager
-def progress_bar(title: str) -> "Iterator[Progress]":
-    """A bar for one drive."""
-    with bars_on_terminal() as bars:
-        task = bars.add_task(title, total=1.0, seen="")
-        yield drive_progress(bars, task)
-        bars.update(task, total=1, completed=1)
-
-
-@contextmanager
-def step_bars() -> "Iterator[Step]":
-    """A line for each step, with a bar where it drives."""
-    with bars_on_terminal() as bars:
-        running: list[TaskID] = []
-
-        def finish() -> None:
-            for task in running:
-                bars.update(task, total=1, completed=1)
-            running.clear()
-
-        def step(name: str) -> "Progress | None":
-            finish()
-            running.append(bars.add_task(name, total=1.0 if name.startswith("drive") else None, seen=""))
-            return drive_progress(bars, running[-1]) if name.startswith("drive") else None
-
-        yield step
-        finish()
-
-
-@contextmanager
-def bars_on_terminal() -> "Iterator[Bars]":
-    """Bars on the terminal; they vanish when what they show fails, which is told in a line of its own."""
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bars
-
-    columns = (
-        TextColumn("{task.description:<24}", markup=False),
-        BarColumn(24),
-        TextColumn("{task.fields[seen]:<24}"),
-        TimeElapsedColumn(),
-    )
-    bars = Bars(*columns, console=err)
-    bars.start()
-    try:
-        yield bars
-    except BaseException:
-        bars.live.transient = True
-        bars.live.stop()
-        raise
-    bars.stop()
-
-
-def drive_progress(bars: "Bars", task: "TaskID") -> "Progress":
-    """A callback that fills a bar as the robot comes along its route."""
-
-    def show(progress: float, length: float, views: int) -> None:
-        bars.update(task, total=length, completed=progress, seen=f"{progress:5.1f} of {length:.0f} m, {views:3d} views")
-
-    return show

@@ -1,12 +1,16 @@
 """The viewer that commands show things in, and files for it."""
 
 import os
+import shlex
+import shutil
+import sysconfig
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from refseq.errors import RefseqError
 from refseq_bench.scenarios.cli.terminal.console import out
 from refseq_bench.scenarios.cli.terminal.options import Screen
 from refseq_bench.scenarios.drives.inputs import writing
@@ -20,6 +24,22 @@ if TYPE_CHECKING:
 os.environ.setdefault("RUST_LOG", "off")
 
 
+def rerun_command(*files: Path) -> str:
+    """A command, to be typed where one stands, that shows files: in a window, without a display in a browser."""
+    from refseq.viewer.sinks import LOOPBACK, check_display
+
+    program = Path(sysconfig.get_path("scripts")) / "rerun"
+    if shutil.which("rerun"):
+        name = "rerun"
+    else:
+        name = str(program.relative_to(Path.cwd()) if program.is_relative_to(Path.cwd()) else program)
+    try:
+        check_display()
+    except RefseqError:
+        return shlex.join([name, "--bind", LOOPBACK, "--serve-web", *map(str, files)])
+    return shlex.join([name, *map(str, files)])
+
+
 @contextmanager
 def in_file(path: Path, name: str) -> "Iterator[rr.RecordingStream]":
     """A stream to a file for the viewer."""
@@ -27,7 +47,7 @@ def in_file(path: Path, name: str) -> "Iterator[rr.RecordingStream]":
 
     with writing(path), saved(path, name) as stream:
         yield stream
-    say(out, f"{path}: open it with 'rerun {path}'")
+    say(out, f"{path}: open it with '{rerun_command(path)}'")
 
 
 @contextmanager

@@ -135,6 +135,20 @@ def test_without_a_terminal_each_task_is_a_line() -> None:
     ]
 
 
+def test_without_a_terminal_what_runs_is_told_every_ten_seconds() -> None:
+    console = Console(file=io.StringIO(), width=40)
+    clock = Clock()
+    watcher = ProgressLines(TWO, console)
+    watcher._clock = clock
+    half_way(watcher, clock)
+    for _ in range(25):
+        clock.now += 1
+        watcher.tick()
+    said = [line.split(";")[0] for line in cast(io.StringIO, console.file).getvalue().splitlines()[1:]]
+    assert said[0].startswith("1 of 2 cases judged, 2 of 4 tasks done")
+    assert said[1:] == ["[2/4] drive drive-1 for 15 s", "[2/4] drive drive-1 for 25 s"]
+
+
 def test_on_a_terminal_it_is_the_table() -> None:
     watcher = watcher_on(Console(file=io.StringIO(), force_terminal=True), TWO)
     watcher.close()
