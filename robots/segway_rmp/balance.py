@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -77,12 +78,15 @@ def carrying(plant: Plant, gain_set: GainSet) -> Plant:
     return plant.loaded(load.mass, load.height)
 
 
+@lru_cache(maxsize=16)
 def balancer(plant: Plant, gain_set: GainSet, period: float) -> Vector:
-    """Gains (5,) on ∫x, x, ẋ, θ, θ̇: what they give is taken off the torque of both motors."""
+    """Gains (5,), read-only, on ∫x, x, ẋ, θ, θ̇: what they give is taken off the torque of both motors."""
     weights = WEIGHTS[gain_set]
     system = carrying(plant, gain_set).pitching().sampled(period)
     deviations = np.array([weights.integral, weights.position, weights.speed, weights.pitch, weights.rate])
-    return regulator(with_integral(system, period), deviations, weights.torque)
+    gains = regulator(with_integral(system, period), deviations, weights.torque)
+    gains.setflags(write=False)
+    return gains
 
 
 def with_zero(system: Linear) -> Linear:

@@ -27,19 +27,25 @@ class Obstacle:
 
 
 class ObstacleMonitor:
-    """The newest scan, with the pitch at its time, and since when it has told of no range."""
+    """The newest scan, with the pitch at its time, and since when it has told of no range.
+
+    Scans come more seldom than ticks: what was found in one is kept until the next.
+    """
 
     def __init__(self, shape: Shape, mounting: Mounting) -> None:
         self._shape, self._mounting = shape, mounting
         self._scan: LaserScan | None = None
         self._pitch = 0.0
+        self._met: dict[Twist, Obstacle | None] = {}
+        self._blind = False
         self._blind_since: float | None = None
 
     def take(self, scan: LaserScan | None, pitch: float, time: float) -> None:
         """Look at the scan there is at ``time`` [s]; where it is a new one, it was taken at ``pitch`` [rad]."""
         if scan is not self._scan:
-            self._scan, self._pitch = scan, pitch
-        if scan is None or not np.isnan(scan.ranges).any():
+            self._scan, self._pitch, self._met = scan, pitch, {}
+            self._blind = scan is not None and bool(np.isnan(scan.ranges).any())
+        if not self._blind:
             self._blind_since = None
         elif self._blind_since is None:
             self._blind_since = time
@@ -52,10 +58,15 @@ class ObstacleMonitor:
 
     def nearest(self, arcs: Iterable[Twist]) -> Obstacle | None:
         """Find what the robot meets first on any of some arcs."""
+        met = (self._meets(arc) for arc in arcs)
+        return min((found for found in met if found), key=lambda found: found.gap, default=None)
+
+    def _meets(self, arc: Twist) -> Obstacle | None:
         if self._scan is None:
             return None
-        met = (obstacle(self._scan, self._pitch, arc, self._shape, self._mounting) for arc in arcs)
-        return min((found for found in met if found), key=lambda found: found.gap, default=None)
+        if arc not in self._met:
+            self._met[arc] = obstacle(self._scan, self._pitch, arc, self._shape, self._mounting)
+        return self._met[arc]
 
 
 def obstacle(scan: LaserScan, pitch: float, twist: Twist, shape: Shape, mounting: Mounting) -> Obstacle | None:

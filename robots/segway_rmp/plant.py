@@ -10,6 +10,7 @@ d the rotors' inertia and the damping, both on the angle x/r − θ between whee
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import mujoco
@@ -29,11 +30,19 @@ class Linear(NamedTuple):
 
     def sampled(self, period: float) -> "Linear":
         """Return the discrete system of an effort that is held for ``period`` [s]."""
-        from scipy.signal import cont2discrete  # half a second to import, which only a machine that balances waits for
+        return _sampled(self.a.tobytes(), self.b.tobytes(), self.b.shape, period)
 
-        states, efforts = self.b.shape
-        a, b, *_ = cont2discrete((self.a, self.b, np.eye(states), np.zeros((states, efforts))), period)
-        return Linear(a, b)
+
+@lru_cache(maxsize=64)  # of few machines, each met again whenever one of its kind wakes up
+def _sampled(a: bytes, b: bytes, shape: tuple[int, int], period: float) -> Linear:
+    from scipy.signal import cont2discrete  # half a second to import, which only a machine that balances waits for
+
+    states, efforts = shape
+    rates, pushes = np.frombuffer(a).reshape(states, states), np.frombuffer(b).reshape(shape)
+    discrete = cont2discrete((rates, pushes, np.eye(states), np.zeros((states, efforts))), period)[:2]
+    for matrix in discrete:
+        matrix.setflags(write=False)
+    return Linear(*discrete)
 
 
 class Course(NamedTuple):

@@ -125,36 +125,24 @@ class UltrasoundRangers:
         shape = rays.shape[:2]
         distance, geom, normal = np.empty(shape), np.empty(shape, np.int32), np.zeros(rays.shape)
         for ranger, origin in enumerate(origins):
-            self._cast(data, origin, rays[ranger], geom[ranger], distance[ranger], normal[ranger])
+            facing = normal[ranger].reshape(-1)
+            mujoco.mj_multiRay(
+                self._model,
+                data,
+                origin,
+                rays[ranger].reshape(-1),
+                GROUPS,
+                True,
+                self._own,
+                geom[ranger],
+                distance[ranger],
+                facing,
+                len(RAYS),
+                self._sight,
+            )
         # MuJoCo leaves out geoms that begin beyond the reach; a wide one may begin before it and be met behind it.
         hit = (geom >= 0) & (distance <= self._sight)
         return RayHits(np.where(hit, distance, math.inf), geom, normal, np.where(hit, distance, 0.0)[:, :, None] * rays)
-
-    def _cast(
-        self,
-        data: mujoco.MjData,
-        origin: NDArray[np.float64],
-        rays: NDArray[np.float64],
-        geom: NDArray[np.int32],
-        distance: NDArray[np.float64],
-        normal: NDArray[np.float64] | None,
-    ) -> None:
-        """Cast ``rays`` (n, 3) from one point and write down what they meet."""
-        facing = None if normal is None else normal.reshape(-1)
-        mujoco.mj_multiRay(
-            self._model,
-            data,
-            origin,
-            rays.reshape(-1),
-            GROUPS,
-            True,
-            self._own,
-            geom,
-            distance,
-            facing,
-            len(rays),
-            self._sight,
-        )
 
     def _mirrors(
         self,
@@ -173,12 +161,14 @@ class UltrasoundRangers:
         ahead = (ways * axes[owner]).sum(axis=1) >= math.cos(WIDEST) * length
         within = ahead & (length > 0) & (length <= self._reach) & (length < nearer[owner] + NEAR)
         owner, ways, length = owner[within], ways[within], length[within]
-        distance, geom = np.empty(len(owner)), np.empty(len(owner), np.int32)
-        rays = ways / length[:, None]
-        bounds = np.searchsorted(owner, np.arange(len(origins) + 1)).tolist()
-        for origin, first, last in zip(origins, bounds[:-1], bounds[1:], strict=True):
-            if first < last:
-                self._cast(data, origin, rays[first:last], geom[first:last], distance[first:last], None)
+        rays, geom = ways / length[:, None], np.empty(1, np.int32)
+        # So few rays are cast sooner one by one.
+        distance = np.array(
+            [
+                mujoco.mj_ray(self._model, data, origins[ranger], ray, GROUPS, True, self._own, geom)
+                for ranger, ray in zip(owner.tolist(), rays, strict=True)
+            ]
+        )
         seen = np.abs(distance - length) < NEAR
         return owner[seen], (rays * distance[:, None])[seen]
 
