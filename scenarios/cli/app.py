@@ -15,7 +15,7 @@ from typing import Annotated
 
 import typer
 
-from refseq_bench.scenarios.cli import mission, robot, scenario, world
+from refseq_bench.scenarios.cli import log, mission, robot, scenario, world
 from refseq_bench.scenarios.cli.compare import COMPARE_HELP, compare
 from refseq_bench.scenarios.cli.live import LIVE_HELP, live
 from refseq_bench.scenarios.cli.localise import LOCALISE_HELP, localise
@@ -39,6 +39,7 @@ Lengths are in metres, angles in degrees, times in seconds. `refseq COMMAND --he
 
 app = group(SUMMARY)
 PANELS: dict[str, dict[Callable[..., None] | typer.Typer, str]] = {
+    "Log": {log.app: "log"},
     "Drive": {record: RECORD_HELP, drive: DRIVE_HELP},
     "Map": {learn: LEARN_HELP, maps: "map"},
     "Localise": {localise: LOCALISE_HELP, live: LIVE_HELP, mission.app: "mission"},

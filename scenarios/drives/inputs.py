@@ -13,7 +13,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
     from refseq.belief import Stage
-    from refseq.logs import Recording
+    from refseq.logs import LogSource, PairingOptions, Recording, ViewPlan
     from refseq.logs.trajectories import PoseTable
     from refseq_bench.scenarios.scoring.comparison import Comparison
 
@@ -24,7 +24,8 @@ class DriveSelection:
 
     ``views`` is FROM:TO, counted before thinning; ``thin`` keeps one view every so far [m]; ``noise_seed`` adds noise
     to the odometry. ``odometry`` and ``truth`` are a topic of the log, or a trajectory's file; behind a comma the file
-    of its times. None leaves all as it is.
+    of its times. ``topics`` are pairs NAME=TOPIC, commas between: the names of sensors and their topics. Samples within
+    ``tolerance`` [s] make one view. None leaves all as it is.
     """
 
     views: str | None = None
@@ -32,6 +33,8 @@ class DriveSelection:
     noise_seed: int | None = None
     odometry: str | None = None
     truth: str | None = None
+    topics: str | None = None
+    tolerance: float | None = None
 
 
 WHOLE = DriveSelection()
@@ -96,32 +99,56 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def read_drive(path: Path, selection: DriveSelection = WHOLE) -> "Recording":
-    """Read a recording, keep the views asked for, and thin them."""
-    import numpy as np
+    """Read a log, keep the views asked for, and thin them; only pictures of views that stay are decoded."""
+    from refseq.logs import open_log
 
-    from refseq.logs import read_recording
-    from refseq.logs.thin import every, with_odometry_noise
-    from refseq.view import ASSUMED
-    from refseq_bench.scenarios.drives.selection import stretch
-
-    thin = selection.thin
-    odometry, truth = _poses_of(selection.odometry, "odometry"), _poses_of(selection.truth, "truth")
-    recording = read_recording(path, odometry=odometry, truth=truth)
-    if odometry is None and recording.metadata.get("odometry", "").startswith(ASSUMED):
-        logging.getLogger(__name__).warning("%s has no odometry: %s", path, recording.metadata["odometry"])
+    recording = thinned_drive(open_log(path), selection).recording()
     given = {"odometry": selection.odometry, "truth": selection.truth}
     notes = {key: Path(name).name for key, name in given.items() if name is not None}
-    recording = replace(recording, metadata={**recording.metadata, **notes})
-    if not recording.complete:
-        logging.getLogger(__name__).warning("%s was cut off; its %d views are used", path, len(recording.views))
-    kept = recording.views[stretch(selection.views, len(recording.views), path)]
+    return replace(recording, metadata={**recording.metadata, **notes})
+
+
+def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewPlan":
+    """Plan the views that are asked for and stay after thinning; no picture is decoded."""
+    import numpy as np
+
+    from refseq.view import ASSUMED
+
+    plan = plan_drive(source, selection)
+    if not source.complete:
+        logging.getLogger(__name__).warning("%s was cut off; its %d views are used", source.path, len(plan))
+    if selection.odometry is None and source.metadata.get("odometry", "").startswith(ASSUMED):
+        logging.getLogger(__name__).warning("%s has no odometry: %s", source.path, source.metadata["odometry"])
     if selection.noise_seed is not None:
-        kept = with_odometry_noise(kept, np.random.default_rng(selection.noise_seed))
-    if thin is not None and not math.isfinite(thin):
-        raise ScenarioError(f"thin {thin} is not valid; it should be a number of metres, 0 or more")
-    if thin:
-        kept = every(kept, thin)
-    return replace(recording, views=kept)
+        plan = plan.with_noise(np.random.default_rng(selection.noise_seed))
+    return plan.thinned(selection.thin) if selection.thin else plan
+
+
+def plan_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewPlan":
+    """Plan the views asked for, without thinning them; no picture is decoded."""
+    from refseq.logs import plan_views
+    from refseq_bench.scenarios.drives.selection import stretch
+
+    if selection.thin is not None and not math.isfinite(selection.thin):
+        raise ScenarioError(f"thin {selection.thin} is not valid; it should be a number of metres, 0 or more")
+    plan = plan_views(source, _pairing(selection))
+    return plan.between(stretch(selection.views, len(plan), source.path))
+
+
+def _pairing(selection: DriveSelection) -> "PairingOptions":
+    """What a selection says of topics and trajectories."""
+    from refseq.logs import PairingOptions
+
+    tolerance = selection.tolerance
+    if tolerance is not None and not 0 <= tolerance < math.inf:
+        raise ScenarioError(f"tolerance {tolerance} is not valid; it should be a number of seconds, 0 or more")
+    topics = assignments(words(selection.topics, "topics"), "topics")
+    return PairingOptions(
+        names={topic: name for name, topic in topics.items()},
+        tolerance=tolerance,
+        odometry=_poses_of(selection.odometry, "odometry"),
+        truth=_poses_of(selection.truth, "truth"),
+    )
 
 
 def _poses_of(asked: str | None, what: str) -> "str | PoseTable | None":

@@ -222,6 +222,17 @@ class Selection:
         None
     )
     thin: Annotated[float | None, option("METRES", "Keep one view every so far. [default: all]", min=0.0)] = None
+    topics: Annotated[
+        str | None,
+        option(
+            "NAME=TOPIC",
+            "Name the topics of cameras and the laser, commas between: front=/cam0/image_raw,laser=/scan.",
+        ),
+    ] = None
+    tolerance: Annotated[
+        float | None,
+        option("SECONDS", "Sensors within so much make one view. [default: half a period, at most 0.25]", min=0.0),
+    ] = None
 
     odometry: Annotated[
         str | None,
@@ -234,7 +245,14 @@ class Selection:
 
     def chosen(self) -> DriveSelection:
         """The same for the library."""
-        return DriveSelection(self.views, self.thin, odometry=self.odometry, truth=self.truth)
+        return DriveSelection(
+            self.views,
+            self.thin,
+            odometry=self.odometry,
+            truth=self.truth,
+            topics=self.topics,
+            tolerance=self.tolerance,
+        )
 
 
 @dataclass(frozen=True)

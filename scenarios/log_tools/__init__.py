@@ -1,0 +1,1 @@
+"""Logs of any robot: inspected, judged, drawn, converted and cut."""

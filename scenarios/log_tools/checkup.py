@@ -1,0 +1,181 @@
+"""Checkup of a log: all that its owner should know before anything is learnt from it."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+from refseq.logs import open_log
+from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.source import LogSource, Role
+from refseq.map.learning import dead_reckoned
+from refseq.view import LASER, Scan, View
+from refseq_bench.scenarios.drives.inputs import DriveSelection, plan_drive
+from refseq_bench.scenarios.log_tools.cost import TIMED, ExpectedCost, expected_cost
+from refseq_bench.scenarios.log_tools.offsets import ClockOffset
+from refseq_bench.scenarios.log_tools.survey import (
+    LogSurvey,
+    TopicSurvey,
+    motion_origin,
+    pictures_of,
+    scan_of,
+    survey,
+    topic_of,
+)
+from refseq_bench.scenarios.log_tools.travel import Travel, positions, travel
+from refseq_bench.scenarios.log_tools.turns import sensor_offsets
+from refseq_bench.scenarios.log_tools.verdicts import Prospect, Usability, Verdict, verdicts
+from refseq_bench.scenarios.log_tools.warnings import warnings_of
+
+USUAL_SPACING = 0.85
+"""Distance between places that is proposed where none is asked for [m], that of the bench's own drives."""
+
+DENSE = 0.5
+"""Views nearer to each other than this, on average, are thinned unless the user says otherwise [m]."""
+
+
+SAME_HEADING, SAME_PLACE = 1e-3, 1.0
+"""Odometry and truth that differ nowhere more than this [rad] [m] are one path, told twice."""
+
+
+@dataclass(frozen=True, slots=True)
+class Checkup:
+    """A log with its verdicts, and what they rest on.
+
+    ``plan`` are the views before thinning, None where there is none, for the reason in ``refusal``; ``views`` is their
+    number after it. ``path`` (n, 3) is the way by odometry: x, y [m] and heading [rad]. ``offsets`` are by the names
+    of sensors. ``taken`` says of each topic what it is taken as, or why it is not.
+    """
+
+    survey: LogSurvey
+    selection: DriveSelection
+    plan: ViewPlan | None
+    refusal: str
+    views: int
+    path: NDArray[np.float64]
+    truth: NDArray[np.float64]
+    travel: Travel
+    offsets: Mapping[str, ClockOffset | None]
+    cost: ExpectedCost | None
+    taken: Mapping[str, str]
+    warnings: tuple[str, ...]
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def usable(self) -> bool:
+        """At least the log can be localised in a map."""
+        return any(one.task == "localise" and one.usability is not Usability.FAILS for one in self.verdicts)
+
+
+def check_log(path: Path, selection: DriveSelection) -> Checkup:
+    """Check a log up. Raises ``LogError`` and ``ScenarioError`` for what is no log, and for a selection beside it."""
+    source = open_log(path)
+    plan, refusal = _planned(source, selection)
+    found = survey(source)
+    if selection.thin is None and plan is not None and _spacing(plan) < DENSE:
+        selection = replace(selection, thin=USUAL_SPACING)
+    kept = plan.thinned(selection.thin) if plan and selection.thin else plan
+    way, true = _way(plan), positions([view.truth for view in plan.views if view.truth] if plan else [])
+    prospect = Prospect(path, selection, plan, refusal, len(kept) if kept else 0, travel(way), _same(way, true))
+    offsets = sensor_offsets(plan) if plan else {}
+    samples = [] if plan is None else _sample_views(found, plan)
+    return Checkup(
+        survey=found,
+        selection=selection,
+        plan=plan,
+        refusal=refusal,
+        views=prospect.views,
+        path=way,
+        truth=true,
+        travel=prospect.travel,
+        offsets=offsets,
+        cost=expected_cost(samples, prospect.views),
+        taken={topic.name: taken_as(topic, plan) for topic in found.topics},
+        warnings=warnings_of(found, plan, offsets),
+        verdicts=verdicts(prospect),
+    )
+
+
+def _planned(source: LogSource, selection: DriveSelection) -> tuple[ViewPlan | None, str]:
+    """The views that the log would give; None, and why, where its content gives none."""
+    try:
+        return plan_drive(source, selection), ""
+    except LogError as error:
+        if (selection.topics, selection.odometry, selection.truth) != (None, None, None):  # they may be what is wrong
+            raise
+        return None, str(error).removeprefix(f"{source.path}: ")
+
+
+def _spacing(plan: ViewPlan) -> float:
+    """Mean distance from view to view [m]."""
+    return sum(abs(view.distance) for view in plan.views) / max(1, len(plan) - 1)
+
+
+def _way(plan: ViewPlan | None) -> NDArray[np.float64]:
+    """Poses of the views by odometry, from the first true pose or the origin on, (n, 3)."""
+    views = plan.views if plan and motion_origin(plan.findings) else ()
+    return dead_reckoned(views, views[0].truth if views else None)
+
+
+def _same(way: NDArray[np.float64], true: NDArray[np.float64]) -> bool:
+    """Tell odometry and truth that are one path, of the robot and of a sensor on it say: they always head alike."""
+    if not 0 < len(way) == len(true):
+        return False
+    apart = np.abs(np.remainder(way[:, 2] - true[:, 2] + math.pi, 2 * math.pi) - math.pi)
+    return bool(apart.max() < SAME_HEADING and np.hypot(*(way - true)[:, :2].T).max() < SAME_PLACE)
+
+
+def _sample_views(found: LogSurvey, plan: ViewPlan) -> list[View]:
+    """A few views put together of the samples that the survey kept, to time the learning by."""
+    topics = {topic.name: topic for topic in found.topics}
+    sensors = {name: topics[topic] for topic, name in plan.findings.sensors.items()}
+    pictures = {name: pictures_of(topic, TIMED) for name, topic in sensors.items() if name != LASER}
+    scan = scan_of(sensors[LASER]) if LASER in sensors else None
+    count = min((len(found) for found in pictures.values()), default=TIMED if scan else 0)
+    try:
+        return [View(0.0, {name: found[k][1].decode() for name, found in pictures.items()}, scan) for k in range(count)]
+    except LogError:  # a picture that cannot be decoded is told of where the log is read
+        return []
+
+
+def taken_as(topic: TopicSurvey, plan: ViewPlan | None) -> str:
+    """Say what a topic is taken as, or why nothing is read from it."""
+    role, findings = topic.channel.role, plan.findings if plan else None
+    if findings and (sensor := findings.sensors.get(topic.name)):
+        return f"camera {sensor}{_size(topic)}" if sensor != LASER else f"laser{_beams(topic)}"
+    uses = [word for word in ("odometry", "truth") if findings and topic_of(getattr(findings, word)) == topic.name]
+    if uses:
+        return " and ".join(uses)
+    match role:
+        case Role.IGNORED:
+            return "ignored: no camera, laser, pose or transform"
+        case Role.TRANSFORMS:
+            moved = bool(findings and any("transforms" in one for one in (findings.odometry, findings.truth)))
+            return "transforms: mounts and poses" if moved else "transforms: mounts of the sensors"
+        case Role.CAMERA | Role.LASER | Role.ODOMETRY | Role.TRUTH:
+            return f"ignored: a second {role}" if findings else str(role)
+    return str(role)
+
+
+def _size(topic: TopicSurvey) -> str:
+    for _, picture in pictures_of(topic, 1):
+        try:
+            height, width = picture.decode().shape
+        except LogError as error:
+            return f", but {error}"
+        return f", {width} × {height}"
+    return ""
+
+
+def _beams(topic: TopicSurvey) -> str:
+    scan = scan_of(topic)
+    return f", {len(scan.ranges)} beams over {math.degrees(field_of_view(scan)):.0f}°" if scan else ""
+
+
+def field_of_view(scan: Scan) -> float:
+    """Angle from the first beam to the last [rad]."""
+    return abs(scan.step) * (len(scan.ranges) - 1)

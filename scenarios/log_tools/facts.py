@@ -1,0 +1,85 @@
+"""Figures of a log in words: rows of its topics, and of the drive that it holds."""
+
+import math
+from typing import NamedTuple
+
+from refseq_bench.scenarios.log_tools.checkup import Checkup
+from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin
+from refseq_bench.scenarios.log_tools.warnings import times
+from refseq_bench.scenarios.report.words import duration_text, size_text
+
+NONE = "–"
+
+TOPIC_HEADINGS = ("topic", "schema", ">messages", ">rate", ">jitter", ">pauses", "taken as")
+INFO_HEADINGS = ("topic", "schema", "encoding", ">messages", ">rate", "role")
+
+
+class Fact(NamedTuple):
+    """A line about a log: what it is about, and what is so."""
+
+    about: str
+    text: str
+
+
+def head_line(found: LogSurvey) -> str:
+    """Kind, duration and completeness of a log."""
+    whole = "complete" if found.source.complete else "cut off"
+    lasts = NONE if math.isnan(found.duration) else f"{found.duration:.1f} s"
+    return f"{found.source.path}: {found.source.kind}, {lasts}, {whole}"
+
+
+def rate_text(topic: TopicSurvey) -> str:
+    """A topic's rate [Hz]."""
+    return NONE if math.isnan(topic.timing.rate) else f"{topic.timing.rate:.1f} Hz"
+
+
+def topic_row(topic: TopicSurvey, taken: str) -> tuple[str, ...]:
+    """Cells of a topic under ``TOPIC_HEADINGS``."""
+    timing = topic.timing
+    jitter = NONE if math.isnan(timing.jitter) else f"± {1000 * timing.jitter:.0f} ms"
+    longest = timing.longest_gap
+    pauses = f"{len(timing.gaps)}, {longest.length:.1f} s" if longest else NONE
+    return (topic.name, topic.channel.schema, str(timing.count), rate_text(topic), jitter, pauses, taken)
+
+
+def info_row(topic: TopicSurvey) -> tuple[str, ...]:
+    """Cells of a topic under ``INFO_HEADINGS``."""
+    channel = topic.channel
+    return (topic.name, channel.schema, channel.encoding, str(channel.count), rate_text(topic), str(channel.role))
+
+
+def facts_of(checkup: Checkup) -> list[Fact]:
+    """The drive in a few lines: how far, how many views, the sensors' clocks, the cost of learning."""
+    plan = checkup.plan
+    if plan is None:
+        return []
+    found = [Fact("drive", _drive(checkup)), Fact("views", _views(checkup))]
+    if told := [f"{name} {_lag(offset.lag)}" for name, offset in checkup.offsets.items() if offset is not None]:
+        found.append(Fact("clocks", f"{', '.join(told)}, by the turns that sensors and odometry see"))
+    if checkup.cost is not None:
+        size, seconds = size_text(checkup.cost.memory), duration_text(checkup.cost.learning)
+        found.append(Fact("cost", f"{size} of pictures and scans; learning about {seconds} on this machine"))
+    return found
+
+
+def _drive(checkup: Checkup) -> str:
+    way, findings = checkup.travel, checkup.plan.findings if checkup.plan else None
+    if findings is None or not motion_origin(findings):
+        return "unknown: the log has no odometry"
+    turns = f"{times(way.left_turns, 'turn')} to the left, {way.right_turns} to the right"
+    twice = f"; {100 * way.revisited:.0f} % of it driven twice" if way.revisited else ""
+    return f"{way.length:.1f} m by {motion_origin(findings)} in {way.width:.0f} × {way.height:.0f} m; {turns}{twice}"
+
+
+def _views(checkup: Checkup) -> str:
+    plan, thin = checkup.plan, checkup.selection.thin
+    whole = times(len(plan) if plan else 0, "view")
+    if plan and plan.findings.leading:
+        whole += f" at the times of {plan.findings.leading}, others within {1000 * plan.findings.tolerance:.0f} ms"
+    return f"{whole}; {checkup.views} of them with --thin {thin:g}" if thin else whole
+
+
+def _lag(seconds: float) -> str:
+    if abs(seconds) < 0.005:
+        return "on time"
+    return f"{abs(seconds):.2f} s {'late' if seconds > 0 else 'early'}"

@@ -1,0 +1,138 @@
+"""Survey of a log: one pass over its samples, which keeps clocks and a few pictures and scans."""
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from typing import TypeGuard
+
+import numpy as np
+
+from refseq.logs.findings import Findings
+from refseq.logs.picture import LazyPicture
+from refseq.logs.source import Channel, Content, LogSource, Role, Sample
+from refseq.view import Scan
+from refseq_bench.scenarios.log_tools.timing import Timing, TopicClock
+
+KEPT = 8
+"""Most samples that are kept of a camera or laser, spread over the log."""
+
+
+@dataclass(frozen=True, slots=True)
+class TopicSurvey:
+    """A topic: its channel, its clock, and the frame of its messages.
+
+    ``timing`` has the counts of the channel alone where nothing is read from it. ``samples`` are some of a camera's or
+    a laser's, evenly spread.
+    """
+
+    channel: Channel
+    timing: Timing
+    frame: str = ""
+    samples: tuple[Sample, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The topic."""
+        return self.channel.topic
+
+
+@dataclass(frozen=True, slots=True)
+class LogSurvey:
+    """A log as one pass over it has found it."""
+
+    source: LogSource
+    topics: tuple[TopicSurvey, ...]
+
+    @property
+    def start(self) -> float:
+        """Earliest time of a message that is read [s]; NaN without any."""
+        return min((one.timing.first for one in self.topics if not math.isnan(one.timing.first)), default=math.nan)
+
+    @property
+    def duration(self) -> float:
+        """Time from the earliest message that is read to the latest [s]; NaN without any."""
+        return (
+            max((one.timing.last for one in self.topics if not math.isnan(one.timing.last)), default=math.nan)
+            - self.start
+        )
+
+    def of(self, role: Role) -> tuple[TopicSurvey, ...]:
+        """The topics of a role that have a message."""
+        return tuple(one for one in self.topics if one.channel.role is role and one.timing.count)
+
+
+@dataclass(slots=True)
+class _Spread:
+    """Keeps at most ``KEPT`` of a stream of unknown length, evenly spread over it."""
+
+    stride: int = 1
+    seen: int = 0
+    kept: list[Sample] = field(default_factory=list)
+
+    def add(self, sample: Sample) -> None:
+        if self.seen % self.stride == 0:
+            self.kept.append(sample)
+            if len(self.kept) > KEPT:
+                del self.kept[1::2]
+                self.stride *= 2
+        self.seen += 1
+
+
+@dataclass(slots=True)
+class _TopicPass:
+    """All that is collected of one topic on the way."""
+
+    clock: TopicClock = field(default_factory=TopicClock)
+    spread: _Spread = field(default_factory=_Spread)
+    frame: str = ""
+
+    def add(self, sample: Sample) -> None:
+        self.clock.add(math.nan if sample.unstamped else sample.time, sample.logged)
+        self.frame = self.frame or sample.frame
+        if isinstance(sample.content, Scan) or is_picture(sample.content):
+            self.spread.add(sample)
+
+    def survey(self, channel: Channel) -> TopicSurvey:
+        return TopicSurvey(channel, self.clock.timing(), self.frame, tuple(self.spread.kept))
+
+
+def is_picture(content: Content) -> TypeGuard[LazyPicture]:
+    """Tell pictures from all else that a sample may hold."""
+    return hasattr(content, "decode")
+
+
+def survey(source: LogSource, topics: Collection[str] | None = None) -> LogSurvey:
+    """Read a log once, by default all topics that the bench has a use for. No picture is decoded."""
+    passes: dict[str, _TopicPass] = {}
+    for sample in source.samples(topics):
+        passes.setdefault(sample.topic, _TopicPass()).add(sample)
+    found = [
+        passes[channel.topic].survey(channel)
+        if channel.topic in passes
+        else TopicSurvey(channel, Timing(channel.count if channel.role is Role.IGNORED else 0))
+        for channel in source.channels
+    ]
+    return LogSurvey(source, tuple(found))
+
+
+def motion_origin(findings: Findings) -> str:
+    """Origin of the views' motion: the odometry, the truth where there is none, empty without both."""
+    return findings.odometry or findings.truth
+
+
+def topic_of(origin: str) -> str:
+    """The topic that odometry or truth comes from; a text that is no topic's where it comes from elsewhere."""
+    return origin.removeprefix("topic ")
+
+
+def pictures_of(topic: TopicSurvey, count: int) -> tuple[tuple[float, LazyPicture], ...]:
+    """Times [s] and pictures of at most ``count`` of a camera's samples, spread over the log; none of a laser."""
+    found = [(one.time, one.content) for one in topic.samples if is_picture(one.content)]
+    chosen = np.unique(np.linspace(0, len(found) - 1, count).round().astype(int)).tolist() if found else []
+    return tuple((found[k][0], found[k][1]) for k in chosen)
+
+
+def scan_of(topic: TopicSurvey) -> Scan | None:
+    """A scan from the middle of the log."""
+    found = topic.samples[len(topic.samples) // 2].content if topic.samples else None
+    return found if isinstance(found, Scan) else None

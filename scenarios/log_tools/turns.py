@@ -1,0 +1,89 @@
+"""Offsets of all sensors of a log to its odometer, told by the stretch in which the robot turns most."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.errors import LogError
+from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.source import Sample
+from refseq.view import Scan
+from refseq_bench.scenarios.log_tools.offsets import ClockOffset, clock_offset, picture_turns, scan_turns
+from refseq_bench.scenarios.log_tools.survey import is_picture, motion_origin
+
+STRETCH = 60.0
+"""Length of the stretch that is looked at [s]: all of an hour would be decoded for a tenth of a second."""
+
+MOST_SAMPLES = 500
+"""Scans or pictures of a sensor that are looked at."""
+
+COLUMNS = 160
+"""Pictures are made so wide before they are compared [pixels]."""
+
+
+@dataclass(slots=True)
+class _Seen:
+    """A sensor's stamps and scans, or rows of column means, in the stretch."""
+
+    stamps: list[float] = field(default_factory=list)
+    scans: list[Scan] = field(default_factory=list)
+    profiles: list[NDArray[np.float32]] = field(default_factory=list)
+
+    def add(self, sample: Sample) -> None:
+        if isinstance(sample.content, Scan):
+            self.scans.append(sample.content)
+        elif is_picture(sample.content):
+            image = sample.content.decode()
+            height = max(1, round(len(image) * COLUMNS / image.shape[1]))
+            small = cv2.resize(image, (COLUMNS, height), interpolation=cv2.INTER_AREA).astype(np.float32)
+            profile = small.mean(axis=0)
+            self.profiles.append(np.asarray(profile - profile.mean(), np.float32))
+        self.stamps.append(sample.time)
+
+
+def sensor_offsets(plan: ViewPlan) -> dict[str, ClockOffset | None]:
+    """The offset of each sensor's clock to the odometer's, by its name; None where none can be told."""
+    times = np.array([view.time for view in plan.views])
+    turns = np.array([view.turn for view in plan.views])
+    sensors = plan.findings.sensors
+    if not motion_origin(plan.findings) or len(times) < 2 or not plan.findings.leading:
+        return dict.fromkeys(sensors.values())
+    begin = _most_turning(times, turns)
+    seen = _samples(plan, begin, begin + STRETCH)
+    return {name: _offset(seen.get(topic), times, np.cumsum(turns)) for topic, name in sensors.items()}
+
+
+def _most_turning(times: NDArray[np.float64], turns: NDArray[np.float64]) -> float:
+    """The time from which on the robot turns most within ``STRETCH`` [s]."""
+    total = np.concatenate([[0.0], np.cumsum(np.abs(turns))])
+    ends = np.searchsorted(times, times + STRETCH)
+    return float(times[(total[ends] - total[:-1]).argmax()])
+
+
+def _samples(plan: ViewPlan, begin: float, end: float) -> Mapping[str, _Seen]:
+    """The sensors' samples in a stretch of time; a picture that cannot be decoded ends what is told of its topic."""
+    seen: dict[str, _Seen] = {}
+    broken: set[str] = set()
+    for sample in plan.source.samples(tuple(plan.findings.sensors)):
+        if not begin <= sample.time <= end or sample.topic in broken:
+            if sample.time > end + 5.0:  # logs are written in order, but for a few seconds
+                break
+            continue
+        found = seen.setdefault(sample.topic, _Seen())
+        if len(found.stamps) < MOST_SAMPLES:
+            try:
+                found.add(sample)
+            except LogError:
+                broken.add(sample.topic)
+    return seen
+
+
+def _offset(seen: _Seen | None, times: NDArray[np.float64], headings: NDArray[np.float64]) -> ClockOffset | None:
+    if seen is None or len(seen.stamps) < 2:
+        return None
+    turns = scan_turns(seen.scans) if seen.scans else picture_turns(seen.profiles)
+    found = clock_offset(np.array(seen.stamps), turns, times, headings)
+    return found if found is None or seen.scans else ClockOffset(found.lag, found.correlation)

@@ -1,0 +1,152 @@
+"""Verdicts on a log: how far it serves for learning, localising and scoring, and the command to type next."""
+
+import math
+import shlex
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from refseq.logs.pairing.plan import ViewPlan
+from refseq_bench.scenarios.drives.inputs import DriveSelection
+from refseq_bench.scenarios.log_tools.survey import motion_origin
+from refseq_bench.scenarios.log_tools.travel import Travel
+
+FEW_VIEWS = 10
+"""A map of fewer views has hardly an order of views to live by."""
+
+SHORT = 1.0
+"""A way shorter than this is one place [m]."""
+
+WORTH_SPLITTING = 0.05
+"""Share of the path that has to be driven twice before it is worth to localise the one part in the other."""
+
+
+class Usability(StrEnum):
+    """Degrees in which a log serves for a task."""
+
+    WORKS = "works"
+    LIMITED = "works, with less"
+    FAILS = "does not work"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """A task, how far the log serves for it and why, and the commands to type next, none where none helps."""
+
+    task: str
+    usability: Usability
+    reason: str
+    commands: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Prospect:
+    """All that the verdicts are about: the log, its views before and after thinning, and how they were selected.
+
+    ``plan`` is None where no view comes of the log, for the reason in ``refusal``; ``views`` counts those that stay
+    after thinning by ``selection``. ``truth_is_odometry``: both are the same path, told twice.
+    """
+
+    path: Path
+    selection: DriveSelection
+    plan: ViewPlan | None
+    refusal: str
+    views: int
+    travel: Travel
+    truth_is_odometry: bool = False
+
+    @property
+    def length(self) -> float:
+        """Way by the odometer [m]."""
+        return self.travel.length
+
+
+def verdicts(prospect: Prospect) -> tuple[Verdict, ...]:
+    """Judge a log for each of the tasks."""
+    return (_learn(prospect), _localise(prospect), _score(prospect))
+
+
+def _learn(of: Prospect) -> Verdict:
+    if of.plan is None:
+        return Verdict("learn", Usability.FAILS, of.refusal)
+    if not motion_origin(of.plan.findings):
+        reason = "no odometry: give it as a trajectory (TUM, KITTI or EuRoC)"
+        return Verdict("learn", Usability.FAILS, reason, _commands(of, "check", more="--odometry FILE"))
+    if of.length < SHORT:
+        reason = f"the robot hardly moves: {of.length:.2f} m by {motion_origin(of.plan.findings)}"
+        return Verdict("learn", Usability.FAILS, reason)
+    if of.views < FEW_VIEWS:
+        reason = f"{of.views} views over {of.length:.1f} m: hardly an order of views to go by"
+        return Verdict("learn", Usability.LIMITED, reason, _commands(of, "learn"))
+    return Verdict("learn", Usability.WORKS, f"{of.views} places over {of.length:.1f} m", _commands(of, "learn"))
+
+
+def _localise(of: Prospect) -> Verdict:
+    if of.plan is None:
+        return Verdict("localise", Usability.FAILS, of.refusal)
+    if not motion_origin(of.plan.findings):
+        reason = "no odometry: each view is judged by itself (stage uniform)"
+        return Verdict("localise", Usability.LIMITED, reason, _commands(of, "localise"))
+    split = split_at(of.plan, of.travel) if of.selection.views is None else None
+    if split is not None:
+        reason = f"{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest"
+        return Verdict("localise", Usability.WORKS, reason, _commands(of, "localise", split))
+    reason = "in a map of another drive along the same path"
+    return Verdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
+
+
+def _score(of: Prospect) -> Verdict:
+    if of.plan is None:
+        return Verdict("score", Usability.FAILS, of.refusal)
+    findings = of.plan.findings
+    if not findings.truth:
+        reason = "no true poses: beliefs and a report without score; give truth as a trajectory (TUM, KITTI or EuRoC)"
+        return Verdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
+    if of.truth_is_odometry:
+        reason = (
+            "truth and odometry are the same poses: either mapped poses replaced the odometry (then learn and localise "
+            "with --odometry-noise), or there is no truth: give it as a trajectory"
+        )
+        return Verdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
+    share = 1 - findings.without_truth / max(1, findings.views)
+    if share < 1:
+        return Verdict("score", Usability.LIMITED, f"{100 * share:.0f} % of the views have a true pose")
+    return Verdict("score", Usability.WORKS, f"true poses from {findings.truth}")
+
+
+def split_at(plan: ViewPlan, travel: Travel) -> int | None:
+    """The view, before thinning, at which the path first comes back to where it was; None if it does so too little."""
+    if travel.revisited < WORTH_SPLITTING or math.isnan(travel.back_at):
+        return None
+    way = 0.0
+    for number, view in enumerate(plan.views):
+        way += abs(view.distance)
+        if way >= travel.back_at:
+            return number
+    return None
+
+
+def _commands(of: Prospect, task: str, split: int | None = None, more: str = "") -> tuple[str, ...]:
+    """The words to type; at ``split`` a drive that comes back is cut in two, of which the first is learnt."""
+    log, options = shlex.quote(str(of.path)), selection_words(of.selection)
+    stem = of.path.name.partition(".")[0] or "robot"
+    learnt, beliefs = shlex.quote(f"{stem}.refseq"), "beliefs.parquet"
+    if task == "check":
+        return (" ".join(["refseq log check", log, *options, more]),)
+    if task == "learn":
+        return (" ".join(["refseq learn", log, *options, "-o", learnt]),)
+    if split is None or of.plan is None:
+        return (" ".join(["refseq localise", learnt, "SECOND", *options, "-o", beliefs]),)
+    part = shlex.quote(f"{stem}-first.refseq")
+    first, rest = f"--views 0:{split}", f"--views {split}:{len(of.plan)}"
+    learn = " ".join(["refseq learn", log, first, *options, "-o", part])
+    return learn, " ".join(["refseq localise", part, log, rest, *options, "-o", beliefs])
+
+
+def selection_words(selection: DriveSelection) -> list[str]:
+    """The options of a selection, as they are typed."""
+    words = [f"--views {shlex.quote(selection.views)}"] if selection.views else []
+    words += [f"--thin {selection.thin:g}"] if selection.thin else []
+    words += [f"--tolerance {selection.tolerance:g}"] if selection.tolerance is not None else []
+    given = {"odometry": selection.odometry, "truth": selection.truth, "topics": selection.topics}
+    return words + [f"--{name} {shlex.quote(value)}" for name, value in given.items() if value is not None]

@@ -1,0 +1,103 @@
+"""Warnings about a log: clocks, pauses, offsets and samples that nothing is made of, each in a sentence."""
+
+import math
+from collections.abc import Iterator, Mapping
+
+from refseq.logs.findings import Findings
+from refseq.logs.pairing.plan import ViewPlan
+from refseq_bench.scenarios.log_tools.offsets import ClockOffset
+from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, topic_of
+
+LATE = 0.05
+"""Offsets between sensors from here on are told [s]: at 1 m/s they move a view by 5 cm."""
+
+OTHER_CLOCK = 0.25
+"""Stamps whose delay differs so much from that of the odometry's come from another clock [s]."""
+
+MUCH_UNPAIRED = 0.1
+"""Share of a sensor's samples without a view from which on it is told."""
+
+FALSE_GAIN = 0.3
+"""The laser's turns may differ from the odometer's by this share."""
+
+
+def warnings_of(found: LogSurvey, plan: ViewPlan | None, offsets: Mapping[str, ClockOffset | None]) -> tuple[str, ...]:
+    """Everything about a log that its owner should look at, in the order of weight."""
+    lines: list[str] = []
+    if not found.source.complete:
+        lines.append("the log was cut off: what lies before the cut is read")
+    for topic in found.topics:
+        lines += _of_clock(topic, found.start)
+    if plan is not None:
+        lines += _of_other_clocks(found, plan.findings)
+        lines += _of_offsets(plan.findings, offsets)
+        lines += _of_pairing(found, plan.findings)
+    return tuple(lines)
+
+
+def _of_clock(topic: TopicSurvey, start: float) -> Iterator[str]:
+    timing = topic.timing
+    if timing.zeros:
+        yield f"{topic.name}: {times(timing.zeros, 'stamp')} of zero: the time of logging stands for them"
+    if timing.backwards:
+        yield f"{topic.name}: the clock jumps back {times(timing.backwards, 'time')}"
+    if timing.duplicates:
+        yield f"{topic.name}: {times(timing.duplicates, 'message')} with the stamp of the one before"
+    if (gap := timing.longest_gap) is not None:
+        yield (
+            f"{topic.name}: {times(len(timing.gaps), 'pause')}, the longest of {gap.length:.1f} s at "
+            f"{gap.start - start:.1f} s"
+        )
+
+
+def _of_other_clocks(found: LogSurvey, findings: Findings) -> Iterator[str]:
+    topics = {topic.name: topic for topic in found.topics}
+    motion = topic_of(motion_origin(findings))
+    own = topics[motion].timing.delay if motion in topics else math.nan
+    for topic in findings.sensors:
+        apart = topics[topic].timing.delay - own
+        if abs(apart) > OTHER_CLOCK:
+            yield f"{topic}: stamped by another clock than {motion}: {-apart:+.2f} s by the times of logging"
+
+
+def _of_offsets(findings: Findings, offsets: Mapping[str, ClockOffset | None]) -> Iterator[str]:
+    motion = motion_origin(findings)
+    for topic, sensor in findings.sensors.items():
+        offset = offsets.get(sensor)
+        if offset is None:
+            continue
+        if offset.correlation < 0:
+            yield (
+                f"{topic}: sees the robot turn the other way than {motion} tells (correlation "
+                f"{offset.correlation:.2f}): upside down, mirrored, or odometry of the wrong sign"
+            )
+        elif abs(offset.lag) > LATE:
+            word = "late" if offset.lag > 0 else "early"
+            yield (
+                f"{topic}: its stamps are {abs(offset.lag):.2f} s {word} against {motion}, by the turns that "
+                f"both see (correlation {offset.correlation:.2f})"
+            )
+        if offset.correlation > 0 and abs(offset.gain - 1) > FALSE_GAIN:
+            yield f"{topic}: sees {100 * offset.gain:.0f} % of the turns that {motion} tells"
+
+
+def _of_pairing(found: LogSurvey, findings: Findings) -> Iterator[str]:
+    yield from findings.notes
+    if findings.without_odometry:
+        yield f"{times(findings.without_odometry, 'moment')} without odometry: no view"
+    counts = {topic.name: topic.timing.count for topic in found.topics}
+    for topic, sensor in findings.sensors.items():
+        left = findings.unpaired.get(sensor, 0)
+        if topic != findings.leading and left > MUCH_UNPAIRED * counts[topic] and not _faster(found, findings, topic):
+            yield f"{topic}: {left} of {counts[topic]} messages are within {findings.tolerance:.3f} s of no view"
+
+
+def _faster(found: LogSurvey, findings: Findings, topic: str) -> bool:
+    """A sensor of a higher rate than the leading one has samples between views: nothing is wrong with that."""
+    rates = {one.name: one.timing.rate for one in found.topics}
+    return bool(findings.leading) and rates[topic] > 1.1 * rates[findings.leading]
+
+
+def times(count: int, word: str) -> str:
+    """A count and its word, in the plural where it needs one."""
+    return f"{count} {word}{'' if count == 1 else 's'}"
