@@ -6,6 +6,18 @@ from refseq.errors import LogError
 from refseq.logs.source import LogKind, LogSource
 
 
+def _is_bag(path: Path) -> bool:
+    from refseq.logs.ros.files import is_bag
+
+    return is_bag(path)
+
+
+def _open_bag(path: Path) -> LogSource:
+    from refseq.logs.ros.bag import RosBag
+
+    return RosBag(path)
+
+
 def _is_mcap(path: Path) -> bool:
     from refseq.logs.foxglove.records import is_mcap
 
@@ -43,11 +55,13 @@ def _open_pictures(path: Path) -> LogSource:
 
 
 KINDS: tuple[LogKind, ...] = (
+    LogKind("a ROS bag", _is_bag, _open_bag),
     LogKind("an MCAP recording", _is_mcap, _open_foxglove),
     LogKind("a folder of pictures", _is_picture_folder, _open_pictures),
     LogKind("a CARMEN log", _is_carmen, _open_carmen),
 )
-"""Asked in this order; the first that recognises a file or folder opens it. CARMEN takes any text: it is the last."""
+"""Asked in this order; the first that recognises a file or folder opens it. ROS takes the MCAP files that are its own,
+CARMEN any text: it is the last."""
 
 
 def open_log(path: Path) -> LogSource:

@@ -44,6 +44,8 @@ class Channel:
     encoding: str
     count: int
     role: Role
+    sensor: str = ""
+    """Name of the sensor, where the log tells it otherwise than by the topic."""
 
 
 @dataclass(frozen=True, slots=True)

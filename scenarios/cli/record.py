@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 from refseq_bench.scenarios.cli.terminal.bars import progress_bar, shown_bars
 from refseq_bench.scenarios.cli.terminal.console import out
 from refseq_bench.scenarios.cli.terminal.options import (
+    FORMAT,
     RATE,
     RECORDING,
     SCRIPT,
     Carrier,
+    FormatName,
     Sampling,
     Setting,
     World,
@@ -33,6 +35,7 @@ RECORD_HELP = """Examples:
 * `refseq record hallway --light 17:45,cloud=0.6 --change busy --seed 3 -o another-day.mcap`
 * `refseq record corridor:7 --camera camera-2=fire-i-wide -o wide.mcap`
 * `refseq record hallway --renderer none -o laser-only.mcap`
+* `refseq record hallway --format rosbag2 -o hallway-bag`
 * `refseq record hallway --behaviours "MN:12 MT:180 MN:10" -o there-and-back.mcap`
 * `refseq record hallway --script keys.txt -o scripted.mcap`
 * `refseq record hallway --script reference.mcap --light 18:00 -o again.mcap`
@@ -56,6 +59,7 @@ nothing; C changes the camera. Gamepad: the left stick leads while a shoulder bu
 Exit codes: as those of `refseq record`."""
 
 NAME = option("NAME", "Name of the sequence. [default: the file's]")
+Form = Annotated[FormatName, FORMAT]
 OnRequest = Annotated[
     bool, flag("--on-request", "Take views only where they are asked for.", rich_help_panel=Sampling.panel)
 ]
@@ -70,12 +74,14 @@ def record(
     ] = None,
     script: Annotated[Path | None, SCRIPT] = None,
     name: Annotated[str | None, option("NAME", "With --script: name of the sequence. [default: the file's]")] = None,
+    form: Form = FormatName.MCAP,
     setting: Setting = Setting(),
     carrier: Carrier = Carrier(),
     sampling: Sampling = Sampling(),
     on_request: OnRequest = False,
 ) -> None:
     """Record a robot that follows a route, behaviours or a script."""
+    from refseq.logs.writing import DriveFormat
     from refseq_bench.scenarios.drives.record import record as record_drive
     from refseq_bench.scenarios.drives.teleop import TeleopDrive
 
@@ -83,13 +89,13 @@ def record(
     drive = drive_in(world, setting, carrier, sampling, behaviours=tuple((behaviours or "").split()))
     if script is not None:
         session = TeleopDrive(name or output.stem, drive, sampling.trigger_unless(on_request))
-        tell_of(_by_script(session, output, script), output)
+        tell_of(_by_script(session, output, script, form), output)
         return
     for given, value in (("--name", name), ("--on-request", on_request)):
         if value:
             raise ScenarioError(f"{given} goes with --script; valid is to lead the robot by a script, or without it")
     with progress_bar(f"{world} at {setting.light}") as progress:
-        recording = record_drive(drive, output, progress)
+        recording = record_drive(drive, output, progress, form=DriveFormat(form))
     say(out, f"{output}: {len(recording.views)} views of {', '.join(sorted(recording.sensors))}")
 
 
@@ -98,6 +104,7 @@ def drive(
     world: World,
     output: Annotated[Path, RECORDING],
     name: Annotated[str | None, NAME] = None,
+    form: Form = FormatName.MCAP,
     port: Annotated[int, option("PORT", "Port of the page; 0: any free one.", min=0, max=65535)] = 0,
     gamepad: Annotated[
         Path | None, option("DEVICE", "Joystick device. [default: /dev/input/js0 if there is one]")
@@ -109,11 +116,13 @@ def drive(
     on_request: OnRequest = False,
 ) -> None:
     """Record a robot that you lead in the browser, by keys or a gamepad."""
+    from refseq.logs.writing import DriveFormat
     from refseq_bench.scenarios.drives.teleop import TeleopDrive, by_viewer, record_by_hand
 
     asked = drive_in(world, setting, carrier, sampling)
     session = TeleopDrive(name or output.stem, asked, sampling.trigger_unless(on_request))
-    tell_of(record_by_hand(session, output, by_viewer(session, port=port, gamepad=gamepad, rate=rate)), output)
+    controls = by_viewer(session, port=port, gamepad=gamepad, rate=rate)
+    tell_of(record_by_hand(session, output, controls, form=DriveFormat(form)), output)
 
 
 def tell_of(led: "TeleopResult", output: Path) -> None:
@@ -124,8 +133,9 @@ def tell_of(led: "TeleopResult", output: Path) -> None:
         say(out, f"stopped at {stop.since:.1f} s: {stop.cause.value}: {stop.detail}")
 
 
-def _by_script(session: "TeleopDrive", output: Path, script: Path) -> "TeleopResult":
+def _by_script(session: "TeleopDrive", output: Path, script: Path, form: FormatName) -> "TeleopResult":
     """Lead the robot by a script, with a bar of its time."""
+    from refseq.logs.writing import DriveFormat
     from refseq_bench.scenarios.drives.teleop import controls_in, record_by_hand
     from refseq_bench.sim.teleop.script import ScriptSource
 
@@ -138,6 +148,6 @@ def _by_script(session: "TeleopDrive", output: Path, script: Path) -> "TeleopRes
             time = taken.view.time
             bars.update(task, completed=time, seen=f"{time:5.1f} of {end:.0f} s, {views:3d} views")
 
-        led = record_by_hand(session, output, lambda bench: nullcontext(ScriptSource(moments)), show)
+        led = record_by_hand(session, output, lambda bench: nullcontext(ScriptSource(moments)), show, DriveFormat(form))
         bars.update(task, completed=end or 1.0)
     return led

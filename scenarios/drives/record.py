@@ -5,12 +5,15 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.logs import Recording, RecordingWriter, read_recording
+from refseq.logs import Recording, read_recording
+from refseq.logs.ros.outgoing import SensorRig
+from refseq.logs.writing import DriveFormat, DriveWriter, check_place, open_writer
 from refseq.view import LASER, View
 from refseq_bench import robots
 from refseq_bench.robots import Robot
@@ -23,6 +26,7 @@ from refseq_bench.sim.drives.behaviour_drive import run_and_sense
 from refseq_bench.sim.drives.chase_camera import with_chase_camera
 from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import PATIENCE, RecordedView, Trigger, describe, drive_and_sense, operator_for
+from refseq_bench.sim.drives.sensor_rig import sensor_rig
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.laser import LaserModel, RangeMode
 from refseq_bench.sim.teleop.session import AbortedError
@@ -172,15 +176,19 @@ def check_sensors(wanted: tuple[str, ...], robot: Robot) -> None:
 
 
 def record(
-    drive: Drive, path: Path | None, progress: Progress | None = None, told: ViewCallback | None = None
+    drive: Drive,
+    path: Path | None,
+    progress: Progress | None = None,
+    told: ViewCallback | None = None,
+    form: DriveFormat = DriveFormat.MCAP,
 ) -> Recording:
     """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
 
     When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised; before the
-    first view there is nothing to keep, and ``path`` stays as it was. Raises ``ScenarioError`` when ``path`` cannot be
-    a file.
+    first view there is nothing to keep, and ``path`` stays as it was. Raises ``LogError`` where a recording of this
+    format cannot lie at ``path``.
     """
-    check_recording(path)
+    check_recording(path, form)
     with open_bench(drive) as bench:
         operator = operator_for(bench, drive.seed, drive.style)
         metadata = dict(described(bench, drive, drive.trigger, drive.style))
@@ -199,13 +207,14 @@ def record(
                 # How far behaviours will lead, nobody knows.
                 progress(taken.progress, taken.progress if drive.behaviours else operator.length, count)
 
-        return write_drive(path, metadata, drive_on, scanning=scans(drive), told=tell)
+        rig = sensor_rig(bench)
+        return write_drive(path, metadata, drive_on, scanning=scans(drive), told=tell, form=form, rig=rig)
 
 
-def check_recording(path: Path | None) -> None:
-    """Raise ``ScenarioError`` when ``path`` cannot be a recording's."""
-    if path is not None and path.is_dir():
-        raise ScenarioError(f"{path}: is a folder; valid is the name of a recording to write")
+def check_recording(path: Path | None, form: DriveFormat = DriveFormat.MCAP) -> None:
+    """Raise ``LogError`` where a recording of this format cannot lie at ``path``."""
+    if path is not None:
+        check_place(path, form)
 
 
 def scans(drive: Drive) -> bool:
@@ -235,8 +244,12 @@ def write_drive(
     scanning: bool = True,
     told: ViewCallback | None = None,
     afterwards: Callable[[], Mapping[str, str]] = dict,
+    form: DriveFormat = DriveFormat.MCAP,
+    rig: SensorRig | None = None,
 ) -> Recording:
     """Write the views of a drive as they are taken, to ``path``, None: nowhere; ``told`` hears of each when it is kept.
+
+    ``rig`` tells of mounts and calibrations where the format has a place for them.
 
     What is given back holds no images and scans where nothing is written, which nobody could keep of a long drive.
     ``afterwards`` gives what is known of a drive only when it has ended. Interrupted, it raises as ``record`` does; of
@@ -251,7 +264,7 @@ def write_drive(
     if first is None:
         raise NoViewError(f"{path or 'the drive'} is not written: no view was taken")
 
-    def keep(taken: RecordedView, writer: RecordingWriter | None) -> None:
+    def keep(taken: RecordedView, writer: DriveWriter | None) -> None:
         if writer is not None:
             writer.write(taken.view, taken.odometry)
         views.append(taken.view if writer is not None else replace(taken.view, images={}, scan=None))
@@ -263,20 +276,20 @@ def write_drive(
         for taken in every:
             keep(taken, None)
     else:
-        _write(path, metadata, every, keep, afterwards)
+        _write(path, partial(open_writer, path, metadata, form, rig), every, keep, afterwards)
     return Recording(tuple(views), {**metadata, **afterwards()})
 
 
 def _write(
     path: Path,
-    metadata: Mapping[str, str],
+    opener: Callable[[], DriveWriter],
     every: Iterator[RecordedView],
-    keep: Callable[[RecordedView, RecordingWriter], None],
+    keep: Callable[[RecordedView, DriveWriter], None],
     afterwards: Callable[[], Mapping[str, str]],
 ) -> None:
     _make_folder(path)
     try:
-        with RecordingWriter(path, metadata) as writer:
+        with opener() as writer:
             try:
                 for taken in every:
                     keep(taken, writer)

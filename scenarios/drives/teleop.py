@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from refseq.logs import Recording, read_recording
+from refseq.logs.writing import DriveFormat
 from refseq_bench.robots import Stop
 from refseq_bench.scenarios.drives.record import (
     Drive,
@@ -21,6 +22,7 @@ from refseq_bench.scenarios.drives.record import (
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.drives.sensor_rig import sensor_rig
 from refseq_bench.sim.teleop.commands import Commands, CommandSource, SessionPhase, SessionStatus
 from refseq_bench.sim.teleop.script import CommandLog, TimedCommand, parse, printed
 from refseq_bench.sim.teleop.session import run_session
@@ -72,13 +74,17 @@ class TeleopResult:
 
 
 def record_by_hand(
-    session: TeleopDrive, path: Path | None, controls: Controls, told: ViewCallback | None = None
+    session: TeleopDrive,
+    path: Path | None,
+    controls: Controls,
+    told: ViewCallback | None = None,
+    form: DriveFormat = DriveFormat.MCAP,
 ) -> TeleopResult:
     """Lead the robot by ``controls`` and record its views to ``path``, None: nowhere; ``told`` is called for each view.
 
     Raises as ``refseq_bench.scenarios.drives.record.write_drive`` does, and ``AbortedError`` on the abort command.
     """
-    check_recording(path)
+    check_recording(path, form)
     drive = session.drive
     with open_bench(drive, pictured=True) as bench, controls(bench) as source:
         commands = CommandLog(source)
@@ -95,6 +101,8 @@ def record_by_hand(
             scanning=scans(drive),
             told=told,
             afterwards=lambda: {CONTROLS: printed(commands.script)},
+            form=form,
+            rig=sensor_rig(bench),
         )
         return TeleopResult(recording, tuple(stops.stops.values()), stops.last.time, stops.last.travelled)
 

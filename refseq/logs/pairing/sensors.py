@@ -81,7 +81,8 @@ def _sensors(found: Survey, options: PairingOptions, notes: list[str]) -> dict[s
     if options.topics is not None:
         cameras = [topic for topic in cameras if topic in options.topics]
         lasers = [topic for topic in lasers if topic in options.topics]
-    named = {topic: options.names.get(topic) or sensor_name(topic) for topic in cameras}
+    told = {topic: found.stamps[topic].channel.sensor or sensor_name(topic) for topic in cameras}
+    named = {topic: options.names.get(topic) or told[topic] for topic in cameras}
     sensors = {topic: named[topic] for topic in sorted(named)}
     if lasers:
         taken = _front(lasers, options)

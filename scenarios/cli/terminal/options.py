@@ -40,6 +40,14 @@ class TrajectoryName(StrEnum):
     KITTI = "kitti"
 
 
+class FormatName(StrEnum):
+    """Values of ``--format``: those of ``refseq.logs.writing.DriveFormat``, not imported for help."""
+
+    MCAP = "mcap"
+    ROSBAG2 = "rosbag2"
+    ROSBAG2_SQLITE3 = "rosbag2-sqlite3"
+
+
 class CameraRenderer(StrEnum):
     """Values of ``--renderer`` where pictures are what is wanted."""
 
@@ -98,7 +106,12 @@ BELIEFS = output("Beliefs to write (.parquet).")
 SCRIPT = option("FILE", "Lead the robot by a script, or by a recording of `refseq drive`.")
 CASE = option("NAME", "Only this case or scenario; may be repeated. [default: all]")
 METHODS = option("NAMES", "Only these methods, commas between: PROFILE/STAGE, a baseline as topometric, baselines.")
-RECORDING = output("Recording to write (.mcap).")
+RECORDING = output("Recording to write (.mcap), or folder for a ROS 2 bag.")
+FORMAT = option(
+    "FORMAT",
+    "mcap: a file with Foxglove's messages; rosbag2: a folder with those of ROS 2; rosbag2-sqlite3: the same as .db3.",
+    "--format",
+)
 PICTURE = output("Picture to write (.svg or .png).")
 CHART = output("Picture to write (.png, .svg or .pdf).")
 FIRST_OR_QUERY = "an MCAP recording or a CARMEN log."

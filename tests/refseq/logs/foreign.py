@@ -214,9 +214,10 @@ def write_rosbag2(
     setup: RosSetup | None = None,
     storage: StoragePlugin = StoragePlugin.MCAP,
     compression: CompressionMode = CompressionMode.NONE,
+    made_by: type[RosMessages] = RosMessages,
 ) -> Path:
     """Write a rosbag2 folder by ``rosbags``."""
-    messages = RosMessages(drive, setup or RosSetup(), Stores.ROS2_HUMBLE)
+    messages = made_by(drive, setup or RosSetup(), Stores.ROS2_HUMBLE)
     writer = Rosbag2Writer(folder, version=9, storage_plugin=storage)
     writer.set_compression(compression, CompressionFormat.ZSTD)
     with writer:

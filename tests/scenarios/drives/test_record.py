@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from refseq.belief import Stage
+from refseq.errors import LogError
 from refseq.logs import Recording, read_recording
+from refseq.logs.writing import DriveFormat
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.view import View
@@ -45,9 +47,10 @@ def same(one: View, other: View) -> bool:
     return poses and one.scan.ranges.tobytes() == other.scan.ranges.tobytes()
 
 
-def test_what_is_returned_is_what_the_file_holds(blind: Drive, tmp_path: Path) -> None:
+@pytest.mark.parametrize("form", DriveFormat)
+def test_what_is_returned_is_what_the_file_holds(blind: Drive, tmp_path: Path, form: DriveFormat) -> None:
     path = tmp_path / "new" / "folder" / "drive.mcap"
-    recording = record(blind, path)
+    recording = record(blind, path, form=form)
     read = read_recording(path)
     assert read.complete
     assert dict(read.metadata) == dict(recording.metadata)
@@ -150,7 +153,7 @@ def test_nothing_to_record_is_refused_and_leaves_nothing(plan: str, tmp_path: Pa
 def test_a_folder_in_the_recordings_place_is_told_and_left_alone(blind: Drive, tmp_path: Path) -> None:
     path = tmp_path / "drive.mcap"
     path.mkdir()
-    with pytest.raises(ScenarioError, match=r"drive.mcap: is a folder; valid is the name of a recording to write$"):
+    with pytest.raises(LogError, match=r"drive.mcap: is a folder; valid is the name of a recording to write$"):
         record(blind, path)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["drive.mcap", "small.toml"]
 
@@ -169,15 +172,16 @@ def stop_at(count: int) -> Progress:
     return progress
 
 
-def test_an_interrupted_recording_is_readable_at_its_name(blind: Drive, tmp_path: Path) -> None:
+@pytest.mark.parametrize("form", DriveFormat)
+def test_an_interrupted_recording_is_readable_at_its_name(blind: Drive, tmp_path: Path, form: DriveFormat) -> None:
     path = tmp_path / "drive.mcap"
     with pytest.raises(Interrupted, match=rf"^{path} is readable and holds all views up to now, 4$"):
-        record(blind, path, stop_at(4))
+        record(blind, path, stop_at(4), form=form)
     read = read_recording(path)
     assert read.complete
     assert len(read.views) == 4
     assert read.metadata["robot"] == "robuter"
-    assert list(tmp_path.glob("*.partial*")) == []
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["drive.mcap", "small.toml"]
 
 
 def test_an_interruption_before_the_first_view_keeps_what_was_there(

@@ -1,0 +1,81 @@
+"""Decoder of serialised ROS messages into samples.
+
+Nothing that a bag says is executed. ``rosbags`` makes Python source from message definitions and runs it, with names as
+the definition has them; so definitions that bags carry are never given to it. Messages are read by the definitions that
+come with ``rosbags`` and the few below, which covers all types that the bench has a use for: they have not changed on
+the wire from ROS 2 Foxy on. ROS 1 names a definition by its checksum, and a type whose checksum is another is passed
+over.
+"""
+
+import struct
+from enum import StrEnum
+from functools import cached_property, lru_cache
+
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from refseq.errors import LogError
+from refseq.logs.ros.contents import NANOSECONDS, ROS_TYPES, role_of
+from refseq.logs.source import Role, Sample
+
+
+class Serialization(StrEnum):
+    """How a message became bytes: ROS 2's Common Data Representation, or ROS 1's own way."""
+
+    CDR = "cdr"
+    ROS1 = "ros1"
+
+
+@lru_cache
+def known_types(serialization: Serialization) -> Typestore:
+    """The message definitions that messages are read by."""
+    if serialization is Serialization.CDR:
+        return get_typestore(Stores.ROS2_HUMBLE)
+    store = get_typestore(Stores.ROS1_NOETIC)
+    for name in ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"):
+        store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
+    return store
+
+
+class RosDecoder:
+    """Turns serialised messages of known types into samples."""
+
+    def __init__(self, serialization: Serialization) -> None:
+        self.serialization = serialization
+
+    @cached_property
+    def _types(self) -> Typestore:
+        return known_types(self.serialization)
+
+    def role(self, topic: str, type_name: str, digest: str = "") -> Role:
+        """Use of a topic; a type that ROS 1 tells by another checksum than ours is ``IGNORED``."""
+        role = role_of(type_name, topic)
+        if role is Role.IGNORED or self.serialization is Serialization.CDR or digest in ("", "*"):
+            return role
+        return role if self._types.generate_msgdef(type_name)[1] == digest else Role.IGNORED
+
+    def sample(self, topic: str, type_name: str, logged: int, data: bytes) -> Sample | None:
+        """The message that was ``logged`` [ns] on a topic; None for one that tells nothing.
+
+        Raises ``LogError`` for bytes that are no such message.
+        """
+        try:
+            message = self._message(type_name, data)
+            told = ROS_TYPES[type_name].told(message, topic)
+        except (SerdeError, LogError, struct.error, IndexError, ValueError, OverflowError) as error:
+            reason = " ".join(str(error).split())
+            raise LogError(
+                f"topic {topic}: the message logged at {logged / NANOSECONDS:.6f} s is not readable: {reason}; "
+                f"valid is {type_name}"
+            ) from error
+        if told.content is None:
+            return None
+        time = (told.stamp or logged) / NANOSECONDS
+        frame, child = told.frame.lstrip("/"), told.child.lstrip("/")
+        return Sample(topic, time, logged / NANOSECONDS, frame, told.content, child, unstamped=told.stamp == 0)
+
+    def _message(self, type_name: str, data: bytes) -> object:
+        if self.serialization is Serialization.CDR:
+            return self._types.deserialize_cdr(data, type_name)
+        return self._types.deserialize_ros1(data, type_name)

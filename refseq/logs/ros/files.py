@@ -1,0 +1,190 @@
+"""Files of a bag: a rosbag2 folder with its ``metadata.yaml`` or without, or one file, packed or not."""
+
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePath
+from typing import Any
+
+import zstandard
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+
+from refseq.errors import LogError
+from refseq.logs.foxglove.records import is_mcap
+from refseq.logs.ros.mcap_file import McapRosFile, holds_ros
+from refseq.logs.ros.storage import (
+    ROSBAG1_MAGIC,
+    SQLITE_MAGIC,
+    ZSTD_MAGIC,
+    BagFile,
+    DamagedBagError,
+    Rosbag1File,
+    SqliteBag,
+)
+
+METADATA_FILE = "metadata.yaml"
+STORAGE_SUFFIXES = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
+MOST_METADATA = 1 << 24
+"""The largest ``metadata.yaml`` that is read [bytes]."""
+
+
+@dataclass(frozen=True)
+class BagFiles:
+    """The open files of a bag in their order, and the notes in its metadata.
+
+    ``unpacked`` keeps the folder of unpacked files as long as they are read. ``damage`` tells where a file is cut off,
+    and of a folder without metadata: its recorder was stopped before it could write them.
+    """
+
+    files: tuple[BagFile, ...]
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    damage: str = ""
+    unpacked: "tempfile.TemporaryDirectory[str] | None" = None
+
+
+def is_bag(path: Path) -> bool:
+    """Whether a folder is a rosbag2's, by its metadata or its files, or a file is a bag's, by its content."""
+    if path.is_dir():
+        return (path / METADATA_FILE).is_file() or bool(_storage_files(path))
+    head = _head(path)
+    return head.startswith((SQLITE_MAGIC, ROSBAG1_MAGIC)) or _is_packed_bag(path) or holds_ros(path)
+
+
+def open_bag(path: Path) -> BagFiles:
+    """Open a folder or a file. Raises ``LogError`` where it is no bag, or damaged before anything could be read."""
+    if not path.is_dir():
+        return _open_files([path], {})
+    if not (path / METADATA_FILE).is_file():
+        found = _storage_files(path)
+        if not found:
+            raise LogError(f"{path}: holds no {METADATA_FILE} and no .mcap or .db3 file; valid is a rosbag2 folder")
+        return replace(_open_files(found, {}), damage=f"{METADATA_FILE} is missing")
+    metadata = _metadata(path / METADATA_FILE)
+    names = _names(metadata, path / METADATA_FILE)
+    missing = [name for name in names if not (path / name).is_file()]
+    if missing:
+        raise LogError(f"{path}: {METADATA_FILE} names {missing[0]!r}, which is not there; valid is a whole folder")
+    return _open_files([path / name for name in names], _notes(metadata))
+
+
+def _storage_files(folder: Path) -> list[Path]:
+    """Files of a bag's storage, ``_9`` before ``_10`` as they were written."""
+    found = [file for file in folder.iterdir() if file.name.endswith(STORAGE_SUFFIXES) and file.is_file()]
+    return sorted(found, key=lambda file: [int(part) if part.isdecimal() else part for part in _parts(file.name)])
+
+
+def _parts(name: str) -> list[str]:
+    return re.split(r"(\d+)", name)
+
+
+def _metadata(path: Path) -> Mapping[str, Any]:
+    """The contents of ``metadata.yaml``, as plain values."""
+    try:
+        if path.stat().st_size > MOST_METADATA:
+            raise LogError(f"{path}: has more than {MOST_METADATA >> 20} MiB; valid is a rosbag2's metadata")
+        loaded = _plain_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise LogError(f"{path}: cannot be read: {error!s:.200}; valid is a rosbag2's metadata") from error
+    information = loaded.get("rosbag2_bagfile_information") if isinstance(loaded, dict) else None
+    if not isinstance(information, dict):
+        raise LogError(f"{path}: has no 'rosbag2_bagfile_information'; valid is a rosbag2's metadata")
+    return information
+
+
+def _plain_yaml(text: str) -> Any:
+    """Plain values of YAML; the safe loader makes no others, and runs nothing. Raises ``ValueError``."""
+    try:
+        return YAML(typ="safe").load(text)
+    except (YAMLError, ValueError, RecursionError) as error:
+        raise ValueError(" ".join(str(error).split())) from error
+
+
+def _notes(metadata: Any) -> dict[str, str]:
+    """Notes that the bag's writer left in its metadata."""
+    custom = metadata.get("custom_data") if isinstance(metadata, dict) else None
+    return {str(key): str(value) for key, value in custom.items()} if isinstance(custom, dict) else {}
+
+
+def _notes_within(file: BagFile) -> dict[str, str]:
+    """Notes in the metadata that an MCAP file holds itself; none where they are no YAML."""
+    try:
+        return _notes(_plain_yaml(file.metadata_text)) if len(file.metadata_text) <= MOST_METADATA else {}
+    except ValueError:
+        return {}
+
+
+def _names(metadata: Mapping[str, Any], path: Path) -> list[str]:
+    """Names of the files, without folders: a bag holds them beside its metadata."""
+    names = metadata.get("relative_file_paths")
+    if not isinstance(names, list) or not names or not all(isinstance(name, str) and name for name in names):
+        raise LogError(f"{path}: relative_file_paths is {names!r:.80}; valid is a list of files")
+    return [PurePath(name).name for name in names]
+
+
+def _open_files(files: list[Path], notes: Mapping[str, str]) -> BagFiles:
+    unpacked = tempfile.TemporaryDirectory(prefix="refseq-bag-") if any(map(_is_packed, files)) else None
+    opened: list[BagFile] = []
+    damage = ""
+    for file in files:
+        plain = _unpack(file, Path(unpacked.name)) if unpacked and _is_packed(file) else file
+        try:
+            opened.append(_open_file(plain, file))
+        except DamagedBagError as error:
+            if not opened:  # the last of many may be cut off
+                raise
+            damage = damage or error.reason
+            break
+        damage = damage or opened[-1].damage
+    return BagFiles(tuple(opened), notes or _notes_within(opened[0]), damage, unpacked)
+
+
+def _is_packed_bag(path: Path) -> bool:
+    """Whether a file is packed and named as rosbag2 names its files."""
+    return _is_packed(path) and path.name.endswith(STORAGE_SUFFIXES)
+
+
+def _is_packed(path: Path) -> bool:
+    return _head(path).startswith(ZSTD_MAGIC)
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(16)
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _open_file(path: Path, told: Path) -> BagFile:
+    """Open a file by its content, whatever its name; messages name it ``told``."""
+    head = _head(path)
+    if head.startswith(SQLITE_MAGIC):
+        return SqliteBag(path, told)
+    if head.startswith(ROSBAG1_MAGIC):
+        return Rosbag1File(path, told)
+    if is_mcap(path):
+        return McapRosFile(path, told)
+    raise DamagedBagError(told, "it is empty" if not head else "its first bytes are neither MCAP, SQLite nor ROS 1")
+
+
+def _unpack(path: Path, folder: Path) -> Path:
+    """Unpack a file that was compressed as a whole, into a temporary folder, as far as there is room."""
+    target = folder / path.name.removesuffix(".zstd")
+    room = shutil.disk_usage(folder).free
+    try:
+        with (
+            path.open("rb") as packed,
+            zstandard.ZstdDecompressor().stream_reader(packed, read_across_frames=True) as stream,
+            target.open("wb") as file,
+        ):
+            while piece := stream.read(1 << 20):
+                room -= len(piece)
+                if room < 0:
+                    raise LogError(f"{path}: unpacks to more than there is room for in {folder.parent}")
+                file.write(piece)
+    except (zstandard.ZstdError, OSError) as error:
+        raise DamagedBagError(path, f"it cannot be unpacked: {error}") from error
+    return target

@@ -1,0 +1,171 @@
+"""Drives as rosbag2 folders, which ROS 2, Foxglove and other software open."""
+
+import json
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from enum import StrEnum
+from pathlib import Path
+from types import TracebackType
+from typing import Literal, Self
+
+from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+
+from refseq.errors import LogError
+from refseq.logs.ros.bag import VIEWS_KEY
+from refseq.logs.ros.contents import NANOSECONDS, STATIC_TOPIC
+from refseq.logs.ros.decoder import Serialization, known_types
+from refseq.logs.ros.files import METADATA_FILE, STORAGE_SUFFIXES
+from refseq.logs.ros.outgoing import RosMessage, SensorRig, ViewMessages, camera_topics
+from refseq.planar import Pose
+from refseq.view import View
+
+FORMAT_VERSION: Literal[8] = 8
+"""Of rosbag2's metadata: from 9 on it spells quality of service in a way that ROS 2 before Jazzy does not read."""
+FOREVER = QosTime(2147483647, 4294967295)
+LATCHED = Qos(
+    QosHistory.KEEP_LAST,
+    1,
+    QosReliability.RELIABLE,
+    QosDurability.TRANSIENT_LOCAL,
+    FOREVER,
+    FOREVER,
+    QosLiveliness.AUTOMATIC,
+    FOREVER,
+    False,
+)
+"""Quality of service of ``/tf_static``: who subscribes later gets the mounts as well."""
+
+
+class BagStorage(StrEnum):
+    """Files in a rosbag2 folder."""
+
+    MCAP = "mcap"
+    SQLITE3 = "sqlite3"
+
+
+class BagWriter:
+    """Writes a drive to a rosbag2 folder, ``path``.
+
+    While it is open the bag lies in a hidden folder beside ``path``; closing it renames it, which replaces an older bag
+    of that name. A bag that was not closed replaces nothing.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        metadata: Mapping[str, str],
+        *,
+        storage: BagStorage = BagStorage.MCAP,
+        rig: SensorRig | None = None,
+    ) -> None:
+        """Begin a bag; nothing lies at ``path`` until it is closed.
+
+        Raises ``LogError`` where it cannot be written, or something else than a bag lies there.
+        """
+        check_bag_path(path)
+        self.path = path
+        self._store = known_types(Serialization.CDR)
+        self._messages = ViewMessages(self._store, rig or SensorRig())
+        self._connections: dict[str, Connection] = {}
+        self._cameras: dict[str, str] = {}
+        self._open = True
+        with self._telling():
+            self._folder = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
+            # The files in it are named by the folder.
+            plugin = StoragePlugin[storage.name]
+            self._writer = Writer(self._folder / path.name, version=FORMAT_VERSION, storage_plugin=plugin)
+            self._writer.open()
+        self.note(metadata)
+
+    def write(self, view: View, odometry: Pose) -> None:
+        """Add a view, and the odometer's pose at it. Raises ``LogError`` when it cannot be written."""
+        logged = round(view.time * NANOSECONDS)
+        if not 0 <= logged < 1 << 62:
+            raise LogError(f"{self.path}: a view is at {view.time} s; valid in a bag are times from 0 on")
+        self._cameras |= camera_topics([*dict.fromkeys([*self._cameras.values(), *view.images])])
+        fixed = [] if self._connections else list(self._messages.fixed(logged))
+        with self._telling():
+            for message in (*fixed, *self._messages.of(view, odometry)):
+                self._log(message, logged)
+
+    def _log(self, message: RosMessage, logged: int) -> None:
+        connection = self._connections.get(message.topic)
+        if connection is None:
+            quality = (LATCHED,) if message.topic == STATIC_TOPIC else ()
+            connection = self._connections[message.topic] = self._writer.add_connection(
+                message.topic, message.type, typestore=self._store, offered_qos_profiles=quality
+            )
+        self._writer.write(connection, logged, self._store.serialize_cdr(message.content, message.type))
+
+    def note(self, metadata: Mapping[str, str]) -> None:
+        """Add to what is told of the drive; of two values of a key the later one counts."""
+        for key, value in metadata.items():
+            self._writer.set_custom_data(key, value)
+
+    def close(self) -> None:
+        """Finish the bag and give it its name. Raises ``LogError`` when it cannot be written."""
+        if not self._open:
+            return
+        self._open = False
+        try:
+            with self._telling():
+                self._writer.set_custom_data(VIEWS_KEY, json.dumps(self._cameras))
+                self._writer.close()
+                check_bag_path(self.path)
+                self._give_name()
+        finally:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _give_name(self) -> None:
+        """Put the new bag in the place of an older one, which comes back if that fails."""
+        written, older = self._folder / self.path.name, self._folder / "older"
+        if self.path.exists():
+            self.path.rename(older)
+        try:
+            written.rename(self.path)
+        except OSError:
+            if older.exists():
+                older.rename(self.path)
+            raise
+
+    def discard(self) -> None:
+        """Give the bag up: what is at ``path`` stays as it was."""
+        if self._open:
+            self._open = False
+            with suppress(OSError, sqlite3.Error):
+                self._writer.abort()
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    @contextmanager
+    def _telling(self) -> Iterator[None]:
+        """Name the bag in what goes wrong with writing."""
+        try:
+            yield
+        except (OSError, sqlite3.Error, WriterError) as error:
+            raise LogError(f"{self.path}: cannot be written (is the disk full?): {error}") from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.close()
+        except LogError:
+            if error is None:  # else what went wrong first is what tells why
+                raise
+
+
+def check_bag_path(path: Path) -> None:
+    """Raise ``LogError`` where something lies at ``path`` that a bag may not replace."""
+    if path.exists() and not path.is_dir():
+        raise LogError(f"{path}: is a file; valid for a rosbag2 is the name of a folder")
+    names = sorted(file.name for file in path.iterdir()) if path.is_dir() else []
+    others = [name for name in names if name != METADATA_FILE and not name.endswith(STORAGE_SUFFIXES)]
+    if others or (names and METADATA_FILE not in names):
+        raise LogError(f"{path}: is a folder with {(others or names)[0]!r}; valid is a new name, or a bag to replace")
