@@ -48,8 +48,9 @@ class View:
 
     ``time`` [s]; ``images`` maps a camera's name to (height, width) uint8; ``distance`` [m] (negative when the robot
     reversed) and ``turn`` [rad] are odometry since the last view; ``truth`` is the true pose where one is known: it is
-    for scoring and drawing, a localiser must not look at it. ``behaviour`` is what the robot was told to do from here
-    on, in its own words; empty: to go on as before, or nobody told.
+    for scoring and drawing, a localiser must not look at it. ``has_odometry`` is False where nobody measured the
+    motion: ``distance`` and ``turn`` are 0 then and mean nothing. ``behaviour`` is what the robot was told to do from
+    here on, in its own words; empty: to go on as before, or nobody told.
     """
 
     time: float
@@ -59,6 +60,7 @@ class View:
     turn: float = 0.0
     truth: Pose | None = None
     behaviour: str = ""
+    has_odometry: bool = True
 
     @property
     def sensors(self) -> frozenset[str]:

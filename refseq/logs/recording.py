@@ -27,6 +27,11 @@ class Recording:
     findings: Findings | None = None
 
     @property
+    def has_odometry(self) -> bool:
+        """Whether the motion of at least one view was measured."""
+        return any(view.has_odometry for view in self.views)
+
+    @property
     def sensors(self) -> frozenset[str]:
         """Names of the sensors that at least one view has."""
         return frozenset().union(*(view.sensors for view in self.views))
@@ -51,4 +56,5 @@ def views_of(data: Iterable[TimedData]) -> Iterator[View]:
         now = at.odometry
         distance, turn = motion_between(before, now) if before and now else (0.0, 0.0)
         before = now or before
-        yield View(at.time, MappingProxyType(at.images), at.scan, distance, turn, at.truth, at.behaviour)
+        images = MappingProxyType(at.images)
+        yield View(at.time, images, at.scan, distance, turn, at.truth, at.behaviour, has_odometry=now is not None)

@@ -34,10 +34,12 @@ def learn(
     profile's. ``metadata`` say which drive it was, ``name`` is the path's; a path without one takes its file's.
 
     Raises ``MapError`` where there is no view, where a sensor asked for is in none of them, and where the profile or a
-    feature is unknown or no feature fits the sensors.
+    feature is unknown or no feature fits the sensors; also where the views are one place, or the odometry does not tell
+    them apart.
     """
     chosen = profile_named(profile) if isinstance(profile, str) else profile
     extractors = make_extractors(features or chosen.features, check_sensors(views, sensors, "the drive"), chosen)
+    check_way(views)
     columns = [
         {extractor.key: extractor.learn(view) for extractor in extractors if extractor.sensor in view.sensors}
         for view in views
@@ -60,6 +62,24 @@ def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[n
     begin = start or Pose(0.0, 0.0, 0.0)
     poses = accumulate(views[1:], lambda pose, view: after_motion(pose, view.distance, view.turn), initial=begin)
     return np.array([(pose.x, pose.y, pose.heading) for pose in poses])
+
+
+def check_way(views: Sequence[View]) -> None:
+    """Raise ``MapError`` for views that make no path: a single one, or views with no distance between them."""
+    length = sum(abs(view.distance) for view in views[1:])
+    if length > 0:
+        return
+    if not any(view.has_odometry for view in views):
+        cause = "there is no odometry on any topic"
+    elif len(views) == 1:
+        cause = "the drive holds a single view, or thinning left one"
+    else:
+        cause = "the odometry never moves"
+    places = f"{len(views)} place{'s' * (len(views) > 1)}"
+    raise MapError(
+        f"a map would have {places} over {length:.1f} m: {cause}; "
+        "valid are two views or more with odometry between them"
+    )
 
 
 def check_sensors(views: Sequence[View], wanted: Sequence[str] | None, what: str) -> tuple[str, ...]:

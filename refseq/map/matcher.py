@@ -1,5 +1,6 @@
 """Matching: a view's features, compared with the places of every sequence of a map."""
 
+import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,9 +24,9 @@ Features = Mapping[str, NDArray[np.intp]]
 class Measurement:
     """A view after matching with one sequence: the likelihood of each of its places (K,), sum 1.
 
-    ``distance`` is the motion since the last view [m]; ``timings`` what matching cost. ``log_ratio`` (K,) is the
-    log-likelihood ratio of each place against being elsewhere, ``None`` where the matching does not tell; the
-    likelihood is then the same but for a factor.
+    ``distance`` is the motion since the last view [m], NaN where nobody measured it; ``timings`` what matching cost.
+    ``log_ratio`` (K,) is the log-likelihood ratio of each place against being elsewhere, ``None`` where the matching
+    does not tell; the likelihood is then the same but for a factor.
     """
 
     likelihood: NDArray[np.float64]
@@ -58,12 +59,13 @@ class Matcher:
         start = time.perf_counter()
         described = {e.key: e.describe(view) for e in self.extractors[0] if e.sensor in view.sensors}
         spent = time.perf_counter() - start
+        distance = view.distance if view.has_odometry else math.nan
         measured = []
         for sequence, extractors in zip(self._sequences, self.extractors, strict=True):
             start = time.perf_counter()
             seen = {e.key: e.recognise(described[e.key]) for e in extractors if e.key in described}
             timings = Timings(features=spent, matching=time.perf_counter() - start)
-            measured.append(compare(sequence, seen, view.distance, (self._seed, self._count), timings))
+            measured.append(compare(sequence, seen, distance, (self._seed, self._count), timings))
             spent = 0.0  # it is the first one's
         self._count += 1
         return measured

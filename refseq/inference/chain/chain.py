@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import xlogy
 
 from refseq.inference.chain.exponential_kernel import ExponentialKernel
-from refseq.inference.chain.motion import MotionSettings, motion_model
+from refseq.inference.chain.motion import MotionSettings, motion_model, usual_step
 from refseq.inference.chain.paths import PathBounds
 
 
@@ -67,7 +67,8 @@ class ChainSettings:
 class Observation:
     """One view as the chain sees it: the distance since the last one [m], and the states' log-likelihoods.
 
-    ``places`` is (K,), ``lost`` that of any Lost_Place. Only their differences matter, so any scale will do.
+    A ``distance`` that is NaN was not measured. ``places`` is (K,), ``lost`` that of any Lost_Place. Only their
+    differences matter, so any scale will do.
     """
 
     distance: float
@@ -103,11 +104,21 @@ class Chain:
         return start
 
     def transitions(self, distance: float) -> "Transitions":
-        """The moves over a travelled distance [m]; negative: the robot reversed. The last ones made are kept."""
+        """The moves over a travelled distance [m]; negative: the robot reversed; NaN: nobody measured it.
+
+        The last ones made are kept.
+        """
+        if math.isnan(distance):
+            return self.unmeasured.transitions(usual_step(self.along))
         if distance not in self._latest:
             self._latest.clear()
             self._latest[distance] = Transitions(self, distance)
         return self._latest[distance]
+
+    @cached_property
+    def unmeasured(self) -> "Chain":
+        """The same chain, with a window for steps of unknown length."""
+        return Chain(self.along, self.motion.unmeasured(usual_step(self.along)), self.settings, self.ends)
 
     @cached_property
     def behind(self) -> NDArray[np.intp]:

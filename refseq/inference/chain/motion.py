@@ -1,6 +1,7 @@
 """Motion models along the path: the two-level window of Fig. 3.7, discrete or interpolated, in metres."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -31,6 +32,13 @@ class MotionSettings:
         """Reach of the high probability to either side of ``distance`` [m]."""
         return self.slack + self.drift * abs(distance)
 
+    def unmeasured(self, step: float) -> "MotionSettings":
+        """The settings for a motion that nobody measured, of which the usual ``step`` [m] is taken for the distance.
+
+        The window then reaches from standing still to twice the step.
+        """
+        return replace(self, slack=self.slack + step)
+
 
 class MotionModel(Protocol):
     """P(k | j, d) for all places j and k, every row of sum 1, without its matrix."""
@@ -51,6 +59,12 @@ class MotionModel(Protocol):
         """Σ_j P(j) P(k | j, d) (−log P(k | j, d)), (K,)."""
 
 
+def usual_step(along: NDArray[np.float64]) -> float:
+    """The median distance from one place to the next [m], 0 for a single place."""
+    steps = np.diff(along)
+    return float(np.median(steps)) if len(steps) else 0.0
+
+
 def motion_model(
     along: NDArray[np.float64], distance: float, settings: MotionSettings, ends: tuple[int, ...] = (-1,)
 ) -> MotionModel:
@@ -64,7 +78,10 @@ def motion_model(
 def motion_prior(
     belief: NDArray[np.float64], along: NDArray[np.float64], distance: float, settings: MotionSettings
 ) -> NDArray[np.float64]:
-    """P(k) = α_reg · P(k | d) + (1 − α_reg) / K, (K,), for the view after ``belief`` (2.17)."""
+    """P(k) = α_reg · P(k | d) + (1 − α_reg) / K, (K,), for the view after ``belief`` (2.17); d may be NaN."""
+    if math.isnan(distance):
+        distance = usual_step(along)
+        settings = settings.unmeasured(distance)
     moved = motion_model(along, distance, settings).predict(belief)
     prior: NDArray[np.float64] = settings.regularisation * moved + (1 - settings.regularisation) / len(belief)
     return prior

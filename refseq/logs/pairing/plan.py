@@ -50,7 +50,14 @@ class ViewPlan:
         return replace(self, views=with_odometry_noise(self.views, rng, noise))
 
     def thinned(self, distance: float, turn: float = np.inf) -> "ViewPlan":
-        """The plan of a view whenever ``distance`` [m] or ``turn`` [rad] has been added up."""
+        """The plan of a view whenever ``distance`` [m] or ``turn`` [rad] has been added up.
+
+        Raises ``LogError`` for a log without odometry, which has nothing to add up.
+        """
+        if not any(view.has_odometry for view in self.views):
+            raise LogError(
+                f"{self.source.path}: has no odometry to thin by; valid are all its views, or odometry from elsewhere"
+            )
         kept, views = thinned(self.views, distance, turn)
         return self._of(np.array(kept, np.intp), views)
 

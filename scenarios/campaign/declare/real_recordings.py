@@ -6,10 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from refseq.logs import Recording, read_recording
-from refseq.logs.pairing.plan import plan_views
+from refseq.logs import Recording, open_log, plan_views
 from refseq.logs.pictures.source import PictureFolder
-from refseq.logs.thin import every, with_odometry_noise
 from refseq.planar import Pose
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.errors import ScenarioError
@@ -67,12 +65,12 @@ def read_real(source: Log | Images) -> Recording:
 
 
 def _read_log(log: Log, path: Path) -> Recording:
-    recording = read_recording(path)
-    views = recording.views[stretch(log.views, len(recording.views), path)]
+    plan = plan_views(open_log(path))
+    plan = plan.between(stretch(log.views, len(plan), path))
     if log.noise is not None:
-        views = with_odometry_noise(views, np.random.default_rng(log.noise))
-    views = every(views, log.thin) if log.thin else views
-    return Recording(views, {"world": path.name, **recording.metadata})
+        plan = plan.with_noise(np.random.default_rng(log.noise))
+    recording = (plan.thinned(log.thin) if log.thin else plan).recording()
+    return replace(recording, metadata={"world": path.name, **recording.metadata})
 
 
 def _read_images(images: Images, folder: Path) -> Recording:
