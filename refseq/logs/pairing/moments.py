@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 MOST_TOLERANCE = 0.25
 """The largest tolerance that is taken unasked [s]: what a robot at 1 m/s sees a quarter of a metre later."""
 
+NEARLY = 0.8
+"""Sensors are of equal rate if one's period is so much of the other's: which of them leads must not hang on jitter."""
+
 NONE = -1
 """No sample of this sensor belongs to the moment."""
 
@@ -59,10 +62,10 @@ def sample_of(numbers: NDArray[np.int64], ids: Sequence[int]) -> NDArray[np.intp
 
 
 def slowest(stamps: Mapping[str, NDArray[np.float64]]) -> str:
-    """The topic with the lowest rate, of those that last for at least half of the log."""
+    """The topic with the lowest rate that lasts for half of the log; of nearly equal ones the first."""
     spans = {topic: float(np.ptp(found)) for topic, found in stamps.items()}
-    lasting = [topic for topic in stamps if spans[topic] >= max(spans.values()) / 2]
-    return max(lasting, key=lambda topic: (period(stamps[topic]), topic))
+    periods = {topic: period(stamps[topic]) for topic in stamps if spans[topic] >= max(spans.values()) / 2}
+    return next(topic for topic in periods if periods[topic] >= NEARLY * max(periods.values()))
 
 
 def period(stamps: NDArray[np.float64]) -> float:

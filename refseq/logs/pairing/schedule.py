@@ -1,5 +1,6 @@
 """Moments of a log with the odometer's pose, the true pose and the behaviour at each."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -65,6 +66,11 @@ def _of_moments(found: Survey, moments: Moments, track: Track | None) -> list[Po
 def _by_time(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:
     """Moments of the leading sensor; odometry and truth are interpolated at their times."""
     stamps = {topic: np.array(found.stamps[topic].times) for topic in choice.sensors}
+    if options.tolerance is not None and not 0 <= options.tolerance < math.inf:
+        raise LogError(
+            f"{found.source.path}: tolerance {options.tolerance} s is not valid; "
+            "it should be a number of seconds, 0 or more"
+        )
     leading = _leading(found, choice, stamps, options.leading)
     tolerance = default_tolerance(stamps[leading]) if options.tolerance is None else options.tolerance
     moments = paired(stamps, leading, tolerance)

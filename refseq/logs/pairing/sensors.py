@@ -84,6 +84,10 @@ def _sensors(found: Survey, options: PairingOptions, notes: list[str]) -> dict[s
     told = {topic: found.stamps[topic].channel.sensor or sensor_name(topic) for topic in cameras}
     named = {topic: options.names.get(topic) or told[topic] for topic in cameras}
     sensors = {topic: named[topic] for topic in sorted(named)}
+    for topic in lasers:
+        if options.names.get(topic, LASER) != LASER:
+            name = options.names[topic]
+            raise LogError(f"{found.source.path}: laser {topic} is named {name!r}; valid is {LASER!r}")
     if lasers:
         taken = _front(lasers, options)
         sensors[taken] = LASER
