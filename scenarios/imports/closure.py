@@ -83,6 +83,7 @@ class _Walk:
         self._root = root
         self._left: list[tuple[str, Path]] = []
         self._seen: set[str] = set()
+        self._found: dict[str, Path | None] = {}  # files of the bench's modules that were asked for
         self.files: dict[str, Path] = {}
         self.versions = {"python": python_version()}
         self.untold: list[str] = []
@@ -119,8 +120,11 @@ class _Walk:
         return True
 
     def _file_of(self, module: str) -> Path | None:
-        place = self._root.joinpath(*module.split("."))
-        return next((file for file in (place / "__init__.py", place.with_suffix(CODE)) if file.is_file()), None)
+        if module not in self._found:
+            place = self._root.joinpath(*module.split("."))
+            files = (place / "__init__.py", place.with_suffix(CODE))
+            self._found[module] = next((file for file in files if file.is_file()), None)
+        return self._found[module]
 
     def add_alone(self, module: str) -> None:
         """Take in the file of a module of the bench, and nothing that it imports."""

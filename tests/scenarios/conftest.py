@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, sync_playwright
 from refseq_bench.scenarios.cli import app
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-DRAWN_BY_CPU = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+DRAWN_BY_CPU = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-compositing")
 """So that a page that draws a world does so without a graphics card."""
 
 

@@ -63,16 +63,17 @@ def files_run(call: Callable[[], object]) -> list[str]:
     """The bench's files in which a function ran, in any thread."""
     found: set[str] = set()
 
-    def note(frame: FrameType, event: str, _argument: object) -> None:
-        if event == "call" and frame.f_code.co_name != "<module>":
+    def note(frame: FrameType, _event: str, _argument: object) -> None:
+        if frame.f_code.co_name != "<module>":
             found.add(frame.f_code.co_filename)
 
-    threading.setprofile(note)
-    sys.setprofile(note)
+    # It is called for each function that begins, and as it returns nothing, for none of its lines.
+    threading.settrace(note)
+    sys.settrace(note)
     try:
         call()
     finally:
-        sys.setprofile(None)
+        sys.settrace(None)
     names = (Path(file).relative_to(ROOT).as_posix() for file in found if file.startswith(f"{ROOT}{os.sep}"))
     return sorted(name for name in names if name.split("/")[0] in PACKAGES)
 
