@@ -1,24 +1,28 @@
 """The commands ``refseq log info | check``: logs of any robot, before anything is learnt."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from refseq_bench.scenarios.cli.terminal.console import out, print_json
-from refseq_bench.scenarios.cli.terminal.options import Json, Selection, grouped, output
+from refseq_bench.scenarios.cli.terminal.console import err, out, print_json
+from refseq_bench.scenarios.cli.terminal.options import Json, Selection, grouped, only_one_of, option, output
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import check_output, writing
+from refseq_bench.scenarios.drives.inputs import check_beside, check_output, plan_drive, thinned_drive, writing
+from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import TextTable, print_whole, say
 
 if TYPE_CHECKING:
+    from refseq.logs import ViewPlan
     from refseq_bench.scenarios.log_tools.checkup import Checkup
+    from refseq_bench.scenarios.log_tools.cutting import KeptStretch
 
 BELOW = 1
 
-app = group("Look at logs of any robot; `refseq log check FILE` is the first thing to run.")
+app = group("Look at logs of any robot, convert and cut them; `refseq log check FILE` is the first thing to run.")
 
-LOG_HELP = "Log: an MCAP recording, a CARMEN log."
+LOG_HELP = "Log: MCAP, a ROS bag, a CARMEN log, a folder of pictures."
 LogFile = Annotated[Path, typer.Argument(metavar="LOG", help=LOG_HELP)]
 
 
@@ -110,3 +114,102 @@ def _print_check(found: "Checkup") -> None:
         say(out, f"{one.task:<10} {one.usability}: {one.reason}")
         for command in one.commands:
             say(out, f"{'':<10} {command}")
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq log convert robot_bag drive.mcap --thin 0.5`
+* `refseq log convert drive.mcap bag --format rosbag2`
+* `refseq log convert drive.mcap odometry.tum`
+
+Views are written, with all their sensors at one time: samples between them are left out. `refseq log cut` copies
+messages as they are.""",
+)
+@grouped
+def convert(
+    log: LogFile,
+    target: Annotated[Path, typer.Argument(metavar="OUT", help="File or folder to write.")],
+    form: Annotated[
+        str | None,
+        option("FORMAT", "mcap, rosbag2, carmen, tum or kitti. [default: by the name of OUT]", "--format"),
+    ] = None,
+    selection: Selection = Selection(),
+) -> None:
+    """Write a log's views in another format: ours (MCAP), a rosbag2 folder, CARMEN, or its poses alone."""
+    from refseq.logs import open_log
+    from refseq_bench.scenarios.log_tools.conversion import LogFormat, format_of
+    from refseq_bench.scenarios.log_tools.conversion import convert as write
+
+    wanted = format_of(target, form)
+    check_beside(log, target)
+    if wanted is not LogFormat.ROSBAG2:
+        check_output(target)
+    plan = thinned_drive(open_log(log), selection.chosen())
+    notes = {"source": log.name, "source_kind": plan.source.kind}
+    with writing(target):
+        found = write(plan, target, wanted, notes)
+    left = f"; left out: {', '.join(found.left_out)}" if found.left_out else ""
+    say(out, f"{target}: {found.views} views as {wanted}{left}")
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq log cut drive.mcap --views 0:160 -o first.mcap`
+* `refseq log cut robot_bag --time 60:120 -o minute`
+* `refseq log cut drive.clf --distance 0:37 -o first.clf`""",
+)
+def cut(
+    log: LogFile,
+    output: Annotated[Path, output("Log to write, of the same kind.", "OUT")],
+    views: Annotated[str | None, option("FROM:TO", "Keep these views, TO not among them.")] = None,
+    time: Annotated[str | None, option("FROM:TO", "Keep these seconds since the first view.")] = None,
+    distance: Annotated[str | None, option("FROM:TO", "Keep these metres along the path by odometry.")] = None,
+) -> None:
+    """Keep a stretch of a log: its messages as they are, all topics, in the log's own format."""
+    from refseq_bench.scenarios.log_tools.cutting import by_distance, by_time, by_views
+
+    only_one_of(views=views, time=time, distance=distance)
+    ways = {"views": (views, by_views), "time": (time, by_time), "distance": (distance, by_distance)}
+    name, text, way = next(((n, text, way) for n, (text, way) in ways.items() if text is not None), ("", "", None))
+    if way is None:
+        raise ScenarioError("a stretch is missing; valid is --views, --time or --distance FROM:TO")
+    _cut(log, output, lambda plan: way(plan, text), f"{name} {text}")
+
+
+@app.command(cls=BenchCommand, epilog="Example: `refseq log trim drive.mcap -o moving.mcap`")
+def trim(log: LogFile, output: Annotated[Path, output("Log to write, of the same kind.", "OUT")]) -> None:
+    """Drop the standing at the beginning and the end of a log, but for a second of each."""
+    from refseq_bench.scenarios.log_tools.cutting import without_standing
+
+    _cut(log, output, without_standing, "trimmed")
+
+
+def _cut(log: Path, output: Path, choose: "Callable[[ViewPlan], KeptStretch]", how: str) -> None:
+    from refseq.logs import open_log
+    from refseq_bench.scenarios.log_tools.copies import check_copy, copy_stretch
+    from refseq_bench.scenarios.log_tools.cutting import logged_span
+
+    check_beside(log, output)
+    source = open_log(log)
+    check_copy(log, output)
+    plan = plan_drive(source)
+    kept = choose(plan)
+    begin, end = plan.views[0].time, plan.views[-1].time
+    notes = {"cut": f"{how} of {log.name}, {kept.first - begin:.3f} to {kept.last - begin:.3f} s"}
+    with writing(output):
+        messages = copy_stretch(log, output, logged_span(plan, kept), notes)
+    _tell_cut_off(log, complete=plan.source.complete)
+    say(
+        out,
+        f"{output}: {messages} messages, {kept.views.stop - kept.views.start} of {len(plan)} views; dropped "
+        f"{kept.first - begin:.1f} s at the beginning and {end - kept.last:.1f} s at the end",
+    )
+
+
+def _tell_cut_off(log: Path, *, complete: bool) -> None:
+    if not complete:
+        say(err, f"note: {log} was cut off: what lies before is written")

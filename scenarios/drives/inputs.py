@@ -80,6 +80,13 @@ def check_output(*paths: Path | None) -> None:
             raise ScenarioError(f"{path}: cannot be written: no write access to folder {path.parent}")
 
 
+def check_beside(source: Path, target: Path) -> None:
+    """Tell that a result would overwrite what it is made of, or lie within it."""
+    made, of = target.resolve(), source.resolve()
+    if made == of or of in made.parents or made in of.parents:
+        raise ScenarioError(f"{target}: would overwrite {source}; valid is another name")
+
+
 def check_folder(path: Path) -> None:
     """Tell before the work begins that a folder could not be made or filled; nothing is made yet."""
     there = next(one for one in (path.absolute(), *path.absolute().parents) if one.exists())

@@ -76,7 +76,7 @@ def check_log(path: Path, selection: DriveSelection) -> Checkup:
     source = open_log(path)
     plan, refusal = _planned(source, selection)
     found = survey(source)
-    if selection.thin is None and plan is not None and _spacing(plan) < DENSE:
+    if selection.thin is None and plan is not None and motion_origin(plan.findings) and _spacing(plan) < DENSE:
         selection = replace(selection, thin=USUAL_SPACING)
     kept = plan.thinned(selection.thin) if plan and selection.thin else plan
     way, true = _way(plan), positions([view.truth for view in plan.views if view.truth] if plan else [])

@@ -1,7 +1,7 @@
 """Survey of a log: one pass over its samples, which keeps clocks and a few pictures and scans."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from typing import TypeGuard
 
@@ -46,19 +46,18 @@ class LogSurvey:
     @property
     def start(self) -> float:
         """Earliest time of a message that is read [s]; NaN without any."""
-        return min((one.timing.first for one in self.topics if not math.isnan(one.timing.first)), default=math.nan)
+        return min(self._ends(lambda timing: timing.first), default=math.nan)
 
     @property
     def duration(self) -> float:
         """Time from the earliest message that is read to the latest [s]; NaN without any."""
-        return (
-            max((one.timing.last for one in self.topics if not math.isnan(one.timing.last)), default=math.nan)
-            - self.start
-        )
+        return max(self._ends(lambda timing: timing.last), default=math.nan) - self.start
 
-    def of(self, role: Role) -> tuple[TopicSurvey, ...]:
-        """The topics of a role that have a message."""
-        return tuple(one for one in self.topics if one.channel.role is role and one.timing.count)
+    def _ends(self, of: Callable[[Timing], float]) -> list[float]:
+        """Times of the topics that have one; mounts and calibrations may be stamped long before the drive."""
+        timed = [topic for topic in self.topics if not math.isnan(topic.timing.first)]
+        driven = [topic for topic in timed if topic.channel.role not in (Role.TRANSFORMS, Role.CALIBRATION)]
+        return [of(topic.timing) for topic in driven or timed]
 
 
 @dataclass(slots=True)

@@ -85,8 +85,8 @@ def _localise(of: Prospect) -> Verdict:
     if of.plan is None:
         return Verdict("localise", Usability.FAILS, of.refusal)
     if not motion_origin(of.plan.findings):
-        reason = "no odometry: each view is judged by itself (stage uniform)"
-        return Verdict("localise", Usability.LIMITED, reason, _commands(of, "localise"))
+        reason = "no odometry: each view is judged by itself (stage uniform), in a map of another log"
+        return Verdict("localise", Usability.LIMITED, reason, _commands(of, "alone"))
     split = split_at(of.plan, of.travel) if of.selection.views is None else None
     if split is not None:
         reason = f"{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest"
@@ -133,6 +133,8 @@ def _commands(of: Prospect, task: str, split: int | None = None, more: str = "")
     learnt, beliefs = shlex.quote(f"{stem}.refseq"), "beliefs.parquet"
     if task == "check":
         return (" ".join(["refseq log check", log, *options, more]),)
+    if task == "alone":
+        return (" ".join(["refseq localise MAP", log, *options, "--stage uniform -o", beliefs]),)
     if task == "learn":
         return (" ".join(["refseq learn", log, *options, "-o", learnt]),)
     if split is None or of.plan is None:

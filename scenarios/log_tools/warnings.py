@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 
 from refseq.logs.findings import Findings
 from refseq.logs.pairing.plan import ViewPlan
+from refseq.logs.source import Role
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin, topic_of
 
@@ -26,8 +27,7 @@ def warnings_of(found: LogSurvey, plan: ViewPlan | None, offsets: Mapping[str, C
     lines: list[str] = []
     if not found.source.complete:
         lines.append("the log was cut off: what lies before the cut is read")
-    for topic in found.topics:
-        lines += _of_clock(topic, found.start)
+    lines += _of_clocks(found)
     if plan is not None:
         lines += _of_other_clocks(found, plan.findings)
         lines += _of_offsets(plan.findings, offsets)
@@ -35,19 +35,29 @@ def warnings_of(found: LogSurvey, plan: ViewPlan | None, offsets: Mapping[str, C
     return tuple(lines)
 
 
+def _of_clocks(found: LogSurvey) -> Iterator[str]:
+    """Warnings about the clock of each topic; topics of which the same is to be told share a line."""
+    told: dict[str, list[str]] = {}
+    for topic in found.topics:
+        for line in _of_clock(topic, found.start):
+            told.setdefault(line, []).append(topic.name)
+    for line, topics in told.items():
+        yield f"{', '.join(topics)}: {line}"
+
+
 def _of_clock(topic: TopicSurvey, start: float) -> Iterator[str]:
     timing = topic.timing
     if timing.zeros:
-        yield f"{topic.name}: {times(timing.zeros, 'stamp')} of zero: the time of logging stands for them"
+        whole = "all stamps" if timing.zeros == timing.count else times(timing.zeros, "stamp")
+        yield f"{whole} of zero: the time of logging stands for them"
+    if topic.channel.role is Role.TRANSFORMS:  # of many clocks, and only when something moves
+        return
     if timing.backwards:
-        yield f"{topic.name}: the clock jumps back {times(timing.backwards, 'time')}"
+        yield f"the clock jumps back {times(timing.backwards, 'time')}"
     if timing.duplicates:
-        yield f"{topic.name}: {times(timing.duplicates, 'message')} with the stamp of the one before"
+        yield f"{times(timing.duplicates, 'message')} with the stamp of the one before"
     if (gap := timing.longest_gap) is not None:
-        yield (
-            f"{topic.name}: {times(len(timing.gaps), 'pause')}, the longest of {gap.length:.1f} s at "
-            f"{gap.start - start:.1f} s"
-        )
+        yield (f"{times(len(timing.gaps), 'pause')}, the longest of {gap.length:.1f} s at {gap.start - start:.1f} s")
 
 
 def _of_other_clocks(found: LogSurvey, findings: Findings) -> Iterator[str]:

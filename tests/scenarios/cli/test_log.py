@@ -139,3 +139,41 @@ def test_what_is_no_log_is_told_in_one_line(tmp_path, capsys):
     path.write_bytes(b"\0\1\2" * 100)
     code, _, err = run(capsys, "info", path)
     assert (code, err.count("\n")) == (2, 1)
+
+
+def test_cut_keeps_a_stretch_and_says_what_it_dropped(drive, tmp_path, capsys):
+    out_file = tmp_path / "first.mcap"
+    code, out, _ = run(capsys, "cut", drive, "--views", "0:10", "-o", out_file)
+    assert code == 0
+    assert "10 of 40 views; dropped 0.0 s at the beginning and 60.0 s at the end" in out
+    found = json.loads(run(capsys, "info", out_file, "--json")[1])[0]
+    assert found["metadata"] == {"robot": "mine", "cut": "views 0:10 of drive.mcap, 0.000 to 18.000 s"}
+    assert found["complete"]
+
+
+def test_trim_and_convert_say_what_they_wrote(drive, tmp_path, capsys):
+    assert run(capsys, "trim", drive, "-o", tmp_path / "moving.mcap")[0] == 0
+    code, out, _ = run(capsys, "convert", drive, tmp_path / "drive.clf", "--thin", "1")
+    assert code == 0
+    assert "10 views as carmen; left out: pictures of forward, pictures of lateral" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["cut", "{drive}", "-o", "{drive}", "--views", "0:3"], "would overwrite"),
+        (["convert", "{drive}", "{drive}"], "would overwrite"),
+        (["cut", "{drive}", "-o", "{folder}/o.mcap"], "a stretch is missing"),
+        (["cut", "{drive}", "-o", "{folder}/o.mcap", "--views", "0:3", "--time", "1:2"], "exclude each other"),
+        (["cut", "{drive}", "-o", "{folder}/o.mcap", "--distance", "90:99"], "valid is FROM:TO within 0:9.8 m"),
+        (["cut", "{drive}", "-o", "{folder}/none/o.mcap", "--views", "0:3"], "there is no folder"),
+        (["convert", "{drive}", "{folder}/o.xyz"], "its name tells no format"),
+        (["trim", "{folder}/none.mcap", "-o", "{folder}/o.mcap"], "No such file"),
+    ],
+)
+def test_what_cannot_be_cut_or_converted_is_told_in_one_line_and_leaves_nothing(drive, capsys, words, told):
+    before = {path: path.read_bytes() for path in drive.parent.iterdir()}
+    code, _, err = run(capsys, *(word.format(drive=drive, folder=drive.parent) for word in words))
+    assert (code, err.count("\n")) == (2, 1)
+    assert told in err
+    assert {path: path.read_bytes() for path in drive.parent.iterdir()} == before

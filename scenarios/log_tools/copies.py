@@ -1,0 +1,224 @@
+"""Copies of a stretch of a log in its own format, message by message as they are."""
+
+import bz2
+import gzip
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO, NamedTuple
+
+from mcap.exceptions import McapError
+from mcap.records import Channel, Header, Metadata, Schema
+from mcap.writer import Writer as McapWriter
+from rosbags.interfaces import Connection, ConnectionExtRosbag2
+from rosbags.rosbag1 import Reader as Rosbag1Reader
+from rosbags.rosbag1 import ReaderError as Rosbag1Error
+from rosbags.rosbag1 import Writer as Rosbag1Writer
+from rosbags.rosbag2 import Reader as Rosbag2Reader
+from rosbags.rosbag2 import ReaderError as Rosbag2Error
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Rosbag2Writer
+
+from refseq.errors import LogError
+from refseq.files import replacing_at
+from refseq.logs.foxglove.records import McapMessage, is_mcap, records
+from refseq.logs.foxglove.writer import METADATA_NAME
+from refseq.logs.ros.storage import ROSBAG1_MAGIC
+
+NANOSECONDS = 1_000_000_000
+LATCHED = ("/tf_static", "/robot_description")
+"""Topics whose last message before the stretch holds within it: it is written at its beginning."""
+
+
+class LoggedSpan(NamedTuple):
+    """A stretch of a log by the times of logging [ns], both ends among it."""
+
+    first: int
+    last: int
+
+    def place(self, time: int, topic: str) -> int | None:
+        """The time at which a message is written to the copy; None of one that is left out."""
+        if self.first <= time <= self.last:
+            return time
+        latched = topic in LATCHED or "camera_info" in topic
+        return self.first if latched and time < self.first else None
+
+
+def check_copy(source: Path, target: Path) -> None:
+    """Raise ``LogError`` before the work begins where ``source`` cannot be copied, or not to ``target``."""
+    folder = _copier(source) is _copy_rosbag2
+    if folder and target.exists():
+        raise LogError(f"{target}: is there already; valid is the name of a folder to make")
+    if not folder and target.is_dir():
+        raise LogError(f"{target}: is a folder; valid is the name of a file to write")
+    if not target.parent.is_dir():
+        raise LogError(f"{target}: cannot be written: there is no folder {target.parent}")
+
+
+def copy_stretch(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
+    """Copy what was logged in ``span``, with ``notes`` added to the log's own; the number of messages.
+
+    ``target`` is replaced in one step. Raises ``LogError`` for kinds of logs that cannot be copied, and for damage
+    before the stretch begins.
+    """
+    copy = _copier(source)
+    try:
+        return copy(source, target, span, notes)
+    except (Rosbag1Error, Rosbag2Error, McapError) as error:
+        raise LogError(f"{source}: cannot be copied: {' '.join(str(error).split())}") from error
+
+
+def _copier(source: Path) -> Callable[[Path, Path, LoggedSpan, Mapping[str, str]], int]:
+    if source.is_dir():
+        if not (source / "metadata.yaml").is_file():
+            raise LogError(f"{source}: is a folder that cannot be cut; valid are rosbag2 folders, MCAP, ROS 1, CARMEN")
+        return _copy_rosbag2
+    if is_mcap(source):
+        return _copy_mcap
+    with source.open("rb") as file:
+        head = file.read(len(ROSBAG1_MAGIC))
+    if head == ROSBAG1_MAGIC:
+        return _copy_rosbag1
+    if source.suffix == ".db3":
+        return _copy_rosbag2
+    return _copy_carmen
+
+
+def _copy_mcap(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
+    count = 0
+    with replacing_at(target) as temporary, temporary.open("wb") as file:
+        writer = McapWriter(file)
+        known: dict[int, int] = {}
+        begun = False
+        with suppress(McapError):  # of a log that was cut off, what lies before the cut
+            for record in records(source):
+                if isinstance(record, Header):
+                    writer.start(record.profile, "refseq log cut")
+                    writer.add_metadata(METADATA_NAME, dict(notes))
+                    begun = True
+                elif isinstance(record, Metadata):
+                    writer.add_metadata(record.name, record.metadata)
+                elif isinstance(record, McapMessage):
+                    count += _copy_message(writer, record, known, span)
+        if not begun:
+            raise LogError(f"{source}: is damaged before its first message")
+        writer.finish()  # type: ignore[no-untyped-call]
+    return count
+
+
+def _copy_message(writer: McapWriter, record: McapMessage, known: dict[int, int], span: LoggedSpan) -> bool:
+    channel, message = record.channel, record.message
+    at = span.place(message.log_time, channel.topic)
+    if at is None:
+        return False
+    if channel.id not in known:
+        known[channel.id] = _registered(writer, channel, record.schema)
+    writer.add_message(known[channel.id], at, message.data, message.publish_time, message.sequence)
+    return True
+
+
+def _registered(writer: McapWriter, channel: Channel, schema: Schema | None) -> int:
+    number = 0 if schema is None else writer.register_schema(schema.name, schema.encoding, schema.data)
+    return int(writer.register_channel(channel.topic, channel.message_encoding, number, dict(channel.metadata)))
+
+
+def _copy_rosbag1(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
+    """A ROS 1 bag has no place for notes."""
+    with tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=target.parent) as folder:
+        made = Path(folder) / target.name
+        with Rosbag1Reader(source) as bag, Rosbag1Writer(made) as writer:
+            count = 0
+            known: dict[int, Connection] = {}
+            for connection, time, data in bag.messages():
+                at = span.place(time, connection.topic)
+                if at is None:
+                    continue
+                if connection.id not in known:
+                    known[connection.id] = writer.add_connection(
+                        connection.topic,
+                        connection.msgtype,
+                        msgdef=connection.msgdef.data,
+                        md5sum=connection.digest,
+                    )
+                writer.write(known[connection.id], at, data)
+                count += 1
+        made.replace(target)
+    return count
+
+
+def _copy_rosbag2(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
+    plugin = StoragePlugin.MCAP if any(source.glob("*.mcap*")) else StoragePlugin.SQLITE3
+    with (
+        _new_folder(target) as made,
+        Rosbag2Reader(source) as bag,
+        Rosbag2Writer(made, version=8, storage_plugin=plugin) as writer,
+    ):
+        for key, value in notes.items():
+            writer.set_custom_data(key, value)
+        count = 0
+        known: dict[int, Connection] = {}
+        for connection, time, data in bag.messages():
+            at = span.place(time, connection.topic)
+            if at is None:
+                continue
+            if connection.id not in known:
+                known[connection.id] = _added(writer, connection)
+            writer.write(known[connection.id], at, data)
+            count += 1
+    return count
+
+
+def _added(writer: Rosbag2Writer, connection: Connection) -> Connection:
+    ext = connection.ext
+    return writer.add_connection(
+        connection.topic,
+        connection.msgtype,
+        msgdef=connection.msgdef.data,
+        rihs01=connection.digest,
+        offered_qos_profiles=ext.offered_qos_profiles if isinstance(ext, ConnectionExtRosbag2) else (),
+    )
+
+
+@contextmanager
+def _new_folder(target: Path) -> Iterator[Path]:
+    """A folder's name that becomes ``target`` when the block ends well."""
+    work = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
+    try:
+        yield work / target.name
+        (work / target.name).rename(target)
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def _copy_carmen(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
+    """Lines whose last field, the logger's time, is in the stretch; parameters and comments all."""
+    count = 0
+    with replacing_at(target) as temporary, _text(source, "rt") as lines, _text(temporary, "wt") as file:
+        file.writelines(f"PARAM {key} {'_'.join(value.split())} 0 refseq 0\n" for key, value in notes.items() if value)
+        for line in lines:
+            word = line.split(None, 1)[0] if line.strip() else "#"
+            if word.startswith("#") or word == "PARAM":
+                file.write(line)
+                continue
+            with suppress(ValueError):
+                time = round(float(line.rsplit(None, 1)[-1]) * NANOSECONDS)
+                if span.place(time, word) is not None:
+                    file.write(line)
+                    count += 1
+    return count
+
+
+def _text(path: Path, mode: str) -> IO[str]:
+    """A text file, packed where its name (reading: its first bytes) says so."""
+    suffix = path.suffix
+    if mode == "rt":
+        with path.open("rb") as file:
+            head = file.read(3)
+        suffix = ".gz" if head[:2] == b"\x1f\x8b" else ".bz2" if head == b"BZh" else ""
+    if suffix == ".gz":
+        return gzip.open(path, mode, encoding="utf-8", errors="replace")  # type: ignore[return-value]
+    if suffix == ".bz2":
+        return bz2.open(path, mode, encoding="utf-8", errors="replace")  # type: ignore[return-value]
+    return path.open(mode, encoding="utf-8", errors="replace")
