@@ -58,6 +58,25 @@ def info(
 
 @app.command(
     cls=BenchCommand,
+    epilog="""Example: `refseq log layout drive.mcap -o drive-layout.json`
+
+In Foxglove: menu of layouts, *Import from file…*, then open the log itself.""",
+)
+def layout(log: LogFile, output: Annotated[Path, output("Layout to write (.json).")]) -> None:
+    """Write a layout with which Foxglove shows the log: pictures, scans, odometry and truth."""
+    from refseq.files import replace_text
+    from refseq.logs import open_log
+    from refseq.logs.foxglove.layout import foxglove_layout
+
+    check_output(output)
+    text = foxglove_layout(open_log(log))
+    with writing(output):
+        replace_text(output, text)
+    say(out, f"{output}")
+
+
+@app.command(
+    cls=BenchCommand,
     epilog="""Examples:
 
 * `refseq log check drive.mcap`

@@ -47,6 +47,15 @@ def test_info_tells_topics_rates_and_how_a_drive_was_made(drive, capsys):
     assert "robot: mine" in out
 
 
+def test_a_layout_for_foxglove(drive, tmp_path, capsys):
+    target = tmp_path / "layout.json"
+    assert run(capsys, "layout", drive, "-o", target) == (0, f"{target}\n", "")
+    assert "/forward" in target.read_text()
+    code, out, told = run(capsys, "layout", drive, "-o", tmp_path)
+    assert (code, out) == (2, "")
+    assert told == f"error: {tmp_path}: is a folder; valid is the name of a file to write\n"
+
+
 def test_info_of_several_logs_as_json(drive, capsys):
     code, out, _ = run(capsys, "info", drive, drive, "--json")
     found = json.loads(out)
