@@ -1,12 +1,12 @@
 """The command ``refseq compare``: several methods, asked about the same views."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from refseq_bench.scenarios.cli.terminal.bars import step_bars
 from refseq_bench.scenarios.cli.terminal.console import WITHOUT_TRUTH, out, print_json
-from refseq_bench.scenarios.cli.terminal.options import METHODS, Drives, Json, Seed, option, output
+from refseq_bench.scenarios.cli.terminal.options import METHODS, Drives, GroundTruthRule, Json, Seed, option, output
 from refseq_bench.scenarios.drives.inputs import check_output, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import print_whole, say
@@ -14,12 +14,15 @@ from refseq_bench.scenarios.tables import print_whole, say
 if TYPE_CHECKING:
     from refseq_bench.scenarios.scoring.comparison import Comparison
     from refseq_bench.scenarios.scoring.figures import Figures
+    from refseq_bench.scenarios.scoring.path_geometry import Tolerance
 
 COMPARE_HELP = """Examples:
 
 * `refseq compare reference.mcap query.mcap`
 * `refseq compare reference.mcap query.mcap --methods best/chain,topometric --first-view 40% --report report.html`
-* `refseq compare reference.mcap query.mcap --places 30:80 -o figures.csv`"""
+* `refseq compare reference.mcap query.mcap --places 30:80 -o figures.csv`
+* `refseq compare day_left night_right --ground-truth frame±2`
+* `refseq compare GardensPoint --report report.html`"""
 
 
 def compare(
@@ -32,21 +35,27 @@ def compare(
     kidnap: Annotated[
         str | None, option("FROM:TO", "Carry the robot from before view FROM of the query to view TO.")
     ] = None,
+    ground_truth: GroundTruthRule = None,
+    layout: Annotated[
+        str | None, option("NAME", "Layout of a data set's folder: gardens-point, nordland, vpr-bench, st-lucia, sfu.")
+    ] = None,
     seed: Seed = 1,
     as_json: Json = False,
 ) -> None:
     """Compare methods on the same views, baselines among them."""
-    from refseq_bench.scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark
+    from refseq_bench.scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark, tolerances_of
     from refseq_bench.scenarios.methods.by_name import methods_named
     from refseq_bench.scenarios.scoring.figures import figures_record
 
     check_output(output, report)
     if output is not None and output.suffix.lower() != ".csv":
         raise ScenarioError(f"{output}: is no table's name; valid is a name that ends in .csv")
-    benchmark = Benchmark(pairs_of(drives), methods_named(words(methods, "methods")), places, first_view, kidnap, seed)
+    pairs, wanted = pairs_of(drives, ground_truth, layout), methods_named(words(methods, "methods"))
+    benchmark = Benchmark(pairs, wanted, places, first_view, kidnap, seed)
     with step_bars() as step:
         comparisons = run_benchmark(benchmark, step)
-    experiments = by_experiment(comparisons)
+    tolerances = tolerances_of(benchmark, comparisons)
+    experiments = by_experiment(comparisons, tolerances)
     if as_json:
         print_json(
             [
@@ -57,7 +66,7 @@ def compare(
         )
     else:
         _print(experiments, comparisons)
-    _write(experiments, comparisons, output, report)
+    _write(experiments, comparisons, output, report, tolerances)
 
 
 def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: "Sequence[Comparison]") -> None:
@@ -85,6 +94,7 @@ def _write(
     comparisons: "Sequence[Comparison]",
     table: Path | None,
     report: Path | None,
+    tolerances: "Mapping[str, tuple[Tolerance, Tolerance]]",
 ) -> None:
     from refseq.files import replace_text
     from refseq_bench.scenarios.scoring.figures import figures_csv
@@ -98,4 +108,4 @@ def _write(
 
         with writing(report):
             title = "; ".join(dict.fromkeys(one.name for one in comparisons))
-            write_report(report, comparisons, title=title, outline=outline_for(comparisons))
+            write_report(report, comparisons, title=title, outline=outline_for(comparisons), tolerances=tolerances)

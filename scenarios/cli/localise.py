@@ -7,6 +7,7 @@ from refseq_bench.scenarios.cli.terminal.console import leave_below, out, print_
 from refseq_bench.scenarios.cli.terminal.options import (
     BELIEFS,
     AtLeast,
+    GroundTruthRule,
     Json,
     MapFile,
     NoisySelection,
@@ -25,6 +26,7 @@ from refseq_bench.scenarios.tables import say
 if TYPE_CHECKING:
     from refseq.logs import Recording
     from refseq.map.map import Map
+    from refseq_bench.scenarios.datasets.ground_truth import PictureTruth
     from refseq_bench.scenarios.drives.evaluate import StageResult
     from refseq_bench.scenarios.scoring.comparison import Comparison
 
@@ -47,6 +49,7 @@ def localise(
     sensors: Sensors = None,
     seed: Seed = 1,
     trajectory: WriteTrajectory = None,
+    ground_truth: GroundTruthRule = None,
     at_least: AtLeast = None,
     as_json: Json = False,
     selection: NoisySelection = NoisySelection(),
@@ -62,11 +65,30 @@ def localise(
         _check_trajectories(map_, map_file, output, trajectory)
     drive = read_drive(query, selection.with_noise(seed + 1))
     name = f"{map_file.name} ← {query.name}"
-    check_scorable(map_, drive, at_least)
+    truth = None if ground_truth is None else _ground_truth(ground_truth, map_, map_file, drive, selection)
+    if truth is None:
+        check_scorable(map_, drive, at_least)
     comparison = compare(name, map_, drive, stages=wanted, sensors=chosen, seed=seed)
     if output is not None and trajectory is not None:
         _write_trajectories(comparison, map_, output, trajectory, quiet=as_json)
-    conclude(comparison, map_, output, at_least, as_json=as_json)
+    conclude(comparison, map_, output, at_least, as_json=as_json, truth=truth)
+
+
+def _ground_truth(
+    text: str, map_: "Map", map_file: Path, drive: "Recording", selection: NoisySelection
+) -> "PictureTruth":
+    """The ground truth by picture, seen to fit the map and the drive before the work begins."""
+    from refseq_bench.scenarios.datasets.ground_truth import PictureTruth, ground_truth
+    from refseq_bench.scenarios.drives.evaluate import comparison_of
+
+    if selection.thin:
+        raise ScenarioError(f"--thin {selection.thin:g} and --ground-truth exclude each other; valid is one of them")
+    if not map_.has_one_path:
+        raise ScenarioError(f"{map_file}: is a map of several paths; valid with --ground-truth is a map of one")
+    first = int((selection.views or "").partition(":")[0] or 0)
+    found = PictureTruth(ground_truth(text), (0, first))
+    found.judging(comparison_of("", map_, drive, {}))
+    return found
 
 
 def _check_trajectories(map_: "Map", map_file: Path, output: Path | None, form: TrajectoryName) -> None:
@@ -94,18 +116,29 @@ def _write_trajectories(
 
 
 def conclude(
-    comparison: "Comparison", map_: "Map", output: Path | None, at_least: float | None, *, as_json: bool = False
+    comparison: "Comparison",
+    map_: "Map",
+    output: Path | None,
+    at_least: float | None,
+    *,
+    as_json: bool = False,
+    truth: "PictureTruth | None" = None,
 ) -> None:
-    """Write the beliefs, print how often they are right, and leave with 1 where that is less than asked [%]."""
+    """Write the beliefs, print how often they are right, and leave with 1 where that is less than asked [%].
+
+    ``truth`` judges by picture, None: by true poses.
+    """
     from refseq.logs.beliefs import write_beliefs
-    from refseq_bench.scenarios.drives.evaluate import results
+    from refseq_bench.scenarios.drives.evaluate import TOLERANCES, results
     from refseq_bench.scenarios.scoring.sequence_recall import sequence_recall_table
     from refseq_bench.scenarios.scoring.truth import unscored_reason
 
     if output is not None:
         metadata = {key: str(value) for key, value in comparison.query_metadata.items()}
         write_beliefs(output, comparison.query_views, comparison.beliefs, metadata)
-    found = results([comparison])
+    if truth is not None:
+        comparison = truth.judging(comparison)
+    found = results([comparison], truth.tolerances if truth else TOLERANCES)
     if as_json:
         views, unscored = len(comparison.query_views), unscored_reason([comparison]) or None
         print_json(

@@ -1,21 +1,29 @@
 """Ground truth by picture: which reference pictures are right for each query picture."""
 
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from refseq.view import View
 from refseq_bench.scenarios.datasets.ground_truth_files import read_right
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.frames import FramePose
 from refseq_bench.scenarios.scoring.path_geometry import LengthUnit, Tolerance
 
 RULE = re.compile(r"frame\s*([+-]\s*\d+)?\s*(?:±|\+/?-)\s*(\d+)")
 """A rule as ``frame±2`` or, for a query that begins 30 pictures later, ``frame+30±2``; ``+-`` stands for ``±``."""
 
-NARROW_FRAMES = Tolerance(1.0, unit=LengthUnit.FRAMES)
-"""The tolerance beside that of the ground truth: a picture to each side of the right one."""
+
+def frames(within: float) -> Tolerance:
+    """A tolerance in reference pictures."""
+    return Tolerance(within, unit=LengthUnit.FRAMES)
+
+
+def beside(wide: float) -> Tolerance:
+    """The narrower tolerance: half as many pictures, or, where the wide one is a single one, the very picture."""
+    return frames(max(1.0, wide // 2) if wide > 1 else 0.5)
 
 
 @dataclass(frozen=True)
@@ -35,8 +43,7 @@ class FrameRule:
     @property
     def tolerances(self) -> tuple[Tolerance, Tolerance]:
         """The wide and the narrow one."""
-        narrow = Tolerance(max(1.0, self.within // 2), unit=LengthUnit.FRAMES)
-        return Tolerance(float(self.within), unit=LengthUnit.FRAMES), narrow
+        return frames(float(self.within)), beside(self.within)
 
 
 @dataclass(frozen=True)
@@ -69,7 +76,7 @@ class FrameTable:
         widest = max(
             (max(abs(frame - self.marked(query).x) for frame in frames) for query, frames in self.right.items())
         )
-        return Tolerance(max(1.0, widest), unit=LengthUnit.FRAMES), NARROW_FRAMES
+        return frames(max(1.0, widest)), beside(widest)
 
 
 NOWHERE = -1e9
@@ -88,17 +95,35 @@ def ground_truth(text: str) -> GroundTruth:
     path = Path(text)
     if not path.is_file():
         raise ScenarioError(
-            f"ground truth {text!r} is no file; valid are frame±N, frame+SHIFT±N, and a .csv, .npy or .npz"
+            f"ground truth {text!r} is no file; valid are frame±N, frame+SHIFT±N, and a file: .csv, .npy or .npz"
         )
     queries, right = read_right(path)
     return FrameTable(path, right, queries)
 
 
-def mark_reference(views: Sequence[View]) -> tuple[View, ...]:
-    """Reference views on a line, a frame from each to the next, for scoring by picture."""
-    return tuple(replace(view, truth=FramePose(float(number), 0.0, 0.0)) for number, view in enumerate(views))
+@dataclass(frozen=True)
+class PictureTruth:
+    """A ground truth for two drives; ``first`` are the numbers of their first pictures, reference and query."""
 
+    given: GroundTruth
+    first: tuple[int, int] = (0, 0)
 
-def mark_query(truth: GroundTruth, views: Sequence[View]) -> tuple[View, ...]:
-    """Query views at the places of their right pictures on that line."""
-    return tuple(replace(view, truth=truth.marked(number)) for number, view in enumerate(views))
+    @property
+    def tolerances(self) -> tuple[Tolerance, Tolerance]:
+        """The wide and the narrow one, in pictures."""
+        return self.given.tolerances
+
+    def judging(self, comparison: Comparison) -> Comparison:
+        """The comparison with its views on a line of reference pictures, a frame from each to the next, for scoring.
+
+        Raises ``ScenarioError`` where the ground truth does not fit the pictures.
+        """
+        references, queries = comparison.reference_views, comparison.query_views
+        self.given.check(self.first[0] + len(references), self.first[1] + len(queries))
+        places = (FramePose(float(number), 0.0, 0.0) for number in itertools.count(self.first[0]))
+        asked = (self.given.marked(number) for number in itertools.count(self.first[1]))
+        return replace(
+            comparison,
+            reference_views=[replace(view, truth=place) for view, place in zip(references, places, strict=False)],
+            query_views=[replace(view, truth=place) for view, place in zip(queries, asked, strict=False)],
+        )

@@ -1,25 +1,37 @@
 """A contest: several methods learn the same reference views and are asked about the same query views."""
 
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from refseq.logs import Recording
 from refseq.view import View
+from refseq_bench.scenarios.datasets.ground_truth import GroundTruth, PictureTruth, ground_truth
+from refseq_bench.scenarios.datasets.layouts import dataset_pairs, is_dataset
 from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
 from refseq_bench.scenarios.drives.naming import pair_name
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import METHODS, answers
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import Figures, figures
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
 
 ALL = "all drives together"
 
 
 @dataclass(frozen=True, slots=True)
+class DrivePair:
+    """A reference drive and a query drive; ``truth`` judges by picture, None: by true poses."""
+
+    reference: Path
+    query: Path
+    truth: GroundTruth | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Benchmark:
-    """Methods to compare: ``pairs`` of files, reference and query, and the ``methods`` by name.
+    """Methods to compare: ``pairs`` of drives, and the ``methods`` by name.
 
     ``places`` (``FROM:TO``) is the stretch of the reference drive that is learnt, so that the query drive is off the
     map before and behind it. ``start`` is where the query drive begins: a view's number, or a share of its views as
@@ -27,7 +39,7 @@ class Benchmark:
     to view TO, ahead or back. ``seed`` is that of the methods' own draws.
     """
 
-    pairs: Sequence[tuple[Path, Path]]
+    pairs: Sequence[DrivePair]
     methods: Sequence[str] = METHODS
     places: str | None = None
     start: str = "0"
@@ -35,11 +47,24 @@ class Benchmark:
     seed: int = 1
 
 
-def pairs_of(drives: Sequence[Path]) -> tuple[tuple[Path, Path], ...]:
-    """Drives two by two; ``ScenarioError`` for an odd number."""
+def pairs_of(drives: Sequence[Path], truth: str | None = None, layout: str | None = None) -> tuple[DrivePair, ...]:
+    """Drives two by two, or those of a data set's folder if that is alone; ``truth`` is a rule or a file, for all.
+
+    Raises ``ScenarioError`` for an odd number of drives, and for a folder that is no data set's.
+    """
+    if len(drives) == 1 and (layout is not None or is_dataset(drives[0])):
+        found = dataset_pairs(drives[0], layout)
+        return tuple(DrivePair(one.reference, one.query, _truth(truth or one.truth)) for one in found)
+    if layout is not None:
+        raise ScenarioError(f"layout {layout!r} of {len(drives)} drives; valid is one folder, of a data set")
     if len(drives) % 2:
         raise ScenarioError(f"{drives[-1]}: comes without a query; valid are pairs of a reference and a query")
-    return tuple(zip(drives[::2], drives[1::2], strict=True))
+    given = _truth(truth)
+    return tuple(DrivePair(first, later, given) for first, later in zip(drives[::2], drives[1::2], strict=True))
+
+
+def _truth(text: str | None) -> GroundTruth | None:
+    return None if text is None else ground_truth(text)
 
 
 def run_benchmark(contest: Benchmark, step: Callable[[str], object]) -> list[Comparison]:
@@ -47,25 +72,50 @@ def run_benchmark(contest: Benchmark, step: Callable[[str], object]) -> list[Com
 
     Raises ``ScenarioError`` for a file that is not there, before any is read, and for what does not fit the drives.
     """
-    for path in (path for pair in contest.pairs for path in pair):
+    for path in (path for pair in contest.pairs for path in (pair.reference, pair.query)):
         if not path.exists():
             raise ScenarioError(f"{path}: is no file; valid is a recording")
     comparisons = []
-    for number, (first, later) in enumerate(contest.pairs):
+    for number, pair in enumerate(contest.pairs):
         step(f"pair {number + 1} of {len(contest.pairs)}")
-        reference, query = read_drive(first, DriveSelection(contest.places)), read_drive(later)
-        views = query_views(query.views, contest, later)
-        beliefs = answers(contest.methods, reference.views, views, seed=contest.seed)
-        name = _name(reference, query, contest)
-        comparisons.append(Comparison(name, reference.views, reference.metadata, views, query.metadata, beliefs))
+        comparisons.append(_answered(pair, contest))
     return comparisons
 
 
-def by_experiment(comparisons: Sequence[Comparison]) -> list[tuple[str, list[Figures]]]:
-    """The figures of each name's comparisons, and, where there is more than one name, of all of them."""
-    names = list(dict.fromkeys(one.name for one in comparisons))
-    found = [(name, figures([one for one in comparisons if one.name == name])) for name in names]
-    return [*found, (ALL, figures(comparisons))] if len(names) > 1 else found
+def _answered(pair: DrivePair, contest: Benchmark) -> Comparison:
+    """The answers of all methods to one pair of drives."""
+    reference, query = read_drive(pair.reference, DriveSelection(contest.places)), read_drive(pair.query)
+    asked = Comparison("", reference.views, reference.metadata, query.views, query.metadata, {})
+    if pair.truth is not None:
+        asked = PictureTruth(pair.truth, (first_place(contest.places), 0)).judging(asked)
+    views = query_views(asked.query_views, contest, pair.query)
+    beliefs = answers(contest.methods, reference.views, views, seed=contest.seed)
+    return replace(asked, name=_name(reference, query, contest), query_views=views, beliefs=beliefs)
+
+
+def first_place(places: str | None) -> int:
+    """Number of the first view that ``FROM:TO`` keeps."""
+    return int((places or "").partition(":")[0] or 0)
+
+
+Tolerances = tuple[Tolerance, Tolerance]
+"""The wide and the narrow one."""
+
+
+def tolerances_of(contest: Benchmark, comparisons: Sequence[Comparison]) -> dict[str, Tolerances]:
+    """The tolerances of each experiment by its name: those of the ground truth, or in metres."""
+    pairs = zip(contest.pairs, comparisons, strict=True)
+    return {one.name: pair.truth.tolerances if pair.truth else (WIDE, NARROW) for pair, one in pairs}
+
+
+def by_experiment(
+    comparisons: Sequence[Comparison], tolerances: Mapping[str, Tolerances] | None = None
+) -> list[tuple[str, list[Figures]]]:
+    """The figures of each name's comparisons, and, where names are several and tolerances equal, of all of them."""
+    near = {one.name: (tolerances or {}).get(one.name, (WIDE, NARROW)) for one in comparisons}
+    found = [(name, figures([one for one in comparisons if one.name == name], *both)) for name, both in near.items()]
+    shared = set(near.values())
+    return [*found, (ALL, figures(comparisons, *shared.pop()))] if len(near) > 1 and len(shared) == 1 else found
 
 
 def query_views(views: Sequence[View], contest: Benchmark, path: Path) -> tuple[View, ...]:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 def pair_name(reference: Mapping[str, str], query: Mapping[str, str]) -> str:
     """World, lights, and where the query differs in route or from the plan, by the drives' metadata."""
     lights = [str(drive.get("light", "")) for drive in (reference, query)]
-    parts = [reference.get("world", ""), " → ".join(lights) if all(lights) else ""]
+    worlds = dict.fromkeys(str(drive.get("world", "")) for drive in (reference, query))
+    parts = [" → ".join(world for world in worlds if world), " → ".join(lights) if all(lights) else ""]
     if (route := query.get("route", "")) != reference.get("route", ""):
         parts.append(route)
     changes = [str(drive.get("change", "none")) for drive in (reference, query)]

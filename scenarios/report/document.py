@@ -9,6 +9,7 @@ from refseq_bench.scenarios.report.page import rendered
 from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.sections.experiment import SectionSettings, section
 from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
 from refseq_bench.scenarios.scoring.tables import NONE
 
 LONG_VALUE = 80
@@ -18,24 +19,30 @@ FIRST_KEYS = ("world", "robot", "light", "seed", "truth")
 
 
 def write_report(
-    path: Path, comparisons: Sequence[Comparison], *, title: str, outline: FloorOutline | None = None
+    path: Path,
+    comparisons: Sequence[Comparison],
+    *,
+    title: str,
+    outline: FloorOutline | None = None,
+    tolerances: Mapping[str, tuple[Tolerance, Tolerance]] | None = None,
 ) -> None:
     """Write the report of some comparisons to ``path``, replacing it in one step.
 
     Comparisons of the same name are seeds of one experiment: they are pooled in the tables, and the first of them is
-    drawn. ``outline`` are the world's walls as polylines of (m, 2) points [m]. Raises ``ScenarioError`` without any
-    comparison.
+    drawn. ``outline`` are the world's walls as polylines of (m, 2) points [m]; ``tolerances`` the wide and the narrow
+    one of an experiment by its name, by default 1.5 and 0.5 m. Raises ``ScenarioError`` without any comparison.
     """
     if not comparisons:
         raise ScenarioError("a report of 0 comparisons; valid is at least one")
     names = dict.fromkeys(comparison.name for comparison in comparisons)
-    settings = SectionSettings(outline=outline)
+    near = {name: (tolerances or {}).get(name, (WIDE, NARROW)) for name in names}
+    settings = {name: SectionSettings(*both, outline=outline) for name, both in near.items()}
     page = rendered(
         "report.html.j2",
         title=title,
         facts=facts(comparisons),
         details=details(comparisons),
-        sections=[section(name, [one for one in comparisons if one.name == name], settings) for name in names],
+        sections=[section(name, [one for one in comparisons if one.name == name], settings[name]) for name in names],
     )
     replace_text(path, page)
 

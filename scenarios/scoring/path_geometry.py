@@ -36,8 +36,9 @@ class Tolerance:
 
     @property
     def label(self) -> str:
-        """The distance in words: ``1.5 m``."""
-        return f"{self.distance:g} {self.unit}"
+        """The distance in words: ``1.5 m``, ``1 frame``."""
+        one = self.unit is LengthUnit.FRAMES and self.distance == 1
+        return "1 frame" if one else f"{self.distance:g} {self.unit}"
 
 
 WIDE = Tolerance()

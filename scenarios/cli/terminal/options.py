@@ -122,7 +122,9 @@ MapFile = Annotated[Path, typer.Argument(metavar="MAP", help="Map (.refseq).")]
 QueryFile = Annotated[Path, typer.Argument(metavar="QUERY", help=f"Later drive: {FIRST_OR_QUERY}")]
 Drives = Annotated[
     list[Path],
-    typer.Argument(metavar="REFERENCE QUERY", help="Pairs of drives; pairs in the same lights are pooled."),
+    typer.Argument(
+        metavar="REFERENCE QUERY", help="Pairs of drives, those in the same lights pooled; or a data set's folder."
+    ),
 ]
 Seed = Annotated[int, SEED]
 Profile = Annotated[str, option("PROFILE", "thesis: the method of 2008, with its values; best: ours.")]
@@ -147,6 +149,15 @@ WriteTrajectory = Annotated[
         "FORMAT",
         "Write the last stage's poses, the odometry and the truth beside the beliefs: tum, with times, or kitti.",
         "--trajectory",
+    ),
+]
+GroundTruthRule = Annotated[
+    str | None,
+    option(
+        "RULE",
+        "Right pictures of each query: frame±2, or frame+30±2 for a query that begins 30 pictures later, or a file "
+        "(.csv, .npy, .npz). Scores are then in pictures, not metres.",
+        "--ground-truth",
     ),
 ]
 Json = Annotated[bool, flag("--json", "Print JSON, for other programs.")]

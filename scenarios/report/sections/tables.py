@@ -74,14 +74,14 @@ def figure_tables(figures: Sequence[Figures], judged: str) -> FigureTables | Non
 
 
 def _success_table(figures: Sequence[Figures], judged: str) -> PageTable:
-    wide, narrow = (f"{score.tolerance.distance}" for score in (figures[0].wide, figures[0].narrow))
+    wide, narrow = (score.tolerance.label for score in (figures[0].wide, figures[0].narrow))
     several = len(figures[0].wide_runs) > 1
     headings = (
         "method",
-        f"n [views], {wide} / {narrow} m",
-        f"success within {wide} m",
-        f"success within {narrow} m",
-        *((f"over seeds, {wide} / {narrow} m",) if several else ()),
+        f"n [views], {wide} / {narrow}",
+        f"success within {wide}",
+        f"success within {narrow}",
+        *((f"over seeds, {wide} / {narrow}",) if several else ()),
         "failures [views]",
         "median error",
         "95th percentile",

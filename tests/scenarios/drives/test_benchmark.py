@@ -5,7 +5,14 @@ import pytest
 
 from refseq.logs.carmen import write_carmen
 from refseq.view import View
-from refseq_bench.scenarios.drives.benchmark import Benchmark, first_view, kidnapped, query_views, run_benchmark
+from refseq_bench.scenarios.drives.benchmark import (
+    Benchmark,
+    first_view,
+    kidnapped,
+    pairs_of,
+    query_views,
+    run_benchmark,
+)
 from refseq_bench.scenarios.errors import ScenarioError
 from tests.support import corridor_drive
 
@@ -55,7 +62,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 def test_only_the_places_asked_for_are_learnt(logs: tuple[Path, Path]) -> None:
     steps: list[str] = []
-    contest = Benchmark([logs], ("thesis/uniform",), places="3:9", start="2")
+    contest = Benchmark(pairs_of(logs), ("thesis/uniform",), places="3:9", start="2")
     [found] = run_benchmark(contest, steps.append)
     assert steps == ["pair 1 of 1"]
     assert len(found.reference_views) == 6
@@ -67,5 +74,5 @@ def test_only_the_places_asked_for_are_learnt(logs: tuple[Path, Path]) -> None:
 def test_a_missing_file_is_told_before_the_first_step(logs: tuple[Path, Path]) -> None:
     steps: list[str] = []
     with pytest.raises(ScenarioError, match=r"none.mcap: is no file; valid is a recording"):
-        run_benchmark(Benchmark([logs, (logs[0], Path("none.mcap"))]), steps.append)
+        run_benchmark(Benchmark(pairs_of([*logs, logs[0], Path("none.mcap")])), steps.append)
     assert steps == []
