@@ -70,6 +70,8 @@ def check_commands(code: str) -> None:
             assert words[1:] == [] or words[1] in run_commands(), words
         elif program.startswith("python") and words[1] == "-m":
             assert importlib.util.find_spec(words[2]), words
+        elif program.startswith("python") and words[1] == "-c":
+            compile(words[2], "-c", "exec")
         else:
             assert program in OTHERS, words
 

@@ -220,6 +220,8 @@ def _ended(process: "subprocess.Popen[bytes]", recording: str) -> RefseqError | 
 
 def _stop(process: "subprocess.Popen[bytes]") -> None:
     """End Rerun: the process that was started and the one that it started itself."""
+    if process.stdin is not None:
+        process.stdin.close()
     if sys.platform == "win32":
         process.terminate()
     with suppress(ProcessLookupError, subprocess.TimeoutExpired):

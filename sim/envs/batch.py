@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space, concatenate, create_empty_array,
 from numpy.typing import NDArray
 
 from refseq_bench.sim.envs.episodes.observations import Arrays
-from refseq_bench.sim.envs.robot_env import RobotEnv, Stepped
+from refseq_bench.sim.envs.robot_env import HUMAN, RobotEnv, Stepped
 from refseq_bench.sim.envs.vector import PhysicsBatch
 from refseq_bench.sim.errors import SimError
 
@@ -22,7 +22,7 @@ Flags = NDArray[np.bool_]
 class BatchEnv(VectorEnv[Arrays, Any, NDArray[Any]]):
     """``num_envs`` robots that do what as many ``RobotEnv`` of the same keywords would do, bit for bit.
 
-    ``gym.make_vec("RefSeq/FollowCorridor-v0", num_envs=8, vectorization_mode="vector_entry_point")`` makes one. As
+    ``gym.make_vec("refseq/FollowCorridor-v0", num_envs=8, vectorization_mode="vector_entry_point")`` makes one. As
     Gymnasium's own vectors do, it gives robot i the seed + i, begins the next episode in the step after the last one
     has ended (``AutoresetMode.NEXT_STEP``: that step's action counts nothing, its reward is 0), and cuts episodes off
     after ``max_episode_steps``, if any. Physics are stepped on so many ``threads``, 0 for one a core: nothing that
@@ -35,6 +35,8 @@ class BatchEnv(VectorEnv[Arrays, Any, NDArray[Any]]):
         for name, value, least in (("num_envs", num_envs, 1), ("threads", threads, 0)):
             if value < least:
                 raise SimError(f"{name} = {value} is not valid; valid are {least} or more")
+        if made_with.get("render_mode") == HUMAN:
+            raise SimError("render mode 'human' is not valid for a batch of robots; valid is 'rgb_array', or gym.make")
         self.num_envs, self._longest = num_envs, max_episode_steps
         self.envs = tuple(RobotEnv(**made_with) for _ in range(num_envs))
         first = self.envs[0]

@@ -1,8 +1,8 @@
-"""Gymnasium environment of a robot in a world: one of four tasks, with behaviours or twists for actions."""
+"""Gymnasium environment of a robot in a world: a task, with behaviours or twists for actions."""
 
 import math
-from collections.abc import Generator, Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Generator, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import gymnasium as gym
 import numpy as np
@@ -16,27 +16,24 @@ from refseq_bench.sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
 from refseq_bench.sim.envs.episodes.episode import BenchEpisode, EpisodeSetting
 from refseq_bench.sim.envs.episodes.localising import familiar
 from refseq_bench.sim.envs.episodes.observations import Arrays, Known, Sensing
-from refseq_bench.sim.envs.tasks.cross_door import CrossDoorTask
-from refseq_bench.sim.envs.tasks.follow_corridor import FollowCorridorTask
-from refseq_bench.sim.envs.tasks.reach_place import ReachPlaceTask
-from refseq_bench.sim.envs.tasks.recover import RecoverTask
+from refseq_bench.sim.envs.tasks.by_name import checked_task, task_named
 from refseq_bench.sim.envs.tasks.task import Judgement, Task
 from refseq_bench.sim.envs.worlds.named import check_light, plan_named, world_named
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.physics import Due, alone
 from refseq_bench.sim.rendering.opening import open_renderer
 from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.plans.schema import FloorPlan
 
-TASKS: Mapping[str, type[Task]] = {
-    "follow-corridor": FollowCorridorTask,
-    "cross-door": CrossDoorTask,
-    "reach-place": ReachPlaceTask,
-    "recover": RecoverTask,
-}
+if TYPE_CHECKING:
+    from refseq_bench.sim.envs.display import EpisodeDisplay
+
 ACTIONS = ("behaviours", "twist")
 Stepped = tuple[Arrays, float, bool, bool, dict[str, Any]]
 """Observation, reward, whether the episode has ended, whether it was cut off, info."""
 RENDERERS = tuple(kind.value for kind in RendererKind if kind is not RendererKind.NONE)
+HUMAN = "human"
+"""The render mode that shows each step in a viewer."""
 BEHIND, UP = 3.5, 2.2
 """The picture of an episode is taken from so far behind the robot and so far above the floor [m]; choices."""
 
@@ -61,11 +58,11 @@ class RobotEnv(gym.Env[Arrays, Any]):
     The same seed and actions give the same episode, bit for bit. Raises ``SimError`` for what is unknown or unfit.
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1}  # noqa: RUF012 - as Gymnasium has it
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 1}  # noqa: RUF012 - as Gymnasium has it
 
     def __init__(
         self,
-        task: str,
+        task: str | type[Task],
         world: str | Sequence[str],
         *,
         route: str = "forward",
@@ -77,14 +74,14 @@ class RobotEnv(gym.Env[Arrays, Any]):
         renderer: str = "filament",
         render_mode: str | None = None,
     ) -> None:
-        _check("task", task, TASKS)
         _check("actions", actions, ACTIONS)
         _check("robot", robot, robots.names())
         _check("renderer", renderer, RENDERERS)
         if render_mode is not None:
             _check("render mode", render_mode, self.metadata["render_modes"])
         check_light(light)
-        self._task, self._robot, self._light, self._route = TASKS[task](), robots.load(robot), light, route
+        made = task_named(task) if isinstance(task, str) else checked_task(task)
+        self._task, self._robot, self._light, self._route = made(), robots.load(robot), light, route
         self._worlds = _checked_worlds(world, route, self._task)
         for camera in cameras:
             _check(f"camera of robot {robot!r}", camera, self._robot.cameras)
@@ -97,6 +94,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self._sensing = self._observations(belief)
         self.action_space, self.observation_space = self._acting.space, self._sensing.space
         self._run: BenchEpisode | None = None
+        self._display: EpisodeDisplay | None = None
 
     def _actions(self, form: str) -> Acting:
         if form == "twist":
@@ -130,13 +128,15 @@ class RobotEnv(gym.Env[Arrays, Any]):
         super().reset(seed=seed)
         if options:
             raise SimError(f"options {', '.join(map(repr, options))} are unknown: there are none")
-        self.close()
+        self._end()
         name = self._worlds[int(self.np_random.integers(len(self._worlds)))]
         world = world_named(name, self._light, pictured=bool(self._cameras) or self.render_mode is not None)
         setting = EpisodeSetting(world, self._robot.name, self._settings, self._route, self._map)
         self._run = BenchEpisode(self._task, setting, self.np_random)
         self._acting.reset()
-        return self._observed(), self._told(Judgement(0.0, self._run.remaining))
+        if self.render_mode == HUMAN:
+            self._begin_display(world.plan, world.routes[self._route])
+        return self._seen(Judgement(0.0, self._run.remaining))
 
     def step(self, action: Any) -> Stepped:
         """Let the robot do something for a while; truncation is up to the wrapper ``TimeLimit``."""
@@ -153,7 +153,13 @@ class RobotEnv(gym.Env[Arrays, Any]):
 
     def _moving(self, run: BenchEpisode) -> Generator[Due, None, Stepped]:
         judged = yield from run.acting(self._acting)
-        return self._observed(), judged.reward, judged.over, False, self._told(judged)
+        observation, told = self._seen(judged)
+        return observation, judged.reward, judged.over, False, told
+
+    def _seen(self, judged: Judgement) -> tuple[Arrays, dict[str, Any]]:
+        if self._display is not None:
+            self._show(judged)
+        return self._observed(), self._told(judged)
 
     @property
     def _running(self) -> BenchEpisode:
@@ -191,19 +197,51 @@ class RobotEnv(gym.Env[Arrays, Any]):
     def render(self) -> NDArray[np.uint8] | None:
         """A picture of the robot from behind and above, (480, 640, 3).
 
-        None without a render mode. Raises ``RendererError`` where the renderer's driver is missing.
+        None with the render mode 'human', whose viewer shows each step by itself, and without a render mode. Raises
+        ``RendererError`` where the renderer's driver is missing.
         """
         if self.render_mode is None:
-            gym.logger.warn("render was called without a render mode; valid is render_mode='rgb_array'")
+            modes = " or ".join(map(repr, self.metadata["render_modes"]))
+            gym.logger.warn(f"render was called without a render mode; valid is render_mode={modes}")
+        if self.render_mode is None or self.render_mode == HUMAN:
             return None
+        return np.repeat(self._picture()[:, :, None], 3, axis=2)
+
+    def _picture(self) -> NDArray[np.uint8]:
         bench = self._running.bench
         if bench.renderer.kind is RendererKind.NONE:
             bench.renderer = open_renderer(self._renderer, bench.model)
-        grey = ChaseCamera(bench, bearing=math.pi, distance=BEHIND, eyes=UP).look()
-        return np.repeat(grey[:, :, None], 3, axis=2)
+        return ChaseCamera(bench, bearing=math.pi, distance=BEHIND, eyes=UP).look()
+
+    def _begin_display(self, plan: FloorPlan, route: NDArray[np.float64]) -> None:
+        # Rerun takes a second to import.
+        from refseq_bench.sim.envs.display import EpisodeDisplay
+
+        if self._display is None:
+            self._display = EpisodeDisplay(type(self._task).__name__ if self.spec is None else self.spec.id)
+        self._display.begin(plan, route)
+
+    def _show(self, judged: Judgement) -> None:
+        from refseq_bench.sim.envs.display import DisplayedStep
+
+        assert self._display is not None, "reset has opened it"
+        bench, scan = self._running.bench, self._running.bench.scan()
+        told = f"{self._acting.doing or 'begin'} {self._running.why}".strip()
+        if judged.over:
+            told += ": goal reached" if judged.success else f": {judged.failure}"
+        points = scan.points[np.isfinite(scan.ranges)]
+        step = DisplayedStep(bench.time, bench.pose, self._picture(), points, judged.remaining, judged.reward, told)
+        self._display.show(step)
 
     def close(self) -> None:
-        """Give the renderer's device back."""
+        """Give the renderer's device back, and end what the render mode 'human' has opened."""
+        self._end()
+        if self._display is not None:
+            self._display.close()
+            self._display = None
+
+    def _end(self) -> None:
+        """End the episode, if there is one."""
         if self._run is not None:
             self._run.close()
             self._run = None

@@ -22,7 +22,7 @@ app = typer.Typer(pretty_exceptions_enable=False, add_completion=False)
 
 @app.command()
 def train(
-    task: Annotated[str, typer.Argument(help="Such as FollowCorridorTwist: an id without RefSeq/ and -v0.")],
+    task: Annotated[str, typer.Argument(help="Such as FollowCorridorTwist: an id without refseq/ and -v0.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="A folder for all files; made if there is none.")],
     seconds: Annotated[float, typer.Option(help="Learn so long by the clock, start-up counted in.")] = 600.0,
     steps: Annotated[int, typer.Option(help="Learn for so many steps at most.")] = 10_000_000,

@@ -28,7 +28,7 @@ pytestmark = pytest.mark.benchmark
 SECONDS = 8.0
 VECTOR = 8
 CORRIDOR = "corridor:3"
-TWIST = "RefSeq/FollowCorridorTwist-v0"
+TWIST = "refseq/FollowCorridorTwist-v0"
 
 
 def rates(step: Callable[[], int]) -> tuple[float, float]:
@@ -128,7 +128,7 @@ MODES: dict[str, dict[str, Any]] = {
 ROUNDS = 12
 
 
-@pytest.mark.parametrize("name", [TWIST, "RefSeq/FollowCorridor-v0"])
+@pytest.mark.parametrize("name", [TWIST, "refseq/FollowCorridor-v0"])
 def test_a_batch_costs_no_more_than_one_after_the_other(name: str) -> None:
     """All do the same steps, by turns: ratios are those of neighbours in time, whatever else the machine does."""
     vectors = {mode: gym.make_vec(name, VECTOR, **options, world=CORRIDOR) for mode, options in MODES.items()}
@@ -154,7 +154,7 @@ def test_a_batch_costs_no_more_than_one_after_the_other(name: str) -> None:
     assert np.median(np.array(took["batch"]) / took["sync"]) < 1.25
 
 
-@pytest.mark.parametrize("name", [TWIST, "RefSeq/FollowCorridor-v0"])
+@pytest.mark.parametrize("name", [TWIST, "refseq/FollowCorridor-v0"])
 def test_where_the_time_of_a_batch_goes(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """On one thread, of the processor; of all this only the physics are spread over cores."""
     envs = gym.make_vec(name, VECTOR, vectorization_mode="vector_entry_point", threads=1, world=CORRIDOR)

@@ -13,12 +13,12 @@ from gymnasium.utils.env_checker import check_env, data_equivalence
 import refseq_bench.sim.envs
 from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 
-IDS = sorted(name for name, spec in gym.registry.items() if spec.namespace == "RefSeq")
-BALANCING = ("RefSeq/CrossDoor-v0", "RefSeq/FollowCorridorTwist-v0")
+IDS = sorted(name for name, spec in gym.registry.items() if spec.namespace == "refseq")
+BALANCING = ("refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0")
 """Those that the balancing robot is tried with each time: the others differ in nothing that the robot is asked."""
-CHECKED = tuple(name for name in IDS if name not in ("RefSeq/ReachPlace-v0", "RefSeq/RecoverTwist-v0"))
+CHECKED = tuple(name for name in IDS if name not in ("refseq/ReachPlace-v0", "refseq/RecoverTwist-v0"))
 """Those that Gymnasium checks each time: of each task with a map one, as it resets them a dozen times."""
-IN_WORKERS = ("RefSeq/CrossDoor-v0", "RefSeq/CrossDoorTwist-v0")
+IN_WORKERS = ("refseq/CrossDoor-v0", "refseq/CrossDoorTwist-v0")
 STEPS = 6
 every_id = pytest.mark.parametrize("name", IDS)
 
@@ -33,7 +33,7 @@ def some(quick: tuple[str, ...]) -> pytest.MarkDecorator:
 def test_there_is_something_to_try() -> None:
     assert set(IDS) >= set(refseq_bench.sim.envs.IDS) >= {*BALANCING, *IN_WORKERS}
     tasks = ("FollowCorridor", "CrossDoor", "ReachPlace", "Recover")
-    assert set(refseq_bench.sim.envs.IDS) == {f"RefSeq/{task}{form}-v0" for task in tasks for form in ("", "Twist")}
+    assert set(refseq_bench.sim.envs.IDS) == {f"refseq/{task}{form}-v0" for task in tasks for form in ("", "Twist")}
 
 
 @pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")
@@ -49,7 +49,7 @@ def test_nor_with_a_robot_that_balances(name: str) -> None:
 
 
 @pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")
-@some(("RefSeq/CrossDoorTwist-v0",))
+@some(("refseq/CrossDoorTwist-v0",))
 def test_nor_with_the_renderer_that_is_the_default(name: str) -> None:
     checked(name)
 

@@ -52,6 +52,6 @@ def test_record_yields_the_views_of_the_drive_that_the_operator_leads() -> None:
 
 
 def test_environments_are_known_by_name_once_imported() -> None:
-    env = gymnasium.make("RefSeq/FollowCorridor-v0", world="corridor:3")
+    env = gymnasium.make("refseq/FollowCorridor-v0", world="corridor:3")
     assert isinstance(env.unwrapped, refseq_bench.sim.envs.RobotEnv)
     env.close()

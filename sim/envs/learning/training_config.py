@@ -10,7 +10,7 @@ from refseq_bench.sim.envs.learning.sectors import Sectors
 from refseq_bench.sim.envs.registry import CORRIDORS, IDS
 from refseq_bench.sim.errors import SimError
 
-TASKS = {name.removeprefix("RefSeq/").removesuffix("-v0"): name for name in IDS}
+TASKS = {name.removeprefix("refseq/").removesuffix("-v0"): name for name in IDS}
 """Tasks that can be learnt, by the ids' middle parts."""
 HELD_OUT = tuple(f"corridor:{seed}" for seed in range(100, 108))
 """Corridors that nobody learns in. Tasks elsewhere are tried where they were learnt, in episodes of their own."""

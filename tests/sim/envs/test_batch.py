@@ -18,7 +18,7 @@ import refseq_bench.sim.envs
 from refseq_bench.sim.envs.batch import BatchEnv
 from refseq_bench.sim.errors import SimError
 
-TWIST = "RefSeq/CrossDoorTwist-v0"
+TWIST = "refseq/CrossDoorTwist-v0"
 CORRIDORS = ["corridor:3", "corridor:10"]
 """Two that are not alike: their robots are stepped in two calls."""
 Results = tuple[Any, list[float], list[bool], list[bool], list[dict[str, Any]]]
@@ -75,13 +75,13 @@ def sampled(envs: BatchEnv, steps: int) -> Iterator[Any]:
 CASES = [
     pytest.param(TWIST, backward, 36, {}, id="collisions"),
     pytest.param(TWIST, sampled, 8, {"robot": "segway_rmp"}, id="balancing"),
-    pytest.param("RefSeq/CrossDoor-v0", sampled, 6, {}, id="behaviours"),
+    pytest.param("refseq/CrossDoor-v0", sampled, 6, {}, id="behaviours"),
     pytest.param(
-        "RefSeq/FollowCorridorTwist-v0", sampled, 12, {"max_episode_steps": 5, "world": CORRIDORS}, id="cut-off"
+        "refseq/FollowCorridorTwist-v0", sampled, 12, {"max_episode_steps": 5, "world": CORRIDORS}, id="cut-off"
     ),
-    pytest.param("RefSeq/FollowCorridor-v0", sampled, 3, {"world": CORRIDORS}, id="corridors"),
-    pytest.param("RefSeq/ReachPlace-v0", sampled, 4, {}, id="with-a-map", marks=pytest.mark.slow),
-    pytest.param("RefSeq/RecoverTwist-v0", sampled, 4, {}, id="led", marks=pytest.mark.slow),
+    pytest.param("refseq/FollowCorridor-v0", sampled, 3, {"world": CORRIDORS}, id="corridors"),
+    pytest.param("refseq/ReachPlace-v0", sampled, 4, {}, id="with-a-map", marks=pytest.mark.slow),
+    pytest.param("refseq/RecoverTwist-v0", sampled, 4, {}, id="led", marks=pytest.mark.slow),
 ]
 
 
@@ -160,7 +160,7 @@ def test_what_is_given_is_as_gymnasium_asks(name: str) -> None:
 
 def test_it_is_made_from_what_its_spec_says_as_json() -> None:
     """The limit of steps is that of the id, and the first choice of ``make_vec`` is the batch."""
-    envs = gym.make_vec("RefSeq/CrossDoor-v0", num_envs=2)
+    envs = gym.make_vec("refseq/CrossDoor-v0", num_envs=2)
     assert isinstance(envs.unwrapped, BatchEnv)
     assert envs.unwrapped._longest == 60
     assert envs.spec is not None
@@ -183,7 +183,7 @@ def test_statistics_of_episodes_are_counted() -> None:
 
 
 def test_robots_in_one_world_are_stepped_in_one_call() -> None:
-    envs = batch("RefSeq/FollowCorridorTwist-v0", 3, world="corridor:3")
+    envs = batch("refseq/FollowCorridorTwist-v0", 3, world="corridor:3")
     envs.reset(seed=0)
     envs.step(np.full((3, 2), 0.3, np.float32))
     assert envs._together.groups == [(0, 1, 2)]

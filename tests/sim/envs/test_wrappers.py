@@ -11,7 +11,7 @@ from gymnasium.wrappers import FlattenObservation, RecordEpisodeStatistics, Reco
 import refseq_bench.sim.envs  # noqa: F401 - registers the ids
 from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 
-NAME = "RefSeq/CrossDoorTwist-v0"
+NAME = "refseq/CrossDoorTwist-v0"
 BACK = np.array([-1.0, 0.0], np.float32)
 
 
@@ -81,7 +81,7 @@ def test_a_video_is_written(tmp_path: Path) -> None:
 @pytest.mark.parametrize("task", ["FollowCorridor", "CrossDoor", "ReachPlace"])
 def test_there_is_light_where_pictures_are_taken(task: str) -> None:
     """By the photometric renderer, which makes black of what no lamp and no window lights."""
-    env = gym.make(f"RefSeq/{task}-v0", render_mode="rgb_array")
+    env = gym.make(f"refseq/{task}-v0", render_mode="rgb_array")
     env.reset(seed=3)
     picture = np.asarray(env.render(), np.float64)
     env.close()

@@ -28,7 +28,7 @@ SHORT = "corridor:10"
 
 
 def made(name: str, **made_with: Any) -> RobotEnv:
-    env = gym.make(f"RefSeq/{name}-v0", **made_with).unwrapped
+    env = gym.make(f"refseq/{name}-v0", **made_with).unwrapped
     assert isinstance(env, RobotEnv)
     return env
 
@@ -50,7 +50,7 @@ def test_the_reward_is_the_progress_along_the_corridor() -> None:
 
 
 def test_the_rewards_of_a_door_add_up_to_the_way_and_the_end() -> None:
-    env = gym.make("RefSeq/CrossDoor-v0")
+    env = gym.make("refseq/CrossDoor-v0")
     _, info = env.reset(seed=0)
     to_go = info["distance_to_goal"]
     steps = play(env, through_the_door, 0)
@@ -120,7 +120,7 @@ def test_broken_physics_ends_the_episode_and_no_missing_number_gets_out() -> Non
 
 
 def test_an_episode_is_cut_off_after_as_many_steps_as_were_asked_for() -> None:
-    env = RecordEpisodeStatistics(gym.make("RefSeq/CrossDoorTwist-v0", max_episode_steps=7))
+    env = RecordEpisodeStatistics(gym.make("refseq/CrossDoorTwist-v0", max_episode_steps=7))
     env.reset(seed=0)
     flags = [env.step(np.zeros(2, np.float32))[2:] for _ in range(7)]
     assert [truncated for _, truncated, _ in flags] == [False] * 6 + [True]
@@ -143,13 +143,13 @@ SEEDS = {"FollowCorridor": (0,), "CrossDoor": (0, 1), "ReachPlace": (2, 3), "Rec
 @pytest.mark.parametrize("task", SCRIPTED)
 def test_who_knows_what_to_do_succeeds_and_who_does_not_mostly_fails(task: str) -> None:
     player, made_with = SCRIPTED[task]
-    env = gym.make(f"RefSeq/{task}-v0", **made_with)
+    env = gym.make(f"refseq/{task}-v0", **made_with)
     seeds = SEEDS[task]
     good = [play(env, player(env.unwrapped), seed) for seed in seeds]
     longest = max(map(len, good))
     assert all(steps[-1][3]["success"] and steps[-1][1] for steps in good)
     assert all(sum(step[0] for step in steps) > SUCCESS for steps in good)
-    env = gym.make(f"RefSeq/{task}-v0", max_episode_steps=min(longest, 40), **made_with)
+    env = gym.make(f"refseq/{task}-v0", max_episode_steps=min(longest, 40), **made_with)
     lucky = [play(env, at_random(env, seed), seed)[-1][3]["success"] for seed in seeds]
     assert sum(lucky) <= len(lucky) / 2
 
@@ -190,7 +190,7 @@ def test_a_robot_that_is_carried_off_begins_with_a_wrong_belief() -> None:
 
 
 def test_recovered_means_right_and_sure() -> None:
-    env = gym.make("RefSeq/Recover-v0")
+    env = gym.make("refseq/Recover-v0")
     unwrapped = env.unwrapped
     assert isinstance(unwrapped, RobotEnv)
     last = play(env, AlongPath(unwrapped), 0)[-1][3]
@@ -253,7 +253,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "belief": ({"belief": "faith"}, "belief 'faith' is unknown: valid are summary, places"),
     "renderer": ({"renderer": "none"}, "unknown renderer 'none': valid are filament, classic"),
     "task": ({"task": "dance"}, "unknown task 'dance': valid are follow-corridor, "),
-    "render mode": ({"render_mode": "ansi"}, "unknown render mode 'ansi': valid are rgb_array"),
+    "render mode": ({"render_mode": "ansi"}, "unknown render mode 'ansi': valid are human, rgb_array"),
 }
 
 

@@ -21,7 +21,7 @@ from refseq_bench.sim.envs.train import app, main
 from refseq_bench.sim.errors import SimError
 
 WITHOUT_MAP = tuple(name for name in refseq_bench.sim.envs.IDS if "Corridor" in name or "Door" in name)
-WITH_MAP = "RefSeq/ReachPlace-v0"
+WITH_MAP = "refseq/ReachPlace-v0"
 LESSON = ["CrossDoorTwist", "--world", "rooms:0", "--held-out", "rooms:1", "--robots", "2", "--episodes", "2"]
 
 
@@ -61,7 +61,7 @@ def test_a_short_training_runs_and_leaves_its_files(tmp_path: Path) -> None:
     folder = tmp_path / "new" / "ppo"
     assert {path.name for path in folder.iterdir()} == {"curve.csv", "curve.png", "policy.zip", "result.json"}
     result = json.loads((folder / "result.json").read_text())
-    assert result["id"] == "RefSeq/CrossDoorTwist-v0"
+    assert result["id"] == "refseq/CrossDoorTwist-v0"
     assert result["steps"] == 256
     assert (result["learnt_in"], result["tried_in"]) == (["rooms:0"], ["rooms:1"])
     episodes = [EvaluationEpisode(**episode) for episode in result["evaluation"]]

@@ -10,7 +10,7 @@ from refseq_bench.sim.envs.learning.training_config import HELD_OUT, TrainingCon
 from refseq_bench.sim.envs.registry import CORRIDORS
 from refseq_bench.sim.errors import SimError
 
-NAME = "RefSeq/CrossDoorTwist-v0"
+NAME = "refseq/CrossDoorTwist-v0"
 
 
 def test_each_sector_is_the_nearest_of_its_rays() -> None:
