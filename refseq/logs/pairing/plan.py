@@ -2,13 +2,15 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from types import MappingProxyType
+from functools import cache
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.logs.findings import Findings
+from refseq.logs.pairing.images import EncodedPicture, PictureStore, ViewImages
 from refseq.logs.pairing.moments import NONE, Moments
 from refseq.logs.pairing.options import PairingOptions
 from refseq.logs.pairing.schedule import Schedule, schedule
@@ -123,29 +125,29 @@ def _findings(found: Survey, choice: Choice, planned: Schedule) -> Findings:
 
 def _filled(plan: ViewPlan) -> Iterator[View]:
     """Views with what their sensors see, each as soon as it and those before are whole."""
+    samples = plan.moments.samples
     wanted = {
-        (topic, int(number)): row
-        for topic, numbers in plan.moments.samples.items()
-        for row, number in enumerate(numbers)
+        (topic, number): row
+        for topic, numbers in samples.items()
+        for row, number in enumerate(numbers.tolist())
         if number != NONE
     }
-    left = [sum(numbers[row] != NONE for numbers in plan.moments.samples.values()) for row in range(len(plan.views))]
-    seen: list[dict[str, NDArray[np.uint8] | Scan]] = [{} for _ in plan.views]
-    counts = dict.fromkeys(plan.moments.samples, 0)
-    sizes: dict[str, tuple[int, ...]] = {}
+    left = [sum(numbers[row] != NONE for numbers in samples.values()) for row in range(len(plan.views))]
+    seen: list[dict[str, NDArray[np.uint8] | EncodedPicture | Scan]] = [{} for _ in plan.views]
+    counts = dict.fromkeys(samples, 0)
+    store = PictureStore(plan.source.path)
+    mount = cache(lambda frame: plan.tree.mount(frame, plan.base) if plan.base else None)
     done = 0
     for sample in plan.source.samples(tuple(counts)):
         row = wanted.get((sample.topic, counts[sample.topic]))
         counts[sample.topic] += 1
         if row is None:
             continue
-        sensor = plan.findings.sensors[sample.topic]
-        content = sample.content
+        content, sensor = sample.content, plan.findings.sensors[sample.topic]
         if isinstance(content, Scan):
-            mount = plan.tree.mount(sample.frame, plan.base) if plan.base else None
-            seen[row][sensor] = mounted(content, mount)
+            seen[row][sensor] = mounted(content, mount(sample.frame))
         else:
-            seen[row][sensor] = _pixels(plan, sample.topic, content, sizes)  # type: ignore[arg-type]
+            seen[row][sensor] = store.taken(sample.topic, cast(LazyPicture, content))
         left[row] -= 1
         while done < len(left) and not left[done]:
             yield _view(plan, done, seen[done])
@@ -153,22 +155,7 @@ def _filled(plan: ViewPlan) -> Iterator[View]:
             done += 1
 
 
-def _pixels(plan: ViewPlan, topic: str, picture: LazyPicture, sizes: dict[str, tuple[int, ...]]) -> NDArray[np.uint8]:
-    try:
-        pixels = picture.decode()
-    except LogError as error:
-        raise LogError(f"{plan.source.path}: topic {topic}: {error}") from error
-    first = sizes.setdefault(topic, pixels.shape)
-    if pixels.shape != first:
-        (height, width), (h, w) = pixels.shape, first
-        raise LogError(
-            f"{plan.source.path}: topic {topic}: an image is {width} × {height} pixels, the first {w} × {h}; "
-            "valid is one size a topic"
-        )
-    return pixels
-
-
-def _view(plan: ViewPlan, row: int, seen: dict[str, NDArray[np.uint8] | Scan]) -> View:
+def _view(plan: ViewPlan, row: int, seen: dict[str, NDArray[np.uint8] | EncodedPicture | Scan]) -> View:
     scan = seen.pop(LASER, None)
-    images = {name: pixels for name, pixels in seen.items() if not isinstance(pixels, Scan)}
-    return replace(plan.views[row], images=MappingProxyType(images), scan=scan if isinstance(scan, Scan) else None)
+    images = {name: picture for name, picture in seen.items() if not isinstance(picture, Scan)}
+    return replace(plan.views[row], images=ViewImages(images), scan=scan if isinstance(scan, Scan) else None)
