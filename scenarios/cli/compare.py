@@ -6,7 +6,17 @@ from typing import TYPE_CHECKING, Annotated
 
 from refseq_bench.scenarios.cli.terminal.bars import step_bars
 from refseq_bench.scenarios.cli.terminal.console import WITHOUT_TRUTH, out, print_json
-from refseq_bench.scenarios.cli.terminal.options import METHODS, Drives, GroundTruthRule, Json, Seed, option, output
+from refseq_bench.scenarios.cli.terminal.options import (
+    METHODS,
+    Drives,
+    GroundTruthRule,
+    Json,
+    Reading,
+    Seed,
+    grouped,
+    option,
+    output,
+)
 from refseq_bench.scenarios.drives.inputs import check_output, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import print_whole, say
@@ -25,6 +35,7 @@ COMPARE_HELP = """Examples:
 * `refseq compare GardensPoint --report report.html`"""
 
 
+@grouped
 def compare(
     drives: Drives,
     output: Annotated[Path | None, output("Figures to write (.csv).")] = None,
@@ -41,6 +52,7 @@ def compare(
     ] = None,
     seed: Seed = 1,
     as_json: Json = False,
+    reading: Reading = Reading(),
 ) -> None:
     """Compare methods on the same views, baselines among them."""
     from refseq_bench.scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark, tolerances_of
@@ -51,7 +63,7 @@ def compare(
     if output is not None and output.suffix.lower() != ".csv":
         raise ScenarioError(f"{output}: is no table's name; valid is a name that ends in .csv")
     pairs, wanted = pairs_of(drives, ground_truth, layout), methods_named(words(methods, "methods"))
-    benchmark = Benchmark(pairs, wanted, places, first_view, kidnap, seed)
+    benchmark = Benchmark(pairs, wanted, places, first_view, kidnap, seed, reading.chosen())
     with step_bars() as step:
         comparisons = run_benchmark(benchmark, step)
     tolerances = tolerances_of(benchmark, comparisons)

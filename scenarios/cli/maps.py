@@ -63,6 +63,11 @@ def learn(
     drive = read_drive(recording, selection.with_noise(seed))
     metadata = {**drive.metadata, "source": recording.name}
     map_ = learn_map(drive.views, sensors=wanted, features=extracted, profile=chosen, metadata=metadata)
+    if not map_.sequence.matrix.N:
+        raise ScenarioError(
+            f"{recording}: no feature is found in what {', '.join(sorted(map_.sensors))} sees; valid are larger "
+            "pictures, or other --features: dense for small ones"
+        )
     map_.save(output)
     say(
         out,

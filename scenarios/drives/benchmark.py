@@ -9,7 +9,7 @@ from refseq.logs import Recording
 from refseq.view import View
 from refseq_bench.scenarios.datasets.ground_truth import GroundTruth, PictureTruth, ground_truth
 from refseq_bench.scenarios.datasets.layouts import dataset_pairs, is_dataset
-from refseq_bench.scenarios.drives.inputs import DriveSelection, read_drive
+from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, read_drive
 from refseq_bench.scenarios.drives.naming import pair_name
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import METHODS, answers
@@ -36,7 +36,7 @@ class Benchmark:
     ``places`` (``FROM:TO``) is the stretch of the reference drive that is learnt, so that the query drive is off the
     map before and behind it. ``start`` is where the query drive begins: a view's number, or a share of its views as
     ``40%``. ``kidnap`` (``FROM:TO``, numbers of the views left after ``start``) carries the robot from before view FROM
-    to view TO, ahead or back. ``seed`` is that of the methods' own draws.
+    to view TO, ahead or back. ``seed`` is that of the methods' own draws. All drives are read by ``selection``.
     """
 
     pairs: Sequence[DrivePair]
@@ -45,6 +45,7 @@ class Benchmark:
     start: str = "0"
     kidnap: str | None = None
     seed: int = 1
+    selection: DriveSelection = WHOLE
 
 
 def pairs_of(drives: Sequence[Path], truth: str | None = None, layout: str | None = None) -> tuple[DrivePair, ...]:
@@ -84,7 +85,10 @@ def run_benchmark(contest: Benchmark, step: Callable[[str], object]) -> list[Com
 
 def _answered(pair: DrivePair, contest: Benchmark) -> Comparison:
     """The answers of all methods to one pair of drives."""
-    reference, query = read_drive(pair.reference, DriveSelection(contest.places)), read_drive(pair.query)
+    if pair.truth is not None and contest.selection.thin:
+        raise ScenarioError("--thin leaves pictures out, and the ground truth counts all; valid is one of them")
+    reference = read_drive(pair.reference, replace(contest.selection, views=contest.places))
+    query = read_drive(pair.query, contest.selection)
     asked = Comparison("", reference.views, reference.metadata, query.views, query.metadata, {})
     if pair.truth is not None:
         asked = PictureTruth(pair.truth, (first_place(contest.places), 0)).judging(asked)

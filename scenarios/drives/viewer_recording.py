@@ -11,8 +11,10 @@ NAME = "RecordingInfo:name"
 
 
 def is_recorded(path: Path) -> bool:
-    """Tell whether a path is such a file or folder."""
-    return path.suffix == ENDING or path.is_dir()
+    """Tell whether a path is such a file or folder; the folder of a log is not, nor is a mission's folder a log."""
+    from refseq.logs.kinds import KINDS
+
+    return path.suffix == ENDING or (path.is_dir() and not any(kind.recognises(path) for kind in KINDS))
 
 
 def name_of(record: Path) -> str:

@@ -80,9 +80,11 @@ def check_log(path: Path, selection: DriveSelection) -> Checkup:
         selection = replace(selection, thin=USUAL_SPACING)
     kept = plan.thinned(selection.thin) if plan and selection.thin else plan
     way, true = _way(plan), positions([view.truth for view in plan.views if view.truth] if plan else [])
-    prospect = Prospect(path, selection, plan, refusal, len(kept) if kept else 0, travel(way), _same(way, true))
+    views = len(kept) if kept else 0
+    cost = expected_cost([] if plan is None else _sample_views(found, plan), views)
+    features = cost.features if cost else None
+    prospect = Prospect(path, selection, plan, refusal, views, travel(way), _same(way, true), features)
     offsets = sensor_offsets(plan) if plan else {}
-    samples = [] if plan is None else _sample_views(found, plan)
     return Checkup(
         survey=found,
         selection=selection,
@@ -93,7 +95,7 @@ def check_log(path: Path, selection: DriveSelection) -> Checkup:
         truth=true,
         travel=prospect.travel,
         offsets=offsets,
-        cost=expected_cost(samples, prospect.views),
+        cost=cost,
         taken={topic.name: taken_as(topic, plan) for topic in found.topics},
         warnings=warnings_of(found, plan, offsets),
         verdicts=verdicts(prospect),

@@ -13,10 +13,14 @@ TIMED = 3
 
 @dataclass(frozen=True, slots=True)
 class ExpectedCost:
-    """Memory of the views' pictures and scans [bytes], and time to learn them on this machine [s]."""
+    """Memory of the views' pictures and scans [bytes], and time to learn them on this machine [s].
+
+    ``features`` counts those that were learnt of the few views that told the time.
+    """
 
     memory: int
     learning: float
+    features: int
 
 
 def expected_cost(samples: Sequence[View], views: int, profile: str = "thesis") -> ExpectedCost | None:
@@ -25,10 +29,10 @@ def expected_cost(samples: Sequence[View], views: int, profile: str = "thesis") 
         return None
     line = [replace(view, distance=1.0 if number else 0.0, turn=0.0) for number, view in enumerate(samples)]
     begin = time.perf_counter()
-    learn(line, profile=profile)
+    map_ = learn(line, profile=profile)
     seconds = (time.perf_counter() - begin) / len(line)
     size = sum(sum(image.nbytes for image in view.images.values()) + _scan_bytes(view) for view in line) / len(line)
-    return ExpectedCost(round(size * views), seconds * views)
+    return ExpectedCost(round(size * views), seconds * views, map_.sequence.matrix.N)
 
 
 def _scan_bytes(view: View) -> int:

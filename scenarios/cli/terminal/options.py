@@ -238,13 +238,10 @@ class Sampling:
 
 
 @dataclass(frozen=True)
-class Selection:
-    """The part of a recording that is used."""
+class Reading:
+    """How drives are read from their logs."""
 
     panel: ClassVar[str] = "Views"
-    views: Annotated[str | None, option("FROM:TO", "Only these views of the recording, TO not among them: 0:160.")] = (
-        None
-    )
     thin: Annotated[float | None, option("METRES", "Keep one view every so far. [default: all]", min=0.0)] = None
     topics: Annotated[
         str | None,
@@ -257,7 +254,6 @@ class Selection:
         float | None,
         option("SECONDS", "Sensors within so much make one view. [default: half a period, at most 0.25]", min=0.0),
     ] = None
-
     odometry: Annotated[
         str | None,
         option("FILE", "Odometry beside the log (TUM, KITTI, EuRoC, CSV), or a topic of it. [default: the log's]"),
@@ -270,13 +266,21 @@ class Selection:
     def chosen(self) -> DriveSelection:
         """The same for the library."""
         return DriveSelection(
-            self.views,
-            self.thin,
-            odometry=self.odometry,
-            truth=self.truth,
-            topics=self.topics,
-            tolerance=self.tolerance,
+            thin=self.thin, odometry=self.odometry, truth=self.truth, topics=self.topics, tolerance=self.tolerance
         )
+
+
+@dataclass(frozen=True)
+class Selection(Reading):
+    """The part of a recording that is used."""
+
+    views: Annotated[str | None, option("FROM:TO", "Only these views of the recording, TO not among them: 0:160.")] = (
+        None
+    )
+
+    def chosen(self) -> DriveSelection:
+        """The same for the library."""
+        return replace(super().chosen(), views=self.views)
 
 
 @dataclass(frozen=True)
