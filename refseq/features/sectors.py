@@ -66,8 +66,10 @@ class SectorRanges(ScanBits):
 def sector_ranges(scan: Scan, sectors: int, shift: float = 0.0) -> NDArray[np.float64]:
     """Median range in each sector, (sectors + 1,) [m]; inf where half of its beams see nothing.
 
-    Sector ``i`` begins ``i − shift`` sectors' widths after −90°; the last one lies behind 90° unless shifted.
+    Sector ``i`` begins ``i − shift`` sectors' widths after −90°; the last one lies behind 90° unless shifted. Beams
+    of a wider scanner that point farther back are left out, so that it makes the same features as one of 180°.
     """
-    index = np.floor((scan.bearings + np.pi / 2) / np.pi * sectors + shift).astype(int).clip(0, sectors)
-    ranges = scan.ranges.astype(np.float64)
+    ahead = np.abs(scan.bearings) <= np.pi / 2 + abs(scan.step) / 2
+    index = np.floor((scan.bearings[ahead] + np.pi / 2) / np.pi * sectors + shift).astype(int).clip(0, sectors)
+    ranges = scan.ranges[ahead].astype(np.float64)
     return np.array([np.median(ranges[index == i]) if (index == i).any() else np.inf for i in range(sectors + 1)])

@@ -1,14 +1,18 @@
-"""CARMEN text logs: one message a line, fields apart by spaces, metres, radians and seconds.
+"""CARMEN text logs, plain or compressed: one message a line, fields apart by spaces, metres, radians and seconds.
 
 Read are the front laser (FLASER, ROBOTLASER1, RAWLASER1), ODOM, TRUEPOS and PARAM; other kinds, the rear laser among
 them, are counted and passed over. The layouts are those of CARMEN's logger.
 """
 
+import bz2
+import gzip
 import math
+import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,15 +99,14 @@ class CarmenSource:
 
     kind = "a CARMEN log"
     has_moments = True
-    damage = ""
-    complete = True
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.damage = ""
         self._counts: Counter[str] = Counter()
         self.metadata: Mapping[str, str] = {}
         told: dict[str, str] = {}
-        for line in _lines(path):
+        for line in self._readable():
             self._counts[line.kind] += 1
             if line.kind == "PARAM":
                 if len(line.fields) < 3:
@@ -113,6 +116,18 @@ class CarmenSource:
         if not self._scans:
             seen = _some(sorted(self.skipped))
             raise LogError(f"{path}: holds no scan (kinds of lines seen: {seen}); valid are {', '.join(SCANS)}")
+
+    @property
+    def complete(self) -> bool:
+        """False for a compressed log that was cut off."""
+        return not self.damage
+
+    def _readable(self) -> Iterator[_CarmenLine]:
+        """The lines up to where the log is cut off."""
+        try:
+            yield from _lines(self.path)
+        except CutOffError as error:
+            self.damage = str(error)
 
     @property
     def _scans(self) -> int:
@@ -138,7 +153,7 @@ class CarmenSource:
         """Scans and their poses. Raises ``LogError`` with file and line for a line that does not fit its kind."""
         state = _State()
         moment = 0
-        for line in _lines(self.path):
+        for line in self._readable():
             found = _read_line(line, state)
             if found is not None:
                 for topic, content in (
@@ -151,16 +166,26 @@ class CarmenSource:
                 moment += 1
 
 
+class CutOffError(Exception):
+    """Compressed data end or are damaged."""
+
+
+LONGEST_LINE = 1 << 20
+"""Bytes of a line beyond which a file is no CARMEN log, and not read on."""
+
 POSES = ("ODOM", "TRUEPOS")
 TEXT = "text"
 
 
 def is_carmen(path: Path) -> bool:
-    """Whether a file is text that is not blank."""
+    """Whether a file is text that is not blank, compressed or not."""
     if not path.is_file():
         return False
-    with path.open("rb") as file:
-        head = file.read(4096)
+    with _opened(path) as file:
+        try:
+            head = file.read(4096)
+        except (EOFError, zlib.error, OSError):
+            return False
     return b"\0" not in head and bool(head.strip())
 
 
@@ -170,12 +195,37 @@ def _some(kinds: Sequence[str], most: int = 5) -> str:
     return ", ".join(named) or "none"
 
 
+def _opened(path: Path) -> IO[bytes]:
+    """The file's text; of one that is compressed by gzip or bzip2, as its first bytes say, what it was before."""
+    with path.open("rb") as file:
+        head = file.read(3)
+    if head[:2] == b"\x1f\x8b":
+        return cast(IO[bytes], gzip.open(path))
+    return cast(IO[bytes], bz2.open(path)) if head == b"BZh" else path.open("rb")
+
+
 def _lines(path: Path) -> Iterator[_CarmenLine]:
-    with path.open(encoding="utf-8", errors="replace") as file:
-        for number, text in enumerate(file, start=1):
-            fields = text.split()
+    """Lines that are neither blank nor comments. Raises ``CutOffError`` where compressed data end before their time."""
+    number = 0
+    with _opened(path) as file:
+        while text := _next_line(file):
+            number += 1
+            if len(text) == LONGEST_LINE:
+                raise LogError(f"{path}: line {number}: has {LONGEST_LINE} bytes or more; valid are CARMEN's lines")
+            fields = text.decode("utf-8", errors="replace").split()
             if fields and not fields[0].startswith("#"):
                 yield _CarmenLine(path, number, fields)
+
+
+def _next_line(file: IO[bytes]) -> bytes:
+    try:
+        return file.readline(LONGEST_LINE)
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise CutOffError(str(error) or "compressed data end") from error
+    except OSError as error:
+        if error.errno is None:  # bz2 has no error of its own for damaged data
+            raise CutOffError(str(error)) from error
+        raise
 
 
 def _read_line(line: _CarmenLine, state: _State) -> _LaserLine | None:

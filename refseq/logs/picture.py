@@ -122,9 +122,10 @@ class RawPicture:
                 f"an image of {self.width} × {self.height} {self.encoding} has {len(self.data)} bytes and rows of "
                 f"{self.step}; valid are at least {row * self.height} bytes and rows of {row}"
             )
-        rows = np.zeros(self.step * self.height, np.uint8)
+        step = self.step if self.height > 1 else row
+        rows = np.zeros(step * self.height, np.uint8)  # the last row may end before its padding
         rows[: len(self.data)] = np.frombuffer(self.data, np.uint8)[: len(rows)]
-        pixels = np.ascontiguousarray(rows.reshape(self.height, self.step)[:, :row])
+        pixels = np.ascontiguousarray(rows.reshape(self.height, step)[:, :row])
         if self.encoding.lower() == "mono16":
             return _stretched(pixels.view(">u2" if self.big_endian else "<u2"))
         pixels = pixels.reshape(self.height, self.width, layout.bytes) if layout.bytes > 1 else pixels

@@ -31,7 +31,9 @@ def scan_of(
     if not (math.isfinite(start) and math.isfinite(step)) or (step == 0 and len(seen) > 1):
         raise LogError(f"a scan starts at {start} rad with steps of {step} rad; valid are numbers, and steps not of 0")
     if abs(step) * (len(seen) - 1) > 2 * math.pi + abs(step) + 1e-3:
-        raise LogError(f"a scan of {len(seen)} beams with steps of {step:g} rad is more than one turn")
+        raise LogError(
+            f"a scan of {len(seen)} beams with steps of {step:g} rad is more than one turn; valid is one turn at most"
+        )
     if len(seen) > MAX_BEAMS:
         raise LogError(f"a scan declares {len(seen)} beams; valid are at most {MAX_BEAMS}")
     reach = max_range if max_range is not None and math.isfinite(max_range) and max_range > 0 else None

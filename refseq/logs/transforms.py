@@ -87,7 +87,7 @@ class TransformTree:
             return known == parent
         above = [parent, *self._above(parent)]
         if child in above:
-            circle = " → ".join([child, *reversed(above[: above.index(child) + 1])])
+            circle = " → ".join([*reversed(above[: above.index(child) + 1]), child])
             raise LogError(f"transforms form a cycle: {circle}; valid is a tree")
         if len(self._parents) >= MOST_FRAMES:
             raise LogError(f"transforms name more than {MOST_FRAMES} frames; valid are fewer")

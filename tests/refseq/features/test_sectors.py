@@ -85,3 +85,13 @@ def test_nothing_seen_sets_nothing() -> None:
     view = View(0.0, scan=scan_of(4.0))
     np.testing.assert_array_equal(extractor.learn(view), extractor.observe(view).ids)
     assert len(extractor.observe(view).ids) == 2 * 24 + 2 * 25
+
+
+@pytest.mark.parametrize("beams", [541, 1081])
+def test_a_scanner_of_270_degrees_gives_the_sectors_of_one_of_180(beams: int) -> None:
+    step = 1.5 * math.pi / (beams - 1)
+    bearings = -0.75 * math.pi + step * np.arange(beams)
+    wide = Scan((5 + np.sin(3 * bearings)).astype(np.float32), -0.75 * math.pi, step)
+    ahead = np.abs(bearings) <= math.pi / 2 + 1e-9
+    narrow = Scan(wide.ranges[ahead], float(bearings[ahead][0]), step)
+    assert SectorRanges(SectorSettings()).bits(wide).tolist() == SectorRanges(SectorSettings()).bits(narrow).tolist()

@@ -1,13 +1,18 @@
+import bz2
+import gzip
 import math
+from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from refseq.errors import LogError
-from refseq.logs import read_recording, write_carmen
+from refseq.logs import Role, open_log, read_recording, write_carmen
 from refseq.logs.carmen import NO_RETURN
+from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
 from refseq.view import Scan, View
 
@@ -199,3 +204,49 @@ def test_real_logs(name: str, scans: int, beams: int, length: float, duration: f
     assert set(recording.skipped) == {"VERTEX2", "EDGE2"}
     lost = np.mean([np.isinf(view.scan.ranges).mean() for view in recording.views if view.scan])
     assert 0.01 < lost < 0.04  # 2.0 to 2.8 % of the beams come back from nowhere
+
+
+@pytest.mark.parametrize("packed", [gzip.compress, bz2.compress])
+def test_a_compressed_log_is_read_as_it_is(tmp_path: Path, packed: Callable[[bytes], bytes]) -> None:
+    path = log(tmp_path, *[FLASER.replace("7.5", f"{k}.5") for k in range(9)])
+    plain = read_recording(path)
+    small = tmp_path / "log.packed"
+    small.write_bytes(packed(path.read_bytes()))
+    recording = read_recording(small)
+    assert recording.complete
+    assert [view.time for view in recording.views] == [view.time for view in plain.views]
+
+
+@pytest.mark.parametrize("packed", [gzip.compress, bz2.compress])
+def test_a_compressed_log_that_was_cut_off_gives_what_is_left(tmp_path: Path, packed: Callable[[bytes], bytes]) -> None:
+    rng = np.random.default_rng(1)
+    lines = [FLASER.replace("1.5 2", f"{a:.2f} {b:.2f}") for a, b in rng.uniform(1, 40, (60_000, 2))]
+    content = packed("\n".join(lines).encode())
+    path = tmp_path / "log.packed"
+    path.write_bytes(content[: len(content) * 3 // 4])
+    source = open_log(path)
+    assert not source.complete
+    assert 0 < sum(channel.count for channel in source.channels if channel.role is Role.LASER) < 60_000
+    path.write_bytes(content[:40])
+    with pytest.raises(LogError, match=r"log\.packed: .*; valid are .*CARMEN log"):
+        read_recording(path)
+
+
+def test_a_line_without_end_is_not_read_to_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "log.gz"
+    path.write_bytes(gzip.compress(b"FLASER " + b"1 " * 5_000_000))
+    with pytest.raises(LogError, match=r"log\.gz: line 1: has 1048576 bytes or more; valid are CARMEN's lines"):
+        read_recording(path)
+
+
+def test_raw_odometry_and_truth_by_the_number_of_the_scan() -> None:
+    path = DATA / "radish" / "mit-csail.clf.bz2"
+    if not path.exists():
+        pytest.skip("the recordings radish are not beside this checkout")
+    truth = read_trajectory(DATA / "radish" / "mit-csail.truth.csv")
+    recording = read_recording(path, thin=0.5, truth=truth)
+    true = [view.truth for view in recording.views if view.truth]
+    assert len(true) > 0.8 * len(recording.views)
+    # Raw odometry drifts by its heading; lengths agree within a few per cent.
+    way = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(true))
+    assert sum(abs(view.distance) for view in recording.views[-len(true) :]) == pytest.approx(way, rel=0.1)

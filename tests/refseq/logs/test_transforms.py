@@ -1,0 +1,102 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from refseq.errors import LogError
+from refseq.logs.transforms import Transform, TransformTree, heading_of
+
+Quaternion = tuple[float, float, float, float]
+angles = st.floats(-3, 3)
+
+
+def turned(axes: str, *by: float) -> Quaternion:
+    x, y, z, w = Rotation.from_euler(axes, by if len(by) > 1 else by[0]).as_quat()
+    return float(x), float(y), float(z), float(w)
+
+
+def tree(*transforms: Transform) -> TransformTree:
+    found = TransformTree()
+    found.add(transforms, 0.0)
+    return found
+
+
+@given(angles, angles, st.booleans())
+def test_a_mount_is_the_product_of_its_joints(mast: float, laser: float, hangs: bool) -> None:
+    found = tree(
+        Transform("base_link", "mast", (0.5, 0.1, 1.0), turned("z", mast), static=True),
+        Transform("mast", "laser", (0.2, 0.0, 0.3), turned("ZX", laser, math.pi * hangs), static=True),
+    )
+    mount = found.mount("laser", "base_link")
+    assert mount
+    assert mount.upside_down == hangs
+    assert math.cos(mount.yaw - mast - laser) == pytest.approx(1)
+    assert (mount.x, mount.y) == pytest.approx((0.5 + 0.2 * math.cos(mast), 0.1 + 0.2 * math.sin(mast)))
+
+
+def test_a_mount_is_found_through_a_frame_above_the_base() -> None:
+    found = tree(
+        Transform("base_footprint", "base_link", (0.0, 0.0, 0.1), static=True),
+        Transform("base_footprint", "laser", (0.4, 0.0, 0.2), turned("z", 0.5), static=True),
+    )
+    mount = found.mount("laser", "base_link")
+    assert mount
+    assert (mount.x, mount.yaw) == pytest.approx((0.4, 0.5))
+    assert found.mount("laser", "elsewhere") is None
+
+
+def test_the_robot_s_way_is_its_odometry_in_the_map() -> None:
+    found = TransformTree()
+    rng = np.random.default_rng(3)
+    truth = []
+    for k in range(40):
+        x, heading = 0.1 * k, 0.05 * k
+        if k % 8 == 0:
+            shift, bend = rng.uniform(-1, 1), rng.uniform(-1, 1)
+            found.add([Transform("map", "odom", (shift, 2.0, 0.0), turned("z", bend))], float(k))
+        found.add([Transform("odom", "base_link", (x, 0.0, 0.0), turned("z", heading))], float(k))
+        truth.append((shift + x * math.cos(bend), 2 + x * math.sin(bend), bend + heading))
+    way = found.trajectory("base_link", "map")
+    assert way
+    np.testing.assert_allclose(way.poses[:, :2], np.array(truth)[:, :2], atol=1e-9)
+    np.testing.assert_allclose(np.cos(way.poses[:, 2] - np.array(truth)[:, 2]), 1, atol=1e-9)
+    assert found.trajectory("map", "base_link") is None
+
+
+@given(st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: math.hypot(*q) > 0.1))
+def test_the_heading_is_that_of_the_x_axis(values: Quaternion) -> None:
+    x, y = Rotation.from_quat(values).apply([1, 0, 0])[:2]
+    if math.hypot(x, y) < 1e-3:
+        return  # straight up
+    length = math.hypot(*values)
+    a, b, c, d = (value / length for value in values)
+    assert math.cos(heading_of((a, b, c, d)) - math.atan2(y, x)) == pytest.approx(1, abs=1e-6)
+
+
+def test_a_cycle_is_refused_and_named() -> None:
+    found = tree(Transform("map", "odom"), Transform("odom", "base_link"))
+    with pytest.raises(LogError) as caught:
+        found.add([Transform("base_link", "map")], 1.0)
+    assert str(caught.value) == "transforms form a cycle: map → odom → base_link → map; valid is a tree"
+    with pytest.raises(LogError, match="transforms form a cycle: here → here; valid is a tree"):
+        found.add([Transform("here", "here")], 1.0)
+
+
+def test_a_second_parent_is_told_and_not_taken() -> None:
+    found = tree(Transform("odom", "base_link"), Transform("map", "base_link"))
+    assert found.reparented == {"base_link": "map"}
+    assert found.roots == ("odom",)
+
+
+@pytest.mark.parametrize("rotation", [(0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0)])
+def test_a_rotation_that_is_none_is_refused(rotation: Quaternion) -> None:
+    with pytest.raises(LogError, match=r"transform odom → base_link has rotation \(.*\); valid are a quaternion"):
+        tree(Transform("odom", "base_link", rotation=rotation))
+
+
+def test_frames_without_end_are_damage() -> None:
+    with pytest.raises(LogError, match="transforms name more than 4096 frames; valid are fewer"):
+        tree(*(Transform("map", f"frame-{k}") for k in range(5000)))
