@@ -69,7 +69,6 @@ class Profile:
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Self:
         """The inverse of ``to_dict``; ``ValueError`` for a part or parameter that is missing, unknown or not valid."""
-        _refuse_renamed(content)
         features = content.get("features")
         if not isinstance(features, list) or not all(isinstance(name, str) for name in features):
             raise ValueError(f"profile.features is {features!r:.60}; valid is a list of names")
@@ -105,32 +104,6 @@ def profile_named(name: str) -> Profile:
     if name not in PROFILES:
         raise MapError(f"profile {name!r} is unknown; valid are {', '.join(PROFILES)}")
     return PROFILES[name]
-
-
-RENAMED: Mapping[str, str] = MappingProxyType(
-    {
-        "evidence": "log_ratio",
-        "motion.thin": "motion.tail",
-        "motion.spread": "motion.interpolated",
-        "chain.leaves_at_end": "chain.exit_at_ends",
-        "chain.restart": "chain.kidnap_probability",
-        "chain.near": "chain.relocalisation_range",
-        "method.matching=evidence": "method.matching=log_ratio",
-        "mixture.form=degenerate": "mixture.form=hard_em",
-    }
-)
-"""Names that a profile had before, and those that took their place; an old one is refused."""
-
-
-def _refuse_renamed(content: Mapping[str, Any]) -> None:
-    """Raise ``ValueError`` for the first part, parameter or choice that has another name by now."""
-    for old, new in RENAMED.items():
-        path, _, choice = old.partition("=")
-        name, _, key = path.partition(".")
-        part = content.get(name)
-        there = name in content if not key else isinstance(part, dict) and key in part
-        if there and (not choice or content[name][key] == choice):
-            raise ValueError(f"profile.{old} is called profile.{new} now")
 
 
 def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:

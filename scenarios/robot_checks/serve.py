@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from refseq_bench import robots
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.bench.serial_port import LOOPBACK, TERMINAL, SerialPace, open_port, serve
+from refseq_bench.sim.bench.serial_port import LOOPBACK, TERMINAL, open_port, serve
 from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.realtime import RealTimePacer
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import light_named
@@ -46,7 +47,7 @@ def serving(asked: Service) -> Iterator[tuple[str, Callable[[], None]]]:
         Bench(world, robots.load(asked.robot), route=asked.route, seed=asked.seed, settings=settings) as bench,
         open_port(bench, address) as port,
     ):
-        pace = SerialPace(asked.rate)
+        pace = RealTimePacer(asked.rate)
 
         def run() -> None:
             serve(bench, port, asked.seconds or math.inf, pace)

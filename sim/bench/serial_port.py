@@ -4,11 +4,8 @@ The simulation never waits for the client. What the client does not fetch is los
 that goes away leaves a line that is silent: the robot's watchdog stops it, and another may come.
 """
 
-import math
 import os
 import socket
-import time
-from collections.abc import Callable
 from typing import Protocol
 
 from refseq_bench.robots.robuter.control import RobuterControl
@@ -16,6 +13,7 @@ from refseq_bench.robots.robuter.line import CAPACITY, SerialLine
 from refseq_bench.robots.robuter.protocol import Refusal, format_line
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.realtime import RealTimePacer
 
 LOOPBACK = "127.0.0.1"
 TERMINAL = "pty"
@@ -182,29 +180,6 @@ class SerialPort:
         self._client.write(self._line.to_host.take())
 
 
-class SerialPace:
-    """Holds simulated time back to ``factor`` times wall time; None lets it run as fast as it can."""
-
-    def __init__(
-        self,
-        factor: float | None = 1.0,
-        clock: Callable[[], float] = time.monotonic,
-        sleep: Callable[[float], None] = time.sleep,
-    ) -> None:
-        if factor is not None and not (0 < factor < math.inf):
-            raise SimError(f"serial port: real-time factor = {factor} must be positive and finite")
-        self._factor, self._clock, self._sleep = factor, clock, sleep
-        self._began = clock()
-
-    def keep(self, simulated: float) -> None:
-        """Wait until it is time for ``simulated`` [s] after the start."""
-        if self._factor is None:
-            return
-        ahead = simulated / self._factor - (self._clock() - self._began)
-        if ahead > 0:
-            self._sleep(ahead)
-
-
 def open_port(bench: Bench, address: str) -> SerialPort:
     """Open the robot's spare line at ``127.0.0.1:PORT`` or ``pty``; raises ``SimError`` for anything else."""
     if not isinstance(bench.control, RobuterControl):
@@ -212,9 +187,9 @@ def open_port(bench: Bench, address: str) -> SerialPort:
     return SerialPort(bench.control.spare, TerminalOutlet() if address == TERMINAL else _tcp(address))
 
 
-def serve(bench: Bench, port: SerialPort, duration: float, pace: SerialPace | None = None) -> None:
+def serve(bench: Bench, port: SerialPort, duration: float, pace: RealTimePacer | None = None) -> None:
     """Let the bench run for ``duration`` [s] of simulated time while whoever is at the port drives the robot."""
-    pace, began = pace or SerialPace(), bench.time
+    pace, began = pace or RealTimePacer(), bench.time
     while bench.time - began < duration - 1e-9:
         port.carry()
         bench.wait()

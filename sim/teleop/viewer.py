@@ -17,13 +17,13 @@ from mujoco.studio import launch_thread, plugin, viewer_protocol, web_viewer
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.serial_port import LOOPBACK
 from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.realtime import RealTimePacer
 from refseq_bench.sim.teleop.commands import Button, Commands, CommandSource, SessionStatus
 from refseq_bench.sim.teleop.form import Heading, StatusSnapshot, TeleopForm, ViewerInput
 from refseq_bench.sim.teleop.gamepad import FIRST, Gamepad
 from refseq_bench.sim.teleop.keys import Keyboard
 from refseq_bench.sim.teleop.mirror import WorldMirror
 from refseq_bench.sim.teleop.pictures import Picture, pictures_of
-from refseq_bench.sim.teleop.realtime import RealTimePacer
 
 DEADMAN = 0.5
 """Keys count as held for so long after the viewer reported them [s]; less stops the robot on a slow machine."""

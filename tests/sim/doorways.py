@@ -22,13 +22,15 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
+from tests.worlds.conftest import PLAIN
 
 THICK = 0.15
 BLIND = BenchSettings(renderer=RendererKind.NONE)
 CLOSE = 0.3
 """Distances above this are not told apart [m]."""
 
-ROOMS = """
+ROOMS = (
+    """
 name = "rooms"
 wall = [
   {{ name = "front", start = [0, -{side}], end = [0, 2], inside = "left", material = "plaster" }},
@@ -38,24 +40,15 @@ wall = [
   {{ name = "far", start = [4.5, 2], end = [4.5, -{side}], inside = "right", material = "plaster" }},
 ]
 {door}
-{end}
-[place]
-latitude = 40.63
-longitude = -8.66
-timezone = "Europe/Lisbon"
-date = 2008-03-20
-x_azimuth = 110
-[floor]
-material = "plaster"
-[ceiling]
-height = 2.8
-material = "plaster"
-[material]
+{end}"""
+    + PLAIN
+    + """[material]
 plaster = {{ albedo = 0.7, roughness = 0.9 }}
 door = {{ albedo = 0.3, roughness = 0.5 }}
 [routes]
 forward = [[-1.7, 0], [0, 0]]
 """
+)
 
 
 def rooms(door: str | None = "open = 100", *, side: float = 2.0, end: str = "") -> World:

@@ -25,6 +25,6 @@ def test_the_serial_port_is_served(capsys: pytest.CaptureFixture[str]) -> None:
     exec(example("bench.tamper"), names)
     capsys.readouterr()
     began = names["bench"].time
-    exec(example("open_port").replace("60.0", "2.0").replace("Pace(1.0)", "Pace(None)"), names)
+    exec(example("open_port").replace("60.0", "2.0").replace("Pacer(1.0)", "Pacer(1e6)"), names)
     assert re.fullmatch(r"127\.0\.0\.1:\d+\n", capsys.readouterr().out)
     assert names["bench"].time == pytest.approx(began + 2.0)

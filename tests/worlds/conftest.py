@@ -7,9 +7,7 @@ from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan
 
-SMALL = """
-name = "small"
-{top}
+PLAIN = """
 [place]
 latitude = 40.63
 longitude = -8.66
@@ -21,7 +19,15 @@ material = "plaster"
 [ceiling]
 height = 2.8
 material = "plaster"
-[material]
+"""
+"""Where the plans of tests lie, and their floor and ceiling."""
+
+SMALL = (
+    """
+name = "small"
+{top}"""
+    + PLAIN
+    + """[material]
 plaster = {{ albedo = 0.7, roughness = 0.9 }}
 door = {{ albedo = 0.3, roughness = 0.5 }}
 [[wall]]
@@ -41,23 +47,15 @@ material = "plaster"
 forward = [[1, 0], [7, 0]]
 {end}
 """
+)
 
-CORNER = """
-name = "corner"
-[place]
-latitude = 40.63
-longitude = -8.66
-timezone = "Europe/Lisbon"
-date = 2008-03-20
-x_azimuth = 110
-[floor]
-material = "plaster"
-[ceiling]
-height = 2.8
-material = "plaster"
-[material]
+CORNER = (
+    'name = "corner"'
+    + PLAIN
+    + """[material]
 plaster = { albedo = 0.7, roughness = 0.9 }
 """
+)
 
 
 OPEN = """

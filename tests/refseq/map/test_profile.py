@@ -7,7 +7,7 @@ from refseq.errors import MapError
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.matching.mixture import MixtureSettings
 from refseq.map.extractors import FEATURES
-from refseq.map.profile import BEST, PROFILES, RENAMED, THESIS, Decoder, Matching, Profile, profile_named
+from refseq.map.profile import BEST, PROFILES, THESIS, Decoder, Matching, Profile, profile_named
 
 
 def test_round_trip_through_json() -> None:
@@ -135,14 +135,3 @@ def test_values_of_the_wrong_kind_are_named(part: str, key: str, value: object, 
     with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
         Profile.from_dict(content)
     assert str(caught.value) == message
-
-
-@pytest.mark.parametrize("old", RENAMED)
-def test_an_old_name_is_refused_with_the_new_one(old: str) -> None:
-    path, _, choice = old.partition("=")
-    name, _, key = path.partition(".")
-    content = BEST.to_dict()
-    content[name] = {**content.get(name, {}), key: choice} if key else {}
-    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
-        Profile.from_dict(content)
-    assert str(caught.value) == f"profile.{old} is called profile.{RENAMED[old]} now"

@@ -1,5 +1,4 @@
 import errno
-import math
 import os
 import select
 import socket
@@ -17,7 +16,6 @@ from refseq_bench.robots.robuter.line import CAPACITY, SerialLine
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.serial_port import (
     LOOPBACK,
-    SerialPace,
     SerialPort,
     TcpOutlet,
     TerminalOutlet,
@@ -26,6 +24,7 @@ from refseq_bench.sim.bench.serial_port import (
 )
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.realtime import RealTimePacer
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
@@ -33,7 +32,7 @@ from refseq_bench.worlds.plans.load import parse_plan
 from tests.terminals import needs_terminals
 from tests.worlds.conftest import SMALL
 
-AT_ONCE = SerialPace(None)
+AT_ONCE = RealTimePacer(1e6)
 
 
 @pytest.fixture(scope="module")
@@ -272,7 +271,7 @@ class Clock:
 @pytest.mark.parametrize("factor", [0.5, 1.0, 4.0])
 def test_simulated_time_is_held_back_to_its_share_of_wall_time(factor: float) -> None:
     clock = Clock()
-    pace = SerialPace(factor, clock, clock.sleep)
+    pace = RealTimePacer(factor, clock, clock.sleep)
     for step in np.arange(1, 101) * 0.04:
         clock.now += 0.001  # what the simulation takes
         pace.keep(float(step))
@@ -281,13 +280,7 @@ def test_simulated_time_is_held_back_to_its_share_of_wall_time(factor: float) ->
 
 def test_a_simulation_that_is_too_slow_is_not_held_back() -> None:
     clock = Clock()
-    pace = SerialPace(1.0, clock, clock.sleep)
+    pace = RealTimePacer(1.0, clock, clock.sleep)
     clock.now += 10.0
     pace.keep(4.0)
     assert clock.slept == 0.0
-
-
-@pytest.mark.parametrize("factor", [0.0, -1.0, math.nan, math.inf])
-def test_a_pace_that_is_none_is_refused(factor: float) -> None:
-    with pytest.raises(SimError, match=rf"^serial port: real-time factor = {factor} must be positive and finite$"):
-        SerialPace(factor)

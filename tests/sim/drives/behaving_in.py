@@ -18,24 +18,15 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
+from tests.worlds.conftest import PLAIN
 
 PERFECT = BenchSettings(RendererKind.NONE, calibration=CalibrationErrors(0.0, 0.0, 0.0))
 """A robot that knows its wheels: what is off then is the behaviour's."""
 
-PLAN = """
-name = "long"
-[place]
-latitude = 40.63
-longitude = -8.66
-timezone = "Europe/Lisbon"
-date = 2008-03-20
-x_azimuth = 110
-[floor]
-material = "plaster"
-[ceiling]
-height = 2.8
-material = "plaster"
-[material]
+PLAN = (
+    'name = "long"'
+    + PLAIN
+    + """[material]
 plaster = {{ albedo = 0.7, roughness = 0.9 }}
 metal = {{ albedo = 0.4, roughness = 0.5 }}
 door = {{ albedo = 0.3, roughness = 0.5 }}
@@ -67,6 +58,7 @@ material = "plaster"
 [routes]
 forward = [[2, 0], [3, 0]]
 """
+)
 
 BOX = (
     '[[furniture]]\nname = "box"\nkind = "box"\nat = [{x}, {y}]\nwidth = 0.5\ndepth = 0.5\nheight = 1\nmaterial="metal"'

@@ -19,6 +19,7 @@ from refseq_bench.robots import Twist
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.realtime import RealTimePacer
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase, SessionStatus
 from refseq_bench.sim.teleop.form import HeldSnapshot, StatusSnapshot, ViewerInput
@@ -26,7 +27,6 @@ from refseq_bench.sim.teleop.gamepad import AXIS, EVENT, FIRST_STATE, FULL, PRES
 from refseq_bench.sim.teleop.keys import GO_ON, HELD, LEVELS, PRESSED, Keyboard
 from refseq_bench.sim.teleop.mirror import WorldMirror
 from refseq_bench.sim.teleop.pictures import REACH, SIZE, pictures_of, scan_picture
-from refseq_bench.sim.teleop.realtime import RealTimePacer
 from refseq_bench.sim.teleop.session import run_session
 from refseq_bench.sim.teleop.viewer import DEADMAN, ViewerSettings, ViewerSource, opened
 from tests.sim.drives.behaving_in import corridor

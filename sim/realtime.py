@@ -22,7 +22,7 @@ class RealTimePacer:
         if not 0 < factor < math.inf:
             raise SimError(f"rate {factor:g} is not valid; it should be simulated over real time, above 0")
         self._factor, self._clock, self._sleep = factor, clock, sleep
-        self._due, self._last = -math.inf, 0.0
+        self._due, self._last = clock(), 0.0
 
     def keep(self, simulated: float) -> None:
         """Wait until it is time for ``simulated`` [s]."""
