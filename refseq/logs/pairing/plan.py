@@ -119,7 +119,7 @@ def _findings(found: Survey, choice: Choice, planned: Schedule) -> Findings:
         planned.without_odometry,
         sum(one.truth is None for one in planned.data),
         {choice.sensors[topic]: len(found.stamps[topic].times) - count for topic, count in taken.items()},
-        choice.notes,
+        (*found.notes, *choice.notes),
     )
 
 

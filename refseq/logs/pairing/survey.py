@@ -12,6 +12,9 @@ from refseq.logs.trajectory import Trajectory
 from refseq.logs.transforms import TransformTree
 from refseq.planar import Pose
 
+JUMP = 1.0
+"""A clock that falls by more than so much was set back [s]; by less, messages overtook each other."""
+
 
 @dataclass(slots=True)
 class TopicStamps:
@@ -22,6 +25,7 @@ class TopicStamps:
     logged: list[float] = field(default_factory=list)
     moments: list[int] = field(default_factory=list)
     unstamped: int = 0
+    backward: int = 0
     frame: str = ""
     child: str = ""
     depth: str = ""
@@ -40,7 +44,7 @@ class TopicStamps:
             1 / float(np.median(steps)) if len(steps) else 0.0,
             float(steps[longest]) if len(steps) else 0.0,
             float(rising[longest]),
-            int((np.diff(times) < 0).sum()),
+            self.backward,
             len(times) - len(rising),
             self.unstamped,
             float(np.median(logged - times)),
@@ -49,13 +53,16 @@ class TopicStamps:
 
 @dataclass(slots=True)
 class Survey:
-    """All that the first pass found; ``poses`` by topic, ``behaviours`` in the order of the log."""
+    """All that the first pass found; ``poses`` by topic, ``behaviours`` in the order of the log, ``notes`` on its
+    clocks.
+    """
 
     source: LogSource
     stamps: dict[str, TopicStamps] = field(default_factory=dict)
     poses: dict[str, list[Pose]] = field(default_factory=dict)
     behaviours: list[str] = field(default_factory=list)
     tree: TransformTree = field(default_factory=TransformTree)
+    notes: list[str] = field(default_factory=list)
 
     def of_role(self, role: Role) -> Iterator[TopicStamps]:
         """Topics of a role that have samples, the most frequent first."""
@@ -71,27 +78,62 @@ def survey(source: LogSource) -> Survey:
     """Read a log once. Raises ``LogError`` where the source does, and for transforms that form a cycle."""
     found = Survey(source)
     roles = {channel.topic: channel for channel in source.channels}
+    clock = _LogClock()
     for sample in source.samples():
         channel = roles.get(sample.topic)
         if channel is None:  # a damaged log may name topics that it never declared
             continue
         stamps = found.stamps.setdefault(sample.topic, TopicStamps(channel, frame=sample.frame, child=sample.child))
-        stamps.times.append(sample.time)
-        stamps.logged.append(sample.logged)
+        shift = 0.0 if source.has_moments else clock.shift(sample.logged)
+        time = sample.time + shift
+        stamps.backward += bool(stamps.times) and time < stamps.times[-1]
+        stamps.times.append(time)
+        stamps.logged.append(sample.logged + shift)
         stamps.moments.append(sample.moment)
         stamps.unstamped += sample.unstamped
-        _take(found, channel.role, sample)
+        _take(found, channel.role, sample, time)
+    if not source.has_moments:
+        found.notes += clock.notes
+        _settle_clocks(found)
     return found
 
 
-def _take(found: Survey, role: Role, sample: Sample) -> None:
+class _LogClock:
+    """Log time that goes on where the clock was set back or another run was appended."""
+
+    def __init__(self) -> None:
+        self._shift, self._last = 0.0, -np.inf
+        self.notes: list[str] = []
+
+    def shift(self, logged: float) -> float:
+        """Seconds to add to the times of a sample that was logged at ``logged`` [s]."""
+        fall = self._last - (logged + self._shift)
+        if fall > JUMP:
+            self.notes.append(f"the log's clock jumps back by {fall:.3f} s to {logged:.3f} s; later times are shifted")
+            self._shift += fall
+        self._last = max(self._last, logged + self._shift)
+        return self._shift
+
+
+def _settle_clocks(found: Survey) -> None:
+    """Take log times for stamps throughout, where a sensor's own clock was set back."""
+    used = [one for role in (Role.CAMERA, Role.LASER, Role.ODOMETRY, Role.TRUTH) for one in found.of_role(role)]
+    falls = {one.channel.topic: float(-np.diff(one.times).min(initial=0.0)) for one in used}
+    topic = max(falls, key=lambda one: falls[one], default="")
+    if topic and falls[topic] > JUMP:
+        found.notes.append(f"the stamps of {topic} jump back by {falls[topic]:.3f} s; the times of logging are used")
+        for stamps in found.stamps.values():
+            stamps.times = list(stamps.logged)
+
+
+def _take(found: Survey, role: Role, sample: Sample, time: float) -> None:
     """Keep what is small of one sample."""
     match role, sample.content:
         case ((Role.ODOMETRY | Role.TRUTH), Pose() as pose):
             found.poses.setdefault(sample.topic, []).append(pose)
         case Role.TRANSFORMS, tuple() as transforms:
             try:
-                found.tree.add(transforms, sample.time)
+                found.tree.add(transforms, time)
             except LogError as error:
                 raise LogError(f"{found.source.path}: topic {sample.topic}: {error}") from error
         case Role.BEHAVIOUR, str() as told:
