@@ -53,8 +53,9 @@ class TopicStamps:
 
 @dataclass(slots=True)
 class Survey:
-    """All that the first pass found; ``poses`` by topic, ``behaviours`` in the order of the log, ``notes`` on its
-    clocks.
+    """All that the first pass found.
+
+    ``poses`` by topic, ``behaviours`` in the order of the log, ``notes`` on its clocks.
     """
 
     source: LogSource

@@ -11,6 +11,7 @@ import cv2
 import foxglove
 import numpy as np
 from foxglove import channels, messages
+from foxglove.mcap import MCAPWriteOptions
 from mcap.writer import Writer
 
 from refseq.planar import Pose
@@ -52,7 +53,8 @@ def write_foxglove(path: Path, drive: RobotDrive, setup: FoxgloveSetup = Foxglov
     """Write the drive with the SDK of Foxglove."""
     context = foxglove.Context()
     made: dict[str, Any] = {}
-    with foxglove.open_mcap(str(path), allow_overwrite=True, context=context):
+    options = MCAPWriteOptions(chunk_size=40_000)  # of a log that is cut off whole chunks are read
+    with foxglove.open_mcap(str(path), allow_overwrite=True, context=context, writer_options=options):
         for moment in drive.moments:
             for topic, message in _messages(drive, moment, setup):
                 kind = type(message).__name__
