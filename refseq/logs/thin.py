@@ -48,13 +48,25 @@ def every(views: Sequence[View], distance: float = 0.85, turn: float = math.inf)
 
 def thinned(views: Sequence[View], distance: float, turn: float = math.inf) -> tuple[list[int], tuple[View, ...]]:
     """Indices of the views that ``every`` keeps, and those views."""
-    numbers: list[int] = []
-    kept: list[View] = []
-    moved = turned = 0.0
-    for number, view in enumerate(views):
-        moved, turned = moved + view.distance, turned + view.turn
-        if not kept or abs(moved) >= distance or abs(turned) >= turn:
-            numbers.append(number)
-            kept.append(replace(view, distance=moved if kept else 0.0, turn=turned if kept else 0.0))
-            moved = turned = 0.0
-    return numbers, tuple(kept)
+    thinner = Thinner(distance, turn)
+    kept = [(number, one) for number, view in enumerate(views) if (one := thinner.take(view)) is not None]
+    return [number for number, _ in kept], tuple(one for _, one in kept)
+
+
+class Thinner:
+    """Keeps one view after the other, as ``every`` does, or not."""
+
+    def __init__(self, distance: float, turn: float = math.inf) -> None:
+        self._distance, self._turn = distance, turn
+        self._moved = self._turned = 0.0
+        self._kept = False
+
+    def take(self, view: View) -> View | None:
+        """The view with the motion since the last that was kept; None where that is too little."""
+        self._moved, self._turned = self._moved + view.distance, self._turned + view.turn
+        if self._kept and abs(self._moved) < self._distance and abs(self._turned) < self._turn:
+            return None
+        moved, turned = (self._moved, self._turned) if self._kept else (0.0, 0.0)
+        there = replace(view, distance=moved, turn=turned)
+        self._kept, self._moved, self._turned = True, 0.0, 0.0
+        return there

@@ -23,6 +23,7 @@ from refseq_bench.scenarios.cli.maps import LEARN_HELP, learn
 from refseq_bench.scenarios.cli.maps import app as maps
 from refseq_bench.scenarios.cli.record import DRIVE_HELP, RECORD_HELP, drive, record
 from refseq_bench.scenarios.cli.report import REPORT_HELP, report
+from refseq_bench.scenarios.cli.serve import SERVE_HELP, serve
 from refseq_bench.scenarios.cli.terminal.console import Notes, err, out
 from refseq_bench.scenarios.cli.terminal.options import flag
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, UsageError, group, in_one_line
@@ -42,7 +43,7 @@ PANELS: dict[str, dict[Callable[..., None] | typer.Typer, str]] = {
     "Log": {log.app: "log"},
     "Drive": {record: RECORD_HELP, drive: DRIVE_HELP},
     "Map": {learn: LEARN_HELP, maps: "map"},
-    "Localise": {localise: LOCALISE_HELP, live: LIVE_HELP, mission.app: "mission"},
+    "Localise": {localise: LOCALISE_HELP, live: LIVE_HELP, serve: SERVE_HELP, mission.app: "mission"},
     "Judge": {compare: COMPARE_HELP, scenario.app: "scenario"},
     "Look": {report: REPORT_HELP, view: VIEW_HELP},
     "Workshop": {demo: DEMO_HELP, doctor: DOCTOR_HELP, world.app: "world", robot.app: "robot"},

@@ -79,16 +79,20 @@ def default_tolerance(leading: NDArray[np.float64]) -> float:
     return min(MOST_TOLERANCE, period(leading) / 2)
 
 
-def paired(stamps: Mapping[str, NDArray[np.float64]], leading: str, tolerance: float) -> Moments:
+def paired(
+    stamps: Mapping[str, NDArray[np.float64]], leading: str, tolerance: float, apart: float | None = None
+) -> Moments:
     """A moment at each stamp of the leading sensor, with the nearest sample of each other within the tolerance.
 
     Where the leading sensor pauses, the next sensor leads: a sample opens a moment of its own if none is nearer than
-    the leading sensor's period.
+    the leading sensor's period, or than ``apart`` [s] where that is given.
     """
+    if apart is None:
+        apart = max(period(stamps[leading]), 2 * tolerance)
     order = [leading, *sorted((one for one in stamps if one != leading), key=lambda one: (period(stamps[one]), one))]
     times = np.unique(stamps[leading])
     for topic in order[1:]:
-        times = _bridged(times, np.unique(stamps[topic]), max(period(stamps[leading]), 2 * tolerance))
+        times = _bridged(times, np.unique(stamps[topic]), apart)
     samples = {topic: _nearest(times, found, tolerance) for topic, found in stamps.items()}
     return Moments(times, samples)
 

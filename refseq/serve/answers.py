@@ -1,0 +1,107 @@
+"""Beliefs as messages: all of one in JSON, and its pose for viewers."""
+
+import base64
+import json
+import math
+from dataclasses import asdict, dataclass
+
+from foxglove import messages
+
+from refseq.belief import Belief, Timings
+from refseq.map.map import Map
+from refseq.planar import Pose
+from refseq.serve.protocol import ServerChannel
+from refseq.view import View
+
+FRAME = "map"
+"""Frame that poses are in: that of the map's places."""
+NANOSECONDS = 1_000_000_000
+
+NUMBER, WHOLE = {"type": "number"}, {"type": "integer"}
+SCHEMA = {
+    "title": "refseq.Belief",
+    "type": "object",
+    "properties": {
+        "view": WHOLE | {"description": "number of the view in this drive, from 0"},
+        "time": NUMBER | {"description": "the view's time by the robot's stamps [s]"},
+        "distance": NUMBER | {"description": "way by odometry since the view before [m]"},
+        "turn": NUMBER | {"description": "turn by odometry since the view before [rad]"},
+        "sensors": {"type": "array", "items": {"type": "string"}, "description": "sensors in the view"},
+        "best": WHOLE | {"description": "the most probable place"},
+        "probability": NUMBER | {"description": "its probability, if the robot is on the map"},
+        "lost": NUMBER | {"description": "probability that the robot is not on the map"},
+        "entropy": NUMBER | {"description": "entropy of the places [nats]"},
+        "path": {"type": "array", "items": WHOLE, "description": "best places of the last views; -1: lost"},
+        "places": {"type": "array", "items": NUMBER, "description": "probability of each place"},
+        "pose": {
+            "type": ["object", "null"],
+            "description": "pose of the best place in the map's frame [m, rad]; null: lost, or the map has none",
+            "properties": {"x": NUMBER, "y": NUMBER, "heading": NUMBER},
+        },
+        "timings": {
+            "type": "object",
+            "description": "wall time by step [s]",
+            "properties": dict.fromkeys(asdict(Timings()), NUMBER),
+        },
+    },
+}
+BELIEF = ServerChannel(1, "/belief", "json", "refseq.Belief", json.dumps(SCHEMA), "jsonschema")
+_POSE = messages.PoseInFrame.get_schema()
+POSE = ServerChannel(2, "/belief_pose", "protobuf", _POSE.name, base64.b64encode(_POSE.data).decode(), "protobuf")
+CHANNELS = (BELIEF, POSE)
+
+
+@dataclass(frozen=True, slots=True)
+class BeliefAnswer:
+    """The belief on a view of a drive, and its pose in the map's frame where there is one."""
+
+    number: int
+    view: View
+    belief: Belief
+    pose: Pose | None
+
+    @property
+    def nanoseconds(self) -> int:
+        """The view's time [ns]."""
+        return round(self.view.time * NANOSECONDS)
+
+    @property
+    def json(self) -> bytes:
+        """The message on ``BELIEF``; numbers read back are the same to the last bit."""
+        belief = self.belief
+        told = {
+            "view": self.number,
+            "time": self.view.time,
+            "distance": self.view.distance,
+            "turn": self.view.turn,
+            "sensors": sorted(self.view.sensors),
+            "best": belief.best,
+            "probability": float(belief.places[belief.best]),
+            "lost": belief.lost,
+            "entropy": belief.entropy,
+            "path": list(belief.path),
+            "places": belief.places.tolist(),
+            "pose": None if self.pose is None else asdict(self.pose),
+            "timings": asdict(belief.timings),
+        }
+        return json.dumps(told, allow_nan=False).encode()
+
+    @property
+    def pose_message(self) -> bytes | None:
+        """The message on ``POSE``."""
+        if self.pose is None:
+            return None
+        half = self.pose.heading / 2
+        return messages.PoseInFrame(
+            timestamp=messages.Timestamp(sec=self.nanoseconds // NANOSECONDS, nsec=self.nanoseconds % NANOSECONDS),
+            frame_id=FRAME,
+            pose=messages.Pose(
+                position=messages.Vector3(x=self.pose.x, y=self.pose.y, z=0.0),
+                orientation=messages.Quaternion(x=0.0, y=0.0, z=math.sin(half), w=math.cos(half)),
+            ),
+        ).encode()
+
+
+def answer_to(map_: Map, number: int, view: View, belief: Belief) -> BeliefAnswer:
+    """Put an answer together."""
+    return BeliefAnswer(number, view, belief, map_.pose(belief))

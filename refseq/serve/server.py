@@ -1,0 +1,302 @@
+"""The server: one robot publishes, anybody who may connect listens.
+
+Everything is bounded: connections, a message's size, messages that wait to be read (the robot's ``send`` then waits
+too), messages that wait to be sent to a listener (of which the oldest go). No page in a browser gets in without the
+token.
+"""
+
+import asyncio
+import hmac
+import http
+import ipaddress
+import os
+import secrets
+import signal
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+from urllib.parse import urlsplit
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+from websockets.typing import Subprotocol
+
+from refseq.errors import RefseqError
+from refseq.map.map import Map
+from refseq.serve.answers import BELIEF, CHANNELS, POSE, BeliefAnswer
+from refseq.serve.protocol import (
+    SUBPROTOCOLS,
+    Advertise,
+    Level,
+    Message,
+    ProtocolError,
+    Subscribe,
+    Unadvertise,
+    Unsubscribe,
+    advertise,
+    message_data,
+    read_frame,
+    server_info,
+    status,
+)
+from refseq.serve.session import RobotSession, ServeOptions
+
+LOOPBACK = "127.0.0.1"
+MOST_CONNECTIONS = 16
+"""Connections at a time; further ones are refused."""
+MOST_BYTES = 1 << 25
+"""The largest message that is taken, 32 MiB: a picture of 11 million raw pixels in colour."""
+WAITING = 8
+"""Messages of a robot that wait to be read; then its line is."""
+OUTBOX = 64
+"""Messages that wait for a listener who is slow; of more the oldest go."""
+SHORTEST_TOKEN = 16
+"""Fewest characters of a token: guessed at 1000 tries a second, one of 16 hexadecimal digits lasts for ever."""
+FAREWELL = 0.3
+"""Seconds in which a connection may say goodbye when the server ends."""
+BUSY, WRONG = 1013, 1008
+"""Codes with which a connection is closed: a robot is there already; what it sends is none of the protocol."""
+
+
+@dataclass(frozen=True)
+class Door:
+    """Address of the server, and who may come in.
+
+    A program of this machine needs no ``token`` on loopback; from elsewhere, and in a browser, it does. ``origins`` are
+    web pages that are let in without one. Raises ``RefseqError`` for an address that others reach without a token of
+    ``SHORTEST_TOKEN`` characters.
+    """
+
+    host: str = LOOPBACK
+    port: int = 8765
+    token: str = ""
+    origins: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.token and not self.on_loopback:
+            raise RefseqError(
+                f"host {self.host!r} is reached from other machines; valid is --token with {SHORTEST_TOKEN} characters "
+                f"or more, or {LOOPBACK}"
+            )
+        if self.token and (len(self.token) < SHORTEST_TOKEN or not self.token.isascii() or not self.token.isalnum()):
+            raise RefseqError(
+                f"token of {len(self.token)} characters: valid are {SHORTEST_TOKEN} or more, letters and digits"
+            )
+
+    @property
+    def on_loopback(self) -> bool:
+        """Whether only this machine reaches it."""
+        return _is_loopback(self.host)
+
+    def reason_against(self, path: str, host: str, origin: str | None, bearer: str) -> str:
+        """Why a request is not let in; empty: it is. ``host`` and ``origin`` are its headers."""
+        if any(self._is_token(given) for given in (path.strip("/"), bearer.removeprefix("Bearer ").strip())):
+            return ""
+        if path.strip("/"):
+            return "the token in the address is wrong"
+        if not self.on_loopback:
+            return "the address needs the token: ws://HOST:PORT/TOKEN"
+        # A page may have this machine's address under a name of its own, and has then no foreign origin.
+        if not _is_loopback(_name_in(host)):
+            return "the address is not this machine's"
+        if origin is not None and origin not in self.origins:
+            return f"web pages need the token in the address, or --origin {origin:.100}"
+        return ""
+
+    def _is_token(self, given: str) -> bool:
+        return bool(self.token) and hmac.compare_digest(given.encode(), self.token.encode())
+
+
+def _subprotocol(_: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:
+    """The newest that is offered; plain programs offer none."""
+    return next((Subprotocol(name) for name in SUBPROTOCOLS if name in offered), None)
+
+
+def random_token() -> str:
+    """A token that nobody guesses."""
+    return secrets.token_hex(16)
+
+
+def _name_in(host: str) -> str:
+    """The name in a request's header, without the port; empty for what is none."""
+    with suppress(ValueError):
+        return urlsplit(f"//{host}").hostname or ""
+    return ""
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    with suppress(ValueError):
+        return ipaddress.ip_address(host).is_loopback
+    return False
+
+
+@dataclass(eq=False)
+class _Listener:
+    """A connection, its subscriptions (number → channel), and what waits to be sent."""
+
+    connection: ServerConnection
+    subscriptions: dict[int, int] = field(default_factory=dict)
+    outbox: "asyncio.Queue[str | bytes]" = field(default_factory=lambda: asyncio.Queue(OUTBOX))
+
+    def post(self, frame: str | bytes) -> None:
+        """Have a frame sent; of too many the oldest goes."""
+        if self.outbox.full():
+            self.outbox.get_nowait()
+        self.outbox.put_nowait(frame)
+
+    async def send(self) -> None:
+        """Send what waits, until the connection ends."""
+        with suppress(ConnectionClosed):
+            while True:
+                await self.connection.send(await self.outbox.get())
+
+
+class BeliefServer:
+    """Serves a map: ``told`` is called with a line whenever there is news for who reads along."""
+
+    def __init__(self, map_: Map, options: ServeOptions, door: Door, told: Callable[[str], None]) -> None:
+        self._map, self._options, self._door, self._told = map_, options, door, told
+        self._name, self._session_id = "refseq", secrets.token_hex(8)
+        self._listeners: set[_Listener] = set()
+        self._robot: _Listener | None = None
+        self._session = RobotSession(map_, options)
+        self._localising = asyncio.Lock()
+        self.views = self.drives = 0
+
+    async def run(self, opened: Callable[[str], None]) -> None:
+        """Serve until SIGINT or SIGTERM; ``opened`` is called with the address. Raises ``RefseqError``."""
+        loop, ended = asyncio.get_running_loop(), asyncio.Event()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                loop.add_signal_handler(number, ended.set)
+        try:
+            server = await self._listening()
+        except (OSError, OverflowError) as error:
+            code = getattr(error, "errno", None)  # the library's own text repeats the address
+            reason = os.strerror(code) if code and code > 0 else str(error)
+            where = f"{self._door.host} port {self._door.port}"
+            raise RefseqError(f"{where}: cannot be served from: {reason}; valid is a free port") from error
+        async with server:
+            opened(self.address(server))
+            await ended.wait()
+
+    def _listening(self) -> Any:
+        return serve(
+            self._serve,
+            self._door.host,
+            self._door.port,
+            process_request=self._checked,
+            subprotocols=[Subprotocol(name) for name in SUBPROTOCOLS],
+            select_subprotocol=_subprotocol,
+            compression=None,  # pictures do not shrink, and nothing unpacks to more than was sent
+            max_size=MOST_BYTES,
+            max_queue=WAITING,
+            close_timeout=FAREWELL,
+        )
+
+    def address(self, server: Server) -> str:
+        """The address to connect to."""
+        port = next(iter(server.sockets)).getsockname()[1]
+        host = f"[{self._door.host}]" if ":" in self._door.host else self._door.host
+        return f"ws://{host}:{port}/{self._door.token}"
+
+    def _checked(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Refuse a request that may not come in, before it is a connection."""
+        headers = request.headers
+        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        reason = self._door.reason_against(
+            urlsplit(request.path).path,
+            hosts[0] if len(hosts) == 1 else "",
+            origins[0] if origins else None,
+            headers.get("Authorization", ""),
+        )
+        if reason:
+            return connection.respond(http.HTTPStatus.FORBIDDEN, f"{reason}\n")
+        if len(self._listeners) >= MOST_CONNECTIONS:
+            return connection.respond(http.HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_CONNECTIONS} are connected\n")
+        return None
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        """Serve one connection from its first frame to its last."""
+        listener = _Listener(connection)
+        self._listeners.add(listener)
+        listener.post(server_info(self._name, self._session_id))
+        listener.post(advertise(CHANNELS))
+        sending = asyncio.create_task(listener.send())
+        try:
+            async for frame in connection:
+                await self._take(listener, frame)
+        except ConnectionClosed:
+            pass
+        except RefseqError as error:
+            await self._refuse(listener, WRONG, str(error))
+        finally:
+            sending.cancel()
+            self._listeners.discard(listener)
+            if listener is self._robot:
+                await self._left()
+
+    async def _refuse(self, listener: _Listener, code: int, reason: str) -> None:
+        self._told(f"a connection is closed: {reason}")
+        with suppress(ConnectionClosed):
+            await listener.connection.send(status(Level.ERROR, reason))
+            await listener.connection.close(code, reason.encode()[:120].decode(errors="ignore"))
+
+    async def _take(self, listener: _Listener, frame: str | bytes) -> None:
+        """Do what a frame asks for. Raises ``RefseqError`` for one that nothing can be made of."""
+        match read_frame(frame):
+            case Subscribe(subscriptions):
+                known = {channel.number for channel in CHANNELS}
+                listener.subscriptions |= {number: channel for number, channel in subscriptions if channel in known}
+                if len(listener.subscriptions) > OUTBOX:
+                    raise ProtocolError(f"more than {OUTBOX} subscriptions")
+            case Unsubscribe(numbers):
+                for number in numbers:
+                    listener.subscriptions.pop(number, None)
+            case Advertise(channels):
+                if self._robot not in (None, listener):
+                    await self._refuse(listener, BUSY, "a robot is connected already; valid is one at a time")
+                    return
+                self._robot = listener
+                self._session.advertise(channels)
+                self._tell()
+            case Unadvertise(numbers) if listener is self._robot:
+                self._session.unadvertise(numbers)
+            case Message(number, data) if listener is self._robot:
+                await self._localise(lambda: self._session.take(number, data))
+
+    async def _localise(self, work: Callable[[], Sequence[BeliefAnswer]]) -> None:
+        """Work beside the loop, so that others are served meanwhile; the robot is read on when it is done."""
+        async with self._localising:
+            answers = await asyncio.to_thread(work)
+        self._tell()
+        for answer in answers:
+            self.views += 1
+            self.drives += answer.number == 0
+            self._publish(answer)
+
+    def _publish(self, answer: BeliefAnswer) -> None:
+        data = {BELIEF.number: answer.json, POSE.number: answer.pose_message}
+        for listener in self._listeners:
+            for subscription, channel in listener.subscriptions.items():
+                if (message := data[channel]) is not None:
+                    listener.post(message_data(subscription, answer.nanoseconds, message))
+
+    def _tell(self) -> None:
+        """Tell news of the drive here and to all who listen."""
+        for line in self._session.told():
+            self._told(line)
+            for listener in self._listeners:
+                listener.post(status(Level.WARNING, line))
+
+    async def _left(self) -> None:
+        """Answer what the robot had sent, for those who still listen, and be ready for the next."""
+        with suppress(RefseqError):
+            await self._localise(self._session.end)
+        self._told(f"the robot is gone after {self._session.views} views")
+        self._session = RobotSession(self._map, self._options)
+        self._robot = None

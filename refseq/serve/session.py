@@ -1,0 +1,134 @@
+"""One robot's drive: channels and messages in, beliefs out; nothing of sockets."""
+
+import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from statistics import median
+
+import numpy as np
+
+from refseq.belief import Stage
+from refseq.logs.pairing.stream import ClockSetBackError, ViewStream, topics_for
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
+from refseq.serve.answers import BeliefAnswer, answer_to
+from refseq.serve.channels import RobotChannel, robot_channel
+from refseq.serve.protocol import ClientChannel, ProtocolError
+from refseq.view import View
+
+SPACING = 0.85
+"""Way from view to view where the map does not tell it [m]: that of the bench's own drives."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServeOptions:
+    """How a drive is localised.
+
+    ``stage``, ``sensors`` and ``seed`` are those of ``Localiser``; ``distance`` [m] is the way from view to view, None:
+    that of the map's places. ``names`` gives sensors their names, topic → sensor; ``odometry`` is a topic, ``leading``
+    and ``tolerance`` [s] are those of ``PairingOptions``.
+    """
+
+    stage: Stage = Stage.CHAIN
+    sensors: tuple[str, ...] | None = None
+    seed: int = 1
+    distance: float | None = None
+    names: Mapping[str, str] = field(default_factory=dict)
+    odometry: str | None = None
+    leading: str | None = None
+    tolerance: float | None = None
+
+
+def spacing(map_: Map) -> float:
+    """Way from place to place [m], as the map's drives had it."""
+    steps = [step for sequence in map_.sequences for step in np.diff(sequence.along).tolist()]
+    return median(steps) if steps else SPACING
+
+
+class RobotSession:
+    """Localises one drive; a new one begins where the robot's clock goes back.
+
+    ``notes`` are lines for the robot's owner, taken with ``told``.
+    """
+
+    def __init__(self, map_: Map, options: ServeOptions) -> None:
+        self._map, self._options = map_, options
+        self._localiser = Localiser(map_, stage=options.stage, sensors=options.sensors, seed=options.seed)
+        self._sensors = frozenset(options.sensors or map_.sensors)
+        self._distance = spacing(map_) if options.distance is None else options.distance
+        self._channels: dict[int, RobotChannel] = {}
+        self._stream: ViewStream | None = None
+        self._notes: list[str] = []
+        self.views, self._odometry_told = 0, False
+
+    def advertise(self, channels: Iterable[ClientChannel]) -> None:
+        """Take note of channels; those of other kinds are told in a note, and what comes on them is passed over."""
+        for one in channels:
+            try:
+                self._channels[one.number] = robot_channel(one)
+            except ProtocolError as error:
+                self._notes.append(str(error))
+                continue
+            if self._stream is not None:
+                self._notes.append(f"topic {one.topic}: told of after the first message; it is used in the next drive")
+
+    def unadvertise(self, numbers: Iterable[int]) -> None:
+        """Forget channels."""
+        for number in numbers:
+            self._channels.pop(number, None)
+
+    def take(self, number: int, data: bytes) -> list[BeliefAnswer]:
+        """Take a message on a channel; gives the beliefs on the views that are whole now, most often none.
+
+        Raises ``RefseqError`` for a message that is not what its channel says, and for topics that fit no map.
+        """
+        if number not in self._channels:
+            return []
+        sample = self._channels[number].read(data, time.time_ns())
+        if sample is None:
+            return []
+        stream = self._stream = self._stream or self._opened()
+        try:
+            views = stream.take(sample)
+        except ClockSetBackError as error:
+            self._notes.append(f"{error}; a new drive begins")
+            self.restart()
+            stream = self._stream = self._opened()
+            views = stream.take(sample)
+        self._tell_of_odometry(stream)
+        return [self._answer(view) for view in views]
+
+    def _tell_of_odometry(self, stream: ViewStream) -> None:
+        if stream.without_odometry and not self._odometry_told:
+            self._odometry_told = True
+            self._notes.append("views are left out: the odometry does not reach their times")
+
+    def end(self) -> list[BeliefAnswer]:
+        """Beliefs on the views of what is left."""
+        return [] if self._stream is None else [self._answer(view) for view in self._stream.end()]
+
+    def restart(self) -> None:
+        """Forget the drive."""
+        self._localiser.reset()
+        self._stream, self.views, self._odometry_told = None, 0, False
+
+    def told(self) -> list[str]:
+        """Notes since the last call."""
+        notes, self._notes = self._notes, []
+        return notes
+
+    def _opened(self) -> ViewStream:
+        options = self._options
+        roles = {channel.topic: channel.role for channel in self._channels.values()}
+        topics = topics_for(roles, self._sensors, options.names, options.odometry)
+        named = ", ".join(f"{topic} as {sensor}" for topic, sensor in topics.sensors.items())
+        if topics.odometry is None:
+            self._notes.append(f"a drive begins: {named}; no odometry, every moment is a view")
+        else:
+            self._notes.append(f"a drive begins: {named}; a view each {self._distance:.2f} m by {topics.odometry}")
+        return ViewStream(topics, self._distance, leading=options.leading, tolerance=options.tolerance)
+
+    def _answer(self, view: View) -> BeliefAnswer:
+        belief = self._localiser.update(view)
+        self.views += 1
+        return answer_to(self._map, self.views - 1, view, belief)

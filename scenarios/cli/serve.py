@@ -1,0 +1,109 @@
+"""The command ``refseq serve``: a robot's sensors in over a socket, beliefs out."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from refseq_bench.scenarios.cli.terminal.console import err, out
+from refseq_bench.scenarios.cli.terminal.options import MapFile, Seed, Sensors, grouped, option
+from refseq_bench.scenarios.drives.inputs import assignments, stages, words
+from refseq_bench.scenarios.tables import say
+
+if TYPE_CHECKING:
+    from refseq.serve.server import Door
+    from refseq.serve.session import ServeOptions
+
+SERVE_HELP = """Examples:
+
+* `refseq serve map.refseq`
+* `refseq serve map.refseq --topics laser=/scan,camera-1=/front/image_raw --distance 0.5`
+* `refseq serve map.refseq --host 0.0.0.0 --token 3f9ab27c0d1e4856`
+
+Speaks the Foxglove WebSocket protocol: publish sensors as in a log, subscribe to `/belief`. One robot at a time. Ctrl-C
+ends it."""
+
+
+@dataclass(frozen=True)
+class Access:
+    """Where it is served, and to whom."""
+
+    panel: ClassVar[str] = "Access"
+    port: Annotated[int, option("PORT", "Port to listen at; 0: any that is free.", min=0, max=65535)] = 8765
+    host: Annotated[str, option("ADDRESS", "Address to listen at; other than this machine's, with --token only.")] = (
+        "127.0.0.1"
+    )
+    token: Annotated[
+        str | None, option("TEXT", "16 or more letters and digits, asked for in the address. [default: random]")
+    ] = None
+    origin: Annotated[
+        list[str] | None, option("ORIGIN", "Web page that needs no token: https://example.org; may be repeated.")
+    ] = None
+
+    @property
+    def door(self) -> "Door":
+        """The same for the library. Raises ``RefseqError`` for an address that is open to others."""
+        from dataclasses import replace
+
+        from refseq.serve.server import Door, random_token
+
+        door = Door(self.host, self.port, self.token or "", tuple(self.origin or ()))
+        return door if door.token else replace(door, token=random_token())
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Topics, and how often a view is taken."""
+
+    panel: ClassVar[str] = "Robot"
+    distance: Annotated[
+        float | None,
+        option("METRES", "A view every so far by odometry; 0: each moment. [default: as the map's places]", min=0.0),
+    ] = None
+    topics: Annotated[
+        str | None,
+        option("NAME=TOPIC", "Name the topics of sensors, commas between: camera-1=/cam0/image_raw,laser=/scan."),
+    ] = None
+    odometry: Annotated[str | None, option("TOPIC", "Topic of the odometry. [default: the first]")] = None
+    leading: Annotated[
+        str | None, option("SENSOR", "Sensor at whose times there are views. [default: the slowest]")
+    ] = None
+    tolerance: Annotated[
+        float | None,
+        option("SECONDS", "Sensors within so much make one view. [default: half a period, at most 0.25]", min=0.0),
+    ] = None
+
+
+@grouped
+def serve(
+    map_file: MapFile,
+    stage: Annotated[str, option("STAGE", "uniform, prior or chain.")] = "chain",
+    sensors: Sensors = None,
+    seed: Seed = 1,
+    robot: Robot = Robot(),
+    access: Access = Access(),
+) -> None:
+    """Localise a robot while it drives: sensors in over a socket, beliefs out."""
+    import asyncio
+
+    from refseq.map.map import Map
+    from refseq.serve.server import BeliefServer
+
+    door, options = access.door, _options(stage, sensors, seed, robot)
+    server = BeliefServer(Map.load(map_file), options, door, lambda line: say(err, line))
+    asyncio.run(server.run(lambda address: say(out, f"{map_file}: serves at {address}; Ctrl-C ends it")))
+    say(out, f"{map_file}: served {server.views} views of {server.drives} drives")
+
+
+def _options(stage: str, sensors: str | None, seed: int, robot: Robot) -> "ServeOptions":
+    from refseq.serve.session import ServeOptions
+
+    topics = assignments(words(robot.topics, "topics"), "topics")
+    return ServeOptions(
+        stage=stages([stage])[0],
+        sensors=words(sensors, "sensors"),
+        seed=seed,
+        distance=robot.distance,
+        names={topic: name for name, topic in topics.items()},
+        odometry=robot.odometry,
+        leading=robot.leading,
+        tolerance=robot.tolerance,
+    )

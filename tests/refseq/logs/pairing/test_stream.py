@@ -1,0 +1,180 @@
+"""Views of a stream against those of a log of the same samples."""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from refseq.errors import LogError
+from refseq.logs.pairing import stream as module
+from refseq.logs.pairing.options import PairingOptions
+from refseq.logs.pairing.plan import plan_views
+from refseq.logs.pairing.stream import ClockSetBackError, StreamTopics, ViewStream, topics_for
+from refseq.logs.picture import CompressedPicture
+from refseq.logs.source import Channel, Content, Role, Sample
+from refseq.planar import Pose
+from refseq.view import Scan, View
+
+SENSORS = {"/cam0/image_raw": "cam0", "/cam1/image_raw": "cam1", "/scan": "laser"}
+TOPICS = StreamTopics(SENSORS, "/odom")
+ROLES = {"/cam0/image_raw": Role.CAMERA, "/cam1/image_raw": Role.CAMERA, "/scan": Role.LASER, "/odom": Role.ODOMETRY}
+RATES = {"/cam0/image_raw": 10.0, "/cam1/image_raw": 15.0, "/scan": 12.5, "/odom": 20.0}
+
+
+@dataclass
+class MadeSource:
+    """Samples in memory as a log."""
+
+    given: Sequence[Sample]
+    path: Path = Path("made")
+    kind: str = "made"
+    metadata: dict[str, str] = field(default_factory=dict)
+    complete: bool = True
+    damage: str = ""
+    skipped: dict[str, int] = field(default_factory=dict)
+    has_moments: bool = False
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return tuple(Channel(topic, "made", "none", 1, role) for topic, role in sorted(ROLES.items()))
+
+    def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
+        return (one for one in self.given if topics is None or one.topic in topics)
+
+
+def picture(number: int) -> CompressedPicture:
+    pixels = np.full((2, 2), number % 256, np.uint8)
+    return CompressedPicture(cv2.imencode(".png", pixels)[1].tobytes(), "png")
+
+
+def sample(topic: str, time: float, content: Content) -> Sample:
+    return Sample(topic, time, time, "", content)
+
+
+def drive(seed: int, seconds: float, jitter: float = 0.0, late: float = 0.0) -> list[Sample]:
+    """An asynchronous robot on a curve; the messages of each topic come up to ``late`` seconds after their stamps."""
+    rng = np.random.default_rng(seed)
+    samples = []
+    delays = {topic: rng.uniform(0, late) for topic in RATES}
+    for topic, rate in RATES.items():
+        # The leading camera begins and ends: elsewhere another would stand in for it, by rates that are not known yet.
+        first, last = (0.0, seconds + 0.05) if "cam0" in topic else (rng.uniform(0.3, 0.9) / rate, seconds - 0.05)
+        last = seconds + 0.2 if topic == "/odom" else last
+        times = np.arange(first, last, 1 / rate)
+        times[1:-1] += rng.uniform(-jitter, jitter, len(times) - 2) / rate
+        for number, time in enumerate(times.tolist()):
+            content: Content = picture(number)
+            if topic == "/scan":
+                content = Scan(np.full(3, 1.0 + number, np.float32))
+            elif topic == "/odom":
+                content = Pose(time, np.sin(time / 3), np.cos(time / 3) / 3)
+            samples.append(sample(topic, time, content))
+    return sorted(samples, key=lambda one: one.time + delays[one.topic])
+
+
+def streamed(samples: Sequence[Sample], distance: float, **options: Any) -> list[View]:
+    stream = ViewStream(TOPICS, distance, **options)
+    views = [view for one in samples for view in stream.take(one)]
+    return views + stream.end()
+
+
+def shown(view: View) -> tuple[object, ...]:
+    """All that a view holds, to be compared bit for bit."""
+    scan = None if view.scan is None else view.scan.ranges.tolist()
+    return view.time, view.distance, view.turn, {name: one.tolist() for name, one in view.images.items()}, scan
+
+
+@settings(max_examples=12)
+@given(st.integers(0, 10_000), st.sampled_from([0.0, 0.3]), st.sampled_from([0.0, 0.4]), st.sampled_from([0.0, 0.25]))
+def test_a_stream_gives_the_views_of_a_log(seed: int, jitter: float, late: float, distance: float) -> None:
+    samples = drive(seed, 3.0, jitter, late)
+    plan = plan_views(MadeSource(samples), PairingOptions(tolerance=0.04, leading="cam0"))
+    logged = list((plan.thinned(distance) if distance else plan).read())
+    views = streamed(samples, distance, leading="cam0", tolerance=0.04)
+    assert [shown(view) for view in views] == [shown(view) for view in logged]
+    assert len(logged) > 8
+
+
+def test_steady_clocks_need_no_tolerance_told() -> None:
+    """The rates of the first samples are those of all."""
+    samples = drive(3, 4.0)
+    logged = list(plan_views(MadeSource(samples)).read())
+    assert [shown(view) for view in streamed(samples, 0.0)] == [shown(view) for view in logged]
+
+
+def test_a_view_is_given_as_soon_as_all_sensors_are_past_it() -> None:
+    samples = drive(1, 6.0, 0.1)
+    stream = ViewStream(TOPICS, 0.0)
+    delays = [one.time - view.time for one in samples for view in stream.take(one) if view.time > 1]
+    assert max(delays) < 0.3
+    assert np.median(delays) < 0.15
+    assert len(delays) > 40
+
+
+def test_a_camera_that_dies_is_waited_for_no_longer_than_a_second() -> None:
+    samples = [one for one in drive(2, 8.0, 0.1) if one.time < 3 or "cam1" not in one.topic]
+    stream = ViewStream(TOPICS, 0.0)
+    given = [(one.time, view) for one in samples for view in stream.take(one)]
+    assert max(now - view.time for now, view in given) < 1.2
+    assert all("cam1" not in view.images for _, view in given if view.time > 3.1)
+    assert len([view for _, view in given if view.time > 3.1]) > 30
+
+
+def test_without_odometry_every_moment_is_a_view() -> None:
+    samples = [one for one in drive(4, 3.0) if one.topic != "/odom"]
+    stream = ViewStream(StreamTopics(SENSORS), 0.85)
+    views = [view for one in samples for view in stream.take(one)] + stream.end()
+    assert len(views) >= 29
+    assert {view.distance for view in views} == {0.0}
+
+
+def test_a_clock_that_goes_back_is_told() -> None:
+    stream = ViewStream(TOPICS, 0.0)
+    for one in drive(5, 3.0):
+        stream.take(one)
+    with pytest.raises(ClockSetBackError, match=r"topic /odom: the stamp went back from 3\.1\d+ to 0\.500 s"):
+        stream.take(sample("/odom", 0.5, Pose(0, 0, 0)))
+
+
+def test_what_comes_too_late_is_counted_and_changes_nothing() -> None:
+    stream = ViewStream(TOPICS, 0.0)
+    for one in drive(5, 3.0):
+        stream.take(one)
+    assert stream.take(sample("/scan", 2.2, Scan(np.ones(3, np.float32)))) == []
+    assert stream.late == 1
+
+
+def test_stamps_that_stand_still_fill_no_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "MOST_WAITING", 50)
+    stream = ViewStream(TOPICS, 0.0)
+    for _ in range(50):
+        stream.take(sample("/odom", 1.0, Pose(0, 0, 0)))
+    with pytest.raises(LogError, match="51 samples of 0 MiB wait for their moment; valid are at most 50 of 256 MiB"):
+        stream.take(sample("/odom", 1.0, Pose(0, 0, 0)))
+
+
+def test_a_long_drive_keeps_a_window_only() -> None:
+    stream = ViewStream(TOPICS, 0.0)
+    held = []
+    for one in drive(6, 30.0, 0.1):
+        stream.take(one)
+        held.append(sum(map(len, stream._window.samples.values())))
+    assert max(held) < 150
+
+
+def test_topics_are_named_as_in_a_log_or_as_told() -> None:
+    roles = {**ROLES, "/imu": Role.IMU}
+    found = topics_for(roles, {"cam0", "laser", "front"}, {"/cam1/image_raw": "front"})
+    assert found == StreamTopics({"/cam0/image_raw": "cam0", "/cam1/image_raw": "front", "/scan": "laser"}, "/odom")
+    with pytest.raises(LogError, match=r"no topic is a sensor of the map \(topics: /cam0/image_raw \(camera\), .*\)"):
+        topics_for(roles, {"camera-1"}, {})
+    with pytest.raises(LogError, match="topic /cam1/image_raw: is sensor 'cam0', as another topic is"):
+        topics_for(roles, {"cam0"}, {"/cam1/image_raw": "cam0"})
+    with pytest.raises(LogError, match="odometry topic '/wheels' is not told of; valid are /odom"):
+        topics_for(roles, {"cam0"}, {}, "/wheels")

@@ -1,0 +1,157 @@
+"""Frames against those of the SDK's own server, and the rules of who may come in."""
+
+import json
+import struct
+from typing import Any
+
+import foxglove
+import pytest
+from foxglove.channels import PoseInFrameChannel
+from foxglove.messages import PoseInFrame
+from foxglove.websocket import Capability
+from websockets.sync.client import ClientConnection, connect
+
+from refseq.errors import RefseqError
+from refseq.serve.answers import POSE
+from refseq.serve.protocol import (
+    SUBPROTOCOLS,
+    Advertise,
+    ClientChannel,
+    Message,
+    ProtocolError,
+    Subscribe,
+    Unsubscribe,
+    advertise,
+    message_data,
+    read_frame,
+    server_info,
+)
+from refseq.serve.server import Door
+
+TOKEN = "0123456789abcdef"
+
+
+class SdkListener:
+    """Hears what clients of the SDK's server publish."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[str, str, bytes]] = []
+        self._topics: dict[int, tuple[str, str]] = {}
+
+    def on_client_advertise(self, client: Any, channel: Any) -> None:
+        self._topics[channel.id] = (channel.topic, channel.schema_name)
+
+    def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
+        self.heard.append((*self._topics[client_channel_id], data))
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("on_"):
+            return lambda *given: None
+        raise AttributeError(name)
+
+
+def texts(socket: ClientConnection, count: int) -> dict[str, Any]:
+    frames = [json.loads(socket.recv(10)) for _ in range(count)]
+    return {frame["op"]: frame for frame in frames}
+
+
+def test_frames_are_those_of_the_sdk() -> None:
+    context, listener = foxglove.Context(), SdkListener()
+    server = foxglove.start_server(
+        port=0, context=context, capabilities=[Capability.ClientPublish], server_listener=listener,  # type: ignore[arg-type]
+        supported_encodings=["protobuf", "json", "cdr"], name="refseq", session_id="s",
+    )  # fmt: skip
+    channel = PoseInFrameChannel("/belief_pose", context=context)
+    pose = PoseInFrame(frame_id="map")
+    with connect(f"ws://127.0.0.1:{server.port}", subprotocols=[SUBPROTOCOLS[0]]) as socket:  # type: ignore[list-item]
+        assert socket.subprotocol == SUBPROTOCOLS[0]
+        theirs = texts(socket, 2)
+        told = {"id": 3, "topic": "/laser", "encoding": "json", "schemaName": "foxglove.LaserScan"}
+        socket.send(json.dumps({"op": "advertise", "channels": [told]}))
+        socket.send(struct.pack("<BI", 1, 3) + b"{}")
+        number = theirs["advertise"]["channels"][0]["id"]
+        socket.send(json.dumps({"op": "subscribe", "subscriptions": [{"id": 7, "channelId": number}]}))
+        data: bytes | str = ""
+        while isinstance(data, str):
+            channel.log(pose, log_time=1_700_000_000_000_000_123)
+            try:
+                data = socket.recv(0.2)
+            except TimeoutError:
+                continue
+    server.stop()
+    assert listener.heard == [("/laser", "foxglove.LaserScan", b"{}")]
+    assert data == message_data(7, 1_700_000_000_000_000_123, pose.encode())
+    ours = json.loads(server_info("refseq", "s"))
+    their_info = theirs["serverInfo"]
+    assert {key: ours[key] for key in ("op", "name", "sessionId")} == {
+        key: their_info[key] for key in ("op", "name", "sessionId")
+    }
+    assert set(their_info["capabilities"]) == set(ours["capabilities"])
+    assert sorted(their_info["supportedEncodings"]) == sorted(ours["supportedEncodings"])
+    (their_channel,) = theirs["advertise"]["channels"]
+    (our_channel,) = json.loads(advertise((POSE,)))["channels"]
+    assert {**our_channel, "id": 0} == {**{key: their_channel[key] for key in our_channel}, "id": 0}
+
+
+def test_client_frames_are_read() -> None:
+    channels = [{"id": 1, "topic": "/a", "encoding": "json", "schemaName": "x", "schema": "ignored"}]
+    assert read_frame(json.dumps({"op": "advertise", "channels": channels})) == Advertise(
+        (ClientChannel(1, "/a", "json", "x"),)
+    )
+    pairs = [{"id": 1, "channelId": 2}]
+    assert read_frame(json.dumps({"op": "subscribe", "subscriptions": pairs})) == Subscribe(((1, 2),))
+    assert read_frame('{"op": "unsubscribe", "subscriptionIds": [1]}') == Unsubscribe((1,))
+    assert read_frame(struct.pack("<BI", 1, 9) + b"data") == Message(9, b"data")
+    assert read_frame('{"op": "getParameters"}') is None
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        "", "[]", "3", '{"op": []}', '{"op": "advertise"}', '{"op": "advertise", "channels": 3}',
+        '{"op": "advertise", "channels": [{"id": 1, "topic": 3, "encoding": "json", "schemaName": "x"}]}',
+        json.dumps({"op": "unsubscribe", "subscriptionIds": list(range(1000))}),
+        '{"op": "unsubscribe", "subscriptionIds": [true]}', b"", b"\x01abc",
+    ],
+)  # fmt: skip
+def test_what_is_no_frame_is_one_line(frame: str | bytes) -> None:
+    if frame == '{"op": []}':
+        assert read_frame(frame) is None
+        return
+    with pytest.raises(ProtocolError) as error:
+        read_frame(frame)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.7", "robot.local", "::"])
+def test_others_reach_it_with_a_token_only(host: str) -> None:
+    with pytest.raises(RefseqError, match=f"host '{host}' is reached from other machines; valid is --token"):
+        Door(host)
+    door = Door(host, token=TOKEN)
+    assert door.reason_against("/", f"{host}:8765", None, "").startswith("the address needs the token")
+    assert door.reason_against(f"/{TOKEN}", f"{host}:8765", "https://page.example", "") == ""
+    assert door.reason_against("/", f"{host}:8765", None, f"Bearer {TOKEN}") == ""
+
+
+@pytest.mark.parametrize("token", ["short", "with a space in it", "slash/slash/slash/", "ümläutümläutümläut"])
+def test_a_token_is_long_and_plain(token: str) -> None:
+    with pytest.raises(RefseqError, match="valid are 16 or more, letters and digits"):
+        Door(token=token)
+
+
+@pytest.mark.parametrize("host", ["localhost:8765", "127.0.0.1", "127.0.0.1:8765", "[::1]:8765"])
+def test_programs_of_this_machine_get_in(host: str) -> None:
+    assert Door(token=TOKEN).reason_against("/", host, None, "") == ""
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "", "[", "localhost.evil.example:8765"])
+def test_other_names_of_this_machine_do_not(host: str) -> None:
+    assert Door(token=TOKEN).reason_against("/", host, None, "") == "the address is not this machine's"
+
+
+def test_pages_need_the_token_or_to_be_named() -> None:
+    door = Door(token=TOKEN, origins=("https://own.example",))
+    assert door.reason_against("/", "localhost", "https://own.example", "") == ""
+    for origin in ("https://evil.example", "null", "http://localhost:8765", "https://own.example.evil.example"):
+        assert door.reason_against("/", "localhost", origin, "").startswith("web pages need the token")
+        assert door.reason_against(f"/{TOKEN}", "localhost", origin, "") == ""
