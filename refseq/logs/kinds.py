@@ -64,6 +64,11 @@ KINDS: tuple[LogKind, ...] = (
 CARMEN any text: it is the last."""
 
 
+def is_log_folder(path: Path) -> bool:
+    """Whether a folder is a log: a bag's, or one of pictures."""
+    return path.is_dir() and any(kind.recognises(path) for kind in KINDS)
+
+
 def open_log(path: Path) -> LogSource:
     """Open a log of any kind. Raises ``LogError`` where there is none, or none that is known."""
     try:

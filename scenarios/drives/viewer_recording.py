@@ -11,10 +11,12 @@ NAME = "RecordingInfo:name"
 
 
 def is_recorded(path: Path) -> bool:
-    """Tell whether a path is such a file or folder; the folder of a log is not, nor is a mission's folder a log."""
-    from refseq.logs.kinds import KINDS
+    """Tell whether a path is such a file or folder; any other folder is one unless it is a log."""
+    from refseq.logs.kinds import is_log_folder
 
-    return path.suffix == ENDING or (path.is_dir() and not any(kind.recognises(path) for kind in KINDS))
+    if not path.is_dir():
+        return path.suffix == ENDING
+    return (path / RECORD).is_file() or not is_log_folder(path)
 
 
 def name_of(record: Path) -> str:
@@ -34,7 +36,7 @@ def record_at(path: Path) -> Path:
 
     file = path / RECORD if path.is_dir() else path
     if not file.is_file():
-        valid = f"a folder that 'refseq mission run --output' left, with {RECORD} in it" if path.is_dir() else "a file"
+        valid = f"a folder with the {RECORD} of 'refseq mission run --output', or a log" if path.is_dir() else "a file"
         raise ScenarioError(f"{path}: holds nothing to show; valid is {valid}")
     try:
         readable = bool(RrdReader(file).recordings())

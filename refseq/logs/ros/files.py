@@ -49,8 +49,13 @@ def is_bag(path: Path) -> bool:
     """Whether a folder is a rosbag2's, by its metadata or its files, or a file is a bag's, by its content."""
     if path.is_dir():
         return (path / METADATA_FILE).is_file() or bool(_storage_files(path))
-    head = _head(path)
-    return head.startswith((SQLITE_MAGIC, ROSBAG1_MAGIC)) or _is_packed_bag(path) or holds_ros(path)
+    return _is_bag_file(path)
+
+
+def _is_bag_file(path: Path) -> bool:
+    """Whether a file is a bag's by its content; of a packed one only its name is looked at."""
+    packed = _is_packed(path) and path.name.endswith(STORAGE_SUFFIXES)
+    return packed or _head(path).startswith((SQLITE_MAGIC, ROSBAG1_MAGIC)) or holds_ros(path)
 
 
 def open_bag(path: Path) -> BagFiles:
@@ -60,7 +65,7 @@ def open_bag(path: Path) -> BagFiles:
     if not (path / METADATA_FILE).is_file():
         found = _storage_files(path)
         if not found:
-            raise LogError(f"{path}: holds no {METADATA_FILE} and no .mcap or .db3 file; valid is a rosbag2 folder")
+            raise LogError(f"{path}: holds no {METADATA_FILE} and no files of one bag; valid is a rosbag2 folder")
         return replace(_open_files(found, {}), damage=f"{METADATA_FILE} is missing")
     metadata = _metadata(path / METADATA_FILE)
     names = _names(metadata, path / METADATA_FILE)
@@ -71,13 +76,15 @@ def open_bag(path: Path) -> BagFiles:
 
 
 def _storage_files(folder: Path) -> list[Path]:
-    """Files of a bag's storage, ``_9`` before ``_10`` as they were written."""
-    found = [file for file in folder.iterdir() if file.name.endswith(STORAGE_SUFFIXES) and file.is_file()]
-    return sorted(found, key=lambda file: [int(part) if part.isdecimal() else part for part in _parts(file.name)])
+    """Files of the one bag in a folder, ``_9`` before ``_10`` as they were written; none where they are of several.
 
-
-def _parts(name: str) -> list[str]:
-    return re.split(r"(\d+)", name)
+    A folder of recordings that have nothing to do with each other is no bag.
+    """
+    numbered = re.compile(rf"(.*?)(?:_(\d+))?({'|'.join(map(re.escape, STORAGE_SUFFIXES))})")
+    found = {file: name for file in folder.iterdir() if file.is_file() and (name := numbered.fullmatch(file.name))}
+    of_one = len({(name[1], name[3]) for name in found.values()}) == 1
+    files = sorted(found, key=lambda file: int(found[file][2] or 0))
+    return files if of_one and _is_bag_file(files[0]) else []
 
 
 def _metadata(path: Path) -> Mapping[str, Any]:
@@ -139,11 +146,6 @@ def _open_files(files: list[Path], notes: Mapping[str, str]) -> BagFiles:
             break
         damage = damage or opened[-1].damage
     return BagFiles(tuple(opened), notes or _notes_within(opened[0]), damage, unpacked)
-
-
-def _is_packed_bag(path: Path) -> bool:
-    """Whether a file is packed and named as rosbag2 names its files."""
-    return _is_packed(path) and path.name.endswith(STORAGE_SUFFIXES)
 
 
 def _is_packed(path: Path) -> bool:

@@ -163,6 +163,9 @@ class BagWriter:
 
 def check_bag_path(path: Path) -> None:
     """Raise ``LogError`` where something lies at ``path`` that a bag may not replace."""
+    if odd := next((letter for letter in "?#%" if letter in str(path)), None):
+        # SQLite's writer would take them for parts of a URI.
+        raise LogError(f"{path}: has a {odd!r} in its name; valid for a rosbag2 are names without ?, # and %")
     if path.exists() and not path.is_dir():
         raise LogError(f"{path}: is a file; valid for a rosbag2 is the name of a folder")
     names = sorted(file.name for file in path.iterdir()) if path.is_dir() else []

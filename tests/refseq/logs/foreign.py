@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from mcap.writer import Writer as McapWriter
 from mcap_ros2.writer import Writer as McapRos2Writer
 from rosbags.rosbag1 import Writer as Rosbag1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
@@ -264,6 +265,25 @@ def write_ros2_mcap(path: Path, drive: RobotDrive, setup: RosSetup | None = None
                 text = messages.store.generate_msgdef(kind, ros_version=2)[0]
                 schemas[kind] = writer.register_msgdef(kind, text)
             writer.write_message(topic, schemas[kind], plain(content), logged)
+    return path
+
+
+def write_plain_mcap(path: Path, drive: RobotDrive, setup: RosSetup | None, distribution: Stores) -> Path:
+    """Write an MCAP file without a profile by ``mcap``, as converters do, of ROS 2 or ROS 1."""
+    messages = RosMessages(drive, setup or RosSetup(), distribution)
+    ros1 = distribution is Stores.ROS1_NOETIC
+    serialize = messages.store.serialize_ros1 if ros1 else messages.store.serialize_cdr
+    channels: dict[str, int] = {}
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start()
+        for topic, kind, logged, content in messages:
+            if topic not in channels:
+                name, encoding = (kind.replace("/msg/", "/"), "ros1msg") if ros1 else (kind, "ros2msg")
+                schema = writer.register_schema(name, encoding, b"")
+                channels[topic] = writer.register_channel(topic, "ros1" if ros1 else "cdr", schema)
+            writer.add_message(channels[topic], logged, bytes(serialize(content, kind)), logged)
+        writer.finish()
     return path
 
 

@@ -9,13 +9,22 @@ import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Rosbag1Writer
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
+from rosbags.typesys import Stores
 
 from refseq.errors import LogError
 from refseq.logs import Recording, read_recording
 from refseq.logs.ros.bag import RosBag
 from refseq.logs.source import Role
 from refseq.planar import Pose, motion_between
-from tests.refseq.logs.foreign import BagMessage, RosMessages, RosSetup, write_ros2_mcap, write_rosbag1, write_rosbag2
+from tests.refseq.logs.foreign import (
+    BagMessage,
+    RosMessages,
+    RosSetup,
+    write_plain_mcap,
+    write_ros2_mcap,
+    write_rosbag1,
+    write_rosbag2,
+)
 from tests.refseq.logs.robot_drive import RobotDrive
 
 DRIVE = RobotDrive(seconds=4.0)
@@ -39,6 +48,8 @@ SOURCES: dict[str, Written] = {
     ),
     "MCAP, chunks packed": lambda folder: write_rosbag2(folder / "bag", DRIVE, compression=CompressionMode.STORAGE),
     "MCAP by mcap-ros2-support": lambda folder: write_ros2_mcap(folder / "drive.mcap", DRIVE),
+    "MCAP without a profile": lambda folder: write_plain_mcap(folder / "a.mcap", DRIVE, None, Stores.ROS2_HUMBLE),
+    "ROS 1 in MCAP": lambda folder: write_plain_mcap(folder / "a.mcap", DRIVE, None, Stores.ROS1_NOETIC),
     "ROS 1": lambda folder: write_rosbag1(folder / "drive.bag", DRIVE),
     "ROS 1, bz2": lambda folder: write_rosbag1(
         folder / "drive.bag", DRIVE, compression=Rosbag1Writer.CompressionFormat.BZ2

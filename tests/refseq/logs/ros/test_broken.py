@@ -86,6 +86,24 @@ def test_a_folder_without_metadata_is_read_and_not_complete(tmp_path: Path) -> N
     assert [view.time for view in rest.views] == [view.time for view in whole.views]
 
 
+def test_a_folder_of_recordings_is_no_bag(tmp_path: Path) -> None:
+    """Drives that have nothing to do with each other are not joined, unless metadata say so."""
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    for name in ("monday.mcap", "tuesday.mcap"):
+        write_ros2_mcap(folder / name, DRIVE, SMALL)
+    assert refusal(folder).startswith("recordings: is a folder that holds no log")
+    (folder / "tuesday.mcap").rename(folder / "monday_10.mcap")
+    (folder / "monday.mcap").rename(folder / "monday_9.mcap")
+    assert len(read_recording(folder).views) == 10
+
+
+@pytest.mark.parametrize("plugin", StoragePlugin)
+def test_names_that_look_like_addresses(tmp_path: Path, plugin: StoragePlugin) -> None:
+    path = write_rosbag2(tmp_path / "bag", DRIVE, SMALL, plugin).rename(tmp_path / "is it #1? 100%20")
+    assert len(read_recording(path).views) == 10
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [

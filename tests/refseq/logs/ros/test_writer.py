@@ -230,6 +230,8 @@ def test_a_folder_of_something_else_is_kept(tmp_path: Path, name: str) -> None:
 
 
 def test_places_that_cannot_be_written(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"has a '\?' in its name; valid for a rosbag2 are names without"):
+        BagWriter(tmp_path / "again?", {}, storage=BagStorage.SQLITE3)
     file = tmp_path / "file"
     file.touch()
     with pytest.raises(LogError, match="is a file; valid for a rosbag2 is the name of a folder"):
