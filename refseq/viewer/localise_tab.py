@@ -84,18 +84,19 @@ def _check(layer: LocaliserLayer, method: str, beliefs: Sequence[Belief], count:
 
 # --- layout ---
 
-ABREAST = 6
-"""Camera panels side by side; more are so narrow on a laptop's screen that their titles are cut."""
+ABREAST = 5
+"""Panels side by side at most; more are so narrow on a laptop's screen that their titles are cut."""
 
 
 def localise_layout(scene: Scene, layers: Sequence[LocaliserLayer]) -> rrb.Container:
     """Cameras and laser on top, the plan as a strip, beliefs below; a plan that is no strip goes on top."""
     plan = list(_plan(scene, layers))
     wide = scene.extent is not None and scene.extent.wide
-    top = [*_camera_columns(scene, layers), *_laser(scene), *([] if wide else plan)]
+    beside = [*_laser(scene), *([] if wide else plan)]
+    cameras = _camera_rows(scene, layers, ABREAST - len(beside))
     rows: list[tuple[rrb.Container | rrb.View, float]] = []
-    if top:
-        rows.append((rrb.Horizontal(*top), 2.6))
+    if cameras or beside:
+        rows.append((_top(cameras, beside), 2.6))
     if wide:
         rows += [(view, 1.2) for view in plan]
     if layers:
@@ -103,12 +104,26 @@ def localise_layout(scene: Scene, layers: Sequence[LocaliserLayer]) -> rrb.Conta
     return rrb.Vertical(*(row for row, _ in rows), row_shares=[share for _, share in rows])
 
 
-def _camera_columns(scene: Scene, layers: Sequence[LocaliserLayer]) -> list[rrb.Container | rrb.View]:
-    """All camera panels side by side, or a column a camera where there are many: titles would be cut."""
+CameraRow = list[rrb.Container | rrb.View]
+"""Panels side by side: a camera's own, or a column of them."""
+
+
+def _camera_rows(scene: Scene, layers: Sequence[LocaliserLayer], most: int) -> list[CameraRow]:
+    """All camera panels in a row; where those are more than ``most``, a column a camera, in rows of as many."""
     cameras = [list(_camera(scene, layers, camera)) for camera in scene.cameras]
-    if sum(map(len, cameras)) > ABREAST:
-        return [rrb.Vertical(*panels) for panels in cameras]
-    return [panel for panels in cameras for panel in panels]
+    if sum(map(len, cameras)) <= most:
+        return [[panel for panels in cameras for panel in panels]] if cameras else []
+    columns: CameraRow = [panels[0] if len(panels) == 1 else rrb.Vertical(*panels) for panels in cameras]
+    even = -(-len(columns) // -(-len(columns) // most))  # as many in each row, the last one aside
+    return [columns[first : first + even] for first in range(0, len(columns), even)]
+
+
+def _top(cameras: Sequence[CameraRow], beside: Sequence[rrb.View]) -> rrb.Container:
+    """The cameras' rows, and beside them what else the robot senses."""
+    if len(cameras) <= 1:
+        return rrb.Horizontal(*(panel for row in cameras for panel in row), *beside)
+    rows = rrb.Vertical(*(rrb.Horizontal(*row) for row in cameras))
+    return rrb.Horizontal(rows, *beside, column_shares=[len(cameras[0]), *(1 for _ in beside)])
 
 
 def _camera(scene: Scene, layers: Sequence[LocaliserLayer], camera: str) -> Iterator[rrb.View]:

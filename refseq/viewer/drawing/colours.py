@@ -1,4 +1,4 @@
-"""Colours of all tabs: Okabe and Ito's, told apart with any colour vision, and on a dark ground."""
+"""Colours of all tabs: Okabe and Ito's, told apart with any colour vision."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,7 +16,8 @@ WALL: Colour = (240, 228, 66)
 DOOR: Colour = (204, 121, 167)
 REFERENCE: Colour = (120, 120, 120)
 DIM: Colour = (90, 90, 90)
-TEXT: Colour = (200, 200, 200)
+TEXT: Colour = (122, 122, 122)
+"""Labels: told apart from a black ground as well as from a white one, 4.3 to one (WCAG 2.2)."""
 
 STAGES: Mapping[str, Colour] = {
     Stage.UNIFORM: (204, 121, 167),
