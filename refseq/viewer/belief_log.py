@@ -99,7 +99,8 @@ class BeliefLog:
             for group in ("lost", "entropy"):
                 self._stream.log(self._layer.path(group, method), line, static=True)
         if len(self._places.known):
-            path = rr.LineStrips2D([north_up(self._places.table[:, :2])], colors=colours.REFERENCE, radii=-0.8)
+            lines = [north_up(line) for line in self._places.lines]
+            path = rr.LineStrips2D(lines, colors=colours.REFERENCE, radii=-0.8)
             self._stream.log(self._layer.path("plan", "path"), path, static=True)
 
     def update(self, view: View, beliefs: Mapping[str, Belief], pose: Pose | None) -> None:

@@ -76,6 +76,11 @@ class Places:
         """Poses of the ``known`` places, (n, 3): x, y [m], heading [rad]."""
         return np.array([(pose.x, pose.y, pose.heading) for pose in self.poses if pose]).reshape(-1, 3)
 
+    @property
+    def lines(self) -> list[NDArray[np.float64]]:
+        """Positions of the ``known`` places, (n, 2) [m] for each sequence: none leads on to the next one."""
+        return np.split(self.table[:, :2], np.searchsorted(self.known, self.first[1:-1]))
+
     def nearest(self, pose: Pose | None) -> int | None:
         """The place nearest to a pose that looks the same way within 90°; ``None`` if none is within ``NEAR``."""
         if pose is None or not len(self.known):

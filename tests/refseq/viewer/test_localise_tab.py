@@ -7,6 +7,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+import rerun.blueprint as rrb
 
 from refseq.belief import Belief, Stage
 from refseq.errors import RefseqError
@@ -258,3 +259,42 @@ def test_answers_that_do_not_fit_are_refused(comparison: Any) -> None:
         tab_of(comparison.reference_views, comparison.query_views, {Stage.CHAIN: short})
     with pytest.raises(RefseqError, match="answers by no method"):
         LocaliserLayer("none", (), Places.along(comparison.reference_views))
+
+
+def names_of(panel: Any) -> Any:
+    """Names of the views of a layout, nested as its containers are."""
+    return panel.name if isinstance(panel, rrb.View) else [names_of(one) for one in panel.contents]
+
+
+def row_of(comparison: Any, cameras: Sequence[str], *, round_way: bool) -> Any:
+    """The top row of the layout for drives with so many cameras, along a strip or all around."""
+
+    def made(views: Sequence[View]) -> list[View]:
+        picture = views[0].images["forward"]
+        ways = [
+            Pose(8 * math.cos(k), 8 * math.sin(k), 0.0) if round_way else Pose(9.0 * k, 0.0, 0.0) for k in range(COUNT)
+        ]
+        return [replace(v, images=dict.fromkeys(cameras, picture), truth=t) for v, t in zip(views, ways, strict=True)]
+
+    tab = tab_of(made(comparison.reference_views), made(comparison.query_views), comparison.beliefs)
+    return names_of(tab.layout())[0]
+
+
+def test_no_more_than_five_panels_stand_side_by_side(comparison: Any) -> None:
+    assert row_of(comparison, ["a", "b"], round_way=False) == [
+        "a now", "a believed", "b now", "b believed", "laser: walls, doors",
+    ]  # fmt: skip
+    *cameras, laser, plan = row_of(comparison, ["a", "b"], round_way=True)
+    assert cameras == [["a now", "a believed"], ["b now", "b believed"]]
+    assert (laser, plan[:8]) == ("laser: walls, doors", "plan [m]")
+    rows, laser, _ = row_of(comparison, list("abcdef"), round_way=True)
+    assert [[camera[0] for camera in row] for row in rows] == [["a now", "b now", "c now"], ["d now", "e now", "f now"]]
+    assert row_of(comparison, [], round_way=True)[0] == "laser: walls, doors"
+
+
+def test_the_path_in_the_plan_breaks_between_sequences() -> None:
+    poses = [Pose(float(k), 0.0, 0.0) for k in range(3)] + [None] + [Pose(float(k), 9.0, 0.0) for k in range(2)]
+    two = Places(poses)
+    object.__setattr__(two, "first", np.array([0, 4, 6]))
+    assert [line.tolist() for line in two.lines] == [[[0, 0], [1, 0], [2, 0]], [[0, 9], [1, 9]]]
+    assert [len(line) for line in Places(poses[:3]).lines] == [3]
