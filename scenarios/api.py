@@ -52,7 +52,7 @@ def score(beliefs: Sequence[Belief], recording: Recording, map_: Map, *, toleran
     """Score the answers to a recording, one a view, against the map that they are about.
 
     ``tolerance`` says how near to the truth an answer must be. Raises ``ScenarioError`` for answers that do not fit the
-    recording or the map, and for a map whose places have no true pose.
+    recording or the map. Where the map or the recording has no true pose, no view is scored.
     """
     comparison = comparison_of("recording", map_, recording, {ANSWERS: beliefs})
     return scorer.score(comparison, ANSWERS, tolerance)

@@ -85,7 +85,7 @@ def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: 
     """The figures of each experiment, and of all together."""
     from refseq_bench.scenarios.drives.benchmark import ALL
     from refseq_bench.scenarios.scoring.tables import consistency_table, figures_table, lost_table
-    from refseq_bench.scenarios.scoring.truth import unscored_reason
+    from refseq_bench.scenarios.scoring.truth import truth_estimates, unscored_reason
 
     for name, found in experiments:
         same = [one for one in comparisons if name in (one.name, ALL)]
@@ -99,6 +99,8 @@ def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: 
             print_whole(out, consistency_table("method", [(one.method, one.consistency) for one in found]))
             say(out, f"not scored: {unscored}")
             say(out, WITHOUT_TRUTH)
+        elif estimates := truth_estimates(same):
+            say(out, f"the truth is an estimate: {', '.join(estimates)}")
 
 
 def _write(

@@ -174,7 +174,7 @@ def _success_record(pooled: Score, runs: Sequence[Score]) -> dict[str, float | N
     seeds = success_over_seeds(runs) or (None, None)
     shares = {"low": low, "high": high, "seeds_low": seeds[0], "seeds_high": seeds[1]}
     return {
-        f"{within}_right_views": pooled.success.successes,
+        f"{within}_right_views": _scored(pooled, pooled.success.successes),
         f"{within}_on_map_views": pooled.success.trials,
         **{
             f"{within}_{name}_percent": None if share is None else _finite(100 * share)

@@ -1,12 +1,12 @@
 """Truth that drives can be scored by: whether both of a comparison have true poses, and where these are from."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from refseq.view import View
 from refseq_bench.scenarios.scoring.comparison import Comparison
 
 SOURCE = "truth"
-"""Key of a drive's metadata that says where its true poses are from, where they are an estimate."""
+"""Key of a drive's metadata that names the file which its true poses were taken from, where they are not the log's."""
 
 
 def has_truth(views: Sequence[View]) -> bool:
@@ -30,6 +30,7 @@ def unscored_reason(comparisons: Sequence[Comparison]) -> str:
     return missing[0] if missing and all(missing) else ""
 
 
-def truth_source(metadata: Mapping[str, object]) -> str:
-    """Where a drive's true poses are from, in words; empty where its metadata do not say."""
-    return str(metadata.get(SOURCE, ""))
+def truth_estimates(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
+    """Files that true poses of some drives were taken from, each once: an estimate, as the log itself knows none."""
+    drives = (metadata for one in comparisons for metadata in (one.reference_metadata, one.query_metadata))
+    return tuple(dict.fromkeys(str(metadata[SOURCE]) for metadata in drives if SOURCE in metadata))

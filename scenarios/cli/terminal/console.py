@@ -110,7 +110,7 @@ def wrote(path: Path, *, quiet: bool = False) -> Iterator[None]:
 def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
     """The table of the stages, with the number of views and 95 % intervals."""
     from refseq_bench.scenarios.scoring.tables import NONE, consistency_table
-    from refseq_bench.scenarios.scoring.truth import unscored_reason
+    from refseq_bench.scenarios.scoring.truth import truth_estimates, unscored_reason
     from refseq_bench.scenarios.tables import TextTable, print_whole
 
     views = sum(len(comparison.query_views) for comparison in comparisons)
@@ -127,7 +127,9 @@ def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequ
         print_whole(out, consistency_table("stage", [(one.stage.value, one.consistency) for one in found]))
         say(out, f"not scored: {unscored}")
         say(out, WITHOUT_TRUTH)
-    elif found and not any(result.success[tolerances[0]].trials for result in found):
+    elif estimates := truth_estimates(comparisons):
+        say(out, f"the truth is an estimate: {', '.join(estimates)}")
+    if not unscored and found and not any(result.success[tolerances[0]].trials for result in found):
         say(out, "no view has a true pose on the map: nothing to score")
 
 

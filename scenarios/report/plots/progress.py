@@ -21,7 +21,13 @@ from refseq_bench.scenarios.report.plots.style import (
     with_legend,
 )
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
-from refseq_bench.scenarios.scoring.consistency.answers import OdometricPlaces, given_answers, odometric_places
+from refseq_bench.scenarios.scoring.consistency.answers import (
+    OdometricPlaces,
+    given_answers,
+    is_assumed,
+    odometer_steps,
+    odometric_places,
+)
 from refseq_bench.scenarios.scoring.consistency.jumps import jumped
 from refseq_bench.scenarios.scoring.path_geometry import Tolerance
 
@@ -61,8 +67,13 @@ def _heights(comparison: Comparison, places: OdometricPlaces) -> NDArray[np.floa
 
 def _travelled(comparison: Comparison) -> NDArray[np.float64]:
     """Where each query view stands on the axis to the right, (M,): metres by the odometer, or views."""
-    steps = np.array([0.0, *(view.distance for view in comparison.query_views[1:])])
-    return np.cumsum(steps) if steps.any() else np.arange(len(steps), dtype=float)
+    steps = odometer_steps(comparison.query_views)
+    return np.cumsum(steps) if _driven(comparison) else np.arange(len(steps), dtype=float)
+
+
+def _driven(comparison: Comparison) -> bool:
+    """Tell whether the query has an odometer of its own."""
+    return bool(odometer_steps(comparison.query_views).any()) and not is_assumed(comparison.query_metadata)
 
 
 def _draw_steps(
@@ -96,7 +107,7 @@ def _draw_lost(axes: Axes, comparison: Comparison, judged: str, top: float) -> N
 
 def _label(axes: Axes, comparison: Comparison, heights: NDArray[np.float64], places: OdometricPlaces) -> None:
     measured, several = np.isfinite(places.along).all(), len(comparison.stretches) > 1
-    driven = any(view.distance for view in comparison.query_views[1:])
+    driven = _driven(comparison)
     axes.set(
         xlabel="way of the query by its odometer [m]" if driven else "query view (there is no odometry)",
         ylabel="distance along the map [m]" if measured else "place of the map (there is no odometry)",

@@ -22,7 +22,7 @@ from refseq_bench.scenarios.scoring.comparison import Comparison, method_label, 
 from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import Figures, figures
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance, path_of
-from refseq_bench.scenarios.scoring.truth import unscored_reason
+from refseq_bench.scenarios.scoring.truth import truth_estimates, unscored_reason
 from refseq_bench.scenarios.scoring.worst_failures import worst_failures
 
 
@@ -97,7 +97,7 @@ def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) ->
         tables=figure_tables(found, judged),
         unscored=unscored,
         consistency=consistency_page_table(every, judged),
-        headline=next((headline(one, unscored) for one in every if one.method == judged), None),
+        headline=next((headline(one, unscored, truth_estimates(runs)) for one in every if one.method == judged), None),
         plots=drawings(selected, found, judged, (wide, narrow), settings.outline),
         failures=failed,
         places=places,

@@ -1,6 +1,7 @@
 """Headline of a section: what came of the judged method, in two sentences."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from refseq_bench.scenarios.report.words import metres
@@ -8,6 +9,7 @@ from refseq_bench.scenarios.scoring.comparison import method_label
 from refseq_bench.scenarios.scoring.consistency.consistency import Consistency
 from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.outcome import Outcome
+from refseq_bench.scenarios.scoring.path_geometry import LengthUnit
 
 
 @dataclass(frozen=True)
@@ -19,12 +21,16 @@ class Headline:
     more: str
 
 
-def headline(one: Figures, unscored: str) -> Headline:
-    """Put a method's figures into words: right answers, or, where none can be judged, what is known without truth."""
+def headline(one: Figures, unscored: str, estimates: Sequence[str] = ()) -> Headline:
+    """Put a method's figures into words: right answers, or, where none can be judged, what is known without truth.
+
+    ``estimates`` are the files that the truth was taken from, where it is not the log's own.
+    """
     label = method_label(one.method)
     if unscored:
         return Headline(label, _answered(one.consistency), f"No score: {unscored}. {_consistent(one.consistency)}")
-    return Headline(label, _right(one), _around(one))
+    told = f" The truth is an estimate: {', '.join(estimates)}." if estimates else ""
+    return Headline(label, _right(one), _around(one) + told)
 
 
 def _right(one: Figures) -> str:
@@ -44,9 +50,10 @@ def _around(one: Figures) -> str:
     """Tolerance, error, and what became of views off the map or without truth."""
     wide = one.wide
     near = wide.tolerance
-    parts = [f"Right is within {near.distance:g} m and {math.degrees(near.heading):g}° of the truth."]
+    turned = f" and {math.degrees(near.heading):g}°" if near.unit is LengthUnit.METRES else ""
+    parts = [f"Right is within {near.label}{turned} of the truth."]
     if not math.isnan(median := wide.error_quantile(0.5)):
-        parts.append(f"Half of the answers are at most {metres(median)} off along the path.")
+        parts.append(f"Half of the answers are at most {median:.2f} {near.unit} off along the path.")
     if off := int(wide.off_map.sum()):
         rejected, fixes = wide.count(Outcome.REJECTED), wide.count(Outcome.FALSE_FIX)
         parts.append(f"Of {_views(off)} off the map it says lost at {rejected} and answers {fixes}.")

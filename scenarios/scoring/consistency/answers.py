@@ -1,11 +1,13 @@
 """Answers of a method in metres of odometry: how far along its drive each place is, how far the robot had come."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import LOST_ABOVE
+from refseq.view import ASSUMED, View
 from refseq_bench.scenarios.scoring.comparison import Comparison
 
 
@@ -13,8 +15,8 @@ from refseq_bench.scenarios.scoring.comparison import Comparison
 class OdometricPlaces:
     """The K places of what was learnt: the number of each one's ``drive`` (K,), and its distance ``along`` it (K,) [m].
 
-    The distance is that of the odometer from the drive's first view on, nan in a drive without odometry. ``spacing``
-    [m] is the median step from one place to the next.
+    The distance is that of the odometer from the drive's first view on, nan in a drive without odometry, or with one
+    that was only assumed. ``spacing`` [m] is the median step from one place to the next.
     """
 
     drive: NDArray[np.intp]
@@ -29,15 +31,26 @@ class OdometricPlaces:
 def odometric_places(comparison: Comparison) -> OdometricPlaces:
     """Measure the reference drives by their odometers."""
     drives, along, steps = [], [], [np.zeros(0)]
+    assumed = is_assumed(comparison.reference_metadata)
     for number, stretch in enumerate(comparison.stretches):
         views = comparison.reference_views[stretch]
-        step = np.abs([0.0, *(view.distance for view in views[1:])])[: len(views)]
+        step = np.zeros(len(views)) if assumed else np.abs(odometer_steps(views))
         drives.append(np.full(len(views), number, np.intp))
         along.append(np.cumsum(step) if step.any() else np.full(len(views), np.nan))
         steps.append(step[1:] if step.any() else np.zeros(0))
     every = np.concatenate(steps)
     spacing = float(np.median(every)) if len(every) else 0.0
     return OdometricPlaces(np.concatenate(drives), np.concatenate(along), spacing)
+
+
+def odometer_steps(views: Sequence[View]) -> NDArray[np.float64]:
+    """Steps of the odometer from view to view, (M,) [m], the first 0."""
+    return np.array([0.0, *(view.distance for view in views[1:])])[: len(views)]
+
+
+def is_assumed(metadata: Mapping[str, object]) -> bool:
+    """Tell whether a drive's odometry was not measured but assumed, as so many metres a picture."""
+    return str(metadata.get("odometry", "")).startswith(ASSUMED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +71,9 @@ def given_answers(comparison: Comparison, method: str, lost_above: float = LOST_
     """Collect the answers of a method; one whose ``lost`` is above a threshold is none."""
     beliefs = comparison.beliefs[method]
     views = np.array([t for t, belief in enumerate(beliefs) if belief.lost <= lost_above], np.intp)
-    steps = np.array([0.0, *(view.distance for view in comparison.query_views[1:])])[: len(beliefs)]
-    steps = steps if steps.any() else np.full(len(beliefs), np.nan)
+    steps = odometer_steps(comparison.query_views)
+    if not steps.any() or is_assumed(comparison.query_metadata):
+        steps = np.full(len(beliefs), np.nan)
     return GivenAnswers(
         views=views,
         places=np.array([beliefs[t].best for t in views], np.intp),

@@ -1,5 +1,6 @@
 """``refseq localise`` and ``refseq report`` with an atlas: its places, and which of its paths is recognised."""
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -211,3 +212,66 @@ def test_a_path_without_a_sequence_of_its_own_and_odd_names_are_told(here: Path)
     assert row(text, "[red]west") == [len(west), 2, 2]
     assert row(text, "again") == [0, 0, 2]
     assert row(text, "says lost") == [1]
+
+
+# --- without truth ---
+
+
+@pytest.fixture
+def blind(here: Path) -> Path:
+    """A map and a drive of which no pose is known, and the map and the drive that know theirs."""
+    drive = corridor_drive(np.random.default_rng(1), count=24, size=96)
+    for name, views in (("seen", drive), ("unseen", [replace(view, truth=None) for view in drive])):
+        learn(views, profile=BEST, name=name).save(here / f"{name}.refseq")
+        with RecordingWriter(here / f"{name}.mcap", {"light": "18:00"}) as writer:
+            for number, view in enumerate(views[4:16]):
+                writer.write(view, Pose(0.85 * number, 0.0, 0.0))
+    return here
+
+
+@pytest.mark.parametrize(
+    ("map_", "drive", "missing"),
+    [
+        ("seen", "unseen", "the query drive has no true poses"),
+        ("unseen", "seen", "what was learnt has no true poses"),
+        ("unseen", "unseen", "neither what was learnt nor the query has true poses"),
+    ],
+)
+def test_without_truth_a_drive_is_localised_reported_and_shown(
+    refseq: Refseq, blind: Path, map_: str, drive: str, missing: str
+) -> None:
+    words = [f"{map_}.refseq", f"{drive}.mcap"]
+    answer = refseq("localise", *words, "-o", "b.parquet")
+    assert (answer.code, answer.err) == (0, "")
+    assert f"not scored: {missing}\n" in answer.out
+    assert answer.out.count("n/a") >= 9  # within both tolerances, and failures, of three stages
+    found = json.loads(refseq("localise", *words, "--json").out)
+    assert found["unscored"] == missing
+    (chain,) = [stage for stage in found["stages"] if stage["stage"] == "chain"]
+    assert chain["failures"] is None
+    assert (chain["odometry_jumps_steps"], chain["odometry_jumps_of_steps"]) == (0, 11 - chain["lost"])
+    assert chain["odometry_slope"] == pytest.approx(1.0, abs=0.05)
+    for command in (["report", *words, "b.parquet", "-o", "r.html"], ["view", *words, "b.parquet", "-o", "v.rrd"]):
+        assert refseq(*command).code == 0
+    assert f"No score: {missing}." in (blind / "r.html").read_text()
+
+
+def test_no_share_of_right_answers_can_be_asked_for_without_truth(refseq: Refseq, blind: Path) -> None:
+    answer = refseq("localise", "unseen.refseq", "seen.mcap", "--at-least", "90", "-o", "none.parquet")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith("error: --at-least 90: what was learnt has no true poses")
+    assert not (blind / "none.parquet").exists()
+
+
+def test_truth_that_is_given_is_told_to_be_an_estimate(refseq: Refseq, blind: Path) -> None:
+    known = [(view.time, view.truth) for view in read_recording(blind / "seen.mcap").views if view.truth]
+    poses = [f"{time} {pose.x} {pose.y} 0 0 0 0 1" for time, pose in known]
+    (blind / "poses.tum").write_text("\n".join(poses) + "\n")
+    words = ["seen.refseq", "unseen.mcap", "--truth", "poses.tum"]
+    answer = refseq("localise", *words, "-o", "b.parquet", "--at-least", "50")
+    assert answer.code == 0
+    assert "the truth is an estimate: poses.tum\n" in answer.out
+    assert refseq("report", *words[:2], "b.parquet", *words[2:], "-o", "r.html").code == 0
+    page = (blind / "r.html").read_text()
+    assert "The truth is an estimate: poses.tum." in page
+    assert re.search(r"<th>truth</th><td>n/a</td><td>poses.tum</td>", page)

@@ -17,7 +17,7 @@ from refseq_bench.scenarios.scoring.consistency.answers import given_answers, od
 from refseq_bench.scenarios.scoring.consistency.consistency import Consistency, consistency, pool_consistency
 from refseq_bench.scenarios.scoring.consistency.jumps import excess
 from refseq_bench.scenarios.scoring.merging import Merging
-from refseq_bench.scenarios.scoring.path_geometry import Tolerance
+from refseq_bench.scenarios.scoring.path_geometry import LengthUnit, Tolerance
 from refseq_bench.scenarios.scoring.proportion import Proportion
 from tests.support import certain
 
@@ -163,6 +163,13 @@ def test_a_drive_without_odometry_has_no_jumps_to_tell_of() -> None:
         assert math.isnan(found.fit.residual)
 
 
+def test_an_odometer_that_was_assumed_is_none() -> None:
+    pictures = {"odometry": "assumed: 1 m a picture"}
+    blind = replace(told(range(40)), reference_metadata=pictures, query_metadata=pictures)
+    assert consistency(blind, "one").jumps == Proportion(0, 0)
+    assert math.isnan(consistency(blind, "one").fit.slope)
+
+
 def test_steps_between_drives_are_not_measured() -> None:
     comparison = replace(told([*range(10, 30), *range(30, 50)]), drives=Drives(("a", "b"), (30, 30)))
     found = consistency(comparison, "one")
@@ -182,6 +189,8 @@ def test_methods_agree_within_the_tolerance_along_the_map() -> None:
     # Without odometry places are counted: two apart still agree.
     blind = told(one, lost=[0], learnt=0.0, other=other)
     assert consistency(blind, "one").agreement == Proportion(7, 9)
+    frames = Tolerance(9.0, unit=LengthUnit.FRAMES)
+    assert consistency(blind, "one", frames).agreement == Proportion(9, 9)
 
 
 def test_a_place_taken_out_is_at_the_one_that_holds_it() -> None:

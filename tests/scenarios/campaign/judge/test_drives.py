@@ -1,18 +1,24 @@
 """Judging a case by what its tasks left: verdicts, tolerances, costs, digests. Tasks are real, drives made by rule."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from refseq.logs import RecordingWriter, read_recording
+from refseq.planar import Pose
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from refseq_bench.scenarios.campaign.declare.real_recordings import DATA
 from refseq_bench.scenarios.campaign.judge.drives import Judged, judged, tolerances
+from refseq_bench.scenarios.campaign.judge.records import case_record
+from refseq_bench.scenarios.campaign.pages.index import index_row
+from refseq_bench.scenarios.campaign.pages.junit import junit
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, answers_of, perform
 from refseq_bench.scenarios.campaign.store.answers import beliefs_digest
 from refseq_bench.scenarios.campaign.store.cache import Store
-from refseq_bench.scenarios.campaign.store.result_file import JudgementRecord
+from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, JudgementRecord, MachineRecord
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
 
 
@@ -88,3 +94,49 @@ def test_who_did_not_answer_every_seed_has_no_figures_and_the_others_keep_theirs
     assert result.judgements[1] == JudgementRecord(text="success of vlad >= 0", met=None, reason="vlad has no answers")
     assert result.reasons == ("it failed", "not judged: success of vlad >= 0 (vlad has no answers)")
     assert [len(tasks) for tasks in result.answered.values()] == [1, 2]
+
+
+@pytest.fixture(scope="module")
+def blind(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same logs without a true pose, the reference's odometry as it is."""
+    path = tmp_path_factory.mktemp("blind")
+    write_logs(path)
+    for name in ("reference", "query"):
+        views = read_recording(path / f"{name}.mcap").views
+        with RecordingWriter(path / f"{name}.mcap", {"light": name}) as writer:
+            for number, view in enumerate(views):
+                writer.write(replace(view, truth=None), Pose(0.85 * number, 0.0, 0.0))
+    return path
+
+
+def test_without_truth_a_case_passes_unscored_and_a_score_cannot_be_expected(
+    blind: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(DATA, str(blind))
+    store, missing = Store(blind / "store"), "neither what was learnt nor the query has true poses"
+    expected = {
+        "nothing": ("", Verdict.PASSED),
+        "consistent": ('"odometry_jumps <= 50 %", "agreement >= 0 %", "milliseconds <= 1e9"', Verdict.PASSED),
+        "jumpy": ('"odometry_slope >= 99"', Verdict.FAILED),
+        "scored": ('"says_lost <= 100 %", "ece of vlad <= 0.5"', Verdict.ERROR),
+    }
+    for name, (expect, verdict) in expected.items():
+        (case,) = made_cases(blind, name, expect=expect, methods='["thesis/chain", "vlad"]', top="blocking = true")
+        result = carried_out(case, store)
+        assert (result.verdict, result.unscored) == (verdict, missing), result.reasons
+        record = case_record(result, "report.html")
+        assert record.method("vlad").success.of == 0  # type: ignore[union-attr]
+        campaign = CampaignRecord(
+            started="2026-01-01T00:00:00+00:00", seconds=1.0, complete=True, versions={}, cases=(record,),
+            machine=MachineRecord(system="", processor="", cores=1, memory_gb=None, device=None),
+        )  # fmt: skip
+        row, told = index_row(record), junit(campaign).tostring().decode()
+        assert (row.success, row.failures) == ("n/a", "n/a")
+        assert told.count(f"not scored: {missing}") == 1
+        if name == "scored":
+            reason = f"ece needs true poses, and {missing}; valid without are places_left, bytes_left, says_lost"
+            assert result.reasons[0].startswith(f"cannot be judged: ece of vlad <= 0.5 ({reason}")
+            assert told.count("<error") == 1
+            assert [one.met for one in result.judgements] == [True, None]
+        elif verdict is Verdict.PASSED:
+            assert row.reason == f"not scored: {missing}"
