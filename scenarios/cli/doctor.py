@@ -36,6 +36,7 @@ COSTS = {
     "mcap": "no recording can be read; CARMEN logs still can",
     "mcap-protobuf-support": "no recording can be read; CARMEN logs still can",
     "protobuf": "no recording can be read; CARMEN logs still can",
+    "rosbags": "no ROS bag can be read or written; MCAP and CARMEN logs still can",
     "faiss-cpu": "no index: vocabularies of more than 20 000 words cannot be searched",
     "pyarrow": "no beliefs.parquet: results cannot be kept",
     "rerun-sdk": "no viewer: the report still shows the result",
