@@ -129,7 +129,16 @@ def walls_in(lines: ScanLines, settings: WallSettings) -> ScanLines:
 
 def find_lines(scan: Scan, settings: WallSettings) -> ScanLines:
     """All lines of a scan, however short: both stages of Algorithm 4."""
-    return fuse(grow_segments(scan, settings), settings)
+    # Walls, doors and behaviours ask for those of one scan after another: the newest are kept.
+    for known, ruled, lines in tuple(_newest):
+        if known is scan and ruled == settings:
+            return lines
+    lines = fuse(grow_segments(scan, settings), settings)
+    _newest[:] = [(scan, settings, lines)]
+    return lines
+
+
+_newest: list[tuple[Scan, WallSettings, ScanLines]] = []
 
 
 def grow_segments(scan: Scan, settings: WallSettings) -> ScanLines:

@@ -12,6 +12,7 @@ from refseq.view import LASER
 from refseq_bench import robots
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import operator_for
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.beams import SEEN_GROUPS
@@ -21,6 +22,8 @@ from refseq_bench.worlds.light import light_named, light_names
 from refseq_bench.worlds.plans.load import load_plan, world_names
 
 BLIND = BenchSettings(renderer=RendererKind.NONE)
+BRISK = OperatorStyle(speed=0.5, max_speed=0.6)
+"""Somebody who leads a robot along faster than for a recording, as fast as the slower one goes."""
 PICTORIAL = ("tex_", "mat_", "light_", "name", "paths")
 """Beginnings of a model's arrays that hold pictures and light, and of those that hold names and where they are."""
 BODILY = ("geom_type", "geom_size", "geom_pos", "geom_quat", "geom_contype", "geom_conaffinity", "body_mass")
@@ -143,7 +146,7 @@ def test_the_quick_drives_are_some_of_all() -> None:
 def test_every_route_can_be_driven_to_its_end_without_touching_a_thing(world: str, route: str, robot: str) -> None:
     place = built(world, LIGHTS[0])
     with Bench(place, robots.load(robot), route=route, seed=1, settings=BLIND) as bench:
-        operator = operator_for(bench, 1)
+        operator = operator_for(bench, 1, BRISK)
         limit, touched = 4 * operator.length / 0.4, set()
         while not operator.finished and bench.time < limit:
             bench.drive(operator.command(bench.time, bench.pose))
@@ -164,8 +167,8 @@ def test_every_route_can_be_driven_to_its_end_without_touching_a_thing(world: st
 )
 def test_on_a_busy_day_the_robot_still_has_room(world: str, robot: str) -> None:
     with Bench(busy(world), robots.load(robot), seed=1, settings=BLIND) as bench:
-        operator, touched = operator_for(bench, 1), set()
-        while not operator.finished and bench.time < 60.0:
+        operator, touched = operator_for(bench, 1, BRISK), set()
+        while not operator.finished and bench.time < 30.0:
             bench.drive(operator.command(bench.time, bench.pose))
             touched |= touching(bench)
         assert operator.progress > 10.0
