@@ -42,7 +42,8 @@ UNKNOWN_LENGTH = 100.0
 class Rest:
     """Tasks of some cases: how many recordings and sets of answers are kept, of how many, and how long the rest takes.
 
-    ``absent`` are the reasons why some cannot be run at all. ``seconds`` of work are a guess, good to a factor of two.
+    ``absent`` are the reasons why some cannot be run at all. ``seconds`` of processor time are a guess, good to a
+    factor of two.
     """
 
     recordings_kept: int
@@ -59,7 +60,7 @@ class Rest:
             f"kept: {self.recordings_kept} of {self.recordings} drives, {self.answers_kept} of {self.answers} answers"
         )
         missing = "".join(f"; skipped here: {reason}" for reason in self.absent)
-        return f"{kept}; the rest: about {in_words(self.seconds)} of work{missing}"
+        return f"{kept}; the rest: about {in_words(self.seconds)} of processor time{missing}"
 
 
 def rest_of(cases: Sequence[Case], store: Store) -> Rest:
