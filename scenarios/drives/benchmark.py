@@ -59,7 +59,9 @@ def pairs_of(drives: Sequence[Path], truth: str | None = None, layout: str | Non
     if layout is not None:
         raise ScenarioError(f"layout {layout!r} of {len(drives)} drives; valid is one folder, of a data set")
     if len(drives) % 2:
-        raise ScenarioError(f"{drives[-1]}: comes without a query; valid are pairs of a reference and a query")
+        raise ScenarioError(
+            f"{drives[-1]}: comes without a query; valid are pairs of a reference and a query, or a data set's folder"
+        )
     given = _truth(truth)
     return tuple(DrivePair(first, later, given) for first, later in zip(drives[::2], drives[1::2], strict=True))
 
