@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -145,7 +146,7 @@ def test_the_lock_gives_each_machine_one_version_that_the_project_accepts(machin
     demands = PROJECT["project"]["dependencies"] + PROJECT["dependency-groups"]["dev"]
     assert len(versions) == len(locked)
     for demand in map(Requirement, demands):
-        assert demand.specifier.contains(versions[demand.name]), demand
+        assert demand.specifier.contains(versions[canonicalize_name(demand.name)]), demand
 
 
 # `run`

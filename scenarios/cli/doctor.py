@@ -37,6 +37,11 @@ COSTS = {
     "mcap-protobuf-support": "no recording can be read; CARMEN logs still can",
     "protobuf": "no recording can be read; CARMEN logs still can",
     "rosbags": "no ROS bag can be read or written; MCAP and CARMEN logs still can",
+    "ruamel.yaml": "no rosbag2 can be read or written",
+    "zstandard": "no packed ROS bag can be read",
+    "lz4": "no packed ROS bag can be read",
+    "apsw": "no ROS bag that is an SQLite file can be read",
+    "websockets": "no server for a robot: `refseq serve`",
     "faiss-cpu": "no index: vocabularies of more than 20 000 words cannot be searched",
     "pyarrow": "no beliefs.parquet: results cannot be kept",
     "rerun-sdk": "no viewer: the report still shows the result",
@@ -90,7 +95,7 @@ def report(console: Console) -> int:
     missing = [check for check in found if not check.ok]
     for check in missing:
         console.print(Text(check.name, style="bold red" if check.needed else "yellow"))
-        console.print(Padding(f"costs  {check.cost}", (0, 0, 0, 2)), highlight=False)
+        console.print(Padding(f"costs  {check.cost}", (0, 0, 0, 2), expand=False), highlight=False)
         # A line to type is copied: the terminal may fold it, a line break of ours would cut it in two.
         console.print(Text(f"  type   {check.remedy}\n"), soft_wrap=True)
     console.print(_summary(missing))
@@ -104,7 +109,7 @@ def _table(found: list[Check]) -> Padding:
     table.add_column(overflow="fold")
     for check in found:
         table.add_row(_mark(check), check.name, Text(check.found))
-    return Padding(table, (1, 0))
+    return Padding(table, (1, 0), expand=False)
 
 
 def _mark(check: Check) -> Text:
