@@ -5,7 +5,7 @@ Skipped where there is no Chromium. What needs no browser: test_style.py.
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -62,10 +62,13 @@ def pages(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> dict[st
     beliefs = {"best/chain": known(*range(11), *range(32, 40)), "vlad": known(*range(19))}
     fork = compared(PARTING, beliefs, {"best/chain": merging(RIGHTLY, SHARED, FALSE)})
     write_report(folder / "atlas.html", [fork], title="A fork")
+    blind = [replace(run, query_views=[replace(view, truth=None) for view in run.query_views]) for run in runs]
+    write_report(folder / "blind.html", blind, title="Without truth")
     campaign, missions = _campaign(folder / "campaign"), _missions(folder / "missions")
     return {
         "report": folder / "report.html",
         "atlas": folder / "atlas.html",
+        "blind": folder / "blind.html",
         "index": campaign / "index.html",
         "case": campaign / "made-1.5" / "report.html",
         "missions": missions / "index.html",
@@ -136,7 +139,7 @@ def opened(context: BrowserContext) -> Opened:
     return Opened(context.new_page())
 
 
-KINDS = ["report", "atlas", "index", "case", "missions", "completed", "failed"]
+KINDS = ["report", "atlas", "blind", "index", "case", "missions", "completed", "failed"]
 SPILT = """() => [...document.body.querySelectorAll("*")]
     .filter((one) => !one.closest("svg") && !one.parentElement.closest(".scroll, details:not([open])"))
     .filter((one) => { const box = one.getBoundingClientRect(); return box.right > innerWidth + 0.5 || box.left < 0; })
