@@ -33,7 +33,8 @@ class RosBag:
         self._decoders = {one: RosDecoder(one) for one in Serialization}
         self._empty: dict[str, tuple[str, int]] = {}  # by topic: what told nothing when it was last read
         self._cameras = _cameras_in(self._bag.metadata.get(VIEWS_KEY, "{}"))
-        self.channels = tuple(sorted(self._channels(), key=lambda channel: (channel.topic, channel.schema)))
+        # Of a topic's channels the one that is read is the last, so that it is the one of tables by topic.
+        self.channels = tuple(sorted(self._channels(), key=lambda one: (one.topic, one.role is not Role.IGNORED)))
         if not any(channel.count for channel in self.channels):
             raise LogError(f"{path}: is a bag without messages; valid is one with messages of sensors")
 
