@@ -138,3 +138,17 @@ def test_paths_laid_behind_each_other_share_nothing() -> None:
     np.testing.assert_allclose(past_an_end, np.eye(5)[2], atol=5e-3)
     before_a_start = motion_model(along, -2.5, SPREAD, (2, 4)).predict(np.eye(5)[3])
     np.testing.assert_allclose(before_a_start, np.eye(5)[3], atol=5e-3)
+
+
+@quick
+@given(paths(10), motion_settings, st.data())
+def test_an_unmeasured_motion_is_one_of_the_usual_step_with_as_much_slack_again(
+    along: np.ndarray, settings: MotionSettings, data: st.DataObject
+) -> None:
+    belief = beliefs(data, len(along))
+    step = float(np.median(np.diff(along))) if len(along) > 1 else 0.0
+    wide = MotionSettings(
+        settings.slack + step, settings.drift, settings.tail, settings.interpolated, settings.regularisation
+    )
+    expected = motion_prior(belief, along, step, wide)
+    np.testing.assert_array_equal(motion_prior(belief, along, np.nan, settings), expected)
