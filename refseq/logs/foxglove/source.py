@@ -13,7 +13,9 @@ from refseq.logs.foxglove.index import McapIndex, index_of
 from refseq.logs.foxglove.messages import NANOSECONDS, FoxgloveMessage, MessageDecoder, role_of
 from refseq.logs.foxglove.records import McapMessage, reason, records
 from refseq.logs.foxglove.writer import METADATA_NAME, PROFILE
-from refseq.logs.source import Channel, Role, Sample
+from refseq.logs.picture import CompressedPicture
+from refseq.logs.source import Channel, Content, Role, Sample
+from refseq.logs.video import VideoStream
 
 
 class FoxgloveSource:
@@ -61,10 +63,11 @@ class FoxgloveSource:
         wanted = {channel.topic for channel in self.channels if channel.role is not Role.IGNORED}
         wanted &= wanted if topics is None else set(topics)
         whole = False
+        videos: dict[str, VideoStream] = {}
         try:
             for record in records(self.path):
                 if isinstance(record, McapMessage) and record.channel.topic in wanted:
-                    sample = self._sample(record)
+                    sample = self._sample(record, videos)
                     if sample is not None:
                         yield sample
                 whole = whole or isinstance(record, Footer)
@@ -73,16 +76,21 @@ class FoxgloveSource:
         else:
             self.damage = "" if whole else "unexpected end of file"
 
-    def _sample(self, record: McapMessage) -> Sample | None:
+    def _sample(self, record: McapMessage, videos: dict[str, VideoStream]) -> Sample | None:
         channel, schema = record.channel, record.schema
         if schema is None or not self._decoder.reads(channel, schema):
             return None
         try:
             message: FoxgloveMessage = self._decoder.decode(channel, schema, record.message.data)
+            content: Content | None = message.content
+            if schema.name == "foxglove.CompressedVideo" and isinstance(content, CompressedPicture):
+                content = videos.setdefault(channel.topic, VideoStream()).picture(content.data, content.encoding)
         except (ValueError, TypeError, AttributeError, DecodeError) as error:
             raise McapError(f"bytes that make no record: {error}") from error
         except LogError as error:
             raise LogError(f"{self.path}: topic {channel.topic}: {error}") from error
+        if content is None:  # nothing can be seen before the first key frame
+            return None
         logged = record.message.log_time
         stamp = message.stamp or logged
         return Sample(
@@ -90,7 +98,7 @@ class FoxgloveSource:
             stamp / NANOSECONDS,
             logged / NANOSECONDS,
             message.frame.removeprefix("/"),
-            message.content,
+            content,
             message.child.removeprefix("/"),
             unstamped=not message.stamp,
             moment=logged if self.has_moments else -1,
