@@ -155,8 +155,8 @@ def _copy_rosbag2(source: Path, target: Path, span: LoggedSpan, notes: Mapping[s
         Rosbag2Reader(source) as bag,
         Rosbag2Writer(made, version=8, storage_plugin=plugin) as writer,
     ):
-        for key, value in notes.items():
-            writer.set_custom_data(key, value)
+        for key, value in {**(bag.storage.metadata.custom or {}), **notes}.items():
+            writer.set_custom_data(str(key), str(value))
         count = 0
         known: dict[int, Connection] = {}
         for connection, time, data in bag.messages():

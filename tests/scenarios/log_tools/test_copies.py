@@ -10,7 +10,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin
 
 from refseq.errors import LogError
-from refseq.logs import RecordingWriter, open_log, plan_views
+from refseq.logs import RecordingWriter, open_log, plan_views, read_recording
+from refseq.logs.writing import DriveFormat, open_writer
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.log_tools.copies import LoggedSpan, check_copy, copy_stretch
@@ -65,6 +66,16 @@ def test_a_copy_of_a_bag_says_what_it_is(tmp_path):
     source = write_rosbag2(tmp_path / "in", DRIVE)
     copy_stretch(source, tmp_path / "out", SPAN, {"cut": "by a test"})
     assert open_log(tmp_path / "out").metadata["cut"] == "by a test"
+
+
+def test_a_copy_of_a_bag_of_ours_keeps_its_notes_and_the_cameras_names(tmp_path):
+    with open_writer(tmp_path / "own", {"world": "hall"}, DriveFormat.ROSBAG2) as writer:
+        for k in range(6):
+            writer.write(View(float(k), {"camera-1": np.zeros((4, 4), np.uint8)}), Pose(k, 0.0, 0.0))
+    copy_stretch(tmp_path / "own", tmp_path / "copy", LoggedSpan(1 * 10**9, 4 * 10**9), {"cut": "some"})
+    recording = read_recording(tmp_path / "copy")
+    assert recording.sensors == {"camera-1"}
+    assert recording.metadata == {"world": "hall", "cut": "some"}
 
 
 def test_a_log_that_was_cut_off_is_copied_as_far_as_it_goes(tmp_path):
