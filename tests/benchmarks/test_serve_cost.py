@@ -1,8 +1,11 @@
 """What a view costs that comes over a socket: as a multiple of localising it, and how many there are a second."""
 
 import time
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,16 +19,27 @@ from tests.refseq.serve.test_server import in_log
 from tests.support import corridor_drive
 
 pytestmark = pytest.mark.benchmark
+COUNT = 12
 
 
-@pytest.mark.parametrize("profile", [THESIS, BEST], ids=["thesis", "best"])
-def test_ten_views_a_second_are_answered(profile: Profile, tmp_path: Path) -> None:
-    """Two VGA cameras and a laser, a map of 118 places: the robot's messages are decoded, paired and localised."""
+@pytest.fixture
+def one_thread() -> Iterator[None]:
+    """Threads that wait for cores would be counted as work."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    yield
+    cv2.setNumThreads(before)
+
+
+@pytest.mark.parametrize(("profile", "rate"), [(THESIS, 5.0), (BEST, 10.0)], ids=["thesis", "best"])
+@pytest.mark.usefixtures("one_thread")
+def test_views_are_answered_at_a_rate_on_one_core(profile: Profile, rate: float, tmp_path: Path) -> None:
+    """Two VGA cameras and a laser, a map of 30 places: the robot's messages are decoded, paired and localised."""
     rng = np.random.default_rng(0)
-    map_ = learn(corridor_drive(rng), profile=profile)
+    map_ = learn(corridor_drive(rng, 30), profile=profile)
     with RecordingWriter(tmp_path / "query.mcap", {}) as writer:
-        for view in corridor_drive(rng, 40):
-            writer.write(view, view.truth)
+        for view in corridor_drive(rng, COUNT):
+            writer.write(replace(view, time=view.time + 100), view.truth)  # a stamp of 0 is none
     messages = in_log(tmp_path / "query.mcap")
     session = RobotSession(map_, ServeOptions(distance=0))
     told = list(dict.fromkeys((one.topic, one.encoding, one.schema) for one in messages))
@@ -40,6 +54,6 @@ def test_ten_views_a_second_are_answered(profile: Profile, tmp_path: Path) -> No
     beliefs = [localiser.update(view) for view in views]
     localised = (time.process_time() - began) / len(beliefs)
     print(f"{served * 1e3:.0f} ms of processor time a view, {localised * 1e3:.0f} of them to localise it")
-    assert len(answers) == len(beliefs) == 40
-    assert served < 0.1, "10 Hz"
+    assert len(answers) == len(beliefs) == COUNT
+    assert served < 1 / rate
     assert served < 1.5 * localised
