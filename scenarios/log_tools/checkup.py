@@ -42,6 +42,10 @@ SAME_HEADING, SAME_PLACE = 1e-3, 1.0
 """Odometry and truth that differ nowhere more than this [rad] [m] are one path, told twice."""
 
 
+MOST = 0.5
+"""Share of the views whose true poses are known from which on revisits are told by them."""
+
+
 @dataclass(frozen=True, slots=True)
 class Checkup:
     """A log with its verdicts, and what they rest on.
@@ -83,7 +87,9 @@ def check_log(path: Path, selection: DriveSelection) -> Checkup:
     views = len(kept) if kept else 0
     cost = expected_cost([] if plan is None else _sample_views(found, plan), views)
     features = cost.features if cost else None
-    prospect = Prospect(path, selection, plan, refusal, views, travel(way), _same(way, true), features)
+    same = _same(way, true)
+    driven = _travelled(way, true if len(true) > MOST * len(way) and not same else way)
+    prospect = Prospect(path, selection, plan, refusal, views, driven, same, features)
     offsets = sensor_offsets(plan) if plan else {}
     return Checkup(
         survey=found,
@@ -123,6 +129,12 @@ def _way(plan: ViewPlan | None) -> NDArray[np.float64]:
     return dead_reckoned(views, views[0].truth if views else None)
 
 
+def _travelled(way: NDArray[np.float64], places: NDArray[np.float64]) -> Travel:
+    """Figures of the way by odometry; revisits by ``places``, the true ones where they are known: odometers drift."""
+    there = travel(places)
+    return replace(travel(way), revisited=there.revisited, back_at=there.back_at)
+
+
 def _same(way: NDArray[np.float64], true: NDArray[np.float64]) -> bool:
     """Tell odometry and truth that are one path, of the robot and of a sensor on it say: they always head alike."""
     if not 0 < len(way) == len(true):
@@ -158,8 +170,10 @@ def taken_as(topic: TopicSurvey, plan: ViewPlan | None) -> str:
         case Role.TRANSFORMS:
             moved = bool(findings and any("transforms" in one for one in (findings.odometry, findings.truth)))
             return "transforms: mounts and poses" if moved else "transforms: mounts of the sensors"
-        case Role.CAMERA | Role.LASER | Role.ODOMETRY | Role.TRUTH:
-            return f"ignored: a second {role}" if findings else str(role)
+        case Role.ODOMETRY | Role.TRUTH if findings:
+            return f"ignored: {role} is that of {getattr(findings, str(role))}"
+        case Role.CAMERA | Role.LASER if findings:
+            return f"ignored: a second {role}"
     return str(role)
 
 

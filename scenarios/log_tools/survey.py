@@ -86,7 +86,7 @@ class _TopicPass:
     frame: str = ""
 
     def add(self, sample: Sample) -> None:
-        self.clock.add(math.nan if sample.unstamped else sample.time, sample.logged)
+        self.clock.add(math.nan if sample.unstamped and sample.logged else sample.time, sample.logged)
         self.frame = self.frame or sample.frame
         if isinstance(sample.content, Scan) or is_picture(sample.content):
             self.spread.add(sample)

@@ -115,9 +115,9 @@ def _score(of: Prospect) -> Verdict:
             "with --odometry-noise), or there is no truth: give it as a trajectory"
         )
         return Verdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
-    share = 1 - findings.without_truth / max(1, findings.views)
-    if share < 1:
-        return Verdict("score", Usability.LIMITED, f"{100 * share:.0f} % of the views have a true pose")
+    if findings.without_truth:
+        reason = f"{findings.views - findings.without_truth} of {findings.views} views have a true pose"
+        return Verdict("score", Usability.LIMITED, reason)
     return Verdict("score", Usability.WORKS, f"true poses from {findings.truth}")
 
 
