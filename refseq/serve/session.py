@@ -1,5 +1,6 @@
 """One robot's drive: channels and messages in, beliefs out; nothing of sockets."""
 
+import math
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -8,6 +9,7 @@ from statistics import median
 import numpy as np
 
 from refseq.belief import Stage
+from refseq.errors import RefseqError
 from refseq.logs.pairing.stream import ClockSetBackError, ViewStream, topics_for
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
@@ -38,6 +40,11 @@ class ServeOptions:
     leading: str | None = None
     tolerance: float | None = None
 
+    def __post_init__(self) -> None:
+        for name, value in (("distance", self.distance), ("tolerance", self.tolerance)):
+            if value is not None and not 0 <= value < math.inf:
+                raise RefseqError(f"{name} {value:g} is not valid; valid is a number of 0 or more")
+
 
 def spacing(map_: Map) -> float:
     """Way from place to place [m], as the map's drives had it."""
@@ -55,6 +62,9 @@ class RobotSession:
         self._map, self._options = map_, options
         self._localiser = Localiser(map_, stage=options.stage, sensors=options.sensors, seed=options.seed)
         self._sensors = frozenset(options.sensors or map_.sensors)
+        if options.leading is not None and options.leading not in {*self._sensors, *options.names}:
+            valid = ", ".join(sorted(self._sensors))
+            raise RefseqError(f"leading sensor {options.leading!r} is none of the map; valid are {valid}")
         self._distance = spacing(map_) if options.distance is None else options.distance
         self._channels: dict[int, RobotChannel] = {}
         self._stream: ViewStream | None = None

@@ -27,6 +27,7 @@ from refseq.serve.protocol import (
     server_info,
 )
 from refseq.serve.server import Door
+from refseq.serve.session import ServeOptions
 
 TOKEN = "0123456789abcdef"
 
@@ -155,3 +156,11 @@ def test_pages_need_the_token_or_to_be_named() -> None:
     for origin in ("https://evil.example", "null", "http://localhost:8765", "https://own.example.evil.example"):
         assert door.reason_against("/", "localhost", origin, "").startswith("web pages need the token")
         assert door.reason_against(f"/{TOKEN}", "localhost", origin, "") == ""
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1.0])
+def test_lengths_and_times_are_numbers(value: float) -> None:
+    with pytest.raises(RefseqError, match=r"distance .* is not valid; valid is a number of 0 or more"):
+        ServeOptions(distance=value)
+    with pytest.raises(RefseqError, match=r"tolerance .* is not valid; valid is a number of 0 or more"):
+        ServeOptions(tolerance=value)
