@@ -22,6 +22,7 @@ from refseq.logs.trajectories.columns import (
 )
 from refseq.logs.trajectories.geodesy import headings_along, utm, zone_of
 from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera_frame, rotations_of
+from refseq.logs.trajectories.relations import FIELDS, poses_from_relations
 from refseq.logs.trajectories.table import PoseTable, TrajectoryFormat
 
 LONGEST_LINE = 65536
@@ -58,10 +59,13 @@ class _Row:
 def read_trajectory(path: Path, times: Path | None = None) -> PoseTable:
     """Read a trajectory: TUM, KITTI, EuRoC, or a table of x, y and heading, or of positions by satellite.
 
+    A file named ``.relations`` holds those of the SLAM benchmark, whose rows look like TUM's.
     ``times`` is a file of a time [s] for each pose, for those of a format without (KITTI). Raises ``LogError`` with
     file and line for what is none of these formats, may be two of them, or does not hold what its format says.
     """
     header, rows, commas = _rows(path)
+    if path.suffix == ".relations":
+        return _related(path, rows)
     columns = _columns(path, header, rows, commas)
     if columns.form is TrajectoryFormat.KITTI:
         found = _kitti(path, rows)
@@ -188,6 +192,12 @@ def _kitti(path: Path, rows: Sequence[_Row]) -> PoseTable:
         notes = ("axes are a camera's, y down",)
     keys = np.arange(len(rows), dtype=np.float64)
     return PoseTable(path, TrajectoryFormat.KITTI, keys, in_plane(positions, rotations), True, notes)
+
+
+def _related(path: Path, rows: Sequence[_Row]) -> PoseTable:
+    if len(rows[0].fields) != FIELDS:
+        raise rows[0].error(f"has {len(rows[0].fields)} fields; valid are two times, x, y, z, roll, pitch and yaw")
+    return poses_from_relations(path, np.array([[row.value(column) for column in range(FIELDS)] for row in rows]))
 
 
 def _keyed(

@@ -20,6 +20,7 @@ class TrajectoryFormat(StrEnum):
     KITTI = "kitti"
     EUROC = "euroc"
     TABLE = "csv"
+    RELATIONS = "relations"
 
 
 @dataclass(frozen=True)
