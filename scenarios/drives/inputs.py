@@ -25,7 +25,8 @@ class DriveSelection:
     ``views`` is FROM:TO, counted before thinning; ``thin`` keeps one view every so far [m]; ``noise_seed`` adds noise
     to the odometry. ``odometry`` and ``truth`` are a topic of the log, or a trajectory's file; behind a comma the file
     of its times. ``topics`` are pairs NAME=TOPIC, commas between: the names of sensors and their topics. Samples within
-    ``tolerance`` [s] make one view. None leaves all as it is.
+    ``tolerance`` [s] make one view; ``late`` are pairs NAME=SECONDS: how late a sensor's stamps are.
+    None leaves all as it is.
     """
 
     views: str | None = None
@@ -35,6 +36,7 @@ class DriveSelection:
     truth: str | None = None
     topics: str | None = None
     tolerance: float | None = None
+    late: str | None = None
 
 
 WHOLE = DriveSelection()
@@ -120,12 +122,19 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
     import numpy as np
 
     from refseq.view import ASSUMED
+    from refseq_bench.scenarios.drives.repeated_truth import repeats_odometry
 
     plan = plan_drive(source, selection)
     if not source.complete:
         logging.getLogger(__name__).warning("%s was cut off; its %d views are used", source.path, len(plan))
     if selection.odometry is None and source.metadata.get("odometry", "").startswith(ASSUMED):
         logging.getLogger(__name__).warning("%s has no odometry: %s", source.path, source.metadata["odometry"])
+    if selection.noise_seed is None and repeats_odometry(plan.views):
+        logging.getLogger(__name__).warning(
+            "%s: its true poses are its odometry told twice; a score says how odometry agrees, unless a map corrected "
+            "both",
+            source.path,
+        )
     if selection.noise_seed is not None:
         plan = plan.with_noise(np.random.default_rng(selection.noise_seed))
     return plan.thinned(selection.thin) if selection.thin else plan
@@ -153,9 +162,17 @@ def _pairing(selection: DriveSelection) -> "PairingOptions":
     return PairingOptions(
         names={topic: name for name, topic in topics.items()},
         tolerance=tolerance,
+        late={name: _seconds(text) for name, text in assignments(words(selection.late, "late"), "late").items()},
         odometry=_poses_of(selection.odometry, "odometry"),
         truth=_poses_of(selection.truth, "truth"),
     )
+
+
+def _seconds(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ScenarioError(f"late {text!r} is no number; valid are pairs as laser=0.12 [s]") from None
 
 
 def _poses_of(asked: str | None, what: str) -> "str | PoseTable | None":

@@ -15,6 +15,7 @@ from refseq.logs.source import LogSource, Role
 from refseq.map.learning import dead_reckoned
 from refseq.view import LASER, Scan, View
 from refseq_bench.scenarios.drives.inputs import DriveSelection, plan_drive
+from refseq_bench.scenarios.drives.repeated_truth import one_path
 from refseq_bench.scenarios.log_tools.cost import TIMED, ExpectedCost, expected_cost
 from refseq_bench.scenarios.log_tools.offsets import ClockOffset
 from refseq_bench.scenarios.log_tools.survey import (
@@ -36,10 +37,6 @@ USUAL_SPACING = 0.85
 
 DENSE = 0.5
 """Views nearer to each other than this, on average, are thinned unless the user says otherwise [m]."""
-
-
-SAME_HEADING, SAME_PLACE = 1e-3, 1.0
-"""Odometry and truth that differ nowhere more than this [rad] [m] are one path, told twice."""
 
 
 MOST = 0.5
@@ -87,7 +84,7 @@ def check_log(path: Path, selection: DriveSelection) -> Checkup:
     views = len(kept) if kept else 0
     cost = expected_cost([] if plan is None else _sample_views(found, plan), views)
     features = cost.features if cost else None
-    same = _same(way, true)
+    same = one_path(way, true)
     driven = _travelled(way, true if len(true) > MOST * len(way) and not same else way)
     prospect = Prospect(path, selection, plan, refusal, views, driven, same, features)
     offsets = sensor_offsets(plan) if plan else {}
@@ -133,14 +130,6 @@ def _travelled(way: NDArray[np.float64], places: NDArray[np.float64]) -> Travel:
     """Figures of the way by odometry; revisits by ``places``, the true ones where they are known: odometers drift."""
     there = travel(places)
     return replace(travel(way), revisited=there.revisited, back_at=there.back_at)
-
-
-def _same(way: NDArray[np.float64], true: NDArray[np.float64]) -> bool:
-    """Tell odometry and truth that are one path, of the robot and of a sensor on it say: they always head alike."""
-    if not 0 < len(way) == len(true):
-        return False
-    apart = np.abs(np.remainder(way[:, 2] - true[:, 2] + math.pi, 2 * math.pi) - math.pi)
-    return bool(apart.max() < SAME_HEADING and np.hypot(*(way - true)[:, :2].T).max() < SAME_PLACE)
 
 
 def _sample_views(found: LogSurvey, plan: ViewPlan) -> list[View]:

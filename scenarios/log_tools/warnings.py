@@ -85,7 +85,7 @@ def _of_offsets(findings: Findings, offsets: Mapping[str, ClockOffset | None]) -
             word = "late" if offset.lag > 0 else "early"
             yield (
                 f"{topic}: its stamps are {abs(offset.lag):.2f} s {word} against {motion}, by the turns that "
-                f"both see (correlation {offset.correlation:.2f})"
+                f"both see (correlation {offset.correlation:.2f}); --late {sensor}={offset.lag:.2f} sets them right"
             )
         if offset.correlation > 0 and abs(offset.gain - 1) > FALSE_GAIN:
             yield f"{topic}: sees {100 * offset.gain:.0f} % of the turns that {motion} tells"

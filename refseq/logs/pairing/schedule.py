@@ -37,7 +37,11 @@ class Schedule:
 
 def schedule(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:
     """Find the moments at which there is a view. Raises ``LogError`` for options that do not fit the log."""
-    return _by_number(found, choice) if found.source.has_moments else _by_time(found, choice, options)
+    if not found.source.has_moments:
+        return _by_time(found, choice, options)
+    if options.late:
+        raise LogError(f"{found.source.path}: tells itself what belongs to one view; valid are no late sensors")
+    return _by_number(found, choice)
 
 
 def _by_number(found: Survey, choice: Choice) -> Schedule:
@@ -65,7 +69,8 @@ def _of_moments(found: Survey, moments: Moments, track: Track | None) -> list[Po
 
 def _by_time(found: Survey, choice: Choice, options: PairingOptions) -> Schedule:
     """Moments of the leading sensor; odometry and truth are interpolated at their times."""
-    stamps = {topic: np.array(found.stamps[topic].times) for topic in choice.sensors}
+    late = _late(found, choice, options.late)
+    stamps = {topic: np.array(found.stamps[topic].times) - late[topic] for topic in choice.sensors}
     if options.tolerance is not None and not 0 <= options.tolerance < math.inf:
         raise LogError(
             f"{found.source.path}: tolerance {options.tolerance} s is not valid; "
@@ -88,6 +93,17 @@ def _by_time(found: Survey, choice: Choice, options: PairingOptions) -> Schedule
     truth = _at(choice.truth, moments.times, tolerance)
     told = _behaviours(found, moments.times)
     return Schedule(moments, _data(moments, poses, truth, told), leading, tolerance, int((~reached).sum()))
+
+
+def _late(found: Survey, choice: Choice, asked: Mapping[str, float]) -> Mapping[str, float]:
+    """How much later than the odometry's each sensor's stamps are [s], by topic."""
+    for sensor, seconds in asked.items():
+        if sensor not in {*choice.sensors, *choice.sensors.values()}:
+            valid = ", ".join(sorted(choice.sensors.values()))
+            raise LogError(f"{found.source.path}: late sensor {sensor!r} is not in it; valid are {valid}")
+        if not math.isfinite(seconds):
+            raise LogError(f"{found.source.path}: {sensor} late by {seconds} s is not valid; it should be finite")
+    return {topic: asked.get(topic, asked.get(name, 0.0)) for topic, name in choice.sensors.items()}
 
 
 def _span(times: NDArray[np.float64]) -> str:

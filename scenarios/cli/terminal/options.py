@@ -254,6 +254,10 @@ class Reading:
         float | None,
         option("SECONDS", "Sensors within so much make one view. [default: half a period, at most 0.25]", min=0.0),
     ] = None
+    late: Annotated[
+        str | None,
+        option("NAME=SECONDS", "Stamps of a sensor are so late against the odometry's, commas between: laser=0.12."),
+    ] = None
     odometry: Annotated[
         str | None,
         option("FILE", "Odometry beside the log (TUM, KITTI, EuRoC, CSV), or a topic of it. [default: the log's]"),
@@ -266,7 +270,12 @@ class Reading:
     def chosen(self) -> DriveSelection:
         """The same for the library."""
         return DriveSelection(
-            thin=self.thin, odometry=self.odometry, truth=self.truth, topics=self.topics, tolerance=self.tolerance
+            thin=self.thin,
+            odometry=self.odometry,
+            truth=self.truth,
+            topics=self.topics,
+            tolerance=self.tolerance,
+            late=self.late,
         )
 
 

@@ -67,6 +67,18 @@ def test_each_sample_goes_to_one_view_and_a_tolerance_keeps_far_ones_out(log: Pa
     assert sum(view.scan is not None for view in fast) == 80
 
 
+def test_late_stamps_are_set_back_before_sensors_are_paired(log: Path) -> None:
+    pictures = {round(view.time - 0.3, 4): view.images["cam0"] for view in read_recording(log).views}
+    views = [view for view in read_recording(log, PairingOptions(late={"cam0": 0.3})).views if view.images]
+    assert len(views) > 70
+    for view in views[1:]:
+        np.testing.assert_array_equal(view.images["cam0"], pictures[round(view.time, 4)])
+        assert view.truth
+        assert motion_between(DRIVE.pose(view.time), view.truth) == pytest.approx((0, 0), abs=0.01)
+        assert view.scan is not None
+        assert np.abs(view.scan.ranges - DRIVE.ranges(view.time, BEARINGS)).mean() < 0.1
+
+
 def test_a_map_of_an_asynchronous_log_is_as_long_as_the_way(log: Path) -> None:
     recording = read_recording(log, thin=0.5)
     map_ = learn(recording.views, features=["sectors", "boundary"])
@@ -194,6 +206,8 @@ def test_names_and_topics_are_the_user_s(log: Path) -> None:
             PairingOptions(tolerance=-1.0),
             r"tolerance -1\.0 s is not valid; it should be a",
         ),
+        (PairingOptions(late={"rear": 0.1}), r"late sensor 'rear' is not in it; valid are cam0, laser"),
+        (PairingOptions(late={"laser": math.inf}), r"laser late by inf s is not valid; it should be finite"),
         (PairingOptions(tolerance=math.nan), r"tolerance nan s is not valid; it should be"),
         (PairingOptions(names={"/scan": "cam0"}), r"laser /scan is named 'cam0'; valid is 'laser'"),
     ],

@@ -1,0 +1,31 @@
+"""Truth that only repeats the odometry, as the pose beside each scan of many raw logs does."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.view import View
+
+SAME_HEADING, SAME_PLACE = 1e-4, 1.0
+"""Odometry and truth that differ nowhere more than this [rad] [m] are one path, told twice: a sensor's place on the
+robot moves it a little, and turns nothing."""
+
+
+def repeats_odometry(views: Sequence[View]) -> bool:
+    """Tell whether the true poses of all views are one path with the odometry."""
+    from refseq.map.learning import dead_reckoned
+
+    true = [view.truth for view in views if view.truth is not None]
+    if len(true) < len(views) or len(views) < 2:
+        return False
+    return one_path(dead_reckoned(views, true[0]), np.array([(pose.x, pose.y, pose.heading) for pose in true]))
+
+
+def one_path(way: NDArray[np.float64], true: NDArray[np.float64]) -> bool:
+    """Tell odometry and truth, (n, 3) each, that always head alike and lie on each other."""
+    if not 0 < len(way) == len(true):
+        return False
+    apart = np.abs(np.remainder(way[:, 2] - true[:, 2] + math.pi, 2 * math.pi) - math.pi)
+    return bool(apart.max() < SAME_HEADING and np.hypot(*(way - true)[:, :2].T).max() < SAME_PLACE)
