@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from refseq_bench.scenarios.cli.terminal.console import err, out, print_json
-from refseq_bench.scenarios.cli.terminal.options import Json, Selection, grouped, only_one_of, option, output
+from refseq_bench.scenarios.cli.terminal.options import LOG_KINDS, Json, Selection, grouped, only_one_of, option, output
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_beside, check_output, plan_drive, thinned_drive, writing
 from refseq_bench.scenarios.errors import ScenarioError
@@ -22,7 +22,7 @@ BELOW = 1
 
 app = group("Look at logs of any robot, convert and cut them; `refseq log check FILE` is the first thing to run.")
 
-LOG_HELP = "Log: MCAP, a ROS bag, a CARMEN log, a folder of pictures."
+LOG_HELP = f"Log: {LOG_KINDS}"
 LogFile = Annotated[Path, typer.Argument(metavar="LOG", help=LOG_HELP)]
 
 

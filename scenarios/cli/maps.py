@@ -9,6 +9,7 @@ import typer
 from refseq_bench.scenarios.cli.terminal.console import err, out, print_json, wrote
 from refseq_bench.scenarios.cli.terminal.options import (
     CHART,
+    LOG_KINDS,
     Features,
     Json,
     MapFile,
@@ -44,9 +45,7 @@ MinOverlap = Annotated[float, option("METRES", "Shortest stretch that is joined.
 
 @grouped
 def learn(
-    recording: Annotated[
-        Path, typer.Argument(metavar="RECORDING", help="First drive: an MCAP recording or a CARMEN log.")
-    ],
+    recording: Annotated[Path, typer.Argument(metavar="RECORDING", help=f"First drive: {LOG_KINDS}")],
     output: Annotated[Path, output("Map to write (.refseq).")],
     sensors: Sensors = None,
     profile: Profile = "thesis",

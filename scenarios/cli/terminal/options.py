@@ -95,7 +95,7 @@ START = option("METRES", "Begin so far along the route.")
 SEED = option("N", "Seed of every random draw.", min=0)
 RENDERER = option("RENDERER", "filament: photometric; classic: fast; none: no images, laser only.")
 CAMERA_RENDERER = option("RENDERER", "filament: photometric; classic: fast.")
-SENSORS = option("NAMES", "Only these of camera-1, camera-2 and laser, commas between. [default: all]")
+SENSORS = option("NAMES", "Only these sensors, commas between: of our robots camera-1, camera-2, laser. [default: all]")
 DISTANCE = option("METRES", "Take a view every so far by the odometer; 0: not by distance.")
 TIMEOUT = option("SECONDS", "Longest simulated time for each step.")
 SECONDS = option("SECONDS", "Simulated time to drive.")
@@ -114,12 +114,12 @@ FORMAT = option(
 )
 PICTURE = output("Picture to write (.svg or .png).")
 CHART = output("Picture to write (.png, .svg or .pdf).")
-FIRST_OR_QUERY = "an MCAP recording or a CARMEN log."
+LOG_KINDS = "MCAP, a ROS bag, a CARMEN log, a folder of pictures."
 
 World = Annotated[str, typer.Argument(metavar="WORLD", help=WORLD_HELP)]
 RobotName = Annotated[str, typer.Argument(metavar="ROBOT", help="Robot, as `refseq robot list` names it.")]
 MapFile = Annotated[Path, typer.Argument(metavar="MAP", help="Map (.refseq).")]
-QueryFile = Annotated[Path, typer.Argument(metavar="QUERY", help=f"Later drive: {FIRST_OR_QUERY}")]
+QueryFile = Annotated[Path, typer.Argument(metavar="QUERY", help=f"Later drive: {LOG_KINDS}")]
 Drives = Annotated[
     list[Path],
     typer.Argument(
