@@ -178,29 +178,29 @@ def convert(
     epilog="""Examples:
 
 * `refseq log cut drive.mcap --views 0:160 -o first.mcap`
-* `refseq log cut robot_bag --time 60:120 -o minute`
-* `refseq log cut drive.clf --distance 0:37 -o first.clf`""",
+* `refseq log cut robot_bag --times 60:120 -o minute`
+* `refseq log cut drive.clf --distances 0:37 -o first.clf`""",
 )
 def cut(
     log: LogFile,
-    output: Annotated[Path, output("Log to write, of the same kind.", "OUT")],
+    output: Annotated[Path, output("Log to write, of the same kind.")],
     views: Annotated[str | None, option("FROM:TO", "Keep these views, TO not among them.")] = None,
-    time: Annotated[str | None, option("FROM:TO", "Keep these seconds since the first view.")] = None,
-    distance: Annotated[str | None, option("FROM:TO", "Keep these metres along the path by odometry.")] = None,
+    times: Annotated[str | None, option("FROM:TO", "Keep these seconds since the first view.")] = None,
+    distances: Annotated[str | None, option("FROM:TO", "Keep these metres along the path by odometry.")] = None,
 ) -> None:
     """Keep a stretch of a log: its messages as they are, all topics, in the log's own format."""
     from refseq_bench.scenarios.log_tools.cutting import by_distance, by_time, by_views
 
-    only_one_of(views=views, time=time, distance=distance)
-    ways = {"views": (views, by_views), "time": (time, by_time), "distance": (distance, by_distance)}
+    only_one_of(views=views, times=times, distances=distances)
+    ways = {"views": (views, by_views), "times": (times, by_time), "distances": (distances, by_distance)}
     name, text, way = next(((n, text, way) for n, (text, way) in ways.items() if text is not None), ("", "", None))
     if way is None:
-        raise ScenarioError("a stretch is missing; valid is --views, --time or --distance FROM:TO")
+        raise ScenarioError("a stretch is missing; valid is --views, --times or --distances FROM:TO")
     _cut(log, output, lambda plan: way(plan, text), f"{name} {text}")
 
 
 @app.command(cls=BenchCommand, epilog="Example: `refseq log trim drive.mcap -o moving.mcap`")
-def trim(log: LogFile, output: Annotated[Path, output("Log to write, of the same kind.", "OUT")]) -> None:
+def trim(log: LogFile, output: Annotated[Path, output("Log to write, of the same kind.")]) -> None:
     """Drop the standing at the beginning and the end of a log, but for a second of each."""
     from refseq_bench.scenarios.log_tools.cutting import without_standing
 

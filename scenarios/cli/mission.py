@@ -100,7 +100,7 @@ class TripOptions:
     every: Annotated[
         float, option("METRES", "Take a view every so far; best is as the map was learnt.", "--distance", min=0.05)
     ] = 0.6
-    odometry: Annotated[bool, flag("--odometry", "Go by the odometer alone, without views.")] = False
+    odometry: Annotated[bool, flag("--by-odometry", "Go by the odometer alone, without views.")] = False
     strip: Annotated[
         float | None,
         option("SECONDS", "Have a bystander take a picture so often, for a strip of them.", "--filmstrip", min=0.1),
@@ -112,7 +112,7 @@ class TripOptions:
     epilog="""Examples:
 
 * `refseq mission run reference.refseq "[LD_LDMC]" --light late-evening -o out/second-door`
-* `refseq mission run reference.refseq --odometry --start 3`
+* `refseq mission run reference.refseq --by-odometry --start 3`
 * `refseq mission run atlas.refseq --to east:40 --renderer none`
 
 Exit codes: 0 completed; 1 not; 2 bad input.""",

@@ -62,7 +62,7 @@ class Robot:
         str | None,
         option("NAME=TOPIC", "Name the topics of sensors, commas between: camera-1=/cam0/image_raw,laser=/scan."),
     ] = None
-    odometry: Annotated[str | None, option("TOPIC", "Topic of the odometry. [default: the first]")] = None
+    odometry_topic: Annotated[str | None, option("TOPIC", "Topic of the odometry. [default: the first]")] = None
     leading: Annotated[
         str | None, option("SENSOR", "Sensor at whose times there are views. [default: the slowest]")
     ] = None
@@ -103,7 +103,7 @@ def _options(stage: str, sensors: str | None, seed: int, robot: Robot) -> "Serve
         seed=seed,
         distance=robot.distance,
         names={topic: name for name, topic in topics.items()},
-        odometry=robot.odometry,
+        odometry=robot.odometry_topic,
         leading=robot.leading,
         tolerance=robot.tolerance,
     )

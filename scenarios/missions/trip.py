@@ -152,7 +152,8 @@ def write_trip(folder: Path, trip: MissionTrip, made: TripResult) -> None:
     name = f"mission: {trip.drive.robot} in {trip.drive.world} at {trip.drive.light}, seed {trip.drive.seed}"
     write_recording(folder / RECORD, [MissionTab(made.record)], name=name, timeline=TIME)
     score = score_mission(run, WIDE.distance, NARROW.distance)
-    replace_text(folder / "plan.svg", mission_plan(run, score, WIDE.distance, outline_of(plan_of(trip.drive))).svg)
+    drawing = mission_plan(run, score, WIDE.distance, outline_of(plan_of(trip.drive)))
+    replace_text(folder / "plan.svg", drawing.standalone)
     for name, images in made.done.photographs.items():
         for camera, image in images.items():
             replace_bytes(folder / f"{name}-{camera}.png", cv2.imencode(".png", image)[1].tobytes())

@@ -46,6 +46,7 @@ RENAMED_OPTIONS = {
     "mission run --every": "--distance METRES",
     "mission run --at": "--start METRES",
     "mission run --strip": "--filmstrip SECONDS",
+    "mission run --odometry": "--by-odometry",
     "robot try --at": "--pose X,Y,DEGREES",
     "world lux --hour": "--light LIGHT",
     "world day --every": "--step MINUTES",

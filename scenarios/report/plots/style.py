@@ -1,7 +1,9 @@
 """Style of the report's plots: colours, lines and markers, and SVG text that takes the colour of the page around it."""
 
+import html
 import io
 import itertools
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -103,6 +105,38 @@ class Plot:
     svg: str
     note: str = ""
     legend: tuple[LegendEntry, ...] = ()
+
+    @property
+    def standalone(self) -> str:
+        """The drawing with its legend below it as SVG text, for a file that no page surrounds."""
+        width, height = (float(size) for size in re.findall(r'(?:width|height)="([\d.]+)pt"', self.svg)[:2])
+        rows = -(-len(self.legend) // LEGEND_COLUMNS)
+        entries = "".join(
+            _entry_at(entry, k % LEGEND_COLUMNS * width / LEGEND_COLUMNS, height + k // LEGEND_COLUMNS * LEGEND_LINE)
+            for k, entry in enumerate(self.legend)
+        )
+        whole = height + rows * LEGEND_LINE
+        size = f'width="{width}pt" height="{whole}pt" viewBox="0 0 {width} {whole}"'
+        return (
+            f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" {size}>'
+            f"{_without_units(self.svg)}{entries}</svg>\n"
+        )
+
+
+LEGEND_COLUMNS, LEGEND_LINE = 3, 16
+"""Of the legend of a file that stands alone: entries beside each other, and the height of a line [pt]."""
+
+
+def _entry_at(entry: LegendEntry, x: float, y: float) -> str:
+    return (
+        f'<g transform="translate({x + 8:.1f} {y:.1f})">{_without_units(entry.swatch)}<text x="30" y="10" '
+        f'style="font: 9px sans-serif" fill="currentColor">{html.escape(entry.label)}</text></g>'
+    )
+
+
+def _without_units(svg: str) -> str:
+    """The same within another drawing of points."""
+    return re.sub(r'(width|height)="([\d.]+)pt"', r'\1="\2"', svg, count=2)
 
 
 WIDTH, NARROW_WIDTH = 10.0, 6.4

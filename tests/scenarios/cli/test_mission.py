@@ -63,7 +63,8 @@ def test_a_mission_is_run_told_and_left_in_a_folder(refseq: Refseq, here: Path, 
 
 
 def test_a_mission_s_folder_is_viewed_as_it_was_recorded(refseq: Refseq, here: Path, tmp_path: Path) -> None:
-    assert refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "--odometry", "-o", str(tmp_path / "out")).code == 0
+    run = refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "--by-odometry", "-o", str(tmp_path / "out"))
+    assert run.code == 0
     record, copy = tmp_path / "out" / "mission.rrd", tmp_path / "copy.rrd"
     for asked in (tmp_path / "out", record):
         assert refseq("view", str(asked), "-o", str(copy)).code == 0
@@ -82,7 +83,7 @@ def test_a_mission_s_folder_is_viewed_as_it_was_recorded(refseq: Refseq, here: P
 
 def test_who_is_not_told_where_he_begins_fails_by_the_odometer_alone(refseq: Refseq, here: Path) -> None:
     """He takes the third door for the second one, and that is not open."""
-    answer = refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "--odometry", "--start", "7")
+    answer = refseq("mission", "run", "offices.refseq", "[LD_LDMC]", "--by-odometry", "--start", "7")
     assert answer.code == 1
     assert answer.err.startswith("not completed: failed: MC:left failed: ")
 
