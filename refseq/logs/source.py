@@ -67,7 +67,7 @@ class GeoFix:
 
 
 @dataclass(frozen=True, slots=True)
-class Calibration:
+class CameraCalibration:
     """A camera's model: size [pixels], ``model`` of the distortion, its coefficients, and the matrix K by rows."""
 
     width: int
@@ -77,7 +77,7 @@ class Calibration:
     matrix: tuple[float, ...]
 
 
-Content = LazyPicture | Scan | Pose | tuple[Transform, ...] | AngularRates | GeoFix | Calibration | str
+Content = LazyPicture | Scan | Pose | tuple[Transform, ...] | AngularRates | GeoFix | CameraCalibration | str
 """One message, by the role of its channel: a picture (camera), a scan (laser, normalised by ``refseq.logs.scans``, in
 the laser's own frame), a pose (odometry or truth), transforms, rates (IMU), a fix (GPS), a calibration, a note
 (behaviour)."""

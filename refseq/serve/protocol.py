@@ -24,11 +24,11 @@ MOST_CHANNELS = 256
 """The most channels that a client may tell of, and the most subscriptions it may have."""
 
 
-class ProtocolError(RefseqError):
+class FoxgloveProtocolError(RefseqError):
     """A frame that is none of the protocol."""
 
 
-class Level(IntEnum):
+class StatusLevel(IntEnum):
     """How serious a status is."""
 
     INFO = 0
@@ -98,7 +98,10 @@ Frame = Advertise | Unadvertise | Subscribe | Unsubscribe | Message
 
 
 def read_frame(frame: str | bytes) -> Frame | None:
-    """A client's frame; None for one of a kind that is not served. Raises ``ProtocolError`` for one that is none."""
+    """A client's frame; None for one of a kind that is not served.
+
+    Raises ``FoxgloveProtocolError`` for bytes that are none.
+    """
     if isinstance(frame, bytes):
         return _message(frame)
     try:
@@ -114,7 +117,7 @@ def read_frame(frame: str | bytes) -> Frame | None:
             case "unsubscribe":
                 return Unsubscribe(tuple(_bounded(_number(one) for one in told["subscriptionIds"])))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise ProtocolError(f"a frame is no control frame of the protocol: {_reason(error)}") from error
+        raise FoxgloveProtocolError(f"a frame is no control frame of the protocol: {_reason(error)}") from error
     return None
 
 
@@ -124,7 +127,7 @@ def _reason(error: Exception) -> str:
 
 def _message(frame: bytes) -> Message | None:
     if len(frame) < CLIENT_MESSAGE.size or frame[0] != MESSAGE:
-        raise ProtocolError(
+        raise FoxgloveProtocolError(
             f"a binary frame of {len(frame)} bytes begins with {frame[:1].hex() or 'nothing'}; valid is 01, the "
             "channel's number in four bytes and the message"
         )
@@ -184,7 +187,7 @@ def advertise(channels: tuple[ServerChannel, ...]) -> str:
     return json.dumps({"op": "advertise", "channels": told})
 
 
-def status(level: Level, message: str) -> str:
+def status(level: StatusLevel, message: str) -> str:
     """A frame with a line for people."""
     return json.dumps({"op": "status", "level": int(level), "message": message})
 

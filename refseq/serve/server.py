@@ -29,9 +29,9 @@ from refseq.serve.answers import BELIEF, CHANNELS, POSE, BeliefAnswer
 from refseq.serve.protocol import (
     SUBPROTOCOLS,
     Advertise,
-    Level,
+    FoxgloveProtocolError,
     Message,
-    ProtocolError,
+    StatusLevel,
     Subscribe,
     Unadvertise,
     Unsubscribe,
@@ -61,7 +61,7 @@ BUSY, WRONG = 1013, 1008
 
 
 @dataclass(frozen=True)
-class Door:
+class AccessPolicy:
     """Address of the server, and who may come in.
 
     A program of this machine needs no ``token`` on loopback; from elsewhere, and in a browser, it does. ``origins`` are
@@ -158,8 +158,8 @@ class _Listener:
 class BeliefServer:
     """Serves a map: ``told`` is called with a line whenever there is news for who reads along."""
 
-    def __init__(self, map_: Map, options: ServeOptions, door: Door, told: Callable[[str], None]) -> None:
-        self._map, self._options, self._door, self._told = map_, options, door, told
+    def __init__(self, map_: Map, options: ServeOptions, access: AccessPolicy, told: Callable[[str], None]) -> None:
+        self._map, self._options, self._access, self._told = map_, options, access, told
         self._name, self._session_id = "refseq", secrets.token_hex(8)
         self._listeners: set[_Listener] = set()
         self._robot: _Listener | None = None
@@ -178,7 +178,7 @@ class BeliefServer:
         except (OSError, OverflowError) as error:
             code = getattr(error, "errno", None)  # the library's own text repeats the address
             reason = os.strerror(code) if code and code > 0 else str(error)
-            where = f"{self._door.host} port {self._door.port}"
+            where = f"{self._access.host} port {self._access.port}"
             raise RefseqError(f"{where}: cannot be served from: {reason}; valid is a free port") from error
         async with server:
             opened(self.address(server))
@@ -187,8 +187,8 @@ class BeliefServer:
     def _listening(self) -> Any:
         return serve(
             self._serve,
-            self._door.host,
-            self._door.port,
+            self._access.host,
+            self._access.port,
             process_request=self._checked,
             subprotocols=[Subprotocol(name) for name in SUBPROTOCOLS],
             select_subprotocol=_subprotocol,
@@ -201,14 +201,14 @@ class BeliefServer:
     def address(self, server: Server) -> str:
         """The address to connect to."""
         port = next(iter(server.sockets)).getsockname()[1]
-        host = f"[{self._door.host}]" if ":" in self._door.host else self._door.host
-        return f"ws://{host}:{port}/{self._door.token}"
+        host = f"[{self._access.host}]" if ":" in self._access.host else self._access.host
+        return f"ws://{host}:{port}/{self._access.token}"
 
     def _checked(self, connection: ServerConnection, request: Request) -> Response | None:
         """Refuse a request that may not come in, before it is a connection."""
         headers = request.headers
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
-        reason = self._door.reason_against(
+        reason = self._access.reason_against(
             urlsplit(request.path).path,
             hosts[0] if len(hosts) == 1 else "",
             origins[0] if origins else None,
@@ -243,7 +243,7 @@ class BeliefServer:
     async def _refuse(self, listener: _Listener, code: int, reason: str) -> None:
         self._told(f"a connection is closed: {reason}")
         with suppress(ConnectionClosed):
-            await listener.connection.send(status(Level.ERROR, reason))
+            await listener.connection.send(status(StatusLevel.ERROR, reason))
             await listener.connection.close(code, reason.encode()[:120].decode(errors="ignore"))
 
     async def _take(self, listener: _Listener, frame: str | bytes) -> None:
@@ -253,7 +253,7 @@ class BeliefServer:
                 known = {channel.number for channel in CHANNELS}
                 listener.subscriptions |= {number: channel for number, channel in subscriptions if channel in known}
                 if len(listener.subscriptions) > OUTBOX:
-                    raise ProtocolError(f"more than {OUTBOX} subscriptions")
+                    raise FoxgloveProtocolError(f"more than {OUTBOX} subscriptions")
             case Unsubscribe(numbers):
                 for number in numbers:
                     listener.subscriptions.pop(number, None)
@@ -291,7 +291,7 @@ class BeliefServer:
         for line in self._session.told():
             self._told(line)
             for listener in self._listeners:
-                listener.post(status(Level.WARNING, line))
+                listener.post(status(StatusLevel.WARNING, line))
 
     async def _left(self) -> None:
         """Answer what the robot had sent, for those who still listen, and be ready for the next."""

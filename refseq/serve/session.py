@@ -15,7 +15,7 @@ from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.serve.answers import BeliefAnswer, answer_to
 from refseq.serve.channels import RobotChannel, robot_channel
-from refseq.serve.protocol import ClientChannel, ProtocolError
+from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
 from refseq.view import View
 
 SPACING = 0.85
@@ -76,7 +76,7 @@ class RobotSession:
         for one in channels:
             try:
                 self._channels[one.number] = robot_channel(one)
-            except ProtocolError as error:
+            except FoxgloveProtocolError as error:
                 self._notes.append(str(error))
                 continue
             if self._stream is not None:

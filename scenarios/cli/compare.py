@@ -11,7 +11,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     Drives,
     GroundTruthRule,
     Json,
-    Reading,
+    LogReading,
     Seed,
     grouped,
     option,
@@ -52,16 +52,14 @@ def compare(
     ] = None,
     seed: Seed = 1,
     as_json: Json = False,
-    reading: Reading = Reading(),
+    reading: LogReading = LogReading(),
 ) -> None:
     """Compare methods on the same views, baselines among them."""
     from refseq_bench.scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark, tolerances_of
     from refseq_bench.scenarios.methods.by_name import methods_named
     from refseq_bench.scenarios.scoring.figures import figures_record
 
-    check_output(output, report)
-    if output is not None and output.suffix.lower() != ".csv":
-        raise ScenarioError(f"{output}: is no table's name; valid is a name that ends in .csv")
+    _check_outputs(output, report)
     pairs, wanted = pairs_of(drives, ground_truth, layout), methods_named(words(methods, "methods"))
     benchmark = Benchmark(pairs, wanted, places, first_view, kidnap, seed, reading.chosen())
     with step_bars() as step:
@@ -69,22 +67,23 @@ def compare(
     tolerances = tolerances_of(benchmark, comparisons)
     experiments = by_experiment(comparisons, tolerances)
     if as_json:
-        print_json(
-            [
-                {"experiment": name, "method": one.method, **figures_record(one)}
-                for name, ones in experiments
-                for one in ones
-            ]
-        )
+        rows = ((name, one) for name, ones in experiments for one in ones)
+        print_json([{"experiment": name, "method": one.method, **figures_record(one)} for name, one in rows])
     else:
         _print(experiments, comparisons)
     _write(experiments, comparisons, output, report, tolerances)
 
 
+def _check_outputs(output: Path | None, report: Path | None) -> None:
+    check_output(output, report)
+    if output is not None and output.suffix.lower() != ".csv":
+        raise ScenarioError(f"{output}: is no table's name; valid is a name that ends in .csv")
+
+
 def _print(experiments: "Sequence[tuple[str, Sequence[Figures]]]", comparisons: "Sequence[Comparison]") -> None:
     """The figures of each experiment, and of all together."""
     from refseq_bench.scenarios.drives.benchmark import ALL
-    from refseq_bench.scenarios.scoring.tables import consistency_table, figures_table, lost_table
+    from refseq_bench.scenarios.scoring.tables.score_tables import consistency_table, figures_table, lost_table
     from refseq_bench.scenarios.scoring.truth import truth_estimates, unscored_reason
 
     for name, found in experiments:

@@ -130,7 +130,7 @@ def conclude(
     """
     from refseq.logs.beliefs import write_beliefs
     from refseq_bench.scenarios.drives.evaluate import TOLERANCES, results
-    from refseq_bench.scenarios.scoring.sequence_recall import sequence_recall_table
+    from refseq_bench.scenarios.scoring.tables.sequence_recall import sequence_recall_table
     from refseq_bench.scenarios.scoring.truth import unscored_reason
 
     if output is not None:

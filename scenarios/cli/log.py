@@ -15,7 +15,7 @@ from refseq_bench.scenarios.tables import TextTable, print_whole, say
 
 if TYPE_CHECKING:
     from refseq.logs import ViewPlan
-    from refseq_bench.scenarios.log_tools.checkup import Checkup
+    from refseq_bench.scenarios.log_tools.checkup import LogCheckup
     from refseq_bench.scenarios.log_tools.cutting import KeptStretch
 
 BELOW = 1
@@ -116,7 +116,7 @@ def check(
         raise typer.Exit(BELOW)
 
 
-def _print_check(found: "Checkup") -> None:
+def _print_check(found: "LogCheckup") -> None:
     """Topics, the drive, warnings, and the verdicts last, where a reader's eye is."""
     from refseq_bench.scenarios.log_tools.facts import TOPIC_HEADINGS, facts_of, head_line, topic_row
 

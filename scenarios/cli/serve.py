@@ -9,7 +9,7 @@ from refseq_bench.scenarios.drives.inputs import assignments, stages, words
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from refseq.serve.server import Door
+    from refseq.serve.server import AccessPolicy
     from refseq.serve.session import ServeOptions
 
 SERVE_HELP = """Examples:
@@ -39,21 +39,21 @@ class Access:
     ] = None
 
     @property
-    def door(self) -> "Door":
+    def policy(self) -> "AccessPolicy":
         """The same for the library. Raises ``RefseqError`` for an address that is open to others."""
         from dataclasses import replace
 
-        from refseq.serve.server import Door, random_token
+        from refseq.serve.server import AccessPolicy, random_token
 
-        door = Door(self.host, self.port, self.token or "", tuple(self.origin or ()))
-        return door if door.token else replace(door, token=random_token())
+        policy = AccessPolicy(self.host, self.port, self.token or "", tuple(self.origin or ()))
+        return policy if policy.token else replace(policy, token=random_token())
 
 
 @dataclass(frozen=True)
-class Robot:
+class RobotTopics:
     """Topics, and how often a view is taken."""
 
-    panel: ClassVar[str] = "Robot"
+    panel: ClassVar[str] = "RobotTopics"
     distance: Annotated[
         float | None,
         option("METRES", "A view every so far by odometry; 0: each moment. [default: as the map's places]", min=0.0),
@@ -78,7 +78,7 @@ def serve(
     stage: Annotated[str, option("STAGE", "uniform, prior or chain.")] = "chain",
     sensors: Sensors = None,
     seed: Seed = 1,
-    robot: Robot = Robot(),
+    robot: RobotTopics = RobotTopics(),
     access: Access = Access(),
 ) -> None:
     """Localise a robot while it drives: sensors in over a socket, beliefs out."""
@@ -87,13 +87,13 @@ def serve(
     from refseq.map.map import Map
     from refseq.serve.server import BeliefServer
 
-    door, options = access.door, _options(stage, sensors, seed, robot)
-    server = BeliefServer(Map.load(map_file), options, door, lambda line: say(err, line))
+    policy, options = access.policy, _options(stage, sensors, seed, robot)
+    server = BeliefServer(Map.load(map_file), options, policy, lambda line: say(err, line))
     asyncio.run(server.run(lambda address: say(out, f"{map_file}: serves at {address}; Ctrl-C ends it")))
     say(out, f"{map_file}: served {server.views} views of {server.drives} drives")
 
 
-def _options(stage: str, sensors: str | None, seed: int, robot: Robot) -> "ServeOptions":
+def _options(stage: str, sensors: str | None, seed: int, robot: RobotTopics) -> "ServeOptions":
     from refseq.serve.session import ServeOptions
 
     topics = assignments(words(robot.topics, "topics"), "topics")

@@ -249,11 +249,9 @@ def write_drive(
 ) -> Recording:
     """Write the views of a drive as they are taken, to ``path``, None: nowhere; ``told`` hears of each when it is kept.
 
-    ``rig`` tells of mounts and calibrations where the format has a place for them.
-
-    What is given back holds no images and scans where nothing is written, which nobody could keep of a long drive.
-    ``afterwards`` gives what is known of a drive only when it has ended. Interrupted, it raises as ``record`` does; of
-    a drive that is aborted nothing is kept. Raises ``NoViewError`` for one that ends without a view.
+    ``rig`` tells of mounts and calibrations where the format has a place for them. Where nothing is written, the
+    recording holds no images and scans. ``afterwards`` gives what is known of a drive only when it has ended. Raises as
+    ``record`` does if interrupted, and ``NoViewError`` without a view; of a drive that is aborted nothing is kept.
     """
     views: list[View] = []
     taken_on = (taken if scanning else replace(taken, view=replace(taken.view, scan=None)) for taken in drive_on)

@@ -29,7 +29,7 @@ from refseq_bench.scenarios.log_tools.survey import (
 )
 from refseq_bench.scenarios.log_tools.travel import Travel, positions, travel
 from refseq_bench.scenarios.log_tools.turns import sensor_offsets
-from refseq_bench.scenarios.log_tools.verdicts import Prospect, Usability, Verdict, verdicts
+from refseq_bench.scenarios.log_tools.verdicts import LogVerdict, Prospect, Usability, verdicts
 from refseq_bench.scenarios.log_tools.warnings import warnings_of
 
 USUAL_SPACING = 0.85
@@ -44,7 +44,7 @@ MOST = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Checkup:
+class LogCheckup:
     """A log with its verdicts, and what they rest on.
 
     ``plan`` are the views before thinning, None where there is none, for the reason in ``refusal``; ``views`` is their
@@ -64,7 +64,7 @@ class Checkup:
     cost: ExpectedCost | None
     taken: Mapping[str, str]
     warnings: tuple[str, ...]
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[LogVerdict, ...]
 
     @property
     def usable(self) -> bool:
@@ -72,7 +72,7 @@ class Checkup:
         return any(one.task == "localise" and one.usability is not Usability.FAILS for one in self.verdicts)
 
 
-def check_log(path: Path, selection: DriveSelection) -> Checkup:
+def check_log(path: Path, selection: DriveSelection) -> LogCheckup:
     """Check a log up. Raises ``LogError`` and ``ScenarioError`` for what is no log, and for a selection beside it."""
     source = open_log(path)
     plan, refusal = _planned(source, selection)
@@ -88,7 +88,7 @@ def check_log(path: Path, selection: DriveSelection) -> Checkup:
     driven = _travelled(way, true if len(true) > MOST * len(way) and not same else way)
     prospect = Prospect(path, selection, plan, refusal, views, driven, same, features)
     offsets = sensor_offsets(plan) if plan else {}
-    return Checkup(
+    return LogCheckup(
         survey=found,
         selection=selection,
         plan=plan,

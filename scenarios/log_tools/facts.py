@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from refseq_bench.scenarios.log_tools.checkup import Checkup
+from refseq_bench.scenarios.log_tools.checkup import LogCheckup
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin
 from refseq_bench.scenarios.log_tools.warnings import times
 from refseq_bench.scenarios.report.words import duration_text, size_text
@@ -48,7 +48,7 @@ def info_row(topic: TopicSurvey) -> tuple[str, ...]:
     return (topic.name, channel.schema, channel.encoding, str(channel.count), rate_text(topic), str(channel.role))
 
 
-def facts_of(checkup: Checkup) -> list[Fact]:
+def facts_of(checkup: LogCheckup) -> list[Fact]:
     """The drive in a few lines: how far, how many views, the sensors' clocks, the cost of learning."""
     plan = checkup.plan
     if plan is None:
@@ -62,7 +62,7 @@ def facts_of(checkup: Checkup) -> list[Fact]:
     return found
 
 
-def _drive(checkup: Checkup) -> str:
+def _drive(checkup: LogCheckup) -> str:
     way, findings = checkup.travel, checkup.plan.findings if checkup.plan else None
     if findings is None or not motion_origin(findings):
         return "unknown: the log has no odometry"
@@ -71,7 +71,7 @@ def _drive(checkup: Checkup) -> str:
     return f"{way.length:.1f} m by {motion_origin(findings)} in {way.width:.0f} × {way.height:.0f} m; {turns}{twice}"
 
 
-def _views(checkup: Checkup) -> str:
+def _views(checkup: LogCheckup) -> str:
     plan, thin = checkup.plan, checkup.selection.thin
     whole = times(len(plan) if plan else 0, "view")
     if plan and plan.findings.leading:

@@ -7,7 +7,7 @@ from refseq.errors import LogError
 from refseq.files import replace_text
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.view import LASER
-from refseq_bench.scenarios.log_tools.checkup import Checkup
+from refseq_bench.scenarios.log_tools.checkup import LogCheckup
 from refseq_bench.scenarios.log_tools.drawings import TimelineRow, path_drawing, timeline
 from refseq_bench.scenarios.log_tools.facts import TOPIC_HEADINGS, facts_of, head_line, topic_row
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, pictures_of, scan_of
@@ -31,7 +31,7 @@ class CameraRow:
     pictures: tuple[tuple[float, str], ...]
 
 
-def write_checkup(path: Path, checkup: Checkup) -> None:
+def write_checkup(path: Path, checkup: LogCheckup) -> None:
     """Write the page to ``path``, replacing it in one step."""
     found, plan = checkup.survey, checkup.plan
     page = rendered(
@@ -55,18 +55,18 @@ def write_checkup(path: Path, checkup: Checkup) -> None:
     replace_text(path, page)
 
 
-def _topic_cells(checkup: Checkup) -> list[tuple[str, ...]]:
+def _topic_cells(checkup: LogCheckup) -> list[tuple[str, ...]]:
     return [topic_row(topic, checkup.taken[topic.name]) for topic in checkup.survey.topics]
 
 
-def _paths(checkup: Checkup) -> Plot | None:
+def _paths(checkup: LogCheckup) -> Plot | None:
     paths = {"by odometry": checkup.path} if len(checkup.path) > 1 else {}
     if len(checkup.truth) > 1:
         paths["true"] = checkup.truth
     return path_drawing(paths) if paths else None
 
 
-def _timeline(checkup: Checkup) -> Plot | None:
+def _timeline(checkup: LogCheckup) -> Plot | None:
     rows = [
         TimelineRow(topic.name, topic.timing, not checkup.taken[topic.name].startswith("ignored"))
         for topic in checkup.survey.topics

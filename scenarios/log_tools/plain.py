@@ -2,7 +2,7 @@
 
 import math
 
-from refseq_bench.scenarios.log_tools.checkup import Checkup
+from refseq_bench.scenarios.log_tools.checkup import LogCheckup
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey
 
 Record = dict[str, object]
@@ -42,7 +42,7 @@ def _topic_record(topic: TopicSurvey) -> Record:
     }
 
 
-def check_record(checkup: Checkup) -> Record:
+def check_record(checkup: LogCheckup) -> Record:
     """A checkup as ``refseq log check --json`` prints it; lengths in [m], times in [s], memory in [bytes]."""
     way, cost = checkup.travel, checkup.cost
     topics = [{**_topic_record(topic), "taken_as": checkup.taken[topic.name]} for topic in checkup.survey.topics]

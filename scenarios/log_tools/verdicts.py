@@ -35,7 +35,7 @@ class Usability(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class LogVerdict:
     """A task, how far the log serves for it and why, and the commands to type next, none where none helps."""
 
     task: str
@@ -68,57 +68,57 @@ class Prospect:
         return self.travel.length
 
 
-def verdicts(prospect: Prospect) -> tuple[Verdict, ...]:
+def verdicts(prospect: Prospect) -> tuple[LogVerdict, ...]:
     """Judge a log for each of the tasks."""
     return (_learn(prospect), _localise(prospect), _score(prospect))
 
 
-def _learn(of: Prospect) -> Verdict:
+def _learn(of: Prospect) -> LogVerdict:
     if of.plan is None:
-        return Verdict("learn", Usability.FAILS, of.refusal)
+        return LogVerdict("learn", Usability.FAILS, of.refusal)
     if not motion_origin(of.plan.findings):
         reason = "no odometry: give it as a trajectory (TUM, KITTI or EuRoC)"
-        return Verdict("learn", Usability.FAILS, reason, _commands(of, "check", more="--odometry FILE"))
+        return LogVerdict("learn", Usability.FAILS, reason, _commands(of, "check", more="--odometry FILE"))
     if of.length < SHORT:
         reason = f"the robot hardly moves: {of.length:.2f} m by {motion_origin(of.plan.findings)}"
-        return Verdict("learn", Usability.FAILS, reason)
+        return LogVerdict("learn", Usability.FAILS, reason)
     if of.views < FEW_VIEWS:
         reason = f"{of.views} views over {of.length:.1f} m: hardly an order of views to go by"
-        return Verdict("learn", Usability.LIMITED, reason, _commands(of, "learn"))
-    return Verdict("learn", Usability.WORKS, f"{of.views} places over {of.length:.1f} m", _commands(of, "learn"))
+        return LogVerdict("learn", Usability.LIMITED, reason, _commands(of, "learn"))
+    return LogVerdict("learn", Usability.WORKS, f"{of.views} places over {of.length:.1f} m", _commands(of, "learn"))
 
 
-def _localise(of: Prospect) -> Verdict:
+def _localise(of: Prospect) -> LogVerdict:
     if of.plan is None:
-        return Verdict("localise", Usability.FAILS, of.refusal)
+        return LogVerdict("localise", Usability.FAILS, of.refusal)
     if not motion_origin(of.plan.findings):
         reason = "no odometry: each view is judged by itself (stage uniform), in a map of another log"
-        return Verdict("localise", Usability.LIMITED, reason, _commands(of, "alone"))
+        return LogVerdict("localise", Usability.LIMITED, reason, _commands(of, "alone"))
     split = split_at(of.plan, of.travel) if of.selection.views is None else None
     if split is not None:
         reason = f"{100 * of.travel.revisited:.0f} % of the path is driven twice: learn the first part, ask the rest"
-        return Verdict("localise", Usability.WORKS, reason, _commands(of, "localise", split))
+        return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise", split))
     reason = "in a map of another drive along the same path"
-    return Verdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
+    return LogVerdict("localise", Usability.WORKS, reason, _commands(of, "localise"))
 
 
-def _score(of: Prospect) -> Verdict:
+def _score(of: Prospect) -> LogVerdict:
     if of.plan is None:
-        return Verdict("score", Usability.FAILS, of.refusal)
+        return LogVerdict("score", Usability.FAILS, of.refusal)
     findings = of.plan.findings
     if not findings.truth:
         reason = "no true poses: beliefs and a report without score; give truth as a trajectory (TUM, KITTI or EuRoC)"
-        return Verdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
+        return LogVerdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
     if of.truth_is_odometry:
         reason = (
             "truth and odometry are the same poses: either mapped poses replaced the odometry (then learn and localise "
             "with --odometry-noise), or there is no truth: give it as a trajectory"
         )
-        return Verdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
+        return LogVerdict("score", Usability.LIMITED, reason, _commands(of, "check", more="--truth FILE"))
     if findings.without_truth:
         reason = f"{findings.views - findings.without_truth} of {findings.views} views have a true pose"
-        return Verdict("score", Usability.LIMITED, reason)
-    return Verdict("score", Usability.WORKS, f"true poses from {findings.truth}")
+        return LogVerdict("score", Usability.LIMITED, reason)
+    return LogVerdict("score", Usability.WORKS, f"true poses from {findings.truth}")
 
 
 def split_at(plan: ViewPlan, travel: Travel) -> int | None:

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.logs.ros.outgoing import SensorRig
-from refseq.logs.source import Calibration
+from refseq.logs.source import CameraCalibration
 from refseq.logs.transforms import Transform
 from refseq.view import LASER
 from refseq_bench.sim.bench.assembly import prefix_of
@@ -47,8 +47,8 @@ def _quaternion(axes: NDArray[np.float64]) -> tuple[float, float, float, float]:
     return w, x, y, z
 
 
-def _calibration(optics: Optics) -> Calibration:
+def _calibration(optics: Optics) -> CameraCalibration:
     """The lens as OpenCV has it: radial distortion k1, k2, no other."""
     width, height = optics.size
     matrix = (optics.focal, 0.0, (width - 1) / 2, 0.0, optics.focal, (height - 1) / 2, 0.0, 0.0, 1.0)
-    return Calibration(width, height, "plumb_bob", (optics.lens.k1, optics.lens.k2, 0.0, 0.0, 0.0), matrix)
+    return CameraCalibration(width, height, "plumb_bob", (optics.lens.k1, optics.lens.k2, 0.0, 0.0, 0.0), matrix)

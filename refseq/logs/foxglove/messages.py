@@ -15,7 +15,7 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from refseq.logs.picture import CompressedPicture, RawPicture
 from refseq.logs.scans import scan_of
-from refseq.logs.source import Calibration, Content, GeoFix, Role
+from refseq.logs.source import CameraCalibration, Content, GeoFix, Role
 from refseq.logs.transforms import Transform, heading_of
 from refseq.planar import Pose
 
@@ -135,7 +135,7 @@ def _converted(schema: str, message: Any) -> FoxgloveMessage:
         case "foxglove.FrameTransforms":
             return _transforms(message)
         case "foxglove.CameraCalibration":
-            model = Calibration(
+            model = CameraCalibration(
                 message.width, message.height, message.distortion_model, tuple(message.D), tuple(message.K)
             )
             return _stamped(message, model)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.logs.pairing.moments import NONE, Moments, default_tolerance, numbered, paired, period, sample_of, slowest
 from refseq.logs.pairing.options import PairingOptions
-from refseq.logs.pairing.sensors import Choice, Track
+from refseq.logs.pairing.sensors import Choice, PoseTrack
 from refseq.logs.pairing.survey import Survey
 from refseq.logs.recording import TimedData
 from refseq.logs.source import Role
@@ -59,7 +59,7 @@ def _by_number(found: Survey, choice: Choice) -> Schedule:
     return Schedule(moments, _data(moments, poses, truth, told))
 
 
-def _of_moments(found: Survey, moments: Moments, track: Track | None) -> list[Pose | None]:
+def _of_moments(found: Survey, moments: Moments, track: PoseTrack | None) -> list[Pose | None]:
     if track is None or not track.topic:
         return _at(track, moments.times, 0.0)
     poses = found.poses[track.topic]
@@ -120,7 +120,7 @@ def _leading(found: Survey, choice: Choice, stamps: Mapping[str, NDArray[np.floa
     return topics[0]
 
 
-def _at(track: Track | None, times: NDArray[np.float64], tolerance: float) -> list[Pose | None]:
+def _at(track: PoseTrack | None, times: NDArray[np.float64], tolerance: float) -> list[Pose | None]:
     """Poses of a trajectory at the moments, None where it does not reach."""
     if track is None:
         return [None] * len(times)

@@ -25,7 +25,7 @@ GivenPoses = str | Trajectory | PoseTable | None
 
 
 @dataclass(frozen=True, slots=True)
-class Track:
+class PoseTrack:
     """A trajectory, and where it comes from for messages; ``topic`` is empty where that is no topic of poses."""
 
     origin: str
@@ -38,8 +38,8 @@ class Choice:
     """Topics that views are made of (topic → sensor), odometry, truth, the robot's frame, and what was decided."""
 
     sensors: dict[str, str]
-    odometry: Track | None
-    truth: Track | None
+    odometry: PoseTrack | None
+    truth: PoseTrack | None
     base: str
     notes: tuple[str, ...]
 
@@ -130,7 +130,7 @@ def _base(found: Survey) -> str:
     return (children + known + [""])[0]
 
 
-def _odometry(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> Track | None:
+def _odometry(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> PoseTrack | None:
     if asked is not None:
         return _given(found, asked, notes)
     topics = [stamps.channel.topic for stamps in found.of_role(Role.ODOMETRY)]
@@ -141,37 +141,37 @@ def _odometry(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> 
     return _from_tree(found, base, (ODOMETRY_FRAME,))
 
 
-def _truth(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> Track | None:
+def _truth(found: Survey, asked: GivenPoses, base: str, notes: list[str]) -> PoseTrack | None:
     if asked is not None:
         return _given(found, asked, notes)
     topics = [stamps.channel.topic for stamps in found.of_role(Role.TRUTH)]
     return _of_topic(found, topics[0]) if topics else _from_tree(found, base, MAP_FRAMES)
 
 
-def _given(found: Survey, asked: str | Trajectory | PoseTable, notes: list[str]) -> Track:
+def _given(found: Survey, asked: str | Trajectory | PoseTable, notes: list[str]) -> PoseTrack:
     """A topic, or poses from elsewhere. Raises ``LogError`` for poses that do not belong to the log's time."""
     if isinstance(asked, str):
         return _of_topic(found, asked)
     if isinstance(asked, Trajectory):
-        return Track("a trajectory given", asked)
+        return PoseTrack("a trajectory given", asked)
     sensors = [*found.of_role(Role.CAMERA), *found.of_role(Role.LASER)]
     times = [time for stamps in sensors for time in stamps.times] or [0.0]
     if asked.numbered and sensors:
         notes.append(f"{asked.source.name}: its poses are numbered as the samples of {sensors[0].channel.topic}")
     notes.extend(f"{asked.source.name}: {note}" for note in asked.notes)
     numbered = sensors[0].times if sensors else []
-    return Track(str(asked.source), asked.within(min(times), max(times), found.source.path, numbered))
+    return PoseTrack(str(asked.source), asked.within(min(times), max(times), found.source.path, numbered))
 
 
-def _of_topic(found: Survey, topic: str) -> Track:
-    return Track(f"topic {topic}", found.trajectory(topic), topic)
+def _of_topic(found: Survey, topic: str) -> PoseTrack:
+    return PoseTrack(f"topic {topic}", found.trajectory(topic), topic)
 
 
-def _from_tree(found: Survey, base: str, frames: Sequence[str]) -> Track | None:
+def _from_tree(found: Survey, base: str, frames: Sequence[str]) -> PoseTrack | None:
     for frame in frames:
         way = found.tree.trajectory(base, frame)
         if way is not None:
-            return Track(f"transforms {frame} → {base}", way)
+            return PoseTrack(f"transforms {frame} → {base}", way)
     return None
 
 

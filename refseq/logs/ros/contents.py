@@ -8,7 +8,7 @@ import numpy as np
 
 from refseq.logs.picture import CompressedPicture, RawPicture
 from refseq.logs.scans import scan_of
-from refseq.logs.source import AngularRates, Calibration, Content, GeoFix, Role
+from refseq.logs.source import AngularRates, CameraCalibration, Content, GeoFix, Role
 from refseq.logs.transforms import Transform, planar
 from refseq.planar import Pose
 
@@ -143,7 +143,7 @@ def _calibration(message: Any, topic: str) -> Told:
     # ROS 1 spells the names of the matrices in capitals.
     distortion, matrix = (message.D, message.K) if hasattr(message, "K") else (message.d, message.k)
     numbers = tuple(map(float, distortion)), tuple(map(float, matrix))
-    return _headed(message, Calibration(message.width, message.height, message.distortion_model, *numbers))
+    return _headed(message, CameraCalibration(message.width, message.height, message.distortion_model, *numbers))
 
 
 def _note(message: Any, topic: str) -> Told:

@@ -17,7 +17,7 @@ from rosbags.typesys.store import Typestore
 from refseq.errors import LogError
 from refseq.logs.foxglove.writer import FAST_PNG
 from refseq.logs.ros.contents import BEHAVIOUR_TOPIC, NANOSECONDS, STATIC_TOPIC
-from refseq.logs.source import Calibration
+from refseq.logs.source import CameraCalibration
 from refseq.logs.transforms import Transform
 from refseq.planar import Pose, in_world, relative_pose
 from refseq.view import LASER, Scan, View
@@ -36,7 +36,7 @@ class SensorRig:
     """
 
     mounts: Mapping[str, Transform] = field(default_factory=dict)
-    calibrations: Mapping[str, Calibration] = field(default_factory=dict)
+    calibrations: Mapping[str, CameraCalibration] = field(default_factory=dict)
 
 
 class RosMessage(NamedTuple):
@@ -101,7 +101,7 @@ class ViewMessages:
             info = self._calibration(model, header)
             yield RosMessage(f"{_camera_space(camera)}/camera_info", "sensor_msgs/msg/CameraInfo", info)
 
-    def _calibration(self, model: Calibration, header: Any) -> Any:
+    def _calibration(self, model: CameraCalibration, header: Any) -> Any:
         whole = self._new("sensor_msgs/RegionOfInterest", 0, 0, 0, 0, False)
         matrix = np.array(model.matrix, np.float64)
         projection = np.hstack([matrix.reshape(3, 3), np.zeros((3, 1))]).ravel()

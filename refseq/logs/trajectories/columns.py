@@ -54,7 +54,7 @@ WORDS: Mapping[str, Quantity] = MappingProxyType(
 
 
 @dataclass(frozen=True)
-class Columns:
+class TrajectoryColumns:
     """Where each quantity stands in a row, and in which unit it is written, as the header says."""
 
     form: TrajectoryFormat
@@ -62,7 +62,7 @@ class Columns:
     units: Mapping[Quantity, str]
 
 
-def named_columns(header: Sequence[str]) -> Columns | None:
+def named_columns(header: Sequence[str]) -> TrajectoryColumns | None:
     """Columns by a header's words; None where they do not make a trajectory."""
     places: dict[Quantity, int] = {}
     units: dict[Quantity, str] = {}
@@ -79,7 +79,7 @@ def named_columns(header: Sequence[str]) -> Columns | None:
         EUROC_ORDER: TrajectoryFormat.EUROC,
     }
     form = forms.get(order, TrajectoryFormat.TABLE)
-    return Columns(form, places, units)
+    return TrajectoryColumns(form, places, units)
 
 
 def _meaning(text: str) -> tuple[Quantity | None, str]:
@@ -110,14 +110,14 @@ def _suffices(places: Mapping[Quantity, int]) -> bool:
     return keyed and placed
 
 
-def shaped_columns(count: int, first: float, whole: bool, commas: bool) -> Columns | str:
+def shaped_columns(count: int, first: float, whole: bool, commas: bool) -> TrajectoryColumns | str:
     """Columns of rows without a header, by their ``count``; else the reason why they cannot be told.
 
     ``first`` is the first number of the first row; ``whole`` says that the first of every row is a whole number,
     ``commas`` that there are some between the numbers.
     """
     if count == 12:
-        return Columns(TrajectoryFormat.KITTI, {}, {})
+        return TrajectoryColumns(TrajectoryFormat.KITTI, {}, {})
     if count >= 8 and commas and first >= NANOSECONDS_FROM:
         return _ordered(TrajectoryFormat.EUROC, EUROC_ORDER)
     if count == 8 and not commas:
@@ -133,5 +133,5 @@ def shaped_columns(count: int, first: float, whole: bool, commas: bool) -> Colum
     return "no format has so many"
 
 
-def _ordered(form: TrajectoryFormat, order: Sequence[Quantity]) -> Columns:
-    return Columns(form, {quantity: number for number, quantity in enumerate(order)}, {})
+def _ordered(form: TrajectoryFormat, order: Sequence[Quantity]) -> TrajectoryColumns:
+    return TrajectoryColumns(form, {quantity: number for number, quantity in enumerate(order)}, {})

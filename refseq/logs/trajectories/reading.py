@@ -15,8 +15,8 @@ from refseq.logs.trajectories.columns import (
     POSITION,
     QUATERNION,
     UNITS,
-    Columns,
     Q,
+    TrajectoryColumns,
     named_columns,
     shaped_columns,
 )
@@ -36,7 +36,7 @@ UNIT_ERROR = 0.01
 
 
 @dataclass(frozen=True)
-class _Row:
+class _TrajectoryRow:
     """A line of a file, and its number for messages."""
 
     path: Path
@@ -76,10 +76,10 @@ def read_trajectory(path: Path, times: Path | None = None) -> PoseTable:
     return found if times is None else _with_times(found, times)
 
 
-def _rows(path: Path) -> tuple[Sequence[str], list[_Row], bool]:
+def _rows(path: Path) -> tuple[Sequence[str], list[_TrajectoryRow], bool]:
     """The header's words, empty without one; the rows; and whether commas are between their numbers."""
     header: Sequence[str] = ()
-    rows: list[_Row] = []
+    rows: list[_TrajectoryRow] = []
     commas = False
     for number, text in _lines(path):
         comment = text.startswith(("#", "%", "//"))
@@ -88,7 +88,7 @@ def _rows(path: Path) -> tuple[Sequence[str], list[_Row], bool]:
             bare = re.sub(r"^(#|%|//)\s*", "", text)
             header = bare.split(",") if "," in bare else bare.split()
         elif not comment:
-            rows.append(_Row(path, number, fields))
+            rows.append(_TrajectoryRow(path, number, fields))
             commas = commas or "," in text
     if not rows:
         raise LogError(f"{path}: holds no pose; valid is a trajectory: TUM, KITTI, EuRoC, or a table ({HEADERS})")
@@ -120,7 +120,7 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _columns(path: Path, header: Sequence[str], rows: Sequence[_Row], commas: bool) -> Columns:
+def _columns(path: Path, header: Sequence[str], rows: Sequence[_TrajectoryRow], commas: bool) -> TrajectoryColumns:
     count = len(rows[0].fields)
     if len(header) == count and (named := named_columns(header)) is not None:
         return named
@@ -134,7 +134,7 @@ def _columns(path: Path, header: Sequence[str], rows: Sequence[_Row], commas: bo
     return shaped
 
 
-def _poses(rows: Sequence[_Row], columns: Columns) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+def _poses(rows: Sequence[_TrajectoryRow], columns: TrajectoryColumns) -> tuple[NDArray[np.float64], tuple[str, ...]]:
     """Planar poses (n, 3) of rows with positions and headings or quaternions, and what is to be told of them."""
     places = columns.places
     table = {quantity: _column(rows, place) for quantity, place in places.items() if quantity in _POSE}
@@ -152,11 +152,11 @@ def _poses(rows: Sequence[_Row], columns: Columns) -> tuple[NDArray[np.float64],
 _POSE = frozenset({*POSITION, *QUATERNION, Q.HEADING})
 
 
-def _column(rows: Sequence[_Row], place: int) -> NDArray[np.float64]:
+def _column(rows: Sequence[_TrajectoryRow], place: int) -> NDArray[np.float64]:
     return np.array([row.value(place) for row in rows])
 
 
-def _unit(rows: Sequence[_Row], quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
+def _unit(rows: Sequence[_TrajectoryRow], quaternions: NDArray[np.float64]) -> NDArray[np.float64]:
     lengths = np.linalg.norm(quaternions, axis=1)
     if (wrong := np.flatnonzero(np.abs(lengths - 1) > UNIT_ERROR)).size:
         row = rows[int(wrong[0])]
@@ -171,7 +171,7 @@ def _headed(path: Path, points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack([points, headings])
 
 
-def _by_satellite(path: Path, rows: Sequence[_Row], columns: Columns) -> PoseTable:
+def _by_satellite(path: Path, rows: Sequence[_TrajectoryRow], columns: TrajectoryColumns) -> PoseTable:
     latitudes, longitudes = (_column(rows, columns.places[quantity]) for quantity in (Q.LATITUDE, Q.LONGITUDE))
     for row, latitude, longitude in zip(rows, latitudes, longitudes, strict=True):
         if not (abs(latitude) < 84 and abs(longitude) <= 180):
@@ -181,7 +181,7 @@ def _by_satellite(path: Path, rows: Sequence[_Row], columns: Columns) -> PoseTab
     return _keyed(path, rows, columns, _headed(path, utm(latitudes, longitudes, zone)), notes)
 
 
-def _kitti(path: Path, rows: Sequence[_Row]) -> PoseTable:
+def _kitti(path: Path, rows: Sequence[_TrajectoryRow]) -> PoseTable:
     matrices = np.array([[row.value(column) for column in range(12)] for row in rows]).reshape(-1, 3, 4)
     rotations, positions = matrices[:, :, :3], matrices[:, :, 3]
     if (wrong := np.flatnonzero(np.abs(np.linalg.det(rotations) - 1) > 3 * UNIT_ERROR)).size:
@@ -194,14 +194,18 @@ def _kitti(path: Path, rows: Sequence[_Row]) -> PoseTable:
     return PoseTable(path, TrajectoryFormat.KITTI, keys, in_plane(positions, rotations), True, notes)
 
 
-def _related(path: Path, rows: Sequence[_Row]) -> PoseTable:
+def _related(path: Path, rows: Sequence[_TrajectoryRow]) -> PoseTable:
     if len(rows[0].fields) != FIELDS:
         raise rows[0].error(f"has {len(rows[0].fields)} fields; valid are two times, x, y, z, roll, pitch and yaw")
     return poses_from_relations(path, np.array([[row.value(column) for column in range(FIELDS)] for row in rows]))
 
 
 def _keyed(
-    path: Path, rows: Sequence[_Row], columns: Columns, poses: NDArray[np.float64], notes: tuple[str, ...]
+    path: Path,
+    rows: Sequence[_TrajectoryRow],
+    columns: TrajectoryColumns,
+    poses: NDArray[np.float64],
+    notes: tuple[str, ...],
 ) -> PoseTable:
     """Poses with the time or the number of each row."""
     numbered = Q.TIME not in columns.places
@@ -226,7 +230,7 @@ def _in_seconds(times: NDArray[np.float64], unit: str) -> tuple[NDArray[np.float
     return times, ()
 
 
-def _rising(found: PoseTable, rows: Sequence[_Row]) -> PoseTable:
+def _rising(found: PoseTable, rows: Sequence[_TrajectoryRow]) -> PoseTable:
     """The same without poses that come twice. Raises ``LogError`` where the keys fall."""
     steps = np.diff(found.keys)
     what = "number" if found.numbered else "time"
@@ -247,7 +251,7 @@ def _with_times(found: PoseTable, path: Path) -> PoseTable:
     """A numbered table with the times of a file, a row each. Raises ``LogError``."""
     if not found.numbered:
         raise LogError(f"{path}: gives times to {found.source}, which has its own; valid is no file of times")
-    rows = [_Row(path, number, text.split()) for number, text in _lines(path) if not text.startswith("#")]
+    rows = [_TrajectoryRow(path, number, text.split()) for number, text in _lines(path) if not text.startswith("#")]
     if len(rows) <= found.keys[-1]:
         raise LogError(f"{path}: holds {len(rows)} times for {int(found.keys[-1]) + 1} poses; valid is one for each")
     stamps, notes = _in_seconds(np.array([row.value(0) for row in rows]), "")

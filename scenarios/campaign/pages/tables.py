@@ -29,7 +29,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.scoring.tables import NONE
+from refseq_bench.scenarios.scoring.tables.score_tables import NONE
 
 END = "<!-- end table -->"
 OPENS = re.compile(r"^<!-- table\b.*$", re.MULTILINE)

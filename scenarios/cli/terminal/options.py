@@ -238,7 +238,7 @@ class Sampling:
 
 
 @dataclass(frozen=True)
-class Reading:
+class LogReading:
     """How drives are read from their logs."""
 
     panel: ClassVar[str] = "Views"
@@ -280,7 +280,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Selection(Reading):
+class Selection(LogReading):
     """The part of a recording that is used."""
 
     views: Annotated[str | None, option("FROM:TO", "Only these views of the recording, TO not among them: 0:160.")] = (

@@ -11,7 +11,7 @@ from refseq_bench.scenarios.report.words import counted, distances
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
 from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.path_geometry import Tolerance
-from refseq_bench.scenarios.scoring.tables import join_cells
+from refseq_bench.scenarios.scoring.tables.score_tables import join_cells
 from refseq_bench.scenarios.scoring.truth import has_truth
 
 HEADINGS = (

@@ -22,8 +22,8 @@ from refseq_bench.scenarios.scoring.comparison import Comparison, method_label, 
 from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import Figures, figures
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance, path_of
+from refseq_bench.scenarios.scoring.tables.worst_failures import worst_failures
 from refseq_bench.scenarios.scoring.truth import truth_estimates, unscored_reason
-from refseq_bench.scenarios.scoring.worst_failures import worst_failures
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from refseq_bench.scenarios.report.images import picture, scan_outline
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.path_geometry import ReferencePath, Tolerance
-from refseq_bench.scenarios.scoring.worst_failures import Failure
+from refseq_bench.scenarios.scoring.tables.worst_failures import Failure
 
 PLACES_SHOWN = 4
 """Matching places whose frames are shown for each section."""

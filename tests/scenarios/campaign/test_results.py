@@ -25,7 +25,7 @@ from refseq_bench.scenarios.report.images import picture
 from refseq_bench.scenarios.scoring.figures import figures_record
 from refseq_bench.scenarios.scoring.path_geometry import WIDE
 from refseq_bench.scenarios.scoring.score import score
-from refseq_bench.scenarios.scoring.worst_failures import worst_failures
+from refseq_bench.scenarios.scoring.tables.worst_failures import worst_failures
 from tests.scenarios.campaign.made import carried_out, made_cases, write_logs
 from tests.scenarios.report.test_document import Page
 

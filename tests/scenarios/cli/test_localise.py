@@ -24,7 +24,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.drives.evaluate import compare, places_as_views
 from refseq_bench.scenarios.scoring.comparison import Drives
-from refseq_bench.scenarios.scoring.sequence_recall import answers_by_path, sequence_recall_table
+from refseq_bench.scenarios.scoring.tables.sequence_recall import answers_by_path, sequence_recall_table
 from tests.refseq.rooms import named_maps
 from tests.scenarios.conftest import Refseq
 from tests.support import certain, corridor_drive

@@ -26,7 +26,7 @@ from refseq_bench.scenarios.scoring.figures import Figures, figures, figures_rec
 from refseq_bench.scenarios.scoring.merging import Merging
 from refseq_bench.scenarios.scoring.path_geometry import WIDE, ReferencePath, Tolerance, path_of
 from refseq_bench.scenarios.scoring.proportion import Proportion
-from refseq_bench.scenarios.scoring.tables import join_cells
+from refseq_bench.scenarios.scoring.tables.score_tables import join_cells
 from tests.scenarios.forks import (
     AHEAD,
     ASIDE,

@@ -13,7 +13,7 @@ from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import figures, figures_csv, figures_record, step_times, success_over_seeds
 from refseq_bench.scenarios.scoring.path_geometry import NARROW
 from refseq_bench.scenarios.scoring.score import harm, pool, score
-from refseq_bench.scenarios.scoring.tables import figures_table, lost_table, ways_text
+from refseq_bench.scenarios.scoring.tables.score_tables import figures_table, lost_table, ways_text
 from refseq_bench.scenarios.tables import print_whole
 from tests.support import certain, corridor_comparison
 

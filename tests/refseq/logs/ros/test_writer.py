@@ -17,7 +17,7 @@ from refseq.errors import LogError
 from refseq.logs import read_recording
 from refseq.logs.ros.outgoing import SensorRig
 from refseq.logs.ros.writer import BagStorage, BagWriter
-from refseq.logs.source import Calibration
+from refseq.logs.source import CameraCalibration
 from refseq.logs.transforms import Transform, TransformTree
 from refseq.planar import Pose, after_motion
 from refseq.view import View
@@ -29,7 +29,11 @@ RIG = SensorRig(
         "laser": Transform("", "", (0.3, 0.0, 0.2)),
         "camera-1": Transform("", "", (0.1, 0.0, 1.0), (0.5, -0.5, 0.5, -0.5)),
     },
-    {"camera-1": Calibration(64, 48, "plumb_bob", (0.1, 0.01, 0.0, 0.0, 0.0), (80.0, 0, 31.5, 0, 80.0, 23.5, 0, 0, 1))},
+    {
+        "camera-1": CameraCalibration(
+            64, 48, "plumb_bob", (0.1, 0.01, 0.0, 0.0, 0.0), (80.0, 0, 31.5, 0, 80.0, 23.5, 0, 0, 1)
+        )
+    },
 )
 METADATA = {"world": "hallway", "config": '{"a": "ü"}'}
 

@@ -9,7 +9,7 @@ from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.path_geometry import WIDE, path_of
 from refseq_bench.scenarios.scoring.score import score
-from refseq_bench.scenarios.scoring.worst_failures import EACH, KINDS, worst_failures
+from refseq_bench.scenarios.scoring.tables.worst_failures import EACH, KINDS, worst_failures
 from tests.support import certain
 
 PLACES = 40

@@ -1,0 +1,1 @@
+"""Tables: a method a row, for the terminal and the page."""
