@@ -1,5 +1,6 @@
 """A server as a process of its own, asked over its socket; answers are those of a localiser that reads the log."""
 
+import asyncio
 import os
 import re
 import signal
@@ -7,6 +8,7 @@ import socket
 import struct
 import subprocess
 import sys
+import threading
 import time
 import types
 from collections.abc import Callable, Iterator, Sequence
@@ -29,6 +31,8 @@ from refseq.logs.pairing.options import PairingOptions
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
+from refseq.serve.server import AccessPolicy, BeliefServer
+from refseq.serve.session import ServeOptions
 from tests.pages import ROOT, Page, pages
 from tests.refseq.logs.foreign import RosMessages, RosSetup, Stores, write_rosbag2
 from tests.refseq.logs.robot_drive import RobotDrive
@@ -115,6 +119,59 @@ def test_answers_are_those_of_a_localiser_that_reads_the_log(serving: Serving) -
     check_equal(answers, offline(serving.map, serving.query))
     assert [answer["time"] for answer in answers if "view" in answer] == [100.0 + 2 * k for k in range(COUNT)]
     assert robot.notes[0].startswith("a drive begins: ")
+
+
+def served_here(server: BeliefServer, talk: Callable[[Robot], None]) -> None:
+    """Serve from this process, as a program would, until ``talk`` is over."""
+
+    def connected(address: str) -> None:
+        try:
+            talk(Robot(address))
+        finally:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    asyncio.run(server.run(lambda address: threading.Thread(target=connected, args=(address,)).start()))
+
+
+def test_a_program_serves_a_map_itself_until_it_is_stopped(serving: Serving) -> None:
+    answers: list[dict[str, Any]] = []
+    codes: list[int | None] = []
+    told: list[str] = []
+
+    def talk(robot: Robot) -> None:
+        answers.extend(robot.drive(in_log(serving.query), quiet=3.0))
+        numbers = robot.advertise([("/scan", "protobuf", "foxglove.LaserScan")])
+        robot.socket.send(struct.pack("<BI", 1, numbers["/scan"]))
+        robot.socket.send(b"no frame at all")
+        with suppress(ConnectionClosed):
+            while True:
+                robot.socket.recv(5)
+        codes.append(robot.socket.close_code)
+
+    server = BeliefServer(serving.map, ServeOptions(distance=0), AccessPolicy(port=0, token="t" * 32), told.append)
+    served_here(server, talk)
+    check_equal(answers, offline(serving.map, serving.query))
+    assert (server.views, server.drives) == (COUNT, 1)
+    assert codes == [1008]
+    assert told
+
+
+def test_a_program_serves_a_robot_that_speaks_as_ros_does(tmp_path: Path) -> None:
+    drive, options = RobotDrive(seconds=6.0), PairingOptions(leading="camera", tolerance=0.04)
+    setup = RosSetup(mounts=False, truth=None)
+    views = read_recording(write_rosbag2(tmp_path / "bag", drive, setup), options, thin=0.85).views
+    map_, answers = learn(views), []
+    messages = RosMessages(drive, setup, Stores.ROS2_HUMBLE)
+    sent = [
+        Sent(one.topic, "cdr", one.type, bytes(messages.store.serialize_cdr(one.content, one.type))) for one in messages
+    ]
+    chosen = ServeOptions(distance=0.85, leading="camera", tolerance=0.04)
+    server = BeliefServer(map_, chosen, AccessPolicy(port=0), lambda line: None)
+    served_here(server, lambda robot: answers.extend(robot.drive(sent, quiet=3.0)))
+    localiser = Localiser(map_, seed=1)
+    told = [answer for answer in answers if "view" in answer]
+    assert len(told) >= len(views) - 1, "the last waits for what comes behind it"
+    check_equal(told, [localiser.update(view) for view in views][: len(told)])
 
 
 def test_poses_are_those_of_the_best_places(serving: Serving) -> None:

@@ -1,0 +1,88 @@
+"""The checkup of logs with one thing wrong each, written as ROS does: verdicts, warnings, and a late laser's offset."""
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from refseq.planar import Pose
+from refseq_bench.scenarios.drives.inputs import DriveSelection
+from refseq_bench.scenarios.log_tools.checkup import check_log
+from refseq_bench.scenarios.log_tools.facts import facts_of
+from refseq_bench.scenarios.log_tools.verdicts import Usability
+from tests.refseq.logs.foreign import RosSetup, write_rosbag2
+from tests.refseq.logs.robot_drive import HERE, RobotDrive
+
+DRIVE = RobotDrive(seconds=12.0)
+WORKS, LIMITED, FAILS = Usability.WORKS, Usability.LIMITED, Usability.FAILS
+
+
+@dataclass(frozen=True)
+class Swaying(RobotDrive):
+    """A robot that looks from side to side on its way, with a laser whose stamps are ``late`` [s]."""
+
+    late: float = 0.0
+
+    def pose(self, time: float) -> Pose:
+        since = time - self.start
+        return Pose(1.0 + self.speed * since, 0.0, 0.6 * math.sin(1.1 * since) + 0.2 * math.sin(2.7 * since))
+
+    def ranges(self, time: float, bearings: NDArray[np.float64], mount: Pose = HERE) -> NDArray[np.float32]:
+        return super().ranges(time - self.late, bearings, mount)
+
+
+@pytest.mark.parametrize(
+    ("drive", "setup", "verdicts", "warning"),
+    [
+        (DRIVE, RosSetup(), (WORKS, WORKS, WORKS), ""),
+        (DRIVE, RosSetup(odometry=None, truth=None), (FAILS, LIMITED, LIMITED), ""),
+        (DRIVE, RosSetup(truth=None, stamped=False), (WORKS, WORKS, LIMITED), "all stamps of zero"),
+        (replace(DRIVE, seconds=2.0, speed=0.1), RosSetup(), (FAILS, WORKS, WORKS), ""),
+        (replace(DRIVE, gap=(3, 6)), RosSetup(), (WORKS, WORKS, WORKS), "1 pause, the longest of 3.0 s"),
+        (
+            replace(DRIVE, camera_delay=1.5),
+            RosSetup(),
+            (WORKS, WORKS, WORKS),
+            "by another clock than /odom: +1.50",
+        ),
+    ],
+)
+def test_a_log_serves_for_what_it_holds(
+    tmp_path: Path, drive: RobotDrive, setup: RosSetup, verdicts: tuple[Usability, ...], warning: str
+) -> None:
+    found = check_log(write_rosbag2(tmp_path / "bag", drive, setup), DriveSelection())
+    assert tuple(one.usability for one in found.verdicts) == verdicts
+    assert [one.task for one in found.verdicts] == ["learn", "localise", "score"]
+    assert warning in " ".join(found.warnings)
+    assert bool(found.warnings) == bool(warning)
+    assert found.usable
+    assert all(command.startswith("refseq ") for one in found.verdicts for command in one.commands)
+
+
+def test_a_late_laser_is_told_by_its_turns_and_set_right(tmp_path: Path) -> None:
+    bag = write_rosbag2(tmp_path / "bag", Swaying(seconds=20.0, late=-0.2))
+    found = check_log(bag, DriveSelection())
+    offset = found.offsets["laser"]
+    assert offset is not None
+    assert offset.lag == pytest.approx(-0.2, abs=0.03)
+    assert any(
+        "early against topic /odom" in line and f"--late laser={offset.lag:.2f}" in line for line in found.warnings
+    )
+    assert any("turns to the left" in fact.text for fact in facts_of(found))
+
+
+def test_a_path_that_is_driven_twice_is_split(tmp_path: Path) -> None:
+    """The second half of a log can be asked where it is on the first."""
+
+    @dataclass(frozen=True)
+    class Twice(RobotDrive):
+        def pose(self, time: float) -> Pose:
+            return super().pose(self.start + (time - self.start) % (self.seconds / 2))
+
+    found = check_log(write_rosbag2(tmp_path / "bag", Twice(seconds=24.0)), DriveSelection())
+    localise = next(one for one in found.verdicts if one.task == "localise")
+    assert "driven twice" in localise.reason
+    assert ["learn" in localise.commands[0], "localise" in localise.commands[1]] == [True, True]
