@@ -178,7 +178,7 @@ TEXT = "text"
 
 
 def is_carmen(path: Path) -> bool:
-    """Whether a file is text that is not blank, compressed or not."""
+    """Tell whether a file is text that is not blank, compressed or not."""
     if not path.is_file():
         return False
     with _opened(path) as file:

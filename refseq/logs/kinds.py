@@ -65,7 +65,7 @@ CARMEN any text: it is the last."""
 
 
 def is_log_folder(path: Path) -> bool:
-    """Whether a folder is a log: a bag's, or one of pictures."""
+    """Tell whether a folder is a log: a bag's, or one of pictures."""
     return path.is_dir() and any(kind.recognises(path) for kind in KINDS)
 
 

@@ -28,7 +28,7 @@ class Recording:
 
     @property
     def has_odometry(self) -> bool:
-        """Whether the motion of at least one view was measured."""
+        """Tell whether the motion of at least one view was measured."""
         return any(view.has_odometry for view in self.views)
 
     @property

@@ -110,7 +110,7 @@ class TransformTree:
         return tuple(sorted(set(self._parents.values()) - set(self._parents)))
 
     def moving(self, frame: str) -> bool:
-        """Whether transforms move ``frame`` against its parent."""
+        """Tell whether transforms move ``frame`` against its parent."""
         return frame in self._moving
 
     def chain(self, frame: str, ancestor: str) -> tuple[str, ...] | None:

@@ -78,7 +78,7 @@ class VideoStream:
 
 
 def _begins_group(head: int, form: str) -> bool:
-    """Whether a unit with this first byte begins a key frame."""
+    """Tell whether a unit with this first byte begins a key frame."""
     return head & 31 in KEY_UNITS[0] if form == "h264" else head >> 1 & 63 in KEY_UNITS[1]
 
 

@@ -29,7 +29,7 @@ class FoxgloveProtocolError(RefseqError):
 
 
 class StatusLevel(IntEnum):
-    """How serious a status is."""
+    """Severity of a status."""
 
     INFO = 0
     WARNING = 1

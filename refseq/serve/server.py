@@ -87,7 +87,7 @@ class AccessPolicy:
 
     @property
     def on_loopback(self) -> bool:
-        """Whether only this machine reaches it."""
+        """Tell whether only this machine reaches it."""
         return _is_loopback(self.host)
 
     def reason_against(self, path: str, host: str, origin: str | None, bearer: str) -> str:

@@ -24,7 +24,7 @@ SPACING = 0.85
 
 @dataclass(frozen=True, slots=True)
 class ServeOptions:
-    """How a drive is localised.
+    """Settings by which a drive is localised.
 
     ``stage``, ``sensors`` and ``seed`` are those of ``Localiser``; ``distance`` [m] is the way from view to view, None:
     that of the map's places. ``names`` gives sensors their names, topic → sensor; ``odometry`` is a topic, ``leading``

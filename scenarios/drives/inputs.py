@@ -152,7 +152,7 @@ def plan_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewP
 
 
 def _pairing(selection: DriveSelection) -> "PairingOptions":
-    """What a selection says of topics and trajectories."""
+    """Topics and trajectories of a selection."""
     from refseq.logs import PairingOptions
 
     tolerance = selection.tolerance

@@ -47,7 +47,7 @@ def index_of(path: Path) -> McapIndex:
 
 
 def summary_is_sound(path: Path) -> bool:
-    """Whether the file ends with a footer whose checksum fits the summary."""
+    """Tell whether the file ends with a footer whose checksum fits the summary."""
     size = path.stat().st_size
     tail = FOOTER + len(MCAP_MAGIC)
     if size < 2 * tail:

@@ -62,7 +62,7 @@ class MessageDecoder:
         self._decoders: dict[int, Callable[[bytes], Any] | None] = {}
 
     def reads(self, channel: Channel, schema: Schema | None) -> bool:
-        """Whether messages of this channel can be decoded."""
+        """Tell whether messages of this channel can be decoded."""
         return self._decoder(channel, schema) is not None
 
     def decode(self, channel: Channel, schema: Schema, data: bytes) -> FoxgloveMessage:

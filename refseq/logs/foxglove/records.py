@@ -24,7 +24,7 @@ class McapMessage:
 
 
 def is_mcap(path: Path) -> bool:
-    """Whether a file begins as an MCAP file does; one of less than eight bytes may be cut off."""
+    """Tell whether a file begins as an MCAP file does; one of less than eight bytes may be cut off."""
     if not path.is_file():
         return False
     with path.open("rb") as file:

@@ -96,7 +96,7 @@ def _by_time(found: Survey, choice: Choice, options: PairingOptions) -> Schedule
 
 
 def _late(found: Survey, choice: Choice, asked: Mapping[str, float]) -> Mapping[str, float]:
-    """How much later than the odometry's each sensor's stamps are [s], by topic."""
+    """Delay: how much later than the odometry's each sensor's stamps are [s], by topic."""
     for sensor, seconds in asked.items():
         if sensor not in {*choice.sensors, *choice.sensors.values()}:
             valid = ", ".join(sorted(choice.sensors.values()))

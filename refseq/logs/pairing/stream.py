@@ -218,7 +218,7 @@ class ViewStream:
         self._window.forget(self._last - max(pace.tolerance, pace.patience), spared)
 
     def _decided(self, time: float, stamps: Mapping[str, NDArray[np.float64]], pace: _Pace) -> bool:
-        """Whether no sample to come could change a moment.
+        """Tell whether no sample to come could change a moment.
 
         A sample that lies ``behind`` the moment may be nearer to the next one, at most as far behind it again, and that
         one's nearest may lie as far behind once more.

@@ -21,7 +21,7 @@ from refseq.logs.source import Role, Sample
 
 
 class Serialization(StrEnum):
-    """How a message became bytes: ROS 2's Common Data Representation, or ROS 1's own way."""
+    """Encoding of a message in bytes: ROS 2's Common Data Representation, or ROS 1's own way."""
 
     CDR = "cdr"
     ROS1 = "ros1"

@@ -46,14 +46,14 @@ class BagFiles:
 
 
 def is_bag(path: Path) -> bool:
-    """Whether a folder is a rosbag2's, by its metadata or its files, or a file is a bag's, by its content."""
+    """Tell whether a folder is a rosbag2's, by its metadata or its files, or a file is a bag's, by its content."""
     if path.is_dir():
         return (path / METADATA_FILE).is_file() or bool(_storage_files(path))
     return _is_bag_file(path)
 
 
 def _is_bag_file(path: Path) -> bool:
-    """Whether a file is a bag's by its content; of a packed one only its name is looked at."""
+    """Tell whether a file is a bag's by its content; of a packed one only its name is looked at."""
     packed = _is_packed(path) and path.name.endswith(STORAGE_SUFFIXES)
     return packed or _head(path).startswith((SQLITE_MAGIC, ROSBAG1_MAGIC)) or holds_ros(path)
 

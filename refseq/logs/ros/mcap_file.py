@@ -19,7 +19,7 @@ METADATA_RECORD, METADATA_KEY = "rosbag2", "serialized_metadata"
 
 
 def holds_ros(path: Path) -> bool:
-    """Whether a file is an MCAP file of ROS by its profile, or, where it names none, by its first channel."""
+    """Tell whether a file is an MCAP file of ROS by its profile, or, where it names none, by its first channel."""
     if not is_mcap(path):
         return False
     try:

@@ -10,7 +10,7 @@ from refseq.logs.trajectories.table import TrajectoryFormat
 
 
 class Quantity(StrEnum):
-    """What a column of a trajectory file may hold."""
+    """Quantity that a column of a trajectory file may hold."""
 
     TIME = "time"
     NUMBER = "index"

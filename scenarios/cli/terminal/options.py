@@ -239,7 +239,7 @@ class Sampling:
 
 @dataclass(frozen=True)
 class LogReading:
-    """How drives are read from their logs."""
+    """Choices on reading drives from their logs."""
 
     panel: ClassVar[str] = "Views"
     thin: Annotated[float | None, option("METRES", "Keep one view every so far. [default: all]", min=0.0)] = None

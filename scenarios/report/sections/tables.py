@@ -143,7 +143,7 @@ def _lost_row(method: str, pooled: Score) -> PageRow:
 
 
 def consistency_page_table(figures: Sequence[Figures], judged: str) -> PageTable | None:
-    """What needs no truth of all methods; None without any method."""
+    """Figures without truth of all methods; None without any method."""
     rows = tuple(_consistency_row(one, one.method == judged) for one in figures)
     return PageTable(WITHOUT_TRUTH, rows) if rows else None
 

@@ -17,7 +17,7 @@ from refseq_bench.scenarios.scoring.path_geometry import Tolerance
 
 
 def excess(answers: GivenAnswers, places: OdometricPlaces) -> NDArray[np.float64]:
-    """How much farther each answer lies from the one before than was travelled, |Δa| − Δs (n − 1,) [m].
+    """Excess: how much farther each answer lies from the one before than was travelled, |Δa| − Δs (n − 1,) [m].
 
     It is nan where a step cannot be measured: between drives, or where a drive has no odometry.
     """
