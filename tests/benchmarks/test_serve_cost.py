@@ -1,4 +1,4 @@
-"""What a view costs that comes over a socket: as a multiple of localising it, and how many there are a second."""
+"""Cost of a view that comes over a socket: as a multiple of localising it, and how many there are a second."""
 
 import time
 from collections.abc import Iterator

@@ -8,8 +8,6 @@ drive was made.
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import cv2
 import foxglove
@@ -25,6 +23,7 @@ from foxglove.channels import (
 from foxglove.mcap import MCAPWriteOptions
 
 from refseq.errors import LogError
+from refseq.logs.closing import ClosedAtExit
 from refseq.planar import Pose
 from refseq.view import LASER, Scan, View
 
@@ -42,7 +41,7 @@ FAST_PNG = (
 mean of two neighbours has less of it than one."""
 
 
-class RecordingWriter:
+class RecordingWriter(ClosedAtExit):
     """Writes a drive to ``path``, one chunk a view.
 
     While it is open the file is ``<name>.partial.mcap`` beside ``path``, and readable up to the last view even if the
@@ -138,18 +137,6 @@ class RecordingWriter:
             yield
         except (OSError, RuntimeError) as error:
             raise LogError(f"{self.path}: cannot be written (is the disk full?): {error}") from error
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            self.close()
-        except LogError:
-            if error is None:  # else what went wrong first is what tells why
-                raise
 
 
 def _laser_message(scan: Scan, stamp: messages.Timestamp) -> messages.LaserScan:

@@ -8,13 +8,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
-from types import TracebackType
-from typing import Literal, Self
+from typing import Literal
 
 from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 
 from refseq.errors import LogError
+from refseq.logs.closing import ClosedAtExit
 from refseq.logs.ros.bag import VIEWS_KEY
 from refseq.logs.ros.contents import NANOSECONDS, STATIC_TOPIC
 from refseq.logs.ros.decoder import Serialization, known_types
@@ -47,7 +47,7 @@ class BagStorage(StrEnum):
     SQLITE3 = "sqlite3"
 
 
-class BagWriter:
+class BagWriter(ClosedAtExit):
     """Writes a drive to a rosbag2 folder, ``path``.
 
     While it is open the bag lies in a hidden folder beside ``path``; closing it renames it, which replaces an older bag
@@ -147,18 +147,6 @@ class BagWriter:
             yield
         except (OSError, sqlite3.Error, WriterError) as error:
             raise LogError(f"{self.path}: cannot be written (is the disk full?): {error}") from error
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            self.close()
-        except LogError:
-            if error is None:  # else what went wrong first is what tells why
-                raise
 
 
 def check_bag_path(path: Path) -> None:

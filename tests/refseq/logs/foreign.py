@@ -34,7 +34,7 @@ ENCODINGS = {
 
 @dataclass(frozen=True)
 class RosSetup:
-    """How the robot's software is set up.
+    """Set-up of the robot's software.
 
     ``image_format`` is ``png`` or ``jpeg`` for CompressedImage, else the encoding of an Image. ``odometry`` and
     ``truth`` come on a ``topic``, by ``tf`` or not at all (None). The laser lies at ``laser`` on the robot,

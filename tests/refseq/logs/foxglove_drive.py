@@ -28,7 +28,7 @@ TOPICS = {
 
 @dataclass(frozen=True)
 class FoxgloveSetup:
-    """How the drive is written: ``raw`` is an encoding of RawImage, ``tf`` gives odometry and truth as transforms."""
+    """Form of the log: ``raw`` is an encoding of RawImage, ``tf`` gives odometry and truth as transforms."""
 
     raw: str | None = None
     tf: bool = False

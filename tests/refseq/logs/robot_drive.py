@@ -116,7 +116,7 @@ class RobotDrive:
         return walls
 
     def ranges(self, time: float, bearings: NDArray[np.float64], mount: Pose = HERE) -> NDArray[np.float32]:
-        """What a laser mounted at ``mount`` on the robot measures in directions of its own frame, (n,) [m]."""
+        """Ranges of a laser mounted at ``mount`` on the robot, in directions of its own frame, (n,) [m]."""
         robot = self.pose(time)
         cos, sin = math.cos(robot.heading), math.sin(robot.heading)
         at = Pose(robot.x + cos * mount.x - sin * mount.y, robot.y + sin * mount.x + cos * mount.y, 0.0)

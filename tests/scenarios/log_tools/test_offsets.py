@@ -15,7 +15,7 @@ STAMPS = np.arange(2.0, 18.0, 0.1)
 
 
 def scans(late: float, sign: int = 1) -> list[Scan]:
-    """What a laser saw whose stamps are ``late`` [s]; upside down with ``sign`` −1."""
+    """Scans of a laser whose stamps are ``late`` [s]; upside down with ``sign`` −1."""
     seen = np.interp(STAMPS - late, TIMES, HEADINGS)
     found = [cast(ROOM, Pose(0.0, 0.0, heading), beams=181) for heading in seen]
     return [Scan(scan.ranges[::sign], scan.start, scan.step) for scan in found]

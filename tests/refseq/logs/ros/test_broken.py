@@ -38,7 +38,7 @@ def refusal(path: Path) -> str:
 
 
 def refusal_of(asked: Callable[[], object]) -> str:
-    """What is read, as text, or why it is refused."""
+    """The poses that are read, as text, or the reason for refusing them."""
     try:
         return repr(asked())
     except LogError as error:
