@@ -168,13 +168,15 @@ def test_help_is_printed_through_a_symbolic_link_in_another_folder(tmp_path):
     (tmp_path / "bench").symlink_to(ROOT / "run")
     told = call(Path("bench"), "help", cwd=tmp_path)
     assert told.returncode == 0
-    assert all(command in told.stdout for command in ("demo", "tests", "refseq", "lint", "docs", "help"))
+    assert all(command in told.stdout for command in ("demo", "tests", "attacks", "refseq", "lint", "docs", "help"))
 
 
 def test_an_unknown_command_is_named_with_the_valid_ones():
     told = call(ROOT / "run", "demmo")
     assert told.returncode == 2
-    assert told.stderr == "run: unknown command 'demmo'; valid: demo, tests, coverage, refseq, lint, docs, help\n"
+    assert (
+        told.stderr == "run: unknown command 'demmo'; valid: demo, tests, coverage, attacks, refseq, lint, docs, help\n"
+    )
 
 
 def put_tool(bare: Path, name: str, script: str) -> None:
