@@ -4,7 +4,6 @@ import importlib.metadata
 import os
 import platform
 import shutil
-import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from refseq_bench.sim.rendering.drivers import VULKAN_PACKAGES, vulkan_device
+from refseq_bench.sim.rendering.drivers import VULKAN_PACKAGES, gl_device, vulkan_device
 
 DISTRIBUTION = "refseq-bench"
 GL_PACKAGES = ("libegl1", "libopengl0", "libgl1-mesa-dri")
@@ -163,7 +162,7 @@ def _package(demand: Requirement) -> Check:
 
 
 def _graphics() -> list[Check]:
-    vulkan, classic = vulkan_device(), _gl_renderer()
+    vulkan, classic = vulkan_device(), gl_device()
     return [
         Check(
             "Vulkan",
@@ -175,7 +174,7 @@ def _graphics() -> list[Check]:
         ),
         Check(
             "OpenGL",
-            classic or "no device",
+            f"{classic.renderer}, {classic.backend}" if classic else "no device",
             classic is not None,
             "no --renderer classic, the faster and plainer one",
             _apt(GL_PACKAGES),
@@ -183,22 +182,6 @@ def _graphics() -> list[Check]:
             packages=GL_PACKAGES,
         ),
     ]
-
-
-def _gl_renderer() -> str | None:
-    """Name of the OpenGL renderer that MuJoCo's classic renderer gets, or None.
-
-    A broken driver ends the process that tries it, so a second process does.
-    """
-    program = (
-        "from refseq_bench.sim.rendering.drivers import open_gl; name, context = open_gl(16, 16); "
-        "from OpenGL import GL; print(f'{GL.glGetString(GL.GL_RENDERER).decode()}, {name}')"
-    )
-    try:
-        run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
-    except (subprocess.SubprocessError, OSError):
-        return None
-    return run.stdout.strip() or None
 
 
 def _write_access(folder: Path) -> Check:

@@ -4,11 +4,12 @@ import contextlib
 import ctypes
 import importlib
 import os
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
 from types import ModuleType
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 from refseq_bench.sim.errors import RendererError
 
@@ -21,11 +22,15 @@ GL_BACKENDS = ("egl", "osmesa")
 
 There is no second try: PyOpenGL binds the process to the first one asked for."""
 
+DRIVER_SECONDS = 60.0
+"""The longest that a driver may take to tell its name [s]."""
+
 _SUCCESS = 0
 _STRUCTURE_INSTANCE_CREATE_INFO = 1
 _INSTANCE_CREATE_INFO_BYTES = 64
 _MOST_DEVICES = 16
 _PROPERTIES_BYTES = 4096  # VkPhysicalDeviceProperties has 824; drivers only ever write that much
+_VERSION_OFFSET = 4  # of the driver, behind that of the interface
 _NAME_OFFSET, _NAME_BYTES = 20, 256  # behind five 32-bit numbers
 
 
@@ -52,7 +57,20 @@ def quiet_terminal() -> Iterator[IO[bytes]]:
 
 
 def vulkan_device() -> str | None:
-    """Name of the first Vulkan device, or None: loader, driver or device is missing.
+    """Name of the first Vulkan device, or None: loader, driver or device is missing."""
+    found = vulkan_driver()
+    return found.device if found else None
+
+
+class VulkanDriver(NamedTuple):
+    """Name of a Vulkan device, and the version of its driver as that counts."""
+
+    device: str
+    version: int
+
+
+def vulkan_driver() -> VulkanDriver | None:
+    """The first Vulkan device with its driver, None where there is none.
 
     Filament ends the process where it finds no Vulkan, so this asks the loader itself.
     """
@@ -64,7 +82,7 @@ def vulkan_device() -> str | None:
         return _first_device(vulkan)
 
 
-def _first_device(vulkan: ctypes.CDLL) -> str | None:
+def _first_device(vulkan: ctypes.CDLL) -> VulkanDriver | None:
     create_info = ctypes.create_string_buffer(_INSTANCE_CREATE_INFO_BYTES)
     create_info[0] = bytes([_STRUCTURE_INSTANCE_CREATE_INFO])
     instance = ctypes.c_void_p()
@@ -77,7 +95,8 @@ def _first_device(vulkan: ctypes.CDLL) -> str | None:
             return None
         properties = ctypes.create_string_buffer(_PROPERTIES_BYTES)
         vulkan.vkGetPhysicalDeviceProperties(ctypes.c_void_p(devices[0]), properties)
-        return properties.raw[_NAME_OFFSET : _NAME_OFFSET + _NAME_BYTES].split(b"\0")[0].decode(errors="replace")
+        name = properties.raw[_NAME_OFFSET : _NAME_OFFSET + _NAME_BYTES].split(b"\0")[0].decode(errors="replace")
+        return VulkanDriver(name, int.from_bytes(properties.raw[_VERSION_OFFSET : _VERSION_OFFSET + 4], sys.byteorder))
     finally:
         vulkan.vkDestroyInstance(instance, None)
 
@@ -89,6 +108,29 @@ def require_vulkan() -> None:
             "renderer 'filament' found no Vulkan device: install the Debian packages "
             f"{VULKAN_PACKAGES} ('refseq doctor' tells more), or choose 'classic' or 'none'"
         )
+
+
+class GlDevice(NamedTuple):
+    """Device that draws for ``classic``, the version of GL with its driver's, and the way to it."""
+
+    renderer: str
+    version: str
+    backend: str
+
+
+def gl_device() -> GlDevice | None:
+    """The device that ``classic`` gets, None where it gets none.
+
+    A second process asks: a broken driver ends the one that tries it, and others bind it for good.
+    """
+    try:
+        run = subprocess.run(
+            [sys.executable, "-m", __name__], capture_output=True, text=True, timeout=DRIVER_SECONDS, check=True
+        )
+    except (subprocess.SubprocessError, OSError):
+        return None
+    lines = run.stdout.splitlines()
+    return GlDevice(*lines) if len(lines) == len(GlDevice._fields) else None
 
 
 def gl_backend() -> str | None:
@@ -133,3 +175,14 @@ def _gl_module(name: str) -> ModuleType:
 
 def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
+
+
+def _print_gl_device() -> None:
+    backend, _context = open_gl(16, 16)
+    from OpenGL import GL
+
+    print(*(GL.glGetString(name).decode() for name in (GL.GL_RENDERER, GL.GL_VERSION)), backend, sep="\n")
+
+
+if __name__ == "__main__":
+    _print_gl_device()

@@ -1,6 +1,7 @@
 """Views of sources: their keys, and reading those of drives from the store."""
 
 import hashlib
+from contextlib import suppress
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -11,37 +12,47 @@ from refseq_bench.scenarios.campaign.declare import real_recordings
 from refseq_bench.scenarios.campaign.declare.real_recordings import read_real, real_path
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.campaign.store.cache import RECORDING, DamagedError, Store
+from refseq_bench.scenarios.campaign.store.contents import content_digest
 from refseq_bench.scenarios.campaign.store.keys import LENGTH, code_digest, key_of
 from refseq_bench.scenarios.drives.record import Drive, record
-from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.drivers import GlDevice, VulkanDriver, gl_device, vulkan_driver
 from refseq_bench.sim.rendering.renderer import RendererKind
 
 
 def source_key(source: Source) -> str:
-    """Key of a source's views. Raises ``AbsentError`` for a recording that is not on this machine."""
+    """Key of a source's views: of a real recording its content counts, wherever it lies and whenever it was copied.
+
+    Raises ``AbsentError`` for a recording that is not on this machine.
+    """
     if isinstance(source, Drive):
         return recording_key(source)
-    path = real_path(source)
-    files = sorted(path.iterdir()) if path.is_dir() else [path]
-    found = [(file.name, file.stat().st_size, file.stat().st_mtime_ns) for file in files]
+    path, found = real_path(source), None
+    with suppress(OSError):  # whoever is to read it will tell
+        found = content_digest(path)
     return key_of(type(source).__name__, asdict(source), found, code_digest(real_recordings.__name__))
 
 
 def recording_key(drive: Drive) -> str:
     """Key of a drive's recording: the drive, files that it names, the code that makes it, the device that renders.
 
-    Another device rounds otherwise.
+    Another device rounds otherwise, and so may another version of its driver.
     """
     fields = asdict(drive)
     fields["world"] = _content(drive.world)
     fields["cameras"] = {camera: _content(model) for camera, model in drive.cameras.items()}
-    device = _device() if drive.renderer is RendererKind.FILAMENT else None
-    return key_of("recording", fields, code_digest(record.__module__), device)
+    return key_of("recording", fields, code_digest(record.__module__), _device(drive.renderer))
 
 
 @cache
-def _device() -> str | None:
-    return vulkan_device()
+def _device(renderer: RendererKind) -> GlDevice | VulkanDriver | None:
+    """What draws for a renderer, asked once a process; None where it draws nothing or has no device."""
+    match renderer:
+        case RendererKind.FILAMENT:
+            return vulkan_driver()
+        case RendererKind.CLASSIC:
+            return gl_device()
+        case RendererKind.NONE:
+            return None
 
 
 def _content(name: str) -> str:

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from refseq_bench.scenarios.cli import doctor
 from refseq_bench.scenarios.cli.doctor import Check, checks, missing_packages, report
+from refseq_bench.sim.rendering.drivers import GlDevice
 
 ROOT = Path(__file__).resolve().parents[3]
 DEPENDENCIES = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
@@ -23,7 +24,7 @@ NEEDED = Check("Vulkan", "no device", False, "no camera images", "apt-get instal
 def machine(monkeypatch):
     """A machine with this project installed and graphics that start, whatever the tests run on."""
     monkeypatch.setattr(doctor, "vulkan_device", lambda: "a card")
-    monkeypatch.setattr(doctor, "_gl_renderer", lambda: "a card")
+    monkeypatch.setattr(doctor, "gl_device", lambda: GlDevice("a card", "4.6", "egl"))
     monkeypatch.setattr(importlib.metadata, "requires", lambda _: DEPENDENCIES)
     monkeypatch.setattr(importlib.metadata, "metadata", lambda _: {"Requires-Python": ">=3.11,<3.14"})
     return monkeypatch

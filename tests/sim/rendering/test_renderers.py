@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from refseq_bench.sim.errors import RendererError, SimError
-from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
+from refseq_bench.sim.rendering.drivers import gl_backend, gl_device, vulkan_device, vulkan_driver
 from refseq_bench.sim.rendering.filament import FilamentRenderer, prepare_spec, split_lights
 from refseq_bench.sim.rendering.frustum import farthest, frustum
 from refseq_bench.sim.rendering.opening import open_renderer
@@ -299,6 +299,29 @@ def open_elsewhere(kind: str, **environment: str) -> tuple[list[str], str]:
     done = subprocess.run([sys.executable, "-c", OPEN, kind], env=env, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines(), done.stderr
+
+
+@needs_gl
+def test_what_draws_is_told_with_the_version_of_its_driver() -> None:
+    device = gl_device()
+    assert device is not None
+    assert device.backend == gl_backend()
+    assert device.renderer
+    assert device.version[:1].isdigit()
+
+
+def test_a_process_that_cannot_ask_finds_no_device(monkeypatch: pytest.MonkeyPatch) -> None:
+    for broken in ("/bin/false", "/bin/true", "/nonexistent"):
+        monkeypatch.setattr(sys, "executable", broken)
+        assert gl_device() is None
+
+
+@needs_vulkan
+def test_a_vulkan_device_has_a_driver_with_a_version() -> None:
+    driver = vulkan_driver()
+    assert driver is not None
+    assert driver.device == vulkan_device()
+    assert driver.version > 0
 
 
 def test_without_a_vulkan_driver_one_line_names_the_packages() -> None:

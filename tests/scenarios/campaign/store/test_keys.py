@@ -1,6 +1,7 @@
 """Keys follow all code that makes what they name, and none else: by changing files, and by tracing what really runs."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -13,9 +14,11 @@ from refseq_bench.scenarios.campaign.declare.cases import Case, load
 from refseq_bench.scenarios.campaign.declare.real_recordings import Log
 from refseq_bench.scenarios.campaign.run import remote_payload
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks, mission_tasks
-from refseq_bench.scenarios.campaign.store import keys
-from refseq_bench.scenarios.campaign.store.views import source_key
+from refseq_bench.scenarios.campaign.store import keys, views
+from refseq_bench.scenarios.campaign.store.views import recording_key, source_key
+from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT, Closure, closure_of
+from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.scenarios.campaign import traced
 from tests.scenarios.campaign.made import write_logs
 from tests.worlds.conftest import SMALL
@@ -169,3 +172,45 @@ def test_all_code_that_runs_is_in_the_closure(kind: str, ran: Mapping[str, list[
     reached = closure_of(*modules, alone=alone).files
     assert len(ran[kind]) > 10
     assert [file for file in ran[kind] if file not in reached] == []
+
+
+# --- devices and logs ---
+
+
+@pytest.mark.parametrize(("renderer", "asked"), [("classic", "gl_device"), ("filament", "vulkan_driver")])
+def test_drives_are_keyed_by_the_device_that_draws_them(
+    renderer: str, asked: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def key(driver: object) -> str:
+        monkeypatch.setattr(views, asked, lambda: driver)
+        views._device.cache_clear()
+        return recording_key(Drive(renderer=RendererKind(renderer)))
+
+    drivers = [None, ("a card", "1.0", "egl"), ("a card", "1.1", "egl"), ("a card", "1.0", "osmesa")]
+    try:
+        assert len({key(driver) for driver in drivers}) == len(drivers)
+        assert key(drivers[1]) == key(drivers[1])
+    finally:
+        views._device.cache_clear()
+
+
+def test_a_drive_without_images_asks_for_no_device(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(views, "gl_device", lambda: pytest.fail("nothing is drawn"))
+    monkeypatch.setattr(views, "vulkan_driver", lambda: pytest.fail("nothing is drawn"))
+    assert recording_key(Drive(renderer=RendererKind.NONE))
+
+
+def test_a_log_is_keyed_by_its_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("REFSEQ_RECORDINGS", "REFSEQ_CACHE"):
+        monkeypatch.setenv(name, str(tmp_path))
+    path = tmp_path / "run.log"
+    path.write_text("FLASER")
+    before, key = path.stat(), source_key(Log("run.log"))
+    path.touch()
+    assert source_key(Log("run.log")) == key
+    path.write_text("ODOMET")
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert source_key(Log("run.log")) != key
+    path.write_text("FLASER")
+    assert source_key(Log("run.log")) == key
+    assert source_key(Log("run.log", thin=1.0)) != key
