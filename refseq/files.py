@@ -1,11 +1,36 @@
-"""Replacing files in one step, so that a reader never meets a half-written one."""
+"""Files at the door: opened only if they are files, and replaced in one step, so that none is met half-written."""
 
+import errno
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
+
+
+def open_input(path: Path) -> IO[bytes]:
+    """Open a file for reading. Raises ``OSError`` for what is none: a folder, a pipe that nobody writes to, a device.
+
+    A symbolic link is followed: whoever names it may read what it leads to.
+    """
+    # Opening a pipe waits for its other end unless told not to; for a file it makes no difference.
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    mode = os.fstat(descriptor).st_mode
+    if not stat.S_ISREG(mode):
+        os.close(descriptor)
+        raise OSError(errno.EINVAL, f"is {_KINDS.get(stat.S_IFMT(mode), 'no file')}; valid is a file", str(path))
+    return os.fdopen(descriptor, "rb")
+
+
+_KINDS = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
 
 
 @contextmanager

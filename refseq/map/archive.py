@@ -6,18 +6,23 @@ Reading parses numbers and JSON, nothing else: nothing in a file is ever execute
 import hashlib
 import io
 import json
+import os
 import struct
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import MapError
-from refseq.files import replace_bytes
+from refseq.files import open_input, replace_bytes
+from refseq.limits import MAP_BYTES, MAP_DIRECTORY_BYTES, MAP_HEADER_BYTES
+from refseq.map.npy import DeclaredArray, read_declared, read_numbers
 
 FORMAT = "refseq-map"
 VERSION = 4
@@ -28,11 +33,18 @@ EPOCH = (1980, 1, 1, 0, 0, 0)  # zip's earliest date: the same map gives the sam
 DAMAGE = (zipfile.BadZipFile, zlib.error, struct.error, RuntimeError, EOFError, ValueError, OverflowError)
 """Errors of ``zipfile`` for bytes that make no archive; RuntimeError includes methods that it does not know."""
 
+DIRECTORY_END = 22
+"""Bytes that end a zip archive without a comment: they tell where its list of files is, and how long."""
+
 Arrays = Mapping[str, NDArray[Any]]
 
 
 def pack(header: Mapping[str, Any], arrays: Arrays) -> bytes:
-    """The content of a file: the same header and arrays give the same bytes."""
+    """The content of a file: the same header and arrays give the same bytes.
+
+    Raises ``MapError`` for more than a map file may hold.
+    """
+    check_total(sum(array.nbytes for array in arrays.values()))
     encoded = {name: encode(array) for name, array in arrays.items()}
     digests = {name: hashlib.sha256(content).hexdigest() for name, content in encoded.items()}
     whole = {"format": FORMAT, "version": VERSION, **header, "sha256": digests}
@@ -42,6 +54,12 @@ def pack(header: Mapping[str, Any], arrays: Arrays) -> bytes:
         for name, content in encoded.items():
             archive.writestr(zipfile.ZipInfo(f"{name}.npy", EPOCH), content, zipfile.ZIP_DEFLATED)
     return buffer.getvalue()
+
+
+def check_total(nbytes: int) -> None:
+    """Raise ``MapError`` for arrays that take more than a map file may hold."""
+    if nbytes > MAP_BYTES:
+        raise MapError(f"its arrays take {nbytes / 2**20:.0f} MiB; valid are {MAP_BYTES / 2**20:.0f} at most")
 
 
 def encode(array: NDArray[Any]) -> bytes:
@@ -59,45 +77,98 @@ def write_archive(path: Path, content: bytes) -> None:
         raise MapError(f"{path}: cannot be written: {error.strerror}") from error
 
 
-def unpack(path: Path) -> tuple[dict[str, Any], Arrays]:
-    """Header and arrays of a file. Raises ``MapError`` for one that is none, is damaged, or is of another version."""
+class MapArchive:
+    """A map file that is open: its header, the arrays that it declares, and each of them when it is asked for."""
+
+    def __init__(self, archive: zipfile.ZipFile) -> None:
+        self._zip = archive
+        self.header = _header(archive)
+        self._digests: Mapping[str, str] = self.header["sha256"]
+
+    @cached_property
+    def declared(self) -> Mapping[str, DeclaredArray]:
+        """Type and shape of each array, by its name. Raises ``MapError`` where they are not those of its file."""
+        found = {}
+        for name in self._digests:
+            with self._member(name) as file, _named(name):
+                found[name] = one = read_declared(file)
+                held = self._zip.getinfo(f"{name}.npy").file_size - len(one.header)
+                if held != one.nbytes:
+                    raise ValueError(f"it holds {held} bytes; valid are the {one.nbytes} that {one} takes")
+        return found
+
+    def read(self, name: str) -> NDArray[Any]:
+        """An array that was declared. Raises ``MapError`` for a damaged one."""
+        with self._member(name) as file, _named(name):
+            array, digest = read_numbers(file, read_declared(file))
+        if digest != self._digests[name]:
+            raise MapError(f"array {name} does not match its checksum: the file is damaged")
+        return array
+
+    def _member(self, name: str) -> IO[bytes]:
+        try:
+            return self._zip.open(f"{name}.npy")
+        except KeyError as error:
+            raise MapError(f"array {name:.80} is missing") from error
+
+
+@contextmanager
+def open_archive(path: Path) -> Iterator[MapArchive]:
+    """Open a map file. Whatever is wrong with it, now or when it is read, raises ``MapError`` that names it."""
     try:
-        with zipfile.ZipFile(path) as archive:
-            header = _header(archive, path)
-            return header, {name: _array(archive, name, digest, path) for name, digest in header["sha256"].items()}
+        with open_input(path) as file:
+            _check_directory(file)
+            with zipfile.ZipFile(file) as archive:
+                yield MapArchive(archive)
     except OSError as error:
-        raise MapError(f"{path}: cannot be read: {error.strerror}") from error
+        raise MapError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except MapError as error:
+        raise MapError(f"{path}: {error}") from error
     except DAMAGE as error:
         raise MapError(f"{path}: is not a .refseq map, or is damaged: {error}") from error
 
 
-def _header(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
-    if OLD_ATLAS in archive.namelist():
-        raise MapError(f"{path}: is an atlas of map format version 3; valid is {VERSION}: learn and merge anew")
+def _check_directory(file: IO[bytes]) -> None:
+    """Raise ``MapError`` for an archive that does not end as ours do, or lists far more files than a map has.
+
+    ``zipfile`` reads the list of files into memory, as long as the last bytes say that it is.
+    """
+    file.seek(max(0, file.seek(0, os.SEEK_END) - DIRECTORY_END))
+    end = file.read()
+    if len(end) < DIRECTORY_END or not end.startswith(b"PK\5\6"):
+        raise zipfile.BadZipFile("File is not a zip file")
+    if int.from_bytes(end[12:16], "little") > MAP_DIRECTORY_BYTES:
+        raise zipfile.BadZipFile(f"its list of files is longer than {MAP_DIRECTORY_BYTES} bytes")
+
+
+@contextmanager
+def _named(array: str) -> Iterator[None]:
+    """Say which array it is that cannot be read."""
     try:
-        header = json.loads(archive.read(HEADER))
-    except (KeyError, ValueError) as error:
-        raise MapError(f"{path}: is not a .refseq map: {HEADER} is missing or no JSON") from error
+        yield
+    except ValueError as error:
+        raise MapError(f"array {array} is no array of numbers: {error}") from error
+
+
+def _header(archive: zipfile.ZipFile) -> dict[str, Any]:
+    if OLD_ATLAS in archive.namelist():
+        raise MapError(f"is an atlas of map format version 3; valid is {VERSION}: learn and merge anew")
+    try:
+        with archive.open(HEADER) as file:
+            text = file.read(MAP_HEADER_BYTES + 1)
+        header = json.loads(text[: MAP_HEADER_BYTES + 1], parse_constant=_refused)
+    except (KeyError, ValueError, RecursionError) as error:
+        raise MapError(f"is not a .refseq map: {HEADER} is missing or no JSON") from error
     if not isinstance(header, dict) or header.get("format") != FORMAT:
-        raise MapError(f"{path}: is not a .refseq map: {HEADER} has no format {FORMAT!r}")
+        raise MapError(f"is not a .refseq map: {HEADER} has no format {FORMAT!r}")
     if header.get("version") != VERSION:
-        raise MapError(f"{path}: is of map format version {header.get('version')!r}; valid is {VERSION}: learn it anew")
+        raise MapError(f"is of map format version {header.get('version')!r:.20}; valid is {VERSION}: learn it anew")
     digests = header.get("sha256")
     if not isinstance(digests, dict) or not all(isinstance(digest, str) for digest in digests.values()):
-        raise MapError(f"{path}: {HEADER}: sha256 is no table of checksums")
+        raise MapError(f"{HEADER}: sha256 is no table of checksums")
     return header
 
 
-def _array(archive: zipfile.ZipFile, name: str, digest: str, path: Path) -> NDArray[Any]:
-    """An array of an archive. Raises ``MapError`` where it is missing, damaged, or not of numbers."""
-    try:
-        content = archive.read(f"{name}.npy")
-    except KeyError as error:
-        raise MapError(f"{path}: array {name} is missing") from error
-    if hashlib.sha256(content).hexdigest() != digest:
-        raise MapError(f"{path}: array {name} does not match its checksum: the file is damaged")
-    try:
-        array: NDArray[Any] = np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
-    except ValueError as error:
-        raise MapError(f"{path}: array {name} is no array of numbers: {error}") from error
-    return array
+def _refused(constant: str) -> None:
+    """Raise for NaN and Infinity, which are not JSON, though Python reads them."""
+    raise ValueError(f"{constant} is no number")

@@ -5,8 +5,7 @@ named ``sequences/n/…`` and ``paths/n/…``.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,14 +14,16 @@ from numpy.typing import NDArray
 from refseq.errors import MapError
 from refseq.features import Extractor
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.map.annotations import Annotations
-from refseq.map.archive import Arrays
+from refseq.map.archive import HEADER, Arrays, MapArchive, check_total
 from refseq.map.extractors import make_extractor
+from refseq.map.header import MapHeader, PathTable, SequenceTable, parse_header
+from refseq.map.layout import check_declared, check_values, rules_of
 from refseq.map.path import MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
 from refseq.planar import Pose
 
+SPOILT = f"{HEADER} and arrays do not make a map"
 PATH_ARRAYS = ("along", "sequences", "places")
 
 Parts = tuple[tuple[str, ...], tuple[ReferenceSequence, ...], tuple[MapPath, ...]]
@@ -39,7 +40,7 @@ def described(
             {
                 "name": name,
                 "blocks": {key: len(block) for key, block in sequence.matrix.blocks.items()},
-                "metadata": dict(sequence.metadata),
+                "metadata": {str(key): str(value) for key, value in sequence.metadata.items()},
             }
             for name, sequence in zip(names, sequences, strict=True)
         ],
@@ -67,59 +68,46 @@ def _arrays_of(sequence: ReferenceSequence) -> Arrays:
     return arrays
 
 
-def read_parts(header: Mapping[str, Any], arrays: Arrays) -> Parts:
-    """The parts of a map by its header and arrays. Raises ``KeyError``, ``ValueError`` and the like for none."""
-    if not isinstance(header["profile"], dict):
-        raise ValueError("profile is no table")
-    profile = Profile.from_dict(header["profile"])
-    tables = {what: _tables(header, what) for what in ("sequences", "paths")}
-    names = tuple(table["name"] for table in tables["sequences"])
+def read_parts(archive: MapArchive) -> Parts:
+    """The parts of a map by its open file. Raises ``MapError`` in one line where they make none."""
+    try:
+        header = parse_header(archive.header)
+        rules = rules_of(header)
+        check_declared(rules, archive.declared)
+        check_total(sum(array.nbytes for array in archive.declared.values()))
+        arrays = {name: archive.read(name) for name in archive.declared}
+        for name, array in arrays.items():
+            check_values(name, rules[name][0], array)
+        return _parts(header, arrays)
+    except KeyError as error:
+        raise MapError(f"{SPOILT}: {error} is missing") from error
+    except (ValueError, OverflowError) as error:
+        raise MapError(f"{SPOILT}: {error}") from error
+
+
+def _parts(header: MapHeader, arrays: Arrays) -> Parts:
+    names = tuple(table.name for table in header.sequences)
     sequences = tuple(
-        _sequence(table, _under(f"sequences/{number}/", arrays), profile)
-        for number, table in enumerate(tables["sequences"])
+        _sequence(table, _under(f"sequences/{number}/", arrays), header.profile)
+        for number, table in enumerate(header.sequences)
     )
-    paths = tuple(_path(table, f"paths/{number}", arrays) for number, table in enumerate(tables["paths"]))
+    paths = tuple(_path(table, _under(f"paths/{number}/", arrays)) for number, table in enumerate(header.paths))
     _check(names, sequences, paths)
     return names, sequences, paths
-
-
-def _tables(header: Mapping[str, Any], what: str) -> list[dict[str, Any]]:
-    tables = header[what]
-    if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
-        raise ValueError(f"{what} is no list of tables, at least one")
-    names = [table["name"] for table in tables]
-    if not all(isinstance(name, str) for name in names):
-        raise ValueError(f"{what}: a name is no text")
-    if twice := [name for number, name in enumerate(names) if name in names[:number]]:
-        raise ValueError(f"{what}: name {twice[0]!r} is there twice")
-    return tables
 
 
 def _under(prefix: str, arrays: Arrays) -> Arrays:
     return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
 
 
-def _sequence(table: Mapping[str, Any], arrays: Arrays, profile: Profile) -> ReferenceSequence:
-    for name in ("blocks", "metadata"):
-        if not isinstance(table[name], dict):
-            raise ValueError(f"{name} is no table")
-    along = _distances(arrays["along"], "along")
-    sizes = {str(key): int(size) for key, size in table["blocks"].items()}
-    matrix = IncidenceMatrix.from_rows(arrays["pointers"], arrays["places"], len(along), sizes)
-    extractors = tuple(_extractor(key, size, arrays, profile) for key, size in sizes.items())
+def _sequence(table: SequenceTable, arrays: Arrays, profile: Profile) -> ReferenceSequence:
+    along = arrays["along"]
+    _check_rising(along, f"sequence {table.name!r}")
+    matrix = IncidenceMatrix.from_rows(arrays["pointers"], arrays["places"], len(along), table.blocks)
+    extractors = tuple(_extractor(key, size, arrays, profile) for key, size in table.blocks.items())
     poses = tuple(None if math.isnan(row[0]) else Pose(*row) for row in arrays["poses"].tolist())
-    if len(poses) != len(along):
-        raise ValueError(f"{len(poses)} poses for {len(along)} places")
-    metadata = {str(key): str(value) for key, value in table["metadata"].items()}
-    odometry = _odometry(arrays.get("odometry", np.zeros((0, 3))), len(along))
-    return ReferenceSequence(matrix, extractors, along, poses, profile, MappingProxyType(metadata), odometry)
-
-
-def _odometry(array: NDArray[Any], places: int) -> NDArray[np.float64]:
-    """Poses by odometry, for all places or, as maps before 0.3 have it, for none."""
-    if array.shape not in ((places, 3), (0, 3)) or array.dtype.kind != "f" or not np.isfinite(array).all():
-        raise ValueError(f"odometry is no table of {places} poses")
-    return array.astype(np.float64)
+    odometry = arrays.get("odometry", np.zeros((0, 3)))
+    return ReferenceSequence(matrix, extractors, along, poses, profile, table.metadata, odometry)
 
 
 def _extractor(key: str, size: int, arrays: Arrays, profile: Profile) -> Extractor:
@@ -129,27 +117,18 @@ def _extractor(key: str, size: int, arrays: Arrays, profile: Profile) -> Extract
     return extractor
 
 
-def _path(table: Mapping[str, Any], stem: str, arrays: Arrays) -> MapPath:
-    along, sequences, places = (arrays[f"{stem}/{name}"] for name in PATH_ARRAYS)
-    annotations = Annotations.from_dict(table["annotations"])
+def _path(table: PathTable, arrays: Arrays) -> MapPath:
+    along, annotations = arrays["along"], table.annotations
+    _check_rising(along, f"path {table.name!r}")
     if annotations.behaviours and len(annotations.behaviours) != len(along):
         raise ValueError(f"annotations: {len(annotations.behaviours)} behaviours for {len(along)} places")
-    return MapPath(table["name"], _distances(along, stem), _whole(sequences, stem), _whole(places, stem), annotations)
+    sequences, places = (arrays[name].astype(np.intp, copy=False) for name in ("sequences", "places"))
+    return MapPath(table.name, along, sequences, places, annotations)
 
 
-def _distances(array: NDArray[Any], what: str) -> NDArray[np.float64]:
-    if array.ndim != 1 or not len(array) or array.dtype.kind not in "fiu":
-        raise ValueError(f"{what} is no list of distances")
-    along = array.astype(np.float64)
-    if not np.isfinite(along).all() or (np.diff(along) < 0).any():
-        raise ValueError(f"{what} is no list of distances that do not fall")
-    return along
-
-
-def _whole(array: NDArray[Any], what: str) -> NDArray[np.intp]:
-    if array.ndim != 1 or not np.issubdtype(array.dtype, np.integer):
-        raise ValueError(f"{what} is no list of whole numbers")
-    return array.astype(np.intp)
+def _check_rising(along: NDArray[np.float64], what: str) -> None:
+    if not len(along) or (np.diff(along) < 0).any():
+        raise ValueError(f"{what}: along is no list of distances that do not fall, at least one")
 
 
 def _check(names: Sequence[str], sequences: Sequence[ReferenceSequence], paths: Sequence[MapPath]) -> None:
@@ -167,8 +146,6 @@ def _check(names: Sequence[str], sequences: Sequence[ReferenceSequence], paths: 
 
 def _check_path(path: MapPath, sizes: NDArray[np.intp]) -> None:
     """Raise ``ValueError`` where a path runs through places that sequences of so many do not have."""
-    if not len(path.along) == len(path.sequences) == len(path.places):
-        raise ValueError(f"path {path.name!r} has lists of unequal length")
     if (outside := path.sequences[(path.sequences < 0) | (path.sequences >= len(sizes))]).size:
         raise ValueError(f"path {path.name!r} runs through sequence {int(outside[0])}, which is not there")
     if (outside := path.places[(path.places < 0) | (path.places >= sizes[path.sequences])]).size:

@@ -19,7 +19,7 @@ from refseq.belief import LOST_ABOVE, Belief
 from refseq.errors import MapError
 from refseq.inference.chain.network import Network
 from refseq.map.annotations import Annotations
-from refseq.map.archive import HEADER, pack, unpack, write_archive
+from refseq.map.archive import open_archive, pack, write_archive
 from refseq.map.file import described, read_parts
 from refseq.map.path import Link, MapPath
 from refseq.map.profile import Profile
@@ -64,13 +64,8 @@ class Map:
         another format version.
         """
         path = Path(file)
-        header, arrays = unpack(path)
-        try:
-            found = cls(*read_parts(header, arrays))
-        except KeyError as error:
-            raise MapError(f"{path}: {HEADER} and arrays do not make a map: {error} is missing") from error
-        except (ValueError, TypeError, IndexError, MapError) as error:
-            raise MapError(f"{path}: {HEADER} and arrays do not make a map: {error}") from error
+        with open_archive(path) as archive:
+            found = cls(*read_parts(archive))
         return found if found.names != ("",) else found.named(path.stem)
 
     def save(self, file: Path | str) -> None:

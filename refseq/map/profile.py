@@ -1,6 +1,5 @@
 """All parameters of the localiser in one place; a map carries the profile that it was learnt with."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
@@ -18,6 +17,7 @@ from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.matching.log_ratio import LogRatioSettings
 from refseq.inference.matching.mixture import MixtureSettings
+from refseq.map.parameters import RANGES, Range
 
 
 class Matching(StrEnum):
@@ -111,20 +111,24 @@ def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
     types = get_type_hints(kind)
     if not isinstance(values, dict) or set(values) != set(types):
         raise ValueError(f"profile.{name} is {values!r:.60}; valid is a table of {', '.join(sorted(types))}")
-    return kind(**{key: _value(f"profile.{name}.{key}", value, types[key]) for key, value in values.items()})
+    ranges = RANGES.get(name, {})
+    return kind(
+        **{key: _value(f"profile.{name}.{key}", value, types[key], ranges.get(key)) for key, value in values.items()}
+    )
 
 
-def _value(where: str, value: object, kind: type) -> object:
-    """A parameter as its dataclass has it: a choice, yes or no, or a number."""
+def _value(where: str, value: object, kind: type, valid: Range | None) -> object:
+    """A parameter as its dataclass has it: a choice, yes or no, or a number within its range."""
     if issubclass(kind, StrEnum):
         if value not in list(kind):  # not in a set: a list in a damaged file has no hash
             raise ValueError(f"{where} is {value!r:.60}; valid are {', '.join(kind)}")
         return kind(str(value))
-    valid = {bool: "true or false", int: "a whole number"}.get(kind, "a number")
-    if isinstance(value, bool) or kind is bool:
-        right = isinstance(value, bool) and kind is bool
-    else:
-        right = isinstance(value, int if kind is int else int | float) and math.isfinite(value)
-    if not right:
-        raise ValueError(f"{where} is {value!r:.60}; valid is {valid}")
+    if valid is None:
+        if not isinstance(value, bool):
+            raise ValueError(f"{where} is {value!r:.60}; valid is true or false")
+        return value
+    number = isinstance(value, int if kind is int else int | float) and not isinstance(value, bool)
+    if not number or not valid[0] <= value <= valid[1]:  # type: ignore[operator]
+        told = "a whole number" if kind is int else "a number"
+        raise ValueError(f"{where} is {value!r:.60}; valid is {told} from {valid[0]:g} to {valid[1]:g}")
     return value

@@ -57,7 +57,10 @@ class IncidenceMatrix:
             raise ValueError(f"pointers do not rise from 0 to {len(places)} in {n} steps")
         if (outside := places[(places < 0) | (places >= K)]).size:
             raise ValueError(f"a feature is at place {int(outside[0])}; valid are 0 to {K - 1}")
-        return cls(pointers.astype(np.int64), places.astype(np.int32), K, _blocks(sizes))
+        if len(falls := np.setdiff1d(np.flatnonzero(np.diff(places) <= 0) + 1, pointers)):
+            before, after = places[falls[0] - 1 : falls[0] + 1]
+            raise ValueError(f"a feature is at place {after} behind {before}; valid are places that rise")
+        return cls(pointers.astype(np.int64, copy=False), places.astype(np.int32, copy=False), K, _blocks(sizes))
 
     def appended(self, columns: Sequence[Mapping[str, NDArray[np.intp]]], sizes: Mapping[str, int]) -> Self:
         """The matrix with further places behind its own, of vocabularies that may have grown meanwhile.

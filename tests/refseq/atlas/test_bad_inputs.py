@@ -84,20 +84,22 @@ def error_of(path: Path) -> str:
 @pytest.mark.parametrize(
     ("array", "values", "told"),
     [
-        ("along", np.arange(19.0), "path 'second' has lists of unequal length"),
-        ("along", np.zeros((20, 2)), "paths/1 is no list of distances"),
-        ("along", np.zeros(20) + 1j, "paths/1 is no list of distances"),
-        ("along", np.full(20, "x"), "paths/1 is no list of distances"),
-        ("along", np.zeros(20, [("a", "f8"), ("b", "i4")]), "paths/1 is no list of distances"),
-        ("along", -np.arange(20.0), "paths/1 is no list of distances that do not fall"),
-        ("along", np.full(20, np.nan), "paths/1 is no list of distances that do not fall"),
+        ("along", np.arange(19.0), "array paths/1/sequences is i8 of shape (20,); valid is i8 of shape (19,)"),
+        ("along", np.zeros((20, 2)), "array paths/1/along is f8 of shape (20, 2); valid is f8 of shape (V,)"),
+        ("along", np.zeros(20) + 1j, "array paths/1/along is c16 of shape (20,); valid is f8 of shape (V,)"),
+        ("along", -np.arange(20.0), "path 'second': along is no list of distances that do not fall, at least one"),
+        ("along", np.full(20, np.nan), "array paths/1/along holds nan; valid are numbers from -1e+09 to 1e+09"),
         ("sequences", np.full(20, 2), "path 'second' runs through sequence 2, which is not there"),
-        ("sequences", np.full(20, -1), "path 'second' runs through sequence -1, which is not there"),
-        ("sequences", np.zeros(20), "paths/1 is no list of whole numbers"),
+        ("sequences", np.full(20, -1), "array paths/1/sequences holds -1; valid are numbers from 0 to 1e+07"),
+        ("sequences", np.zeros(20), "array paths/1/sequences is f8 of shape (20,); valid is i8 of shape (20,)"),
         ("sequences", np.zeros(20, int), "path 'second' does not run through place 0 of its sequence"),
-        ("places", np.arange(20)[:, None], "paths/1 is no list of whole numbers"),
+        ("places", np.arange(20)[:, None], "array paths/1/places is i8 of shape (20, 1); valid is i8 of shape (20,)"),
         ("places", np.full(20, 20), "path 'second' runs through place 20, which is not there"),
-        ("places", np.full(20, 2**63, np.uint64), f"path 'second' runs through place {-(2**63)}, which is not there"),
+        (
+            "places",
+            np.full(20, 2**63, np.uint64),
+            "array paths/1/places is u8 of shape (20,); valid is i8 of shape (20,)",
+        ),
         ("places", np.zeros(20, int), "path 'second' does not run through place 1 of its sequence"),
     ],
 )
@@ -112,7 +114,7 @@ def test_arrays_that_disagree(saved: Path, array: str, values: np.ndarray, told:
         ({"sequences": ["first", "first"]}, "sequences: name 'first' is there twice"),
         ({"paths": ["first", "first"]}, "paths: name 'first' is there twice"),
         ({"sequences": ["first", "moon"]}, "sequence 'moon' has no path"),
-        ({"paths": ["first"]}, "sequence 'second' has no path"),
+        ({"paths": ["first"]}, "array 'paths/1/along' is not known here"),
         ({"sequences": ["second", "first"]}, "path 'second' does not run through place 0 of its sequence"),
     ],
 )
@@ -142,8 +144,18 @@ def test_a_missing_array(saved: Path) -> None:
 
 
 def test_an_array_with_another_checksum(saved: Path) -> None:
-    rewritten(saved, header={"sha256": {"sequences/0/along": "0" * 64}})
+    with zipfile.ZipFile(saved) as archive:
+        digests = json.loads(archive.read("map.json"))["sha256"]
+    rewritten(saved, header={"sha256": digests | {"sequences/0/along": "0" * 64}})
     assert error_of(saved) == "array sequences/0/along does not match its checksum: the file is damaged"
+
+
+@pytest.mark.parametrize(
+    "values", [np.full(20, "x"), np.zeros(20, [("a", "f8"), ("b", "i4")]), np.array(["x" * 99] * 20)]
+)
+def test_an_array_of_no_numbers(saved: Path, values: np.ndarray) -> None:
+    rewritten(saved, {"paths/1/along": values})
+    assert error_of(saved).startswith("array paths/1/along is no array of numbers: ")
 
 
 # --- what is of another version, or of other settings ---

@@ -1,6 +1,7 @@
 import hashlib
 import io
 import json
+import os
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from refseq.belief import Stage
 from refseq.errors import MapError
 from refseq.inference.matching.mixture import MixtureSettings
+from refseq.map import archive as archive_module
 from refseq.map.extractors import FEATURES
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
@@ -148,6 +150,41 @@ def test_another_version(saved: Path) -> None:
     assert error_of(saved) == f"{saved}: is of map format version 2; valid is 4: learn it anew"
 
 
+def test_more_than_a_map_may_hold_is_neither_read_nor_written(
+    saved: Path, learnt: Map, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(archive_module, "MAP_BYTES", 2**20)
+    rewrite(saved, **{"sequences/0/places": encoded(np.zeros(2**20, np.int32))})
+    assert error_of(saved).startswith(f"{saved}: its arrays take 4 MiB; valid are 1 at most")
+    huge = replace(learnt.sequence, odometry=np.zeros((2**20, 3)))
+    with pytest.raises(MapError, match="its arrays take 24 MiB; valid are 1 at most"):
+        Map.of(huge).save(saved)
+
+
+def test_no_array_is_allocated_by_what_its_header_says(saved: Path) -> None:
+    lie = encoded(np.zeros(1)).replace(b"(1,), }           ", b"(10000000000,), } ")
+    rewrite(saved, **{"sequences/0/along": lie})
+    assert error_of(saved).endswith("it holds 8 bytes; valid are the 80000000000 that f8 of shape (10000000000,) takes")
+
+
+def test_a_pipe_is_no_map(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.refseq")
+    assert error_of(tmp_path / "pipe.refseq").endswith("cannot be read: is a pipe; valid is a file")
+    assert error_of(tmp_path).endswith("cannot be read: is a folder; valid is a file")
+    assert error_of(Path("/dev/zero")).endswith("cannot be read: is a device; valid is a file")
+
+
+@pytest.mark.parametrize("constant", ["Infinity", "NaN", "1" + 400 * "0"])
+def test_numbers_that_no_parameter_can_be(saved: Path, constant: str) -> None:
+    with zipfile.ZipFile(saved) as archive:
+        text = archive.read("map.json").decode()
+    with zipfile.ZipFile(saved, "w") as archive:
+        archive.writestr("map.json", text.replace('"slack": 0.5', f'"slack": {constant}'))
+    assert error_of(saved).startswith(
+        (f"{saved}: is not a .refseq map", f"{saved}: {SPOILT}profile.motion.slack is 1000")
+    )
+
+
 @pytest.mark.parametrize("share", [0.2, 0.7, 0.99])
 def test_truncated(saved: Path, share: float) -> None:
     content = saved.read_bytes()
@@ -200,7 +237,7 @@ def test_missing_arrays(saved: Path) -> None:
         del header["sha256"]["sequences/0/along"]  # type: ignore[attr-defined]
 
     rewrite(saved, forget)
-    assert error_of(saved) == f"{saved}: map.json and arrays do not make a map: 'along' is missing"
+    assert error_of(saved) == f"{saved}: map.json and arrays do not make a map: array sequences/0/along is missing"
 
 
 def test_a_pickled_array_is_refused_and_not_run(saved: Path, tmp_path: Path) -> None:
@@ -211,7 +248,8 @@ def test_a_pickled_array_is_refused_and_not_run(saved: Path, tmp_path: Path) -> 
     rewrite(saved, **{"sequences/0/along": encoded(np.array([Trap()], dtype=object), allow_pickle=True)})
     assert error_of(saved) == (
         f"{saved}: array sequences/0/along is no array of numbers: "
-        "Object arrays cannot be loaded when allow_pickle=False"
+        "its header is b\"{'descr': '|O', 'fortran_order': False, 'shape': (1,), }\"; "
+        "valid is one of plain numbers in C order"
     )
     assert not (tmp_path / "sprung").exists()
 
@@ -228,18 +266,22 @@ def test_arrays_that_do_not_fit(saved: Path, learnt: Map) -> None:
     saved.write_bytes(content)
     rewrite(saved, **{"sequences/0/pointers": encoded(sequence.matrix.pointers[:-1])})
     n = sequence.matrix.N
+    told = f"is i8 of shape ({n},); valid is i8 of shape ({n + 1},)"
+    assert error_of(saved) == f"{start}array sequences/0/pointers {told}"
+    rewrite(saved, **{"sequences/0/pointers": encoded(np.append(sequence.matrix.pointers[:-1], 0))})
     assert error_of(saved) == f"{start}pointers do not rise from 0 to {len(places)} in {n} steps"
 
     saved.write_bytes(content)
     rewrite(saved, **{"sequences/0/poses": encoded(np.zeros((5, 3)))})
-    assert error_of(saved) == f"{start}5 poses for 8 places"
+    assert error_of(saved) == f"{start}array sequences/0/poses is f8 of shape (5, 3); valid is f8 of shape (8, 3)"
     rewrite(saved, **{"sequences/0/poses": encoded(np.zeros((8, 3))), "sequences/0/odometry": encoded(np.ones((7, 3)))})
-    assert error_of(saved) == f"{start}odometry is no table of 8 poses"
+    assert error_of(saved) == f"{start}array sequences/0/odometry is f8 of shape (7, 3); valid is f8 of shape (8, 3)"
 
     saved.write_bytes(content)
     rewrite(saved, **{"sequences/0/features/sift/forward/words": encoded(np.zeros((2, 128), np.uint8))})
     size = len(sequence.matrix.blocks["sift/forward"])
-    assert error_of(saved) == f"{start}sift/forward has 2 features; the matrix has {size} rows for it"
+    words = "array sequences/0/features/sift/forward/words"
+    assert error_of(saved) == f"{start}{words} is u1 of shape (2, 128); valid is u1 of shape ({size}, 128)"
 
 
 SPOILT = "map.json and arrays do not make a map: "
@@ -266,7 +308,9 @@ def test_headers_that_do_not_fit(saved: Path, change: Header, message: str) -> N
     [
         ({"blocks": 3}, "blocks is no table"),
         ({"metadata": None}, "metadata is no table"),
-        ({"blocks": {"smell/nose": 3}}, "pointers do not rise from 0 to"),
+        ({"blocks": {"walls/laser": 3.0}}, "blocks: 'walls/laser' has 3.0 features; valid are 0 to 100000000"),
+        ({"blocks": {"walls/laser": 10**400}}, "blocks: 'walls/laser' has 1000"),
+        ({"metadata": {"a": [1]}}, "metadata: 'a' is [1]; valid is a text"),
     ],
 )
 def test_tables_of_a_sequence_that_do_not_fit(saved: Path, change: Header, message: str) -> None:
@@ -278,8 +322,7 @@ def test_an_unknown_feature(saved: Path, learnt: Map) -> None:
     blocks = {"smell/nose": learnt.sequence.matrix.N}
     rewrite(saved, lambda header: header["sequences"][0].update(blocks=blocks))  # type: ignore[index]
     assert error_of(saved) == (
-        f"{saved}: map.json and arrays do not make a map: feature 'smell/nose' is unknown; "
-        f"valid are {', '.join(FEATURES)}, a slash and a fitting sensor"
+        f"{saved}: feature 'smell/nose' is unknown; valid are {', '.join(FEATURES)}, a slash and a fitting sensor"
     )
 
 
@@ -328,9 +371,9 @@ def test_a_loaded_map_of_evidence_gives_the_same_beliefs(best: Map, saved_best: 
         ("method", "matching", "guess", "profile.method.matching is 'guess'; valid are mixture, log_ratio"),
         ("method", "decoding", [], "profile.method.decoding is []; valid are viterbi, forward"),
         ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
-        ("log_ratio", "blind", "0.2", "profile.log_ratio.blind is '0.2'; valid is a number"),
-        ("log_ratio", "blind", 1.5, "log_ratio.blind is 1.5; valid is at least 0 and less than 1"),
-        ("dense", "codes", None, "profile.dense.codes is None; valid is a whole number"),
+        ("log_ratio", "blind", "0.2", "profile.log_ratio.blind is '0.2'; valid is a number from 0 to 1"),
+        ("log_ratio", "blind", 1.5, "profile.log_ratio.blind is 1.5; valid is a number from 0 to 1"),
+        ("dense", "codes", None, "profile.dense.codes is None; valid is a whole number from 1 to 64"),
     ],
 )
 def test_values_that_a_profile_cannot_have(saved_best: Path, part: str, name: str, value: object, message: str) -> None:
@@ -352,12 +395,16 @@ def test_a_profile_without_the_parts_of_evidence(saved_best: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("word", [-1, 10**9])
-def test_grid_words_that_there_are_not(saved_best: Path, best: Map, word: int) -> None:
+@pytest.mark.parametrize(
+    ("word", "told"),
+    [
+        (-1, "array sequences/0/features/dense/forward/words holds -1; valid are numbers from 0 to 1e+09"),
+        (10**9, "dense/forward has word 1000000000; valid are 0 to 6143"),
+    ],
+)
+def test_grid_words_that_there_are_not(saved_best: Path, best: Map, word: int, told: str) -> None:
     (dense,) = (e for e in best.sequence.extractors if e.key == "dense/forward")
     words = dense.state()["words"].copy()
     words[3] = word
     rewrite(saved_best, **{"sequences/0/features/dense/forward/words": encoded(words)})
-    assert error_of(saved_best) == (
-        f"{saved_best}: map.json and arrays do not make a map: dense/forward has word {word}; valid are 0 to 6143"
-    )
+    assert error_of(saved_best) == (f"{saved_best}: map.json and arrays do not make a map: {told}")

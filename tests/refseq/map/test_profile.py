@@ -44,12 +44,12 @@ MOTION_PARTS = "valid is a table of drift, interpolated, regularisation, slack, 
         (
             "motion",
             {"slack": 1, "drift": True, "tail": 1, "interpolated": False, "regularisation": 1},
-            "profile.motion.drift is True; valid is a number",
+            "profile.motion.drift is True; valid is a number from 0 to 100",
         ),
         (
             "motion",
             {"slack": "1", "drift": 1, "tail": 1, "interpolated": False, "regularisation": 1},
-            "profile.motion.slack is '1'; valid is a number",
+            "profile.motion.slack is '1'; valid is a number from 0 to 10000",
         ),
     ],
 )
@@ -122,10 +122,15 @@ def test_yes_or_no_is_no_number(value: object) -> None:
 @pytest.mark.parametrize(
     ("part", "key", "value", "message"),
     [
-        ("dense", "columns", 8.5, "profile.dense.columns is 8.5; valid is a whole number"),
-        ("dense", "codes", True, "profile.dense.codes is True; valid is a whole number"),
-        ("log_ratio", "blind", float("nan"), "profile.log_ratio.blind is nan; valid is a number"),
-        ("chain", "relocalisation_range", float("inf"), "profile.chain.relocalisation_range is inf; valid is a number"),
+        ("dense", "columns", 8.5, "profile.dense.columns is 8.5; valid is a whole number from 1 to 256"),
+        ("dense", "codes", True, "profile.dense.codes is True; valid is a whole number from 1 to 64"),
+        ("log_ratio", "blind", float("nan"), "profile.log_ratio.blind is nan; valid is a number from 0 to 1"),
+        (
+            "chain",
+            "relocalisation_range",
+            float("inf"),
+            "profile.chain.relocalisation_range is inf; valid is a number from 0.001 to 1e+06",
+        ),
         ("sift", "root", 1, "profile.sift.root is 1; valid is true or false"),
     ],
 )

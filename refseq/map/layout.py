@@ -1,0 +1,124 @@
+"""Arrays of a map file as a declared table: type, shape and values of each, checked before any is unpacked.
+
+A size in a shape is a number, or a name that means the same number wherever it stands for one sequence or path: ``K``
+places, ``N1`` the features and one more, ``E`` entries of the incidence matrix, ``W`` words, ``V`` views of a path.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.features.hu import MOMENTS
+from refseq.features.sift import DESCRIPTOR_SIZE
+from refseq.limits import MAP_METRES, MAP_PLACES
+from refseq.map.header import MapHeader
+from refseq.map.npy import DeclaredArray
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayRule:
+    """Valid content of an array: numbers of a ``type`` from ``low`` to ``high``.
+
+    ``gaps`` allows rows of NaN, ``or_empty`` a shape whose first size is 0, ``optional`` that the array is not there.
+    """
+
+    type: str
+    shape: tuple[str | int, ...]
+    low: float = -MAP_METRES
+    high: float = MAP_METRES
+    gaps: bool = False
+    or_empty: bool = False
+    optional: bool = False
+
+
+SEQUENCE: Mapping[str, ArrayRule] = {
+    "along": ArrayRule("f8", ("K",)),
+    "poses": ArrayRule("f8", ("K", 3), gaps=True),
+    "odometry": ArrayRule("f8", ("K", 3), or_empty=True, optional=True),
+    "pointers": ArrayRule("i8", ("N1",), low=0, high=np.inf),
+    "places": ArrayRule("i4", ("E",), low=0, high=MAP_PLACES),
+}
+"""Arrays of a sequence."""
+
+WORDS: Mapping[str, ArrayRule] = {
+    "sift": ArrayRule("u1", ("W", DESCRIPTOR_SIZE)),
+    "dense": ArrayRule("i8", ("W",), low=0),
+    "hu": ArrayRule("f8", ("W", MOMENTS)),
+}
+"""Arrays of a sequence for each of these features: its words."""
+
+PATH: Mapping[str, ArrayRule] = {
+    "along": ArrayRule("f8", ("V",)),
+    "sequences": ArrayRule("i8", ("V",), low=0, high=MAP_PLACES),
+    "places": ArrayRule("i8", ("V",), low=0, high=MAP_PLACES),
+}
+"""Arrays of a path."""
+
+Rules = Mapping[str, tuple[ArrayRule, Mapping[str, int]]]
+"""Rules by the names of arrays in the file, each with the sizes that the file's header gives."""
+
+
+def rules_of(header: MapHeader) -> Rules:
+    """Rules for all arrays that a map of this header has."""
+    found: dict[str, tuple[ArrayRule, Mapping[str, int]]] = {}
+    for number, table in enumerate(header.sequences):
+        stem = f"sequences/{number}"
+        found |= {f"{stem}/{name}": (rule, {"N1": table.features + 1}) for name, rule in SEQUENCE.items()}
+        for key, size in table.blocks.items():
+            if rule := WORDS.get(key.partition("/")[0]):
+                found[f"{stem}/features/{key}/words"] = rule, {"W": size}
+    for number in range(len(header.paths)):
+        found |= {f"paths/{number}/{name}": (rule, {}) for name, rule in PATH.items()}
+    return found
+
+
+def check_declared(rules: Rules, declared: Mapping[str, DeclaredArray]) -> None:
+    """Raise ``ValueError`` where arrays are missing, unknown, or of another type or shape than their rules say."""
+    if unknown := [name for name in declared if name not in rules]:
+        raise ValueError(f"array {unknown[0]!r:.80} is not known here")
+    sizes: dict[str, dict[str, int]] = {}
+    for name, (rule, given) in rules.items():
+        array = declared.get(name)
+        if array is None:
+            if rule.optional:
+                continue
+            raise ValueError(f"array {name} is missing")
+        known = sizes.setdefault("/".join(name.split("/")[:2]), {})
+        if array.type != rule.type or not _fits(array.shape, rule, {**known, **given}):
+            raise ValueError(f"array {name} is {array}; valid is {_told(rule, {**known, **given})}")
+        known |= {
+            size: found
+            for size, found in zip(rule.shape, array.shape, strict=True)
+            if isinstance(size, str) and size not in given and not (rule.or_empty and found == 0)
+        }
+
+
+def _fits(shape: tuple[int, ...], rule: ArrayRule, sizes: Mapping[str, int]) -> bool:
+    if len(shape) != len(rule.shape):
+        return False
+    pairs = zip(rule.shape, shape, strict=True)
+    wanted = [sizes.get(size, found) if isinstance(size, str) else size for size, found in pairs]
+    if rule.or_empty and shape[0] == 0:
+        return list(shape[1:]) == wanted[1:]
+    return list(shape) == wanted
+
+
+def _told(rule: ArrayRule, sizes: Mapping[str, int]) -> str:
+    """A rule in words, with the sizes that are known."""
+    shape = ", ".join(str(sizes.get(size, size) if isinstance(size, str) else size) for size in rule.shape)
+    return f"{rule.type} of shape ({shape}{',' * (len(rule.shape) == 1)})"
+
+
+def check_values(name: str, rule: ArrayRule, array: NDArray[Any]) -> None:
+    """Raise ``ValueError`` where a number of an array is not finite, or not from its rule's least to its largest."""
+    if rule.gaps:
+        array = array[~np.isnan(array).all(axis=-1)]
+    if not array.size:
+        return
+    low, high = array.min(), array.max()
+    if not (low >= rule.low and high <= rule.high):
+        outside = high if low >= rule.low else low
+        raise ValueError(f"array {name} holds {outside}; valid are numbers from {rule.low:g} to {rule.high:g}")
