@@ -17,11 +17,22 @@ def open_input(path: Path) -> IO[bytes]:
     """
     # Opening a pipe waits for its other end unless told not to; for a file it makes no difference.
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-    mode = os.fstat(descriptor).st_mode
-    if not stat.S_ISREG(mode):
+    try:
+        _check_mode(os.fstat(descriptor).st_mode, path)
+    except OSError:
         os.close(descriptor)
-        raise OSError(errno.EINVAL, f"is {_KINDS.get(stat.S_IFMT(mode), 'no file')}; valid is a file", str(path))
+        raise
     return os.fdopen(descriptor, "rb")
+
+
+def check_input(path: Path) -> None:
+    """Raise ``OSError`` as ``open_input`` does, for libraries that open a file themselves."""
+    _check_mode(path.stat().st_mode, path)
+
+
+def _check_mode(mode: int, path: Path) -> None:
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, f"is {_KINDS.get(stat.S_IFMT(mode), 'no file')}; valid is a file", str(path))
 
 
 _KINDS = {

@@ -1,8 +1,10 @@
+import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from refseq.files import replace_bytes, replace_text, replacing
+from refseq.files import check_input, open_input, replace_bytes, replace_text, replacing
 
 
 def test_replaces_the_whole_file(tmp_path: Path) -> None:
@@ -52,3 +54,27 @@ def test_mode_is_that_of_any_new_file(tmp_path: Path) -> None:
 def test_a_missing_folder_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         replace_bytes(tmp_path / "no" / "a", b"")
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (os.mkfifo, "is a pipe; valid is a file"),
+        (os.mkdir, "is a folder; valid is a file"),
+        (lambda path: path.symlink_to("/dev/zero"), "is a device; valid is a file"),
+    ],
+)
+def test_what_is_no_file_is_not_waited_for(tmp_path: Path, make: Callable[[Path], None], told: str) -> None:
+    make(tmp_path / "a")
+    for look in (open_input, check_input):
+        with pytest.raises(OSError, match=told):
+            look(tmp_path / "a")
+
+
+def test_a_file_is_opened_and_a_missing_one_is_not(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"abc")
+    check_input(tmp_path / "a")
+    with open_input(tmp_path / "a") as file:
+        assert file.read() == b"abc"
+    with pytest.raises(FileNotFoundError):
+        open_input(tmp_path / "b")
