@@ -103,9 +103,11 @@ METADATA_BYTES = Limit(4 * MIB, "bytes in a bag's metadata", "a thousand topics 
 METRES = Limit(10**9, "metres from the origin", "coordinates of UTM and of the earth's centre are below 10 million")
 RIGHT_PICTURES = Limit(1 << 22, "right pictures in a ground truth", "the largest data set has 600 000")
 
-MAP_BYTES = Limit(512 * MIB, "bytes of a map's arrays, unpacked", "two million SIFT words and 10 km of places take 300 MB")
+MAP_BYTES = Limit(512 * MIB, "bytes of a map's arrays, unpacked", "10 km and two million SIFT words take 300 MB")
 MAP_HEADER_BYTES = Limit(16 * MIB, "bytes of a map's header", "annotations of a hundred paths take 1 MB")
-MAP_DIRECTORY_BYTES = Limit(4 * MIB, "bytes of the list of files in a map", "40 000 arrays take so many; maps have 30 a path")
+MAP_DIRECTORY_BYTES = Limit(
+    4 * MIB, "bytes of the list of files in a map", "maps have 30 files a path, of 100 bytes each"
+)
 MAP_PLACES = Limit(10_000_000, "places of a map", "10 km have 12 000")
 MAP_FEATURES = Limit(100_000_000, "features of a sequence", "10 km have two million")
 MAP_METRES = Limit(10**9, "metres in a map, either side of 0", "coordinates of the earth are below 10 million")
