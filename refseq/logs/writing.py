@@ -1,25 +1,13 @@
-"""Formats in which drives are written, and their writers."""
+"""Interfaces of what writes drives: a format, and a drive that is being written in it."""
 
 from collections.abc import Mapping
-from enum import StrEnum
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import Protocol, Self
 
-from refseq.errors import LogError
+from refseq.logs.rig import SensorRig
 from refseq.planar import Pose
 from refseq.view import View
-
-if TYPE_CHECKING:
-    from refseq.logs.ros.outgoing import SensorRig
-
-
-class DriveFormat(StrEnum):
-    """A file of Foxglove's messages, or a folder of ROS 2's in either storage."""
-
-    MCAP = "mcap"
-    ROSBAG2 = "rosbag2"
-    ROSBAG2_SQLITE3 = "rosbag2-sqlite3"
 
 
 class DriveWriter(Protocol):
@@ -52,33 +40,16 @@ class DriveWriter(Protocol):
         ...
 
 
-def check_place(path: Path, form: DriveFormat = DriveFormat.MCAP) -> None:
-    """Raise ``LogError`` where a drive of this format cannot lie."""
-    if form is DriveFormat.MCAP:
-        if path.is_dir():
-            raise LogError(f"{path}: is a folder; valid is the name of a recording to write")
-        return
-    from refseq.logs.ros.writer import check_bag_path
+class OutputFormat(Protocol):
+    """A format in which drives are written."""
 
-    check_bag_path(path)
+    def check(self, path: Path) -> None:
+        """Raise ``LogError`` where a drive of this format cannot lie."""
+        ...
 
+    def open(self, path: Path, metadata: Mapping[str, str], rig: SensorRig | None = None) -> DriveWriter:
+        """Begin a drive at ``path``; ``rig`` tells of mounts and calibrations where the format has a place for them.
 
-def open_writer(
-    path: Path,
-    metadata: Mapping[str, str],
-    form: DriveFormat = DriveFormat.MCAP,
-    rig: "SensorRig | None" = None,
-) -> DriveWriter:
-    """Begin a drive at ``path``; ``rig`` tells of mounts and calibrations where the format has a place for them.
-
-    Raises ``LogError`` where it cannot be written.
-    """
-    check_place(path, form)
-    if form is DriveFormat.MCAP:
-        from refseq.logs.foxglove.writer import RecordingWriter
-
-        return RecordingWriter(path, metadata)
-    from refseq.logs.ros.writer import BagStorage, BagWriter
-
-    storage = BagStorage.MCAP if form is DriveFormat.ROSBAG2 else BagStorage.SQLITE3
-    return BagWriter(path, metadata, storage=storage, rig=rig)
+        Raises ``LogError`` where it cannot be written.
+        """
+        ...

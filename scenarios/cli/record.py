@@ -81,7 +81,7 @@ def record(
     on_request: OnRequest = False,
 ) -> None:
     """Record a robot that follows a route, behaviours or a script."""
-    from refseq.logs.writing import DriveFormat
+    from refseq.logs.formats import DriveFormat, output_format
     from refseq_bench.scenarios.drives.record import record as record_drive
     from refseq_bench.scenarios.drives.teleop import TeleopDrive
 
@@ -95,7 +95,7 @@ def record(
         if value:
             raise ScenarioError(f"{given} goes with --script; valid is to lead the robot by a script, or without it")
     with progress_bar(f"{world} at {setting.light}") as progress:
-        recording = record_drive(drive, output, progress, form=DriveFormat(form))
+        recording = record_drive(drive, output, progress, form=output_format(DriveFormat(form)))
     say(out, f"{output}: {len(recording.views)} views of {', '.join(sorted(recording.sensors))}")
 
 
@@ -116,13 +116,13 @@ def drive(
     on_request: OnRequest = False,
 ) -> None:
     """Record a robot that you lead in the browser, by keys or a gamepad."""
-    from refseq.logs.writing import DriveFormat
+    from refseq.logs.formats import DriveFormat, output_format
     from refseq_bench.scenarios.drives.teleop import TeleopDrive, by_viewer, record_by_hand
 
     asked = drive_in(world, setting, carrier, sampling)
     session = TeleopDrive(name or output.stem, asked, sampling.trigger_unless(on_request))
     controls = by_viewer(session, port=port, gamepad=gamepad, rate=rate)
-    tell_of(record_by_hand(session, output, controls, form=DriveFormat(form)), output)
+    tell_of(record_by_hand(session, output, controls, form=output_format(DriveFormat(form))), output)
 
 
 def tell_of(led: "TeleopResult", output: Path) -> None:
@@ -135,7 +135,7 @@ def tell_of(led: "TeleopResult", output: Path) -> None:
 
 def _by_script(session: "TeleopDrive", output: Path, script: Path, form: FormatName) -> "TeleopResult":
     """Lead the robot by a script, with a bar of its time."""
-    from refseq.logs.writing import DriveFormat
+    from refseq.logs.formats import DriveFormat, output_format
     from refseq_bench.scenarios.drives.teleop import controls_in, record_by_hand
     from refseq_bench.sim.teleop.script import ScriptSource
 
@@ -148,6 +148,8 @@ def _by_script(session: "TeleopDrive", output: Path, script: Path, form: FormatN
             time = taken.view.time
             bars.update(task, completed=time, seen=f"{time:5.1f} of {end:.0f} s, {views:3d} views")
 
-        led = record_by_hand(session, output, lambda bench: nullcontext(ScriptSource(moments)), show, DriveFormat(form))
+        led = record_by_hand(
+            session, output, lambda bench: nullcontext(ScriptSource(moments)), show, output_format(DriveFormat(form))
+        )
         bars.update(task, completed=end or 1.0)
     return led

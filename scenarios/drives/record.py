@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.logs import Recording, read_recording
-from refseq.logs.ros.outgoing import SensorRig
-from refseq.logs.writing import DriveFormat, DriveWriter, check_place, open_writer
+from refseq.logs.foxglove.writer import RecordingFormat
+from refseq.logs.rig import SensorRig
+from refseq.logs.writing import DriveWriter, OutputFormat
 from refseq.view import LASER, View
 from refseq_bench import robots
 from refseq_bench.robots import Robot
@@ -40,6 +41,8 @@ QUERY_SEEDS = 1000
 """Added to a reference drive's seed for the query drives: never the same drive twice."""
 OWN_ROUTE = "own"
 """Name of the route that a drive brings itself."""
+OWN_FORMAT = RecordingFormat()
+"""Format of drives that are kept: who asks for another brings it, so that no key of a recording follows the others."""
 
 Progress = Callable[[float, float, int], None]
 """Told how far the robot has come [m], of how much [m], and the number of views so far."""
@@ -180,7 +183,7 @@ def record(
     path: Path | None,
     progress: Progress | None = None,
     told: ViewCallback | None = None,
-    form: DriveFormat = DriveFormat.MCAP,
+    form: OutputFormat = OWN_FORMAT,
 ) -> Recording:
     """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
 
@@ -211,10 +214,10 @@ def record(
         return write_drive(path, metadata, drive_on, scanning=scans(drive), told=tell, form=form, rig=rig)
 
 
-def check_recording(path: Path | None, form: DriveFormat = DriveFormat.MCAP) -> None:
+def check_recording(path: Path | None, form: OutputFormat = OWN_FORMAT) -> None:
     """Raise ``LogError`` where a recording of this format cannot lie at ``path``."""
     if path is not None:
-        check_place(path, form)
+        form.check(path)
 
 
 def scans(drive: Drive) -> bool:
@@ -244,7 +247,7 @@ def write_drive(
     scanning: bool = True,
     told: ViewCallback | None = None,
     afterwards: Callable[[], Mapping[str, str]] = dict,
-    form: DriveFormat = DriveFormat.MCAP,
+    form: OutputFormat = OWN_FORMAT,
     rig: SensorRig | None = None,
 ) -> Recording:
     """Write the views of a drive as they are taken, to ``path``, None: nowhere; ``told`` hears of each when it is kept.
@@ -274,7 +277,7 @@ def write_drive(
         for taken in every:
             keep(taken, None)
     else:
-        _write(path, partial(open_writer, path, metadata, form, rig), every, keep, afterwards)
+        _write(path, partial(form.open, path, metadata, rig), every, keep, afterwards)
     return Recording(tuple(views), {**metadata, **afterwards()})
 
 

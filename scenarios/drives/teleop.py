@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from refseq.logs import Recording, read_recording
-from refseq.logs.writing import DriveFormat
+from refseq.logs.writing import OutputFormat
 from refseq_bench.robots import Stop
 from refseq_bench.scenarios.drives.record import (
+    OWN_FORMAT,
     Drive,
     ViewCallback,
     check_recording,
@@ -78,7 +79,7 @@ def record_by_hand(
     path: Path | None,
     controls: Controls,
     told: ViewCallback | None = None,
-    form: DriveFormat = DriveFormat.MCAP,
+    form: OutputFormat = OWN_FORMAT,
 ) -> TeleopResult:
     """Lead the robot by ``controls`` and record its views to ``path``, None: nowhere; ``told`` is called for each view.
 

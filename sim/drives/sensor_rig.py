@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.logs.ros.outgoing import SensorRig
+from refseq.logs.rig import SensorRig
 from refseq.logs.source import CameraCalibration
 from refseq.logs.transforms import Transform
 from refseq.view import LASER

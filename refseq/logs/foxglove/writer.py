@@ -24,6 +24,7 @@ from foxglove.mcap import MCAPWriteOptions
 
 from refseq.errors import LogError
 from refseq.logs.closing import ClosedAtExit
+from refseq.logs.rig import SensorRig
 from refseq.planar import Pose
 from refseq.view import LASER, Scan, View
 
@@ -39,6 +40,20 @@ FAST_PNG = (
 )
 """A quarter less time than OpenCV's default, and a twelfth smaller: noise leaves no repetitions to look for, and the
 mean of two neighbours has less of it than one."""
+
+
+class RecordingFormat:
+    """The format of the bench's own recordings."""
+
+    def check(self, path: Path) -> None:
+        """Raise ``LogError`` where a recording cannot lie."""
+        if path.is_dir():
+            raise LogError(f"{path}: is a folder; valid is the name of a recording to write")
+
+    def open(self, path: Path, metadata: Mapping[str, str], rig: SensorRig | None = None) -> "RecordingWriter":
+        """Begin a recording at ``path``, which has no place for a ``rig``. Raises ``LogError``."""
+        self.check(path)
+        return RecordingWriter(path, metadata)
 
 
 class RecordingWriter(ClosedAtExit):

@@ -6,8 +6,8 @@ unknown mount is told in ``base_link``, whose forward direction a view's bearing
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import cv2
@@ -16,6 +16,7 @@ from rosbags.typesys.store import Typestore
 
 from refseq.errors import LogError
 from refseq.logs.foxglove.writer import FAST_PNG
+from refseq.logs.rig import SensorRig
 from refseq.logs.ros.contents import BEHAVIOUR_TOPIC, NANOSECONDS, STATIC_TOPIC
 from refseq.logs.source import CameraCalibration
 from refseq.logs.transforms import Transform
@@ -25,18 +26,6 @@ from refseq.view import LASER, Scan, View
 MAP, ODOM, BASE = "map", "odom", "base_link"
 SCAN_TOPIC, ODOMETRY_TOPIC, TRUTH_TOPIC, TRANSFORM_TOPIC = "/scan", "/odom", "/ground_truth", "/tf"
 HERE = Pose(0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class SensorRig:
-    """Facts about sensors that views do not tell, by sensor's name: mounts on the robot, cameras' calibrations.
-
-    Mounts are transforms from ``base_link``; those of cameras in ROS' optical axes, z forward and y down. The laser is
-    turned as the robot is.
-    """
-
-    mounts: Mapping[str, Transform] = field(default_factory=dict)
-    calibrations: Mapping[str, CameraCalibration] = field(default_factory=dict)
 
 
 class RosMessage(NamedTuple):

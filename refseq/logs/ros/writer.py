@@ -6,6 +6,7 @@ import sqlite3
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Literal
@@ -15,11 +16,12 @@ from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 
 from refseq.errors import LogError
 from refseq.logs.closing import ClosedAtExit
+from refseq.logs.rig import SensorRig
 from refseq.logs.ros.bag import VIEWS_KEY
 from refseq.logs.ros.contents import NANOSECONDS, STATIC_TOPIC
 from refseq.logs.ros.decoder import Serialization, known_types
 from refseq.logs.ros.files import METADATA_FILE, STORAGE_SUFFIXES
-from refseq.logs.ros.outgoing import RosMessage, SensorRig, ViewMessages, camera_topics
+from refseq.logs.ros.outgoing import RosMessage, ViewMessages, camera_topics
 from refseq.planar import Pose
 from refseq.view import View
 
@@ -45,6 +47,22 @@ class BagStorage(StrEnum):
 
     MCAP = "mcap"
     SQLITE3 = "sqlite3"
+
+
+@dataclass(frozen=True)
+class BagFormat:
+    """The format of rosbag2 folders, in either ``storage``."""
+
+    storage: BagStorage = BagStorage.MCAP
+
+    def check(self, path: Path) -> None:
+        """Raise ``LogError`` where a bag cannot lie."""
+        check_bag_path(path)
+
+    def open(self, path: Path, metadata: Mapping[str, str], rig: SensorRig | None = None) -> "BagWriter":
+        """Begin a bag at ``path``; ``rig`` becomes its transforms and calibrations. Raises ``LogError``."""
+        self.check(path)
+        return BagWriter(path, metadata, storage=self.storage, rig=rig)
 
 
 class BagWriter(ClosedAtExit):

@@ -25,7 +25,7 @@ from refseq_bench.scenarios.campaign.declare.sources import Source, names_of
 from refseq_bench.scenarios.campaign.run import answering, learning
 from refseq_bench.scenarios.campaign.run.answering import AnswerRequest, answered
 from refseq_bench.scenarios.campaign.run.learning import kept_maps, selected
-from refseq_bench.scenarios.campaign.store import keys
+from refseq_bench.scenarios.campaign.store import keys, recordings
 from refseq_bench.scenarios.campaign.store import views as stored_views
 from refseq_bench.scenarios.campaign.store.answers import KeptAnswers, read_answers, write_answers
 from refseq_bench.scenarios.campaign.store.cache import ANSWERS, RECORDING, DamagedError, Store
@@ -39,6 +39,8 @@ from refseq_bench.sim.errors import StuckError
 
 HANDS = (__name__, declared_sources.__name__, stored_views.__name__, keys.__name__)
 """Modules that hand views to those that learn and answer: their own text counts in a key, not all that they import."""
+READER = recordings.__name__
+"""Module that reads drives from the store: views change with it, though recordings, which it did not write, do not."""
 
 
 @dataclass(frozen=True)
@@ -172,7 +174,7 @@ class Question(ABC):
         return tuple(self._map_key(source, profile) for profile in PROFILES for source in sources)
 
     def _map_key(self, source: str, profile: str) -> str:
-        code = code_digest(learning.__name__, alone=HANDS)
+        code = code_digest(learning.__name__, READER, alone=HANDS)
         return key_of("map", profile, source, self.places, self.sensors, code)
 
 
@@ -193,7 +195,7 @@ class AnswerTask(Question):
             self.sensors,
             self.seed,
             self.merge if self.further else None,
-            code_digest(answering.__name__, alone=HANDS),
+            code_digest(answering.__name__, READER, alone=HANDS),
         )
 
     @property

@@ -7,13 +7,14 @@ from functools import cache
 from pathlib import Path
 
 from refseq.errors import LogError
-from refseq.logs import Recording, read_recording
+from refseq.logs import Recording
 from refseq_bench.scenarios.campaign.declare import real_recordings
 from refseq_bench.scenarios.campaign.declare.real_recordings import read_real, real_path
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.campaign.store.cache import RECORDING, DamagedError, Store
 from refseq_bench.scenarios.campaign.store.contents import content_digest
 from refseq_bench.scenarios.campaign.store.keys import LENGTH, code_digest, key_of
+from refseq_bench.scenarios.campaign.store.recordings import read_kept
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.sim.rendering.drivers import GlDevice, VulkanDriver, gl_device, vulkan_driver
 from refseq_bench.sim.rendering.renderer import RendererKind
@@ -74,7 +75,7 @@ def read_views(source: Source, key: str, store: Store) -> Recording:
         return read_real(source)
     path = store.path(key, RECORDING)
     try:
-        recording = read_recording(path)
+        recording = read_kept(path)
     except (LogError, OSError) as error:
         raise DamagedError(key, str(error)) from error
     if not recording.complete:

@@ -41,7 +41,7 @@ class TrajectoryName(StrEnum):
 
 
 class FormatName(StrEnum):
-    """Values of ``--format``: those of ``refseq.logs.writing.DriveFormat``, not imported for help."""
+    """Values of ``--format``: those of ``refseq.logs.formats.DriveFormat``, not imported for help."""
 
     MCAP = "mcap"
     ROSBAG2 = "rosbag2"

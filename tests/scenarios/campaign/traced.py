@@ -18,7 +18,7 @@ from refseq_bench.scenarios.campaign.declare.real_recordings import Log
 from refseq_bench.scenarios.campaign.run import answering, learning, mission_task
 from refseq_bench.scenarios.campaign.run.case_tasks import mission_tasks
 from refseq_bench.scenarios.campaign.run.learning import kept_maps
-from refseq_bench.scenarios.campaign.run.tasks import HANDS, AnswerTask, learnt_drives, perform
+from refseq_bench.scenarios.campaign.run.tasks import HANDS, READER, AnswerTask, learnt_drives, perform
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT
@@ -52,8 +52,8 @@ methods = ["best/chain"]
 REAL = real_recordings.__name__
 CLOSURES = {
     "recording": ((record.__module__,), ()),
-    "map": ((learning.__name__, REAL), HANDS),
-    "answers": ((answering.__name__, REAL), HANDS),
+    "map": ((learning.__name__, READER, REAL), HANDS),
+    "answers": ((answering.__name__, READER, REAL), HANDS),
     "mission": ((mission_task.__name__,), ()),
 }
 """Modules of which the closure makes the key of each kind, and those that count alone."""

@@ -8,7 +8,7 @@ import pytest
 from refseq.belief import Stage
 from refseq.errors import LogError
 from refseq.logs import Recording, read_recording
-from refseq.logs.writing import DriveFormat
+from refseq.logs.formats import DriveFormat, output_format
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.view import View
@@ -50,7 +50,7 @@ def same(one: View, other: View) -> bool:
 @pytest.mark.parametrize("form", DriveFormat)
 def test_what_is_returned_is_what_the_file_holds(blind: Drive, tmp_path: Path, form: DriveFormat) -> None:
     path = tmp_path / "new" / "folder" / "drive.mcap"
-    recording = record(blind, path, form=form)
+    recording = record(blind, path, form=output_format(form))
     read = read_recording(path)
     assert read.complete
     assert dict(read.metadata) == dict(recording.metadata)
@@ -176,7 +176,7 @@ def stop_at(count: int) -> Progress:
 def test_an_interrupted_recording_is_readable_at_its_name(blind: Drive, tmp_path: Path, form: DriveFormat) -> None:
     path = tmp_path / "drive.mcap"
     with pytest.raises(Interrupted, match=rf"^{path} is readable and holds all views up to now, 4$"):
-        record(blind, path, stop_at(4), form=form)
+        record(blind, path, stop_at(4), form=output_format(form))
     read = read_recording(path)
     assert read.complete
     assert len(read.views) == 4

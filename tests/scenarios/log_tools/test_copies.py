@@ -11,7 +11,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from refseq.errors import LogError
 from refseq.logs import RecordingWriter, open_log, plan_views, read_recording
-from refseq.logs.writing import DriveFormat, open_writer
+from refseq.logs.formats import DriveFormat, output_format
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.log_tools.copies import LoggedSpan, check_copy, copy_stretch
@@ -69,7 +69,7 @@ def test_a_copy_of_a_bag_says_what_it_is(tmp_path):
 
 
 def test_a_copy_of_a_bag_of_ours_keeps_its_notes_and_the_cameras_names(tmp_path):
-    with open_writer(tmp_path / "own", {"world": "hall"}, DriveFormat.ROSBAG2) as writer:
+    with output_format(DriveFormat.ROSBAG2).open(tmp_path / "own", {"world": "hall"}) as writer:
         for k in range(6):
             writer.write(View(float(k), {"camera-1": np.zeros((4, 4), np.uint8)}), Pose(k, 0.0, 0.0))
     copy_stretch(tmp_path / "own", tmp_path / "copy", LoggedSpan(1 * 10**9, 4 * 10**9), {"cut": "some"})

@@ -16,8 +16,8 @@ from mcap_ros2.decoder import DecoderFactory as Ros2Decoder
 
 from refseq.errors import LogError
 from refseq.logs import open_log
+from refseq.logs.formats import DriveFormat, output_format
 from refseq.logs.foxglove.layout import foxglove_layout
-from refseq.logs.writing import DriveFormat, open_writer
 from refseq.planar import Pose
 from tests.refseq.logs.foreign import RosSetup, write_rosbag2
 from tests.refseq.logs.robot_drive import RobotDrive
@@ -30,7 +30,7 @@ CONFIGS = {"Image": fl.ImageConfig, "3D": fl.ThreeDeeConfig, "Plot": fl.PlotConf
 def recording(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     """A recording of ours of either format, with cameras of the bench's names."""
     path = tmp_path / "drive.mcap"
-    with open_writer(path, {}, request.param) as writer:
+    with output_format(request.param).open(path, {}) as writer:
         for k, view in enumerate(corridor_drive(np.random.default_rng(1), 3, size=48)):
             writer.write(view, Pose(float(k), 0.0, 0.0))
     return path

@@ -15,7 +15,7 @@ from rosbags.rosbag2 import Reader
 
 from refseq.errors import LogError
 from refseq.logs import read_recording
-from refseq.logs.ros.outgoing import SensorRig
+from refseq.logs.rig import SensorRig
 from refseq.logs.ros.writer import BagStorage, BagWriter
 from refseq.logs.source import CameraCalibration
 from refseq.logs.transforms import Transform, TransformTree
