@@ -217,16 +217,23 @@ def test_a_path_without_a_sequence_of_its_own_and_odd_names_are_told(here: Path)
 # --- without truth ---
 
 
-@pytest.fixture
-def blind(here: Path) -> Path:
+@pytest.fixture(scope="module")
+def unseen(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A map and a drive of which no pose is known, and the map and the drive that know theirs."""
+    folder = tmp_path_factory.mktemp("unseen")
     drive = corridor_drive(np.random.default_rng(1), count=24, size=96)
     for name, views in (("seen", drive), ("unseen", [replace(view, truth=None) for view in drive])):
-        learn(views, profile=BEST, name=name).save(here / f"{name}.refseq")
-        with RecordingWriter(here / f"{name}.mcap", {"light": "18:00"}) as writer:
+        learn(views, profile=BEST, name=name).save(folder / f"{name}.refseq")
+        with RecordingWriter(folder / f"{name}.mcap", {"light": "18:00"}) as writer:
             for number, view in enumerate(views[4:16]):
                 writer.write(view, Pose(0.85 * number, 0.0, 0.0))
-    return here
+    return folder
+
+
+@pytest.fixture
+def blind(unseen: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(unseen)
+    return unseen
 
 
 @pytest.mark.parametrize(
