@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from typing import Any
+from unicodedata import category
 
 from rich.box import SIMPLE
 from rich.console import Console, RenderableType
@@ -19,7 +20,7 @@ class TextTable(Table):
     def __init__(self, *headings: str, title: str = "", wraps: Collection[str] = ()) -> None:
         super().__init__(
             *(_column(heading, wraps) for heading in headings),
-            title=Text(title) if title else None,
+            title=Text(printable(title)) if title else None,
             title_justify="left",
             title_style="bold",
             box=SIMPLE,
@@ -28,7 +29,7 @@ class TextTable(Table):
 
     def add_row(self, *cells: RenderableType | None, **look: Any) -> None:
         """Add a row; a string is shown as it is written, anything else as rich renders it."""
-        super().add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in cells), **look)
+        super().add_row(*(Text(printable(cell)) if isinstance(cell, str) else cell for cell in cells), **look)
 
 
 def _column(heading: str, wraps: Collection[str]) -> Column:
@@ -44,6 +45,21 @@ def print_whole(console: Console, table: RenderableType) -> None:
     Console(file=console.file, width=max(needed, console.width)).print(table)
 
 
+def printable(text: str) -> str:
+    """Text that a terminal shows and does not obey: control characters are escaped, those of direction among them."""
+    if text.isprintable():
+        return text
+    return "".join(_escaped(one) if category(one) in _OBEYED else one for one in text)
+
+
+_OBEYED = {"Cc", "Cf", "Cs", "Zl", "Zp"}
+"""Unicode's categories of characters that are not shown: control, format, halves of pairs, ends of lines."""
+
+
+def _escaped(character: str) -> str:
+    return character.encode("unicode_escape", "surrogatepass").decode()
+
+
 def say(console: Console, line: str) -> None:
     """Print one line as it is: a file's name may be long, and may hold what rich takes for markup."""
-    console.print(line.replace("\n", " "), highlight=False, markup=False, emoji=False, soft_wrap=True)
+    console.print(printable(line.replace("\n", " ")), highlight=False, markup=False, emoji=False, soft_wrap=True)

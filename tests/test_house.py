@@ -75,7 +75,7 @@ def test_every_room_is_shipped_and_watched_over():
     packages = ["refseq", "refseq_bench"]
     assert PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"] == packages
     assert contracts["root_packages"] == packages
-    assert {name.removeprefix("refseq_bench.") for name in itertools.chain(*layers)} == rooms
+    assert {name.removeprefix("refseq_bench.") for name in itertools.chain(*layers)} == {*rooms, "text_file"}
     assert {link.name: link.readlink() for link in (ROOT / "refseq_bench").iterdir() if link.is_symlink()} == {
         room: Path("..", room) for room in LINKED
     }

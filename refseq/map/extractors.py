@@ -52,16 +52,17 @@ def make_extractors(features: Iterable[str], sensors: Sequence[str], profile: Pr
 def check_feature(key: str) -> None:
     """Raise ``MapError`` for the key of an extractor, ``feature/sensor``, whose feature is not known."""
     if key.partition("/")[0] not in FEATURES:
-        raise MapError(f"feature {key!r:.80} is unknown; valid are {', '.join(FEATURES)}, a slash and a fitting sensor")
+        raise _unknown(key)
 
 
 def make_extractor(key: str, profile: Profile, state: Mapping[str, NDArray[Any]]) -> Extractor:
     """The extractor of a saved map by its key, ``feature/sensor``. Raises ``MapError`` for one that is not known."""
-    check_feature(key)
     name, _, sensor = key.partition("/")
-    extractor = FEATURES[name](sensor, profile, state)
+    extractor = FEATURES[name](sensor, profile, state) if name in FEATURES else None
     if extractor is None:
-        raise MapError(
-            f"feature {key!r:.80} does not fit its sensor; valid are {', '.join(FEATURES)} with a fitting one"
-        )
+        raise _unknown(key)
     return extractor
+
+
+def _unknown(key: str) -> MapError:
+    return MapError(f"feature {key!r:.80} is unknown; valid are {', '.join(FEATURES)}, a slash and a fitting sensor")

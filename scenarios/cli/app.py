@@ -5,7 +5,6 @@ interrupted. A command imports what it needs when it runs, so that ``refseq doct
 it is missing, and ``--help`` comes at once.
 """
 
-import logging
 import os
 import signal
 import sys
@@ -24,9 +23,9 @@ from refseq_bench.scenarios.cli.maps import app as maps
 from refseq_bench.scenarios.cli.record import DRIVE_HELP, RECORD_HELP, drive, record
 from refseq_bench.scenarios.cli.report import REPORT_HELP, report
 from refseq_bench.scenarios.cli.serve import SERVE_HELP, serve
-from refseq_bench.scenarios.cli.terminal.console import Notes, err, out
+from refseq_bench.scenarios.cli.terminal.console import err, out, settle_terminal
 from refseq_bench.scenarios.cli.terminal.options import flag
-from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, UsageError, group, in_one_line
+from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, UsageError, asks_for_help, group, in_one_line
 from refseq_bench.scenarios.cli.view import VIEW_HELP, view
 from refseq_bench.scenarios.cli.workshop import DEMO_HELP, DOCTOR_HELP, demo, doctor
 from refseq_bench.scenarios.errors import input_errors
@@ -68,7 +67,7 @@ def version(
 
 def main() -> None:
     """Run the command line: a known error is one line and an exit code, an unknown one comes with its trace."""
-    logging.getLogger("refseq_bench.scenarios").handlers = [Notes()]
+    settle_terminal()
     # Systems and CI servers end a job by SIGTERM, a terminal by SIGINT: either leaves behind what Ctrl-C does. What a
     # shell without job control puts in the background ignores SIGINT, and does so here too.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -87,7 +86,11 @@ def exit_code(words: list[str]) -> int:
     except KeyboardInterrupt as stop:
         return _told(f"interrupted: {stop}" if stop.args else "interrupted", INTERRUPTED)
     except UsageError as error:
+        if asks_for_help(error):
+            return 0
         return _told(f"error: {in_one_line(error)}", BAD_INPUT)
+    except MemoryError:
+        return _told("error: the memory of this machine is not enough for what was asked", BAD_INPUT)
     except BrokenPipeError:  # whoever read our output has enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BELOW

@@ -13,6 +13,7 @@ from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_folder, check_output, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import print_whole, say
+from refseq_bench.text_file import TextFileError, read_text
 
 if TYPE_CHECKING:
     from refseq_bench.scenarios.campaign.declare.cases import Case
@@ -296,10 +297,9 @@ def tables(
 
 def _text_of(page: Path) -> str:
     try:
-        return page.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "is not UTF-8"
-        raise ScenarioError(f"{page}: cannot be read: {reason}; valid is a page in Markdown") from error
+        return read_text(page)
+    except TextFileError as error:
+        raise ScenarioError(f"{page}: {error}; valid is a page in Markdown") from None
 
 
 @app.command(

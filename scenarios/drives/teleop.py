@@ -27,6 +27,7 @@ from refseq_bench.sim.drives.sensor_rig import sensor_rig
 from refseq_bench.sim.teleop.commands import Commands, CommandSource, SessionPhase, SessionStatus
 from refseq_bench.sim.teleop.script import CommandLog, TimedCommand, parse, printed
 from refseq_bench.sim.teleop.session import run_session
+from refseq_bench.text_file import TextFileError, read_text
 
 CONTROLS = "controls"
 """Metadata key of the commands of a teleoperated drive, as a script."""
@@ -114,9 +115,9 @@ def controls_in(path: Path) -> tuple[TimedCommand, ...]:
         raise ScenarioError(f"{path}: is no file; valid is a script of controls, or a recording that was led by hand")
     if path.suffix != ".mcap":
         try:
-            return parse(path.read_text(encoding="utf-8"), str(path))
-        except UnicodeDecodeError:
-            raise ScenarioError(f"{path}: is no text; valid is a script of controls, in UTF-8") from None
+            return parse(read_text(path), str(path))
+        except TextFileError as error:
+            raise ScenarioError(f"{path}: {error}; valid is a script of controls, in UTF-8") from None
     text = read_recording(path).metadata.get(CONTROLS)
     if text is None:
         raise ScenarioError(f"{path}: was not led by hand; valid is a recording of `refseq drive`")

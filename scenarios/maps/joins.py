@@ -1,7 +1,6 @@
 """Decisions about joins as a file that a person reads, changes and gives back, as a table, and as questions (M8)."""
 
 import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from refseq.files import replace_text
 from refseq_bench.scenarios.drives.inputs import writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.text_file import TextFileError, read_toml
 
 HEAD = """\
 # Joins that refseq map merge made or refused. Turn `joined` round, or add a join of your own, and give this file to
@@ -62,11 +62,9 @@ def write_decisions(path: Path, decisions: Sequence[Decision]) -> None:
 def read_decisions(path: Path) -> list[Decision]:
     """Read what a person decided. Raises ``ScenarioError`` with the file, the key, and what is valid."""
     try:
-        content = tomllib.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ScenarioError(f"{path}: is no TOML: {error}") from error
+        content = read_toml(path)
+    except TextFileError as error:
+        raise ScenarioError(f"{path}: {error}; valid are decisions in TOML") from None
     try:
         joins = JoinFile.model_validate(_with_tuples(content)).join
     except ValidationError as error:

@@ -15,7 +15,6 @@
     timeout = 120
 """
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -43,6 +42,7 @@ from refseq.missions import (
 from refseq_bench.robots.behaviours.written import parse_behaviour
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.text_file import TextFileError, read_toml
 
 NAME = r"^[A-Za-z0-9][A-Za-z0-9 ._-]{0,59}$"
 """Pattern of the name of a photograph or a function: it becomes part of a file's name."""
@@ -132,13 +132,11 @@ def landmark_named(name: str) -> Landmark:
 def read_mission(path: Path) -> Asked:
     """Read a mission file. Raises ``ScenarioError`` in one line that names the file, the key and what is valid."""
     try:
-        table = _MissionTable.model_validate(tomllib.loads(path.read_text("utf-8")))
+        table = _MissionTable.model_validate(read_toml(path))
         steps, errands = zip(*map(_step, range(1, len(table.step) + 1), table.step), strict=True)
         return Asked(Mission(steps), located(table.landmarks), errands, table.title)
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror}; valid is a mission (.toml)") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{path}: is no TOML: {error}") from error
+    except TextFileError as error:
+        raise ScenarioError(f"{path}: {error}; valid is a mission in TOML") from None
     except ValidationError as error:
         raise ScenarioError(f"{path}: {_mistake(error)}") from error
     except (MissionError, RobotsError, ValueError) as error:

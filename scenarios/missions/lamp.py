@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.library import LIBRARY
+from refseq_bench.text_file import TextFileError, read_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,10 +46,9 @@ def read_program(path: Path) -> "tuple[LampStage, ...]":
         raise ScenarioError(f"{path}: is no LAMP program; valid is a file ending in {SUFFIX}, such as fig-1.6{SUFFIX}")
     chosen = ours if path == Path(path.name) and ours.is_file() and not path.is_file() else path
     try:
-        text = chosen.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise ScenarioError(f"{path}: cannot be read: {reason}; valid is a file such as fig-1.6{SUFFIX}") from None
+        text = read_text(chosen)
+    except TextFileError as error:
+        raise ScenarioError(f"{path}: {error}; valid is a file such as fig-1.6{SUFFIX}") from None
     try:
         return parse_lamp(text)
     except MissionError as error:

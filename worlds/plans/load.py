@@ -1,7 +1,6 @@
 """Load a floor plan from TOML; every mistake in it becomes one line that says what to write instead."""
 
 import re
-import tomllib
 import types
 import typing
 from functools import cache
@@ -11,6 +10,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from refseq_bench.text_file import TextFileError, parse_toml, read_text
 from refseq_bench.worlds.errors import PlanError
 from refseq_bench.worlds.plans.generate import corridor
 from refseq_bench.worlds.plans.rules import checked, short
@@ -50,9 +50,9 @@ def _of_library(file: str) -> FloorPlan:
 def parse_plan(text: str, file: str = "plan.toml") -> FloorPlan:
     """Turn the text of a plan into a checked plan; ``file`` is what the errors call it."""
     try:
-        plan = FloorPlan.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise PlanError(f"{file}: not valid TOML: {error}") from None
+        plan = FloorPlan.model_validate(parse_toml(text))
+    except TextFileError as error:
+        raise PlanError(f"{file}: {error}") from None
     except ValidationError as error:
         raise PlanError(f"{file}: {_first(error)}") from None
     return checked(plan, file)
@@ -60,10 +60,9 @@ def parse_plan(text: str, file: str = "plan.toml") -> FloorPlan:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise PlanError(f"{path}: cannot be read: {reason}") from None
+        return read_text(path)
+    except TextFileError as error:
+        raise PlanError(f"{path}: {error}") from None
 
 
 # --- the schema's own complaints, in our words ---

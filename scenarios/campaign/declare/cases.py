@@ -1,7 +1,6 @@
 """Scenario files to cases: reading, expanding, and checking all that can be checked before the first drive."""
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -25,6 +24,7 @@ from refseq_bench.sim.bench.bench import CONTROL_PERIOD
 from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.sensors.laser import RangeMode
+from refseq_bench.text_file import TextFileError, read_toml
 
 """Folder of the scenarios that come with the bench."""
 SOURCE_KEYS = {"world", "log", "images"}
@@ -125,15 +125,9 @@ def load(path: Path) -> list[Case]:
 
 def _table(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror}; valid is a scenario (.toml)") from error
-    except UnicodeDecodeError as error:
-        raise ScenarioError(f"{path}: is no TOML: {error}; valid is UTF-8") from error
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{path}: is no TOML: {error}") from error
-    except RecursionError as error:
-        raise ScenarioError(f"{path}: is no TOML: its arrays or tables are too deep in each other") from error
+        return read_toml(path)
+    except TextFileError as error:
+        raise ScenarioError(f"{path}: {error}; valid is a scenario in TOML") from None
 
 
 def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:

@@ -19,7 +19,6 @@ table, by the row or by the column.
 """
 
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,6 +29,7 @@ from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.text_file import TextFileError, parse_toml
 
 END = "<!-- end table -->"
 OPENS = re.compile(r"^<!-- table\b.*$", re.MULTILINE)
@@ -130,9 +130,9 @@ def blocks(text: str, page: str) -> list[Block]:
 def _form(toml: str, place: str) -> TableSpec:
     """The table that TOML declares; errors count its lines as the page's."""
     try:
-        return TableSpec.model_validate(tomllib.loads(toml))
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"{place}: is no TOML: {error}") from error
+        return TableSpec.model_validate(parse_toml(toml))
+    except TextFileError as error:
+        raise ScenarioError(f"{place}: {error}") from error
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(map(str, first["loc"]))

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 
-from refseq.files import replace_text
+from refseq.files import open_input, replace_text
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.scoring.cost import Cost
@@ -17,6 +17,8 @@ from refseq_bench.scenarios.scoring.tables.score_tables import NONE
 FORMAT = 2
 """Version of the file's form: another one when a reader of this one would misread it."""
 RESULT = "result.json"
+RESULT_BYTES = 256 * 2**20
+"""Length of a result file that is read [bytes]: a thousand cases of five seeds have 20 million."""
 OPEN = "open"
 """Stands for the verdict of a case that was not judged."""
 
@@ -218,9 +220,12 @@ def read_result(folder: Path) -> CampaignRecord:
     """Read the result file in a campaign's folder. Raises ``ScenarioError`` for none, or another format."""
     path = folder / RESULT
     try:
-        text = path.read_bytes()
+        with open_input(path) as file:
+            text = file.read(RESULT_BYTES + 1)
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read: {error.strerror}; valid is the folder of a campaign") from error
+    if len(text) > RESULT_BYTES:
+        raise ScenarioError(f"{path}: is longer than {RESULT_BYTES} bytes, the most that is valid")
     try:
         record = CampaignRecord.model_validate_json(text)
     except ValidationError as error:

@@ -1,9 +1,12 @@
 """Output of the commands: lines, tables, and results for other programs."""
 
+import io
 import json
 import logging
 import math
 import os
+import sys
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
@@ -67,6 +70,21 @@ class Notes(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Print one."""
         say(err, f"note: {record.getMessage()}")
+
+
+def settle_terminal() -> None:
+    """Decide what the terminal is told: notes of ours, and of the libraries' warnings nothing, unless Python is asked.
+
+    ``PYTHONWARNINGS`` shows them, as ever; processes that we start follow. What a stream's encoding lacks is escaped.
+    """
+    logging.getLogger("refseq_bench.scenarios").handlers = [Notes()]
+    logging.getLogger().addHandler(logging.NullHandler())  # otherwise Python prints what libraries log
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")
+        os.environ["PYTHONWARNINGS"] = "ignore"
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def print_json(value: object) -> None:

@@ -117,18 +117,29 @@ def _unknown_command(name: str, words: Sequence[str], known: Collection[str]) ->
         old = longer if longer in RENAMED_COMMANDS else name
         return f"'refseq {old}' is called 'refseq {new}' now"
     if name.startswith("-"):
-        return f"option {name!r} goes behind a command; valid are {', '.join(known)}"
-    return f"command {name!r} is unknown; {_nearest(words[0], known)}"
+        return f"option {name!r:.80} goes behind a command; valid are {', '.join(known)}"
+    return f"command {name!r:.80} is unknown; {_nearest(words[0], known)}"
 
 
 def _nearest(word: str, known: Collection[str]) -> str:
-    near = get_close_matches(word, known, 1)
+    near = get_close_matches(word[:80], known, 1)  # of long words it takes long
     return f"the nearest is {near[0]!r}" if near else f"valid are {', '.join(known)}"
 
 
+def asks_for_help(error: Any) -> bool:
+    """True for a group of commands without any word behind it, whose help Typer has printed."""
+    return type(error).__name__ == "NoArgsIsHelpError"
+
+
 def in_one_line(error: Any) -> str:
-    """Tell a ``UsageError`` in one line: the option, its value, the valid ones."""
-    ctx, parameter = getattr(error, "ctx", None), getattr(error, "param", None)
+    """Tell a ``UsageError`` in one line: the option, its value, the valid ones, and the command for help."""
+    ctx = getattr(error, "ctx", None)
+    told = _told(error, ctx)
+    return told if told.endswith(" now") else f"{told}; '{' '.join(['refseq', *_path(ctx), '--help'])}' tells more"
+
+
+def _told(error: Any, ctx: Any) -> str:
+    parameter = getattr(error, "param", None)
     command = " ".join(["refseq", *_path(ctx)])
     if type(error).__name__ == "NoSuchOption":
         return _unknown_option(error.option_name, ctx)
@@ -139,8 +150,8 @@ def in_one_line(error: Any) -> str:
     message = str(error.message).rstrip(".")
     if message.startswith("Got unexpected extra"):
         extra = message.rpartition("(")[2].rstrip(")")
-        return f"'{command}' takes no {extra!r}; 'refseq {' '.join([*_path(ctx), '--help'])}' tells what it takes"
-    return message[0].lower() + message[1:]
+        return f"'{command}' takes no {extra!r:.80}"
+    return message[:1].lower() + message[1:]
 
 
 def _unknown_option(name: str, ctx: Any) -> str:
@@ -150,7 +161,7 @@ def _unknown_option(name: str, ctx: Any) -> str:
         return f"{name} of 'refseq {command}' is called {new!r} now"
     known = [one for parameter in ctx.command.params for one in parameter.opts if one.startswith("--")]
     of = f" of 'refseq {command}'" if command else ""
-    return f"option '{name}'{of} is unknown; {_nearest(name, [*known, '--help'])}"
+    return f"option '{name:.80}'{of} is unknown; {_nearest(name, [*known, '--help'])}"
 
 
 def _spelling(parameter: Any) -> str:
@@ -173,9 +184,9 @@ def _invalid(error: Any, parameter: Any) -> str:
     unit = f" [{parameter.metavar}]" if parameter.metavar else ""
     if kind == "value_error":
         choices = str(reasons[0]["msg"]).partition(" is not one of ")[2].rstrip(".").replace("'", "")
-        return f"{name} {value!r} is not valid; valid are {choices or _sentence(parameter.help)}"
+        return f"{name} {value!r:.80} is not valid; valid are {choices or _sentence(parameter.help)}"
     number = "a whole number" if "int" in str(parameter.type_descriptor.annotation) else "a number"
-    return f"{name} {value!r} is not valid; valid is {number}{_range(parameter)}{unit}"
+    return f"{name} {value!r:.80} is not valid; valid is {number}{_range(parameter)}{unit}"
 
 
 def _range(parameter: Any) -> str:

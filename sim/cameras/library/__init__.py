@@ -3,7 +3,6 @@
 What a table leaves out is as with the Fire-i (``CameraModel``).
 """
 
-import tomllib
 from dataclasses import fields
 from importlib import resources
 from pathlib import Path
@@ -13,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from refseq_bench.sim.cameras.camera import CameraModel
 from refseq_bench.sim.errors import SimError
+from refseq_bench.text_file import TextFileError, parse_toml, read_text
 
 __all__ = ["camera_names", "load_camera", "parse_camera"]
 
@@ -50,9 +50,9 @@ def load_camera(name_or_path: str | Path) -> CameraModel:
 def parse_camera(text: str, file: str = "camera.toml") -> CameraModel:
     """Turn the text of a table into a camera; ``file`` is what the errors call it."""
     try:
-        return TypeAdapter(CameraModel).validate_python(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise SimError(f"{file}: not valid TOML: {error}") from None
+        return TypeAdapter(CameraModel).validate_python(parse_toml(text))
+    except TextFileError as error:
+        raise SimError(f"{file}: {error}") from None
     except ValidationError as error:
         first = error.errors()[0]
         raise SimError(f"{file}: {_told(first['type'], first['loc'], first['input'])}") from None
@@ -62,10 +62,9 @@ def parse_camera(text: str, file: str = "camera.toml") -> CameraModel:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
-        raise SimError(f"{path}: cannot be read: {reason}") from None
+        return read_text(path)
+    except TextFileError as error:
+        raise SimError(f"{path}: {error}") from None
 
 
 def _told(mistake: str, loc: tuple[int | str, ...], value: Any) -> str:

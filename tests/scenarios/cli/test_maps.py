@@ -112,7 +112,7 @@ def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
         ),
         ("west.refseq east.refseq -o no/x.refseq", "no/x.refseq: cannot be written: there is no folder no"),
         ("west.refseq east.refseq -o x.refseq --min-overlap -1", "overlap.least is -1.0 m; valid is 0 or more"),
-        ("west.refseq east.refseq -o x.refseq --decisions bad.toml", "bad.toml: is no TOML"),
+        ("west.refseq east.refseq -o x.refseq --decisions bad.toml", "bad.toml: is no TOML: "),
         ("west.refseq east.refseq -o x.refseq --decisions odd.toml", "bad.toml"),
     ],
 )

@@ -75,5 +75,5 @@ def test_what_is_no_camera_is_told(tmp_path: Path) -> None:
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(SimError, match=r"bytes\.toml: cannot be read: not UTF-8 text$"):
         load_camera(tmp_path / "bytes.toml")
-    with pytest.raises(SimError, match=r"^camera\.toml: not valid TOML: "):
+    with pytest.raises(SimError, match=r"^camera\.toml: is no TOML: "):
         parse_camera("gamma =")

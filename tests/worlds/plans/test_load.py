@@ -41,7 +41,7 @@ def test_missing_file(tmp_path: Path) -> None:
 def test_toml_syntax_names_file_and_line(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text('name = "mine"\nwall = [\n')
-    with pytest.raises(PlanError, match=r"^mine\.toml: not valid TOML: .*line 2|end of document"):
+    with pytest.raises(PlanError, match=r"^mine\.toml: is no TOML: .*line 2|end of document"):
         load_plan(path)
 
 

@@ -46,9 +46,9 @@ def only_case(folder: Path, text: str) -> Case:
 
 BAD = {
     "nothing at all": ("", "title: is missing"),
-    "TOML syntax": ("title = \n", "is no TOML: Invalid value (at line 1, column 9)"),
-    "not UTF-8": (b'title = "\xff"', "is no TOML: 'utf-8' codec can't decode byte 0xff in position 9"),
-    "too deep": ("a = " + "[" * 3000, "is no TOML: its arrays or tables are too deep"),
+    "TOML syntax": ("title = \n", "is no TOML: Invalid value (at line 1, column 9); valid is a scenario in TOML"),
+    "not UTF-8": (b'title = "\xff"', "cannot be read: not UTF-8 text; valid is a scenario in TOML"),
+    "too deep": ("a = " + "[" * 3000, "tables or arrays are more than 32 deep in each other"),
     "no query's world": (HEAD + '[query]\nlight = "18:00"\n', "reference: is missing"),
     "no title": (BODY, "title: is missing"),
     "a title of the wrong type": ("title = 3\n" + BODY, "title = 3 is not valid: input should be a valid string"),
@@ -265,7 +265,7 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
     ):
         load(tmp_path / "no.toml")
     (tmp_path / "folder.toml").mkdir()
-    with pytest.raises(ScenarioError, match=r"folder\.toml: cannot be read: Is a directory; valid is a scenario"):
+    with pytest.raises(ScenarioError, match=r"folder\.toml: cannot be read: is no file; valid is a scenario"):
         load(tmp_path / "folder.toml")
 
 

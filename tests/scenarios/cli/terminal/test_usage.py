@@ -54,7 +54,7 @@ RECORD = "record hallway -o new.mcap"
         ("compare", "REFERENCE QUERY of 'refseq compare' is missing: Pairs of drives, those in the same lights pooled"),
         ("world lux hallway", "--at X,Y,Z of 'refseq world lux' is missing: Point to measure at [m]"),
         ("world check", "WORLD of 'refseq world check' is missing: Worlds, corridor:SEED, or plans (.toml)"),
-        (f"{RECORD} annex", "'refseq record' takes no 'annex'; 'refseq record --help' tells what it takes"),
+        (f"{RECORD} annex", "'refseq record' takes no 'annex'; 'refseq record --help' tells more"),
         ("record hallway -o", "option '-o' requires an argument"),
         ("doctor --json=yes", "option '--json' does not take a value"),
         ("record hallway -o a.mcap --name b", "--name goes with --script; valid is to lead the robot by a script"),

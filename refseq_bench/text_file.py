@@ -1,0 +1,78 @@
+"""Files that people write, TOML among them: read only as far as they are files of a sensible size and depth.
+
+All rooms of the bench read such files through here, so that each mistake is found once and told alike.
+"""
+
+import os
+import re
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any
+
+LONGEST_TEXT = 2**20
+"""Length of a file that a person writes [bytes]; the largest world of the library has 30 thousand."""
+DEEPEST = 32
+"""Tables and arrays in each other; the deepest of the bench are 6."""
+
+_PART = r"""(?:(?<![\w-])[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
+_LONG_KEY = re.compile(rf"(?:{_PART}\.[ \t]*+){{{DEEPEST}}}")
+"""A key of so many parts: ``tomllib`` takes time that grows with the square of their number."""
+
+
+class TextFileError(ValueError):
+    """A file cannot be read: the message says why, in one line, without the file's name."""
+
+
+def read_text(path: Path) -> str:
+    """Read a file of text. Raises ``TextFileError`` for what is no file, is too long, or no UTF-8."""
+    try:
+        # A pipe that nobody writes to would wait for ever.
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+            os.close(descriptor)
+            raise TextFileError("cannot be read: is no file")
+        with os.fdopen(descriptor, "rb") as file:
+            content = file.read(LONGEST_TEXT + 1)
+    except OSError as error:
+        raise TextFileError(f"cannot be read: {error.strerror or error}") from None
+    except TextFileError:
+        raise
+    except ValueError as error:  # a name with a zero byte
+        raise TextFileError(f"cannot be read: {error}") from None
+    if len(content) > LONGEST_TEXT:
+        raise TextFileError(f"cannot be read: is longer than {LONGEST_TEXT} bytes, the most that is valid")
+    try:
+        return content.decode()
+    except UnicodeDecodeError:
+        raise TextFileError("cannot be read: not UTF-8 text") from None
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Read TOML.
+
+    Raises ``TextFileError`` for what is none, is deeper than ``DEEPEST``, or has a whole number of more than 64 bits.
+    """
+    too_deep = TextFileError(f"tables or arrays are more than {DEEPEST} deep in each other")
+    if _LONG_KEY.search(text):
+        raise too_deep
+    try:
+        content = tomllib.loads(text)
+    except RecursionError:
+        raise too_deep from None
+    except ValueError as error:  # tomllib's own, and Python's for a number of more digits than it reads
+        raise TextFileError(f"is no TOML: {' '.join(str(error).split())}") from None
+    layer: list[Any] = [content]
+    for _ in range(DEEPEST + 1):
+        if any(isinstance(one, int) and not -(2**63) <= one < 2**63 for one in layer):
+            raise TextFileError("a whole number has more than 64 bits")
+        inner = [one.values() if isinstance(one, dict) else one for one in layer if isinstance(one, dict | list)]
+        layer = [value for values in inner for value in values]
+    if layer:
+        raise too_deep
+    return content
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a file of TOML. Raises ``TextFileError`` as ``read_text`` and ``parse_toml`` do."""
+    return parse_toml(read_text(path))
