@@ -27,25 +27,24 @@ class TextFileError(ValueError):
 def read_text(path: Path) -> str:
     """Read a file of text. Raises ``TextFileError`` for what is no file, is too long, or no UTF-8."""
     try:
-        # A pipe that nobody writes to would wait for ever.
-        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            os.close(descriptor)
-            raise TextFileError("cannot be read: is no file")
-        with os.fdopen(descriptor, "rb") as file:
-            content = file.read(LONGEST_TEXT + 1)
+        content = _start_of(path)
+        if len(content) > LONGEST_TEXT:
+            raise TextFileError(f"cannot be read: is longer than {LONGEST_TEXT} bytes, the most that is valid")
+        return content.decode()
     except OSError as error:
         raise TextFileError(f"cannot be read: {error.strerror or error}") from None
-    except TextFileError:
-        raise
-    except ValueError as error:  # a name with a zero byte
-        raise TextFileError(f"cannot be read: {error}") from None
-    if len(content) > LONGEST_TEXT:
-        raise TextFileError(f"cannot be read: is longer than {LONGEST_TEXT} bytes, the most that is valid")
-    try:
-        return content.decode()
     except UnicodeDecodeError:
         raise TextFileError("cannot be read: not UTF-8 text") from None
+
+
+def _start_of(path: Path) -> bytes:
+    """One byte more than may be read, of a file alone: a pipe that nobody writes to would wait for ever."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise TextFileError("cannot be read: is no file")
+    with os.fdopen(descriptor, "rb") as file:
+        return file.read(LONGEST_TEXT + 1)
 
 
 def parse_toml(text: str) -> dict[str, Any]:
