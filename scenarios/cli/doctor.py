@@ -16,6 +16,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from refseq_bench.scenarios.methods.guests.confinement import holds, in_words
 from refseq_bench.sim.rendering.drivers import VULKAN_PACKAGES, gl_device, vulkan_device
 
 DISTRIBUTION = "refseq-bench"
@@ -78,7 +79,7 @@ class Check:
 
 def checks() -> list[Check]:
     """Look at everything once; takes a second or two, since the graphics drivers are really started."""
-    return [_python(), *_packages(), *_graphics(), _write_access(Path.cwd()), _disk(Path.cwd()), _memory()]
+    return [_python(), *_packages(), *_graphics(), _guests(), _write_access(Path.cwd()), _disk(Path.cwd()), _memory()]
 
 
 def missing_packages() -> tuple[str, ...]:
@@ -182,6 +183,20 @@ def _graphics() -> list[Check]:
             packages=GL_PACKAGES,
         ),
     ]
+
+
+def _guests() -> Check:
+    """Confinement of users' localisers."""
+    found = holds()
+    missing = ", ".join(one.kept_from for one in found if not one.by)
+    return Check(
+        "Guests",
+        in_words(found),
+        not missing,
+        f"a localiser of your own, or somebody's, is not kept from {missing}: run only code that you trust",
+        "uname -r  # Linux 5.13 or later with Landlock and seccomp keeps it from all",
+        needed=False,
+    )
 
 
 def _write_access(folder: Path) -> Check:

@@ -1,6 +1,7 @@
 """All that can find a place, by name: the thesis' stages with any profile, and the baselines."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Self
 
 from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.map.localiser import localise, smoothed
@@ -66,7 +67,8 @@ def answers(
     methods: Sequence[str], reference: Sequence[View], query: Sequence[View], *, seed: int = 0
 ) -> dict[str, list[Belief]]:
     """Answers of each method to the query views after it has learnt the reference views."""
-    return Learnt(methods, {"reference": Reference(reference)}, seed=seed).answers(query)
+    with Learnt(methods, {"reference": Reference(reference)}, seed=seed) as learnt:
+        return learnt.answers(query)
 
 
 class InMap:
@@ -98,7 +100,8 @@ class Learnt:
     Our own localiser has one map of all, of several drives with ``merging`` after what they share was taken out. All
     others have several drives one behind the other, as one on which the robot was carried from each end to the next
     start. Answers are about the views of all drives, one behind the other. ``ours`` are by profile, ``localisers`` all
-    others by name. Raises ``MisbehavedError`` where a user's localiser fails.
+    others by name; users' own have a process each until the ``with`` block ends. Raises ``MisbehavedError`` where one
+    of those fails.
     """
 
     def __init__(
@@ -114,6 +117,18 @@ class Learnt:
             for name in methods
             if name not in (*STAGED, *HINDSIGHT)
         }
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        for guest in self.guests:
+            guest.close()
+
+    @property
+    def guests(self) -> list[PluginLocaliser]:
+        """The users' own."""
+        return [one for one in self.localisers.values() if isinstance(one, PluginLocaliser)]
 
     @property
     def mergings(self) -> dict[str, Merging]:

@@ -1,49 +1,66 @@
-"""Localisers that users bring: a class by ``package.module:Class``, or by the name of an entry point.
+"""Localisers that users bring: a class by ``package.module:Class``, an entry point by its name, a program by its path.
 
 The class is made with the reference drive's views and fits ``refseq.belief.LocaliserProtocol``: ``reset()`` and
 ``update(view)``. It is given views without their true poses, whose arrays cannot be written to, and each of its answers
-is looked at. Until it is asked none of its code is run: what hangs or breaks in it does so in the process that asks it.
+is looked at. None of a user's code is ever run in the bench: it is a guest in a process of its own
+(``refseq_bench.scenarios.methods.guests``).
 """
 
 import importlib
 import sys
-import sysconfig
 import time
-import traceback
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import MappingProxyType
-from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from refseq.belief import Belief, LocaliserProtocol
+from refseq.belief import Belief
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT, closure_of, spec_of
+from refseq_bench.scenarios.imports.closure import PACKAGES, closure_of, spec_of
 from refseq_bench.scenarios.methods.baselines import BASELINES
+from refseq_bench.scenarios.methods.guests.folder import GuestCode
+from refseq_bench.scenarios.methods.guests.limits import limits_here
+from refseq_bench.scenarios.methods.guests.process import Guest, GuestError
+from refseq_bench.scenarios.methods.guests.wire import (
+    PROTOCOL,
+    Kind,
+    Message,
+    WireError,
+    belief_of,
+    packed,
+    view_message,
+)
 from refseq_bench.scenarios.methods.plugin_answers import NoAnswerError, checked
 from refseq_bench.scenarios.methods.plugin_sources import top_names
+from refseq_bench.scenarios.methods.programs import (
+    check_program,
+    is_program,
+    program_digest,
+    program_files,
+    program_of,
+)
 
 GROUP = "refseq.localisers"
 """Group of entry points."""
 
-LocaliserFactory = Callable[[Sequence[View]], LocaliserProtocol]
-T = TypeVar("T")
-Scalar = TypeVar("Scalar", bound=np.generic)
+SEED = 1
+"""Seed that a guest is given for its draws; the drives' own tell what is to be seen."""
 
 
 class MisbehavedError(Exception):
-    """A localiser raised, or gave an answer that is none: its own failure, not the bench's. One line says which."""
+    """A localiser died, raised, or gave an answer that is none: one line says which. ``said`` are its last lines."""
+
+    def __init__(self, reason: str, said: str = "") -> None:
+        super().__init__(reason)
+        self.said = said
 
 
 def is_plugin(name: str) -> bool:
     """Tell whether a method's name is that of a user's localiser. A baseline's name always means the baseline."""
-    return ":" in name or (name in installed() and name not in BASELINES)
+    return is_program(name) or ":" in name or (name in installed() and name not in BASELINES)
 
 
 def installed() -> tuple[str, ...]:
@@ -58,6 +75,10 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 
 def check_plugin(name: str) -> None:
     """Raise ``ScenarioError`` where there is no such localiser, as far as can be told without running its code."""
+    limits_here()
+    if is_program(name):
+        check_program(name)
+        return
     point = _entry_point(name)
     _look_here()
     spec = spec_of(point.module)
@@ -98,82 +119,99 @@ def _look_here() -> None:
 def plugin_digest(name: str) -> str:
     """Digest of all that a user's localiser is made of, and of the bench's code that it builds on."""
     check_plugin(name)
+    if is_program(name):
+        return program_digest(name)
     return closure_of(_entry_point(name).module).digest
 
 
-class PluginLocaliser:
-    """A user's localiser, having learnt a reference drive; each of its answers is looked at.
+def _code(name: str) -> GuestCode:
+    """What the guest runs, and the files that it may read: those that its digest is made of."""
+    check_plugin(name)
+    if is_program(name):
+        return GuestCode("", program_of(name), program_files(name))
+    point = _entry_point(name)
+    files = closure_of(point.module).files
+    own = {named: file for named, file in files.items() if named.partition("/")[0] not in PACKAGES}
+    return GuestCode(f"{point.module}:{point.attr}", None, own)
 
-    Raises ``MisbehavedError`` for whatever the user's code does wrong, from its import on.
+
+class PluginLocaliser:
+    """A user's localiser in a process of its own, having learnt a reference drive; each of its answers is looked at.
+
+    It is sent views without their true poses. Raises ``MisbehavedError`` for whatever it does wrong, from its import
+    on, and for its end.
     """
 
     def __init__(self, name: str, reference: Sequence[View]) -> None:
         self._name, self._places, self._count = name, len(reference), 0
-        maker = self._guarded("being imported", lambda: _loaded(name))
-        views = [blindfolded(view) for view in reference]
-        self._inner = self._guarded("learning the reference drive", lambda: maker(views))
-        for part in ("reset", "update"):
-            if not callable(getattr(self._inner, part, None)):
-                raise MisbehavedError(f"{name} has no {part}(); valid is what fits refseq.belief.LocaliserProtocol")
+        self._limits = limits_here()
+        self._guest = Guest(_code(name), self._limits)
+        self._most = 8 * self._places
+        hello = {"protocol": PROTOCOL, "places": self._places, "seed": SEED}
+        answer = self._asked("being imported", packed(Kind.HELLO, hello), Kind.HELLO, self._limits.start)
+        self._sensors, self._tells_cost = self._capabilities(answer)
+        where = "learning the reference drive"
+        deadline = time.monotonic() + self._limits.learn
+        for number, view in enumerate(reference):
+            message = view_message(Kind.LEARN, number, view, self._sensors)
+            with self._guarded(where):
+                self._guest.tell(message, max(0.0, deadline - time.monotonic()))
+        self._asked(where, packed(Kind.LEARNT, {}), Kind.OK, max(0.0, deadline - time.monotonic()))
 
     def reset(self) -> None:
         """Forget all views seen."""
         self._count = 0
-        self._guarded("reset", self._inner.reset)
+        self._asked("reset", packed(Kind.RESET, {}), Kind.OK, self._limits.view)
 
     def update(self, view: View) -> Belief:
         """Ask about the next view; one that tells no times is timed from outside."""
-        where, shown = f"view {self._count}", blindfolded(view)
+        where = f"view {self._count}"
+        message = view_message(Kind.LOCALISE, self._count, view, self._sensors)
         begin = time.perf_counter()
-        belief = self._guarded(where, lambda: self._inner.update(shown))
+        answer = self._asked(where, message, Kind.BELIEF, self._limits.view, self._most)
         seconds = time.perf_counter() - begin
-        kept = self._guarded(where, lambda: checked(belief, self._places, seconds))
+        with self._guarded(where):
+            kept = checked(belief_of(answer, self._places), self._places, seconds)
         self._count += 1
         return kept
 
-    def _guarded(self, where: str, call: Callable[[], T]) -> T:
+    def bytes_elsewhere(self) -> int:
+        """Bytes that it keeps: as it counts them itself, else all memory that it was seen to have."""
+        if not self._tells_cost:
+            return self._guest.peak_bytes
+        answer = self._asked("cost", packed(Kind.COST, {}), Kind.COST, self._limits.view)
+        found = answer.header.get("bytes_kept")
+        return found if isinstance(found, int) and 0 <= found < 2**63 else self._guest.peak_bytes
+
+    @property
+    def peak_bytes(self) -> int:
+        """The most memory that its process was seen to have resident."""
+        return self._guest.peak_bytes
+
+    def close(self) -> None:
+        """End its process; nothing can be asked any more."""
+        self._guest.close()
+
+    def _asked(self, where: str, message: Sequence[memoryview], due: Kind, seconds: float, most: int = 0) -> Message:
+        with self._guarded(where):
+            return self._guest.ask(message, due, seconds, most)
+
+    def _capabilities(self, answer: Message) -> tuple[frozenset[str] | None, bool]:
+        """Sensors that it wants, None: all, and whether it can tell what it keeps."""
+        with self._guarded("hello"):
+            version, sensors = answer.header.get("protocol"), answer.header.get("sensors")
+            if version != PROTOCOL:
+                raise WireError(f"speaks protocol {version!r:.40}; valid is {PROTOCOL}")
+            if sensors is not None and not (isinstance(sensors, list) and all(isinstance(one, str) for one in sensors)):
+                raise WireError(f"wants sensors {sensors!r:.40}; valid is a list of names")
+        return None if sensors is None else frozenset(sensors), answer.header.get("cost") is True
+
+    @contextmanager
+    def _guarded(self, where: str) -> Iterator[None]:
         try:
-            return call()
-        except NoAnswerError as mistake:
-            raise MisbehavedError(f"{self._name}, {where}: {mistake}") from None
-        except (Exception, SystemExit) as error:
-            raise MisbehavedError(
-                f"{self._name}, {where}: raised {type(error).__name__}: {_line(error)}{_place(error)}"
-            ) from error
-
-
-def _loaded(name: str) -> LocaliserFactory:
-    _look_here()
-    made: LocaliserFactory = _entry_point(name).load()
-    if not callable(made):
-        raise TypeError(f"{name} is no class but {type(made).__name__}")
-    return made
-
-
-def blindfolded(view: View) -> View:
-    """A view without its true pose, whose arrays cannot be written to: others are asked about the same ones."""
-    images = MappingProxyType({camera: _sealed(image) for camera, image in view.images.items()})
-    scan = None if view.scan is None else replace(view.scan, ranges=_sealed(view.scan.ranges))
-    return replace(view, images=images, scan=scan, truth=None)
-
-
-def _sealed(array: NDArray[Scalar]) -> NDArray[Scalar]:
-    sealed = array.view()
-    sealed.setflags(write=False)
-    return sealed
-
-
-def _line(error: BaseException) -> str:
-    return " ".join(str(error).split()) or "no message"
-
-
-def _place(error: BaseException) -> str:
-    """Where the user's code was when it raised: the innermost line that is not the bench's, Python's or a package's."""
-    frames = reversed(traceback.extract_tb(error.__traceback__))
-    lines = (f" ({Path(one.filename).name}, line {one.lineno})" for one in frames if _written_by_user(one.filename))
-    return next(lines, "")
-
-
-def _written_by_user(file: str) -> bool:
-    others = (sysconfig.get_path("stdlib"), sysconfig.get_path("purelib"), *(str(ROOT / name) for name in PACKAGES))
-    return not file.startswith(("<", *others))
+            yield
+        except (NoAnswerError, WireError) as mistake:
+            error = self._guest.failed(str(mistake))
+            raise MisbehavedError(f"{self._name}, {where}: {mistake}", error.said) from None
+        except GuestError as error:
+            raise MisbehavedError(f"{self._name}, {where}: {error}", error.said) from None

@@ -6,11 +6,20 @@ import types
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 CODE = (type, types.ModuleType, types.FunctionType, types.MethodType, types.BuiltinFunctionType)
 STATUS, CLEAR = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+
+
+@runtime_checkable
+class KeepsElsewhere(Protocol):
+    """A stand-in for something in another process."""
+
+    def bytes_elsewhere(self) -> int:
+        """Bytes that are kept there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +41,8 @@ class Cost:
 def bytes_kept(*things: object) -> int:
     """Bytes of all arrays, texts and numbers that some objects hold, each counted once.
 
-    Modules, classes and functions do not count, and what lies behind a library's own handle cannot be seen.
+    Modules, classes and functions do not count, and what lies behind a library's own handle cannot be seen. What keeps
+    things in another process tells how many by a method ``bytes_elsewhere``.
     """
     seen: set[int] = set()
     total, left = 0, list(things)
@@ -41,6 +51,9 @@ def bytes_kept(*things: object) -> int:
         if id(thing) in seen or isinstance(thing, CODE):
             continue
         seen.add(id(thing))
+        if isinstance(thing, KeepsElsewhere):
+            total += thing.bytes_elsewhere()
+            continue
         if isinstance(thing, np.ndarray) and thing.base is not None:
             left.append(thing.base)  # a view of an array keeps the whole of it
             continue

@@ -9,7 +9,8 @@ from refseq_bench.scenarios.errors import ScenarioError
 class Verdict(StrEnum):
     """Verdict of a case or a task.
 
-    A failure is the robot's or the localiser's: it got stuck, or an expectation was missed. An error is the bench's.
+    A failure is the robot's or the localiser's: it got stuck, or an expectation was missed. An error is the bench's, or
+    that of a user's localiser which did not answer.
     """
 
     PASSED = "passed"

@@ -86,7 +86,7 @@ def _mishap(case: CaseRecord) -> Failure | Error | Skipped | None:
     """Failure of a case's tasks, None where all could be done; an error weighs more than a failure."""
     if case.verdict is None:
         return Error(NOT_JUDGED, "bench")
-    for verdict, make, kind in ((Verdict.ERROR, Error, "bench"), (Verdict.FAILED, Failure, "robot or localiser")):
+    for verdict, make, kind in ((Verdict.ERROR, Error, "broken"), (Verdict.FAILED, Failure, "robot or localiser")):
         found = [mishap for mishap in case.mishaps if mishap.verdict is verdict]
         broken = any(one.broken for one in case.judgements)
         if found or (verdict is Verdict.ERROR and case.verdict is verdict and not broken):

@@ -26,20 +26,23 @@ def answered(asked: AnswerRequest, references: Mapping[str, Reference], query: S
     """Have the methods learn the references and answer to the query's views, without their true poses."""
     forget_peak()
     begin = time.perf_counter()
-    learnt = Learnt(asked.methods, references, seed=asked.seed, merging=asked.merge)
-    middle = time.perf_counter()
-    beliefs = learnt.answers([replace(view, truth=None) for view in query])
-    end = time.perf_counter()
+    with Learnt(asked.methods, references, seed=asked.seed, merging=asked.merge) as learnt:
+        middle = time.perf_counter()
+        beliefs = learnt.answers([replace(view, truth=None) for view in query])
+        end = time.perf_counter()
+        return KeptAnswers(beliefs, _cost(learnt, references, middle - begin, end - middle), learnt.mergings)
+
+
+def _cost(learnt: Learnt, references: Mapping[str, Reference], learning: float, answering: float) -> Cost:
     sequences = [sequence for one in learnt.ours.values() for sequence in one.map.sequences]
-    cost = Cost(
-        learn_s=_learning(learnt, middle - begin),
-        answer_s=end - middle,
+    return Cost(
+        learn_s=_learning(learnt, learning),
+        answer_s=answering,
         places=sum(len(drive.views) for drive in references.values()),
         bytes_kept=bytes_kept(*sequences, *learnt.localisers.values()),
         features=sum(sequence.matrix.N for sequence in sequences) or None,
-        peak_bytes=peak_bytes(),
+        peak_bytes=peak_bytes() + sum(guest.peak_bytes for guest in learnt.guests),
     )
-    return KeptAnswers(beliefs, cost, learnt.mergings)
 
 
 def _learning(learnt: Learnt, took: float) -> float:

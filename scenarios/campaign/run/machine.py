@@ -5,6 +5,7 @@ import platform
 from pathlib import Path
 
 from refseq_bench.scenarios.campaign.store.result_file import MachineRecord
+from refseq_bench.scenarios.methods.guests.confinement import holds, in_words
 from refseq_bench.sim.rendering.drivers import vulkan_device
 
 CPU, MEMORY = Path("/proc/cpuinfo"), Path("/proc/meminfo")
@@ -18,6 +19,7 @@ def this_machine() -> MachineRecord:
         cores=os.cpu_count() or 1,
         memory_gb=_memory(),
         device=vulkan_device(),
+        guests=in_words(holds()),
     )
 
 

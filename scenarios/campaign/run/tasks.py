@@ -262,7 +262,7 @@ def perform(task: Task, folder: Store) -> TaskOutcome:
     except AbsentError as absent:
         return TaskOutcome(Verdict.SKIPPED, str(absent))
     except MisbehavedError as failure:
-        return TaskOutcome(Verdict.FAILED, str(failure), traceback.format_exc(), time.perf_counter() - begin)
+        return TaskOutcome(Verdict.ERROR, str(failure), failure.said, time.perf_counter() - begin)
     except StuckError as failure:
         return TaskOutcome(Verdict.FAILED, f"{task.title}: {failure}", seconds=time.perf_counter() - begin)
     except DamagedError as damaged:

@@ -18,13 +18,10 @@ from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdic
 from refseq_bench.scenarios.campaign.run.tasks import Question, Task, perform
 from refseq_bench.scenarios.campaign.run.worker_init import call_and_trim, init_worker, share
 from refseq_bench.scenarios.campaign.store.cache import Store
-from refseq_bench.scenarios.methods.plugins import is_plugin
 
 T = TypeVar("T")
 TRIES = 3
 """Number of times that a task is handed out which no process began: one died idle, and took the pool with it."""
-FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM)
-"""Signals that others send: people, and a system that has run out of memory."""
 
 
 class WorkerPool(Protocol):
@@ -121,7 +118,7 @@ def broken(task: Task, error: BaseException) -> TaskOutcome:
     """Outcome of a task whose process ended in the middle of it.
 
     Who takes for ever to answer has failed; a drive that takes so long is the bench's own affair. A user's localiser
-    that breaks the process in which it is asked has failed as well, unless that was ended from outside.
+    has a process of its own, which breaks no worker.
     """
     if isinstance(error, OutOfTime):
         verdict = Verdict.FAILED if isinstance(task, Question) else Verdict.ERROR
@@ -130,8 +127,6 @@ def broken(task: Task, error: BaseException) -> TaskOutcome:
         )
     if isinstance(error, ProcessExpired):
         code = error.exitcode or 0
-        own = isinstance(task, Question) and all(map(is_plugin, task.methods))
-        verdict = Verdict.FAILED if own and -code not in FROM_OUTSIDE else Verdict.ERROR
         how = f"was killed ({signal.Signals(-code).name})" if code < 0 else f"ended with exit code {code}"
-        return TaskOutcome(verdict, f"{task.title}: the worker's process {how}")
+        return TaskOutcome(Verdict.ERROR, f"{task.title}: the worker's process {how}")
     return TaskOutcome(Verdict.ERROR, f"{task.title}: {one_line(error)}")

@@ -181,13 +181,14 @@ def _words(value: object) -> str:
 
 
 class MachineRecord(Record):
-    """Where it ran."""
+    """Where it ran; ``guests`` tells what users' localisers are kept from there, and by what."""
 
     system: str
     processor: str
     cores: int
     memory_gb: Number
     device: str | None
+    guests: str = ""
 
 
 class CampaignRecord(Record):

@@ -12,7 +12,6 @@ from typing import cast
 
 import cv2
 
-from refseq.view import View
 from refseq_bench.scenarios.campaign.declare.cases import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
 from refseq_bench.scenarios.campaign.judge.drives import Judged
@@ -114,13 +113,6 @@ class Dying(RecordTask):
 
     def carry_out(self, store: Store) -> None:
         signal.raise_signal(signal.SIGKILL)
-
-
-class Crashing:
-    """A user's localiser, an extension of which breaks the process."""
-
-    def __init__(self, reference: Sequence[View]) -> None:
-        signal.raise_signal(signal.SIGSEGV)
 
 
 def case_of(name: str, *chores: Chore) -> Case:

@@ -38,7 +38,7 @@ def asks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AnswerTask:
     ("error", "verdict", "reason", "traced"),
     [
         (AbsentError("a.log: is not there"), "skipped", "a.log: is not there", False),
-        (MisbehavedError("mine:Own, view 3: raised"), "failed", "mine:Own, view 3: raised", True),
+        (MisbehavedError("mine:Own, view 3: raised", "in make"), "error", "mine:Own, view 3: raised", True),
         (StuckError("the robot is stuck"), "failed", "write it: the robot is stuck", False),
         *(
             (kind("what, where"), "error", "write it: what, where", False)
@@ -106,12 +106,18 @@ def test_methods_learn_the_places_asked_for_and_never_see_where_they_are(
 ) -> None:
     class Learnt:
         ours, localisers, mergings = dict[str, object](), dict[str, object](), dict[str, object]()
+        guests = ()
 
         def __init__(
             self, methods: Sequence[str], drives: Mapping[str, Reference], *, seed: int, merging: bool
         ) -> None:
             assert (methods, seed, merging) == (asks.methods, 1, True)
             self._places = sum(len(drive.views) for drive in drives.values())
+
+        def __enter__(self) -> "Learnt":
+            return self
+
+        def __exit__(self, *error: object) -> None: ...
 
         def answers(self, views: Sequence[View]) -> dict[str, list[Belief]]:
             assert all(view.truth is None and view.scan is None and view.images for view in views)

@@ -1,0 +1,1 @@
+"""Guests: processes of their own in which users' localisers run, confined, and their protocol."""

@@ -1,0 +1,69 @@
+"""Watch over a guest's memory, threads and scratch folder, which no limit of the kernel's holds as a whole."""
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Event, Thread
+
+from refseq_bench.scenarios.methods.guests.limits import GuestLimits
+
+PERIOD = 0.05
+"""Time between two looks [s]: a process fills some 100 MB in it."""
+MOST_FILES = 10_000
+"""Files that a guest may have in its scratch folder; more would make each look long."""
+PAGE = os.sysconf("SC_PAGE_SIZE")
+BLOCK = 512
+"""Unit of the blocks that a file takes up [bytes]."""
+
+
+class Watch(Thread):
+    """Ends a guest that takes more than it may; ``reason`` then says of what."""
+
+    def __init__(self, pid: int, limits: GuestLimits, scratch: Path) -> None:
+        super().__init__(name=f"watch over guest {pid}", daemon=True)
+        self._pid, self._limits, self._scratch = pid, limits, scratch
+        self._over = Event()
+        self.reason, self.peak_bytes = "", 0
+
+    def run(self) -> None:
+        """Look again and again until it is stopped or the guest is gone."""
+        while not self._over.wait(PERIOD):
+            try:
+                self.reason = self._excess()
+            except OSError:
+                return
+            if self.reason:
+                os.kill(self._pid, signal.SIGKILL)
+                return
+
+    def stop(self) -> None:
+        """Look no more; must be called before the guest's number may become another's."""
+        self._over.set()
+        self.join()
+
+    def _excess(self) -> str:
+        limits, process = self._limits, Path("/proc") / str(self._pid)
+        resident = int((process / "statm").read_text().split()[1]) * PAGE
+        self.peak_bytes = max(self.peak_bytes, resident)
+        if resident > limits.memory_bytes:
+            return f"took more than {limits.memory:g} GiB of memory"
+        if (process / "task").stat().st_nlink - 2 > limits.threads:
+            return f"began more than {limits.threads:g} threads"
+        taken = 0
+        for number, size in enumerate(_sizes(self._scratch)):
+            taken += size
+            if taken > limits.scratch_bytes or number > MOST_FILES:
+                return f"wrote more than {limits.scratch:g} GiB or {MOST_FILES} files"
+        return ""
+
+
+def _sizes(folder: Path) -> Iterator[int]:
+    """What each file and folder below one takes up [bytes]."""
+    left = [folder]
+    while left:
+        with os.scandir(left.pop()) as entries:
+            for entry in entries:
+                yield entry.stat(follow_symlinks=False).st_blocks * BLOCK
+                if entry.is_dir(follow_symlinks=False):
+                    left.append(Path(entry.path))
