@@ -6,10 +6,8 @@ token.
 """
 
 import asyncio
-import hmac
 import http
-import ipaddress
-import os
+import logging
 import secrets
 import signal
 from collections.abc import Callable, Sequence
@@ -23,6 +21,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
+from refseq.access.listener import BoundedListener, listening
+from refseq.access.policy import AccessPolicy
 from refseq.errors import RefseqError
 from refseq.map.map import Map
 from refseq.serve.answers import BELIEF, CHANNELS, POSE, BeliefAnswer
@@ -43,7 +43,6 @@ from refseq.serve.protocol import (
 )
 from refseq.serve.session import RobotSession, ServeOptions
 
-LOOPBACK = "127.0.0.1"
 MOST_CONNECTIONS = 16
 """Connections at a time; further ones are refused."""
 MOST_BYTES = 1 << 25
@@ -52,86 +51,24 @@ WAITING = 8
 """Messages of a robot that wait to be read; then its line is."""
 OUTBOX = 64
 """Messages that wait for a listener who is slow; of more the oldest go."""
-SHORTEST_TOKEN = 16
-"""Fewest characters of a token: guessed at 1000 tries a second, one of 16 hexadecimal digits lasts for ever."""
+MOST_SOCKETS = 4 * MOST_CONNECTIONS
+"""Sockets at a time, with those that have not said yet what they want; on further ones is hung up."""
+PATIENCE = 5.0
+"""Seconds in which a request has to be here whole."""
 FAREWELL = 0.3
 """Seconds in which a connection may say goodbye when the server ends."""
 BUSY, WRONG = 1013, 1008
 """Codes with which a connection is closed: a robot is there already; what it sends is none of the protocol."""
 
-
-@dataclass(frozen=True)
-class AccessPolicy:
-    """Address of the server, and who may come in.
-
-    A program of this machine needs no ``token`` on loopback; from elsewhere, and in a browser, it does. ``origins`` are
-    web pages that are let in without one. Raises ``RefseqError`` for an address that others reach without a token of
-    ``SHORTEST_TOKEN`` characters.
-    """
-
-    host: str = LOOPBACK
-    port: int = 8765
-    token: str = ""
-    origins: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        if not self.token and not self.on_loopback:
-            raise RefseqError(
-                f"host {self.host!r} is reached from other machines; valid is --token with {SHORTEST_TOKEN} characters "
-                f"or more, or {LOOPBACK}"
-            )
-        if self.token and (len(self.token) < SHORTEST_TOKEN or not self.token.isascii() or not self.token.isalnum()):
-            raise RefseqError(
-                f"token of {len(self.token)} characters: valid are {SHORTEST_TOKEN} or more, letters and digits"
-            )
-
-    @property
-    def on_loopback(self) -> bool:
-        """Tell whether only this machine reaches it."""
-        return _is_loopback(self.host)
-
-    def reason_against(self, path: str, host: str, origin: str | None, bearer: str) -> str:
-        """Why a request is not let in; empty: it is. ``host`` and ``origin`` are its headers."""
-        if any(self._is_token(given) for given in (path.strip("/"), bearer.removeprefix("Bearer ").strip())):
-            return ""
-        if path.strip("/"):
-            return "the token in the address is wrong"
-        if not self.on_loopback:
-            return "the address needs the token: ws://HOST:PORT/TOKEN"
-        # A page may have this machine's address under a name of its own, and has then no foreign origin.
-        if not _is_loopback(_name_in(host)):
-            return "the address is not this machine's"
-        if origin is not None and origin not in self.origins:
-            return f"web pages need the token in the address, or --origin {origin:.100}"
-        return ""
-
-    def _is_token(self, given: str) -> bool:
-        return bool(self.token) and hmac.compare_digest(given.encode(), self.token.encode())
+QUIET = logging.getLogger("refseq.serve")
+"""Nothing that strangers send is worth a line."""
+QUIET.addHandler(logging.NullHandler())
+QUIET.propagate = False
 
 
 def _subprotocol(_: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:
     """The newest that is offered; plain programs offer none."""
     return next((Subprotocol(name) for name in SUBPROTOCOLS if name in offered), None)
-
-
-def random_token() -> str:
-    """A token that nobody guesses."""
-    return secrets.token_hex(16)
-
-
-def _name_in(host: str) -> str:
-    """The name in a request's header, without the port; empty for what is none."""
-    with suppress(ValueError):
-        return urlsplit(f"//{host}").hostname or ""
-    return ""
-
-
-def _is_loopback(host: str) -> bool:
-    if host == "localhost":
-        return True
-    with suppress(ValueError):
-        return ipaddress.ip_address(host).is_loopback
-    return False
 
 
 @dataclass(eq=False)
@@ -173,28 +110,22 @@ class BeliefServer:
         for number in (signal.SIGINT, signal.SIGTERM):
             if signal.getsignal(number) is not signal.SIG_IGN:
                 loop.add_signal_handler(number, ended.set)
-        try:
-            server = await self._listening()
-        except (OSError, OverflowError) as error:
-            code = getattr(error, "errno", None)  # the library's own text repeats the address
-            reason = os.strerror(code) if code and code > 0 else str(error)
-            where = f"{self._access.host} port {self._access.port}"
-            raise RefseqError(f"{where}: cannot be served from: {reason}; valid is a free port") from error
-        async with server:
+        async with self._serving(listening(self._access.host, self._access.port, MOST_SOCKETS)) as server:
             opened(self.address(server))
             await ended.wait()
 
-    def _listening(self) -> Any:
+    def _serving(self, listener: BoundedListener) -> Any:
         return serve(
             self._serve,
-            self._access.host,
-            self._access.port,
+            sock=listener,
             process_request=self._checked,
             subprotocols=[Subprotocol(name) for name in SUBPROTOCOLS],
             select_subprotocol=_subprotocol,
             compression=None,  # pictures do not shrink, and nothing unpacks to more than was sent
             max_size=MOST_BYTES,
             max_queue=WAITING,
+            open_timeout=PATIENCE,
+            logger=QUIET,
             close_timeout=FAREWELL,
         )
 
@@ -207,12 +138,11 @@ class BeliefServer:
     def _checked(self, connection: ServerConnection, request: Request) -> Response | None:
         """Refuse a request that may not come in, before it is a connection."""
         headers = request.headers
-        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        given = urlsplit(request.path).path.strip("/"), *headers.get_all("Authorization")
         reason = self._access.reason_against(
-            urlsplit(request.path).path,
-            hosts[0] if len(hosts) == 1 else "",
-            origins[0] if origins else None,
-            headers.get("Authorization", ""),
+            headers.get_all("Host"),
+            headers.get_all("Origin"),
+            [one.removeprefix("Bearer ").strip() for one in given],
         )
         if reason:
             return connection.respond(http.HTTPStatus.FORBIDDEN, f"{reason}\n")

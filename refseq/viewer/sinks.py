@@ -5,22 +5,29 @@ send: all that is looked at here, and told in one line as a ``RefseqError``.
 """
 
 import os
-import signal
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass, field
+from http import HTTPMethod
+from typing import TYPE_CHECKING
 from urllib.parse import quote, urlsplit
 
 import rerun as rr
 
+from refseq.access.listener import free_port, hidden_host
+from refseq.access.policy import LOOPBACK, AccessPolicy
+from refseq.children import end_tied, start_apart, start_tied
 from refseq.errors import RefseqError
 from refseq.viewer.http2 import speaks_http2
 from refseq.viewer.recording import BATCH, new_stream
 
-LOOPBACK = "127.0.0.1"
+if TYPE_CHECKING:
+    from refseq.access.proxy import ProxiedPage
+
 MEMORY = "50%"
 """Share of the machine's memory at which a viewer or server drops the oldest data."""
 START = 30.0
@@ -32,17 +39,8 @@ FLUSH = 60.0
 PROGRAM = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import main; sys.exit(main())")
 """Rerun's program. ``python -m rerun`` imports the library first, which takes seconds; ``-m rerun_cli`` exits with 0
 whatever happens."""
-TIED = (sys.executable, "-c", """
-import os, signal, sys, threading
-from rerun_cli.__main__ import main
-def follow():
-    sys.stdin.buffer.read()
-    os.killpg(0, signal.SIGTERM)
-threading.Thread(target=follow, daemon=True).start()
-sys.exit(main())
-""")  # fmt: skip
-"""The same, ended with its process group as soon as nobody holds the other end of its standard input: whatever ends
-the process that started it closes that end."""
+READ = "/rerun.sdk_comms.v1alpha1.MessageProxyService/ReadMessages"
+"""What Rerun's page asks its server for; it never writes."""
 
 
 @contextmanager
@@ -86,11 +84,11 @@ def spawned(
 ) -> Iterator[rr.RecordingStream]:
     """A stream to a viewer that is started for it and stays open. Raises ``RefseqError`` without a display."""
     check_display()
-    port = free_port()
-    process = _start("--bind", LOOPBACK, "--port", str(port), "--memory-limit", memory, "--expect-data-soon")
+    hidden = HiddenPort()
+    process = start_apart([*PROGRAM, *hidden.words, "--memory-limit", memory, "--expect-data-soon"])
     try:
-        _wait(process, port)
-        with connected(_address(port), recording, batches) as stream:
+        _wait(process, hidden)
+        with connected(hidden.address, recording, batches) as stream:
             yield stream
     except RefseqError as error:
         raise (_ended(process, recording) or error) from error
@@ -104,38 +102,65 @@ def served(
 ) -> Iterator[tuple[rr.RecordingStream, str]]:
     """A stream to a server for browsers on this machine alone, and the page to open; it ends with the block.
 
+    Rerun's own servers ask nobody who they are: they are at an address that nobody guesses, behind a proxy that asks.
     Raises ``RefseqError`` for a port that is taken.
     """
-    check_free(port)
-    inner = free_port()
-    process = _start(
-        *("--serve-web", "--bind", LOOPBACK, "--port", str(inner), "--web-viewer-port", str(port)),
-        *("--server-memory-limit", memory),
-        tied=True,
+    from refseq.access.proxy import proxied
+
+    messages = HiddenPort()
+    page = HiddenPort(messages.host)
+    told = ("--serve-web", *messages.words, "--web-viewer-port", str(page.port), "--server-memory-limit", memory)
+    with proxied(_page(messages, page), AccessPolicy(port=port)) as proxy:
+        process = start_tied([*PROGRAM, *told])
+        try:
+            _wait(process, messages)
+            _wait(process, page)
+            with connected(messages.address, recording, batches) as stream:
+                yield stream, proxy.address
+        except RefseqError as error:
+            raise (_ended(process, recording) or error) from error
+        finally:
+            end_tied(process)
+
+
+def _page(messages: "HiddenPort", page: "HiddenPort") -> "ProxiedPage":
+    from refseq.access.proxy import ProxiedPage, ProxyRoute
+
+    files = ("/", "/favicon.ico", "/favicon.svg", "/apple-touch-icon.png", "/re_viewer.js", "/re_viewer_bg.wasm")
+    routes = [ProxyRoute(path, page.origin) for path in files]
+    return ProxiedPage(
+        (*routes, ProxyRoute(READ, messages.origin, HTTPMethod.POST)),
+        lambda host: f"/?url={quote(f'rerun+http://{host}/proxy', safe='')}",
     )
-    try:
-        _wait(process, inner)
-        _wait(process, port)
-        with connected(_address(inner), recording, batches) as stream:
-            yield stream, f"http://{LOOPBACK}:{port}/?url={quote(_address(inner), safe='')}"
-    except RefseqError as error:
-        raise (_ended(process, recording) or error) from error
-    finally:
-        _stop(process)
-
-
-def _address(port: int) -> str:
-    return f"rerun+http://{LOOPBACK}:{port}/proxy"
 
 
 # --- ports ---
 
 
-def free_port() -> int:
-    """A port of this machine that nobody listens at."""
-    with closing(socket.socket()) as found:
-        found.bind((LOOPBACK, 0))
-        return int(found.getsockname()[1])
+@dataclass(frozen=True, slots=True)
+class HiddenPort:
+    """An address of this machine that nobody guesses, for a server of Rerun's."""
+
+    host: str = field(default_factory=hidden_host)
+    port: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "port", free_port(self.host))
+
+    @property
+    def origin(self) -> str:
+        """Address for HTTP."""
+        return f"http://{self.host}:{self.port}"
+
+    @property
+    def address(self) -> str:
+        """Address for streams."""
+        return f"rerun+{self.origin}/proxy"
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Options of Rerun to listen there."""
+        return "--bind", self.host, "--port", str(self.port)
 
 
 def check_free(port: int) -> None:
@@ -185,26 +210,15 @@ def check_display() -> None:
         )
 
 
-def _start(*words: str, tied: bool = False) -> "subprocess.Popen[bytes]":
-    """Start Rerun without a word on the terminal; unless it is ``tied`` it outlives this process."""
-    return subprocess.Popen(
-        [*(TIED if tied and sys.platform != "win32" else PROGRAM), *words],
-        stdin=subprocess.PIPE if tied else subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-
-
-def _wait(process: "subprocess.Popen[bytes]", port: int) -> None:
-    """Wait until Rerun listens at a port. Raises ``RefseqError`` when it ends, or takes too long."""
+def _wait(process: "subprocess.Popen[bytes]", at: HiddenPort) -> None:
+    """Wait until Rerun listens. Raises ``RefseqError`` when it ends, or takes too long."""
     end = time.monotonic() + START
     while time.monotonic() < end and process.poll() is None:
-        with suppress(OSError), socket.create_connection((LOOPBACK, port), timeout=1.0):
+        with suppress(OSError), socket.create_connection((at.host, at.port), timeout=1.0):
             return
         time.sleep(0.05)
-    _stop(process)
-    raise RefseqError(f"the viewer did not listen at port {port} within {START:g} s")
+    end_tied(process)
+    raise RefseqError(f"the viewer did not listen within {START:g} s")
 
 
 def _ended(process: "subprocess.Popen[bytes]", recording: str) -> RefseqError | None:
@@ -216,19 +230,3 @@ def _ended(process: "subprocess.Popen[bytes]", recording: str) -> RefseqError | 
             "'rerun' alone tells more, and 'refseq doctor' what is missing"
         )
     return None
-
-
-def _stop(process: "subprocess.Popen[bytes]") -> None:
-    """End Rerun: the process that was started and the one that it started itself."""
-    if process.stdin is not None:
-        process.stdin.close()
-    if sys.platform == "win32":
-        process.terminate()
-    with suppress(ProcessLookupError, subprocess.TimeoutExpired):
-        if sys.platform != "win32":
-            os.killpg(process.pid, signal.SIGTERM)
-        process.wait(ANSWER)
-        end = time.monotonic() + ANSWER
-        while sys.platform != "win32" and time.monotonic() < end:
-            os.killpg(process.pid, 0)  # fails when the group is gone
-            time.sleep(0.02)

@@ -24,7 +24,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     only_one_of,
     option,
 )
-from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen
+from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen, page_told
 from refseq_bench.scenarios.drives.inputs import check_output, stages, words
 
 if TYPE_CHECKING:
@@ -110,6 +110,6 @@ def _driven(drive: "Drive", path: Path | None, script: Path | None, run: "LiveRu
             return record(drive, path, told=run.take)
         session = TeleopDrive(path.stem if path else "live", drive, drive.trigger)
         if script is None:
-            return record_by_hand(session, path, by_viewer(session), run.take).recording
+            return record_by_hand(session, path, by_viewer(session, page_told(session.name)), run.take).recording
         commands = controls_in(script)
         return record_by_hand(session, path, lambda bench: nullcontext(ScriptSource(commands)), run.take).recording

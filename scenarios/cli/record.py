@@ -22,6 +22,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     only_one_of,
     option,
 )
+from refseq_bench.scenarios.cli.terminal.screen import page_told
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -121,7 +122,7 @@ def drive(
 
     asked = drive_in(world, setting, carrier, sampling)
     session = TeleopDrive(name or output.stem, asked, sampling.trigger_unless(on_request))
-    controls = by_viewer(session, port=port, gamepad=gamepad, rate=rate)
+    controls = by_viewer(session, page_told(session.name), port=port, gamepad=gamepad, rate=rate)
     tell_of(record_by_hand(session, output, controls, form=output_format(DriveFormat(form))), output)
 
 

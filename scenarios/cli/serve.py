@@ -9,14 +9,14 @@ from refseq_bench.scenarios.drives.inputs import assignments, stages, words
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from refseq.serve.server import AccessPolicy
+    from refseq.access.policy import AccessPolicy
     from refseq.serve.session import ServeOptions
 
 SERVE_HELP = """Examples:
 
 * `refseq serve map.refseq`
 * `refseq serve map.refseq --topics laser=/scan,camera-1=/front/image_raw --distance 0.5`
-* `refseq serve map.refseq --host 0.0.0.0 --token 3f9ab27c0d1e4856`
+* `REFSEQ_TOKEN=3f9ab27c0d1e4856 refseq serve map.refseq --host 0.0.0.0`
 
 Speaks the Foxglove WebSocket protocol: publish sensors as in a log, subscribe to `/belief`. One robot at a time. Ctrl-C
 ends it."""
@@ -32,21 +32,25 @@ class Access:
         "127.0.0.1"
     )
     token: Annotated[
-        str | None, option("TEXT", "16 or more letters and digits, asked for in the address. [default: random]")
+        str | None,
+        option(
+            "TEXT",
+            "16 or more letters and digits, asked for in the address. [default: random]",
+            envvar="REFSEQ_TOKEN",
+            show_envvar=True,
+        ),
     ] = None
     origin: Annotated[
-        list[str] | None, option("ORIGIN", "Web page that needs no token: https://example.org; may be repeated.")
+        list[str] | None,
+        option("ORIGIN", "Web page that may connect, with the token: https://example.org; may be repeated."),
     ] = None
 
     @property
     def policy(self) -> "AccessPolicy":
         """The same for the library. Raises ``RefseqError`` for an address that is open to others."""
-        from dataclasses import replace
+        from refseq.access.policy import AccessPolicy
 
-        from refseq.serve.server import AccessPolicy, random_token
-
-        policy = AccessPolicy(self.host, self.port, self.token or "", tuple(self.origin or ()))
-        return policy if policy.token else replace(policy, token=random_token())
+        return AccessPolicy(self.host, self.port, self.token or "", tuple(self.origin or ()))
 
 
 @dataclass(frozen=True)

@@ -124,11 +124,19 @@ def controls_in(path: Path) -> tuple[TimedCommand, ...]:
     return parse(text, str(path))
 
 
-def by_viewer(session: TeleopDrive, *, port: int = 0, gamepad: Path | None = None, rate: float = 1.0) -> Controls:
-    """Open the controls on a page in the browser."""
+def by_viewer(
+    session: TeleopDrive,
+    told: Callable[[str], object],
+    *,
+    port: int = 0,
+    gamepad: Path | None = None,
+    rate: float = 1.0,
+) -> Controls:
+    """Open the controls on a page in the browser; ``told`` is called with its address."""
     from refseq_bench.sim.teleop.viewer import ViewerSettings, opened
 
-    settings = ViewerSettings(session.name, sampling_in_words(session.sampling), sensors_of(session.drive), port, rate)
+    sampling = sampling_in_words(session.sampling)
+    settings = ViewerSettings(session.name, sampling, sensors_of(session.drive), port, rate, told)
     return lambda bench: opened(bench, settings, gamepad)
 
 

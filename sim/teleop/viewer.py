@@ -1,21 +1,18 @@
-"""The controls in MuJoCo Studio's viewer: a page in the browser that this machine alone can open.
+"""The controls in MuJoCo Studio's viewer: a page in the browser for whoever has its address.
 
 The viewer has a thread and a copy of the world of its own: nothing done in it changes the drive but the keys. A viewer
-that has not reported its keys for a while has nobody at its controls (deadman). One that was closed commands stop.
+that has not reported its keys for a while, or whose page is silent, has nobody at its controls (deadman). One that was
+closed commands stop.
 """
 
-import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from mujoco.studio import launch_thread, plugin, viewer_protocol, web_viewer
-
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.bench.serial_port import LOOPBACK
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.realtime import RealTimePacer
 from refseq_bench.sim.teleop.commands import Button, Commands, CommandSource, SessionStatus
@@ -23,25 +20,30 @@ from refseq_bench.sim.teleop.form import Heading, StatusSnapshot, TeleopForm, Vi
 from refseq_bench.sim.teleop.gamepad import FIRST, Gamepad
 from refseq_bench.sim.teleop.keys import Keyboard
 from refseq_bench.sim.teleop.mirror import WorldMirror
+from refseq_bench.sim.teleop.page import launched
 from refseq_bench.sim.teleop.pictures import Picture, pictures_of
 
 DEADMAN = 0.5
 """Keys count as held for so long after the viewer reported them [s]; less stops the robot on a slow machine."""
+SILENT = 1.5
+"""A page is there for so long after it sent something [s]; a slow browser draws, and sends, once a second."""
 FRAME = 1 / 30
 """Period in which the viewer gets the status [s]."""
-PAGE_FRAME = 1 / 15
-"""Period in which the page is drawn [s]; less piles up frames where a browser has no graphics card."""
 
 
 @dataclass(frozen=True, slots=True)
 class ViewerSettings:
-    """The form's lines, the page's ``port`` (0: any free one), and ``rate``, simulated over real time (above 0)."""
+    """The form's lines, the page's ``port`` (0: any free one), and ``rate``, simulated over real time (above 0).
+
+    ``told`` is called with the page's address.
+    """
 
     name: str
     sampling: str
     sensors: tuple[str, ...]
     port: int = 0
     rate: float = 1.0
+    told: Callable[[str], object] = lambda address: None
 
 
 class ViewerHandle(Protocol):
@@ -71,12 +73,16 @@ def opened(bench: Bench, settings: ViewerSettings, gamepad: Path | None = None) 
         input_ = ViewerInput()
         heading = Heading(settings.name, settings.sampling, ", ".join(settings.sensors), str(pad.path) if pad else None)
         form = TeleopForm(heading, f"{bench.robot.name}/{bench.robot.base}", _cameras(bench))
-        handle = stack.enter_context(_launched(settings, [form, input_]))
-        yield ViewerSource(handle, input_, WorldMirror(bench), RealTimePacer(settings.rate), pad)
+        title = f"refseq drive: {settings.name}"
+        handle, heard = stack.enter_context(launched(title, settings.port, [form, input_], settings.told))
+        yield ViewerSource(handle, input_, WorldMirror(bench), RealTimePacer(settings.rate), pad, heard)
 
 
 class ViewerSource:
-    """Commands of a viewer's keys and a gamepad; the viewer shows the status."""
+    """Commands of a viewer's keys and a gamepad; the viewer shows the status.
+
+    ``heard`` tells when its page last sent something, by this machine's clock [s].
+    """
 
     def __init__(
         self,
@@ -85,7 +91,9 @@ class ViewerSource:
         mirror: WorldMirror,
         pacer: RealTimePacer,
         pad: Gamepad | None = None,
+        heard: Callable[[], float] = time.monotonic,
     ) -> None:
+        self._heard = heard
         self._handle, self._input, self._mirror, self._pacer, self._pad = handle, input_, mirror, pacer, pad
         self._keyboard = Keyboard()
         self._pictures: tuple[int, tuple[Picture, ...]] = (0, ())
@@ -110,7 +118,8 @@ class ViewerSource:
     def _of_keys(self, status: SessionStatus) -> Commands:
         pressed, self._input.pressed = self._input.pressed, []
         commands = self._keyboard.commands(self._input.held.keys, pressed, status.phase)
-        if time.monotonic() - self._input.held.at > DEADMAN:
+        now = time.monotonic()
+        if now - self._input.held.at > DEADMAN or now - self._heard() > SILENT:
             return replace(commands, twist=None)
         return commands
 
@@ -139,53 +148,3 @@ def _pad(path: Path | None) -> Gamepad | None:
 
 def _cameras(bench: Bench) -> tuple[str, ...]:
     return tuple(f"{bench.robot.name}/{name}" for name in bench.robot.cameras)
-
-
-@contextmanager
-def _launched(settings: ViewerSettings, plugins: list[Any]) -> Iterator[ViewerHandle]:
-    """Run a viewer; its errors, at the start or later, become one line."""
-    if settings.port:
-        _check_free(settings.port)
-    config = viewer_protocol.ViewerConfig(
-        title=f"refseq drive: {settings.name}", gfx="web", http_port=settings.port, open_browser=True
-    )
-    try:
-        with _in_browser(config, plugins) as handle:
-            yield handle
-    except RuntimeError as error:
-        reason = " ".join(str(error).split())
-        raise SimError(f"the viewer cannot go on: {reason}; valid without one is a script") from error
-
-
-def _in_browser(config: viewer_protocol.ViewerConfig, plugins: list[Any]) -> Any:
-    """Launch a viewer in the browser, as ``mujoco.studio.launch_web`` does, but for this machine only."""
-
-    class LoopbackViewer(web_viewer.WebViewer):  # type: ignore[misc]
-        """Listens on the loopback alone; MuJoCo's own lets anybody in."""
-
-        _host = property(lambda self: LOOPBACK, lambda self, _: None)
-        _drawn = 0.0
-
-        def prepare_next_frame(self) -> bool:
-            """Draw no more often than once in ``PAGE_FRAME``."""
-            time.sleep(max(0.0, self._drawn + PAGE_FRAME - time.monotonic()))
-            self._drawn = time.monotonic()
-            return bool(super().prepare_next_frame())
-
-    of_viewer, of_bench = plugin.split_plugins(plugins)
-    return launch_thread.launch_thread(
-        lambda endpoint: viewer_protocol.run_viewer_loop(LoopbackViewer(config, endpoint, plugins=of_viewer)),
-        sim_plugins=of_bench,
-    )
-
-
-def _check_free(port: int) -> None:
-    """Raise ``SimError`` where somebody listens at a port of this machine."""
-    with socket.socket() as trial:
-        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            trial.bind((LOOPBACK, port))
-        except OSError as error:
-            raise SimError(
-                f"port {port}: cannot be listened at: {error.strerror}; valid is a free port, or 0"
-            ) from None

@@ -7,14 +7,12 @@ loaded.
 import ctypes
 import gc
 import os
-import time
 from collections.abc import Callable
-from threading import Thread
 from typing import TypeVar
 
+from refseq.children import follow_parent
+
 T = TypeVar("T")
-LOOK = 1.0
-"""Period in which a worker looks whether its master lives [s]."""
 BLAS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Sums that are split among threads are rounded otherwise: one thread, so that answers do not depend on the cores."""
 RENDERING = "LP_NUM_THREADS"
@@ -25,17 +23,10 @@ def init_worker(master: int, threads: int) -> None:
     """Begin a worker of the process ``master``, which may draw and filter images with so many threads."""
     os.environ.update(dict.fromkeys(BLAS, "1"))
     os.environ.setdefault(RENDERING, str(threads))
-    Thread(target=_follow, args=(master,), daemon=True).start()
+    follow_parent(master)
     import cv2
 
     cv2.setNumThreads(threads)
-
-
-def _follow(master: int) -> None:
-    """End the process when its master is gone, however it went: nobody waits for the work any more."""
-    while os.getppid() == master:
-        time.sleep(LOOK)
-    os._exit(1)
 
 
 def call_and_trim(function: Callable[..., T], *given: object) -> T:

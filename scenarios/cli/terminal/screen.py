@@ -5,7 +5,7 @@ import shlex
 import shutil
 import sysconfig
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +26,8 @@ os.environ.setdefault("RUST_LOG", "off")
 
 def rerun_command(*files: Path) -> str:
     """A command, to be typed where one stands, that shows files: in a window, without a display in a browser."""
-    from refseq.viewer.sinks import LOOPBACK, check_display
+    from refseq.access.policy import LOOPBACK
+    from refseq.viewer.sinks import check_display
 
     program = Path(sysconfig.get_path("scripts")) / "rerun"
     if shutil.which("rerun"):
@@ -38,6 +39,11 @@ def rerun_command(*files: Path) -> str:
     except RefseqError:
         return shlex.join([name, "--bind", LOOPBACK, "--serve-web", *map(str, files)])
     return shlex.join([name, *map(str, files)])
+
+
+def page_told(name: str) -> Callable[[str], None]:
+    """Print the address of the page on which a robot is led."""
+    return lambda address: say(out, f"{name}: open {address} in a browser of this machine")
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """Evaluation of a learnt policy beside chance and beside going ahead, on episodes that nobody learnt from."""
 
 import multiprocessing
+import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from refseq.children import follow_parent
 from refseq_bench.sim.envs.learning.ppo import stable_baselines
 from refseq_bench.sim.envs.learning.training_config import FIRST_TRIED, TrainingConfig, environment
 
@@ -51,7 +53,9 @@ def evaluate(config: TrainingConfig, policy: Path) -> tuple[EvaluationEpisode, .
     worlds = config.tried_in
     numbered = [(worlds[i % len(worlds)], FIRST_TRIED + i) for i in range(config.episodes)]
     spawned = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(config.robots, mp_context=spawned) as workers:
+    with ProcessPoolExecutor(
+        config.robots, mp_context=spawned, initializer=follow_parent, initargs=(os.getpid(),)
+    ) as workers:
         episodes = [
             workers.submit(_tried, config.task, policy, player, world, seed)
             for player, (world, seed) in product(PLAYERS, numbered)

@@ -3,6 +3,7 @@
 Stable-Baselines3 and PyTorch are the extra ``rl``; they are imported when something is learnt, and not before.
 """
 
+import os
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from types import ModuleType
 from typing import Any
 
 from refseq.files import replacing_at
+from refseq.children import follow_parent
 from refseq_bench.sim.envs.learning.training_config import TrainingConfig, check_worlds, environment
 from refseq_bench.sim.errors import SimError
 
@@ -86,6 +88,9 @@ def learn(config: TrainingConfig, policy: Path) -> TrainedPolicy:
 
 
 def _practising(config: TrainingConfig) -> Any:
+    """Begin a worker with an environment to practise in."""
     from stable_baselines3.common.monitor import Monitor
+
+    follow_parent(os.getppid())
 
     return Monitor(environment(config.task, config.learnt_in))

@@ -26,10 +26,7 @@ from refseq.serve.protocol import (
     read_frame,
     server_info,
 )
-from refseq.serve.server import AccessPolicy
 from refseq.serve.session import ServeOptions
-
-TOKEN = "0123456789abcdef"
 
 
 class SdkListener:
@@ -122,40 +119,6 @@ def test_what_is_no_frame_is_one_line(frame: str | bytes) -> None:
     with pytest.raises(FoxgloveProtocolError) as error:
         read_frame(frame)
     assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.7", "robot.local", "::"])
-def test_others_reach_it_with_a_token_only(host: str) -> None:
-    with pytest.raises(RefseqError, match=f"host '{host}' is reached from other machines; valid is --token"):
-        AccessPolicy(host)
-    access = AccessPolicy(host, token=TOKEN)
-    assert access.reason_against("/", f"{host}:8765", None, "").startswith("the address needs the token")
-    assert access.reason_against(f"/{TOKEN}", f"{host}:8765", "https://page.example", "") == ""
-    assert access.reason_against("/", f"{host}:8765", None, f"Bearer {TOKEN}") == ""
-
-
-@pytest.mark.parametrize("token", ["short", "with a space in it", "slash/slash/slash/", "ümläutümläutümläut"])
-def test_a_token_is_long_and_plain(token: str) -> None:
-    with pytest.raises(RefseqError, match="valid are 16 or more, letters and digits"):
-        AccessPolicy(token=token)
-
-
-@pytest.mark.parametrize("host", ["localhost:8765", "127.0.0.1", "127.0.0.1:8765", "[::1]:8765"])
-def test_programs_of_this_machine_get_in(host: str) -> None:
-    assert AccessPolicy(token=TOKEN).reason_against("/", host, None, "") == ""
-
-
-@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "", "[", "localhost.evil.example:8765"])
-def test_other_names_of_this_machine_do_not(host: str) -> None:
-    assert AccessPolicy(token=TOKEN).reason_against("/", host, None, "") == "the address is not this machine's"
-
-
-def test_pages_need_the_token_or_to_be_named() -> None:
-    access = AccessPolicy(token=TOKEN, origins=("https://own.example",))
-    assert access.reason_against("/", "localhost", "https://own.example", "") == ""
-    for origin in ("https://evil.example", "null", "http://localhost:8765", "https://own.example.evil.example"):
-        assert access.reason_against("/", "localhost", origin, "").startswith("web pages need the token")
-        assert access.reason_against(f"/{TOKEN}", "localhost", origin, "") == ""
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -1.0])

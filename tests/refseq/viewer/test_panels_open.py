@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rerun.experimental import ViewerClient
 
+from refseq.access.listener import free_port
 from refseq.atlas.merge import merge_maps
 from refseq.belief import Belief, Stage
 from refseq.map.localiser import localise
@@ -21,7 +22,6 @@ from refseq.viewer.map.tab import MapTab
 from refseq.viewer.mission.record import Recorder
 from refseq.viewer.mission.tab import MissionTab
 from refseq.viewer.recording import write_recording
-from refseq.viewer.sinks import free_port
 from refseq.viewer.tab import Tab
 from tests.refseq.missions.on_a_line import Line, right, way
 from tests.refseq.rooms import named_maps

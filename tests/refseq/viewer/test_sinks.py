@@ -1,5 +1,3 @@
-import os
-import signal
 import socket
 import subprocess
 import sys
@@ -7,14 +5,16 @@ import threading
 import time
 import urllib.request
 from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 
 import pytest
 import rerun as rr
 
+from refseq.access.listener import free_port
+from refseq.children import end_tied, start_tied
 from refseq.errors import RefseqError
 from refseq.viewer import sinks
-from refseq.viewer.sinks import check_answers, check_free, connected, free_port, gone, served, spawned
+from refseq.viewer.sinks import check_answers, check_free, connected, gone, served, spawned
 
 
 @contextmanager
@@ -38,19 +38,13 @@ def listener(answer: bytes = b"") -> Iterator[int]:
 @contextmanager
 def proxy() -> Iterator[tuple[str, "subprocess.Popen[bytes]"]]:
     """Rerun's own server, which takes what a viewer would take and needs no graphics."""
-    port = free_port()
-    process = sinks._start("--serve-grpc", "--bind", "127.0.0.1", "--port", str(port))
+    hidden = sinks.HiddenPort()
+    process = start_tied([*sinks.PROGRAM, "--serve-grpc", *hidden.words])
     try:
-        sinks._wait(process, port)
-        yield f"rerun+http://127.0.0.1:{port}/proxy", process
+        sinks._wait(process, hidden)
+        yield hidden.address, process
     finally:
-        kill(process)
-
-
-def kill(process: "subprocess.Popen[bytes]") -> None:
-    with suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+        end_tied(process)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +85,7 @@ def test_a_viewer_that_goes_away_neither_stops_nor_blocks_what_is_logged() -> No
         stream = watched.__enter__()
         stream.log("line", rr.Scalars(1.0))
         assert gone(stream, 10.0) is None
-        kill(process)
+        end_tied(process)
         end = time.monotonic() + 30
         while gone(stream) is None:
             assert time.monotonic() < end, "nobody noticed"
@@ -120,12 +114,12 @@ def test_a_browser_is_served_on_loopback_alone() -> None:
     with served(port, "a drive") as (stream, page):
         stream.log("line", rr.Scalars(1.0))
         assert gone(stream, 10.0) is None
-        with urllib.request.urlopen(page.partition("?")[0], timeout=20) as answer:
+        keeping = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+        with keeping.open(page, timeout=20) as answer:
             assert b"<html" in answer.read().lower()
-        inner = int(page.rpartition("%3A")[2].partition("%2F")[0])
-        for taken in (port, inner):
-            assert not answers(own_address(), taken)
-            assert answers("127.0.0.1", taken)
+            assert answer.url == f"http://127.0.0.1:{port}/?url=rerun%2Bhttp%3A%2F%2F127.0.0.1%3A{port}%2Fproxy"
+        assert not answers(own_address(), port)
+        assert answers("127.0.0.1", port)
     assert not answers("127.0.0.1", port)
 
 
@@ -151,7 +145,7 @@ def test_without_a_display_nothing_is_started(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setattr(sinks, "_start", lambda *_: pytest.fail("a viewer was started"))
+    monkeypatch.setattr(sinks, "start_apart", lambda *_: pytest.fail("a viewer was started"))
     with pytest.raises(RefseqError, match="no display"), spawned("a drive"):
         pass
 

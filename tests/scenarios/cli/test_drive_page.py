@@ -1,6 +1,7 @@
 """``refseq drive`` in the browser: its keys lead the robot, and what it senses is recorded. Needs Chromium."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -11,7 +12,6 @@ import pytest
 from playwright.sync_api import Browser, Error, Page
 
 from refseq.logs import read_recording
-from refseq.viewer.sinks import free_port
 from tests.worlds.conftest import SMALL
 
 PATIENCE = 60.0
@@ -23,12 +23,14 @@ def driven(tmp_path: Path) -> Iterator[tuple[subprocess.Popen[bytes], str, Path]
     """A drive in a short corridor that waits for somebody to lead the robot, its page, and its recording to be."""
     plan, path = tmp_path / "small.toml", tmp_path / "drive.mcap"
     plan.write_text(SMALL.format(top="", end=""))
-    port = free_port()
-    words = ["drive", plan, "--sensors", "laser", "--distance", "0.2", "--port", port, "-o", path]
+    words = ["drive", plan, "--sensors", "laser", "--distance", "0.2", "-o", path]
     command = [sys.executable, "-c", "from refseq_bench.scenarios.cli.app import main; main()", *map(str, words)]
     headless = {name: value for name, value in os.environ.items() if name not in {"DISPLAY", "WAYLAND_DISPLAY"}}
-    with subprocess.Popen(command, env=headless, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
-        yield process, f"http://127.0.0.1:{port}/", path
+    with subprocess.Popen(command, env=headless, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+        assert process.stdout is not None
+        address = re.search(rb"http://\S+", process.stdout.readline())
+        assert address
+        yield process, address[0].decode(), path
         process.kill()
 
 

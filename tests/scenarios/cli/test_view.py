@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -14,7 +15,9 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
+from refseq.access.listener import free_port
 from refseq.belief import Belief, Stage
+from refseq.children import start_tied
 from refseq.logs import RecordingWriter
 from refseq.logs.beliefs import write_beliefs
 from refseq.map.learning import learn
@@ -22,7 +25,7 @@ from refseq.map.localiser import localise
 from refseq.map.map import beside
 from refseq.planar import Pose
 from refseq.view import View
-from refseq.viewer.sinks import PROGRAM, free_port
+from refseq.viewer.sinks import PROGRAM
 from tests.refseq.rooms import named_maps
 from tests.refseq.viewer.readback import entities, values, verified
 from tests.scenarios.conftest import Refseq
@@ -176,9 +179,9 @@ def serving_page(desk: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
     try:
         assert serving.stdout is not None
         line = serving.stdout.readline()
-        page = re.search(r"http://127\.0\.0\.1:\d+/", line)
+        page = re.search(r"http://127\.0\.0\.1:\d+/\?token=\w+", line)
         assert page, line + (serving.stderr.read() if serving.stderr and serving.poll() is not None else "")
-        with urllib.request.urlopen(page[0], timeout=20) as answer:
+        with urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(page[0], timeout=20) as answer:
             assert answer.status == 200
         yield serving, page[0]
     finally:
@@ -200,7 +203,9 @@ def test_no_page_outlives_the_command_that_serves_it(desk: Path, how: signal.Sig
         end = time.monotonic() + 20
         while time.monotonic() < end:
             try:
-                urllib.request.urlopen(page, timeout=20).close()
+                urllib.request.urlopen(page.partition("?")[0], timeout=20).close()
+            except urllib.error.HTTPError:
+                pass
             except OSError:
                 return
             time.sleep(0.05)
@@ -213,9 +218,9 @@ def test_a_viewer_that_goes_away_half_way_is_one_line(
     """Rerun's own server takes the drive's first views, and is killed before the last."""
     from refseq.viewer import drive_log, sinks
 
-    port = free_port()
-    server = sinks._start("--serve-grpc", "--bind", "127.0.0.1", "--port", str(port))
-    sinks._wait(server, port)
+    hidden = sinks.HiddenPort()
+    server = start_tied([*PROGRAM, "--serve-grpc", *hidden.words])
+    sinks._wait(server, hidden)
     logged = drive_log.DriveLog.update
     seen: list[int] = []
 
@@ -229,7 +234,7 @@ def test_a_viewer_that_goes_away_half_way_is_one_line(
         return logged(log, view)
 
     monkeypatch.setattr(drive_log.DriveLog, "update", killing)
-    answer = refseq("view", "second.mcap", "--connect", f"rerun+http://127.0.0.1:{port}/proxy")
+    answer = refseq("view", "second.mcap", "--connect", hidden.address)
     assert len(seen) == COUNT
     assert answer.code == 2
     assert re.fullmatch(r"error: viewer \S+: went away before it had all of 'second.mcap': .+\n", answer.err)

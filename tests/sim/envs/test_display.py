@@ -65,7 +65,8 @@ import gymnasium as gym, refseq_bench.sim.envs
 env = gym.make("{NAME}", render_mode="human", renderer="classic")
 env.reset(seed=1)
 page = sys.stdin.readline().strip()
-print(urllib.request.urlopen(page).status)
+keeping = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+print(keeping.open(page).status)
 """
 
 

@@ -2,14 +2,15 @@
 
 import gc
 import socket
-import time
 import urllib.request
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 
-from refseq.viewer.sinks import free_port
+from refseq.access.listener import free_port
+from refseq.access.policy import LOOPBACK
 from refseq_bench import robots
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
@@ -19,8 +20,6 @@ from refseq_bench.sim.teleop.commands import Button, Commands, SessionStatus
 from refseq_bench.sim.teleop.session import run_session
 from refseq_bench.sim.teleop.viewer import ViewerSettings, opened
 from tests.sim.drives.behaving_in import corridor
-
-LOOPBACK = "127.0.0.1"
 
 
 @pytest.fixture
@@ -46,7 +45,8 @@ def look(port: int) -> ViewerSettings:
 def test_a_page_is_served_on_this_machine_alone_and_a_drive_does_not_need_it(bench: Bench) -> None:
     """One viewer for both: of a second one in a process, MuJoCo 4.0's thread may not end."""
     port = free_port()
-    with opened(bench, look(port)) as source:
+    told: list[str] = []
+    with opened(bench, replace(look(port), told=told.append)) as source:
         asked = [source.commands(SessionStatus(time=0.04 * n)) for n in range(5)]
         assert asked == [Commands(None)] * 5, "no browser, nobody at the controls"
 
@@ -57,12 +57,9 @@ def test_a_page_is_served_on_this_machine_alone_and_a_drive_does_not_need_it(ben
                 return Commands(robots.Twist(0.3, 0.0), buttons.get(round(status.time / 0.04), ()))
 
         assert len(list(run_session(bench, Person(), None))) == 1, "the drive ends as ever"
-        for _ in range(600):
-            try:
-                page = urllib.request.urlopen(f"http://{LOOPBACK}:{port}/", timeout=10).read()
-                break
-            except OSError:
-                time.sleep(0.1)
+        (address,) = told
+        assert address.startswith(f"http://{LOOPBACK}:{port}/?token=")
+        page = by_address(address)
         assert b"<html" in page.lower()
         other = socket.gethostbyname(socket.gethostname())
         if not other.startswith("127."):
@@ -72,11 +69,17 @@ def test_a_page_is_served_on_this_machine_alone_and_a_drive_does_not_need_it(ben
         socket.create_connection((LOOPBACK, port), timeout=5)
 
 
+def by_address(address: str) -> bytes:
+    """The page, as a browser gets it that keeps cookies."""
+    keeping = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    return bytes(keeping.open(address, timeout=60).read())
+
+
 def test_a_port_that_is_taken_is_told_in_a_line(bench: Bench) -> None:
     with socket.socket() as taken:
         taken.bind((LOOPBACK, 0))
         taken.listen()
         port = taken.getsockname()[1]
-        told = rf"^port {port}: cannot be listened at: .*; valid is a free port, or 0$"
+        told = rf"^the page {LOOPBACK} port {port}: cannot be served from: .*; valid is a free port, or 0$"
         with pytest.raises(SimError, match=told), opened(bench, look(port)):
             pass
