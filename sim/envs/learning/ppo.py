@@ -11,8 +11,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from refseq.files import replacing_at
 from refseq.children import follow_parent
+from refseq.files import replacing_at
 from refseq_bench.sim.envs.learning.training_config import TrainingConfig, check_worlds, environment
 from refseq_bench.sim.errors import SimError
 
