@@ -69,7 +69,8 @@ def _tries(one: Attack, options: argparse.Namespace) -> int:
 
 
 def _run_apart(one: Attack, options: argparse.Namespace) -> Row:
-    tries = _tries(one, options)
+    if not (tries := _tries(one, options)):
+        return run(one, tries, options.seed, options.kept)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "rows.json")
         words = [one.name, "--tries", str(tries), "--seed", str(options.seed), "--kept", options.kept, "--json", file]

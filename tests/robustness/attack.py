@@ -37,6 +37,7 @@ AnyFunction = TypeVar("AnyFunction", bound=AttackFunction)
 class Attack:
     """An attack: a sentence about what holds, tried ``tries`` times in full and ``short`` times in the quick suite.
 
+    ``short`` is 0 where one try takes more than a few seconds of the processor.
     A try that takes longer than ``limit`` [s] on the clock has fallen.
     """
 
