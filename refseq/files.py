@@ -1,13 +1,22 @@
-"""Files at the door: opened only if they are files, and replaced in one step, so that none is met half-written."""
+"""Files at the door: opened only if they are files, and replaced in one step, so that none is met half-written.
 
+Content is on the disk before a file gets its name.
+"""
+
+import ctypes
 import errno
 import os
 import stat
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 from typing import IO
+
+from refseq.drafts import draft_folder
+
+AT_FDCWD, RENAME_EXCHANGE = -100, 2
+"""Of Linux: paths are from the working directory; two names change their places."""
 
 
 def open_input(path: Path) -> IO[bytes]:
@@ -48,29 +57,20 @@ _KINDS = {
 def replacing_at(path: Path) -> Iterator[Path]:
     """A file's name that becomes ``path`` when the block ends well; otherwise ``path`` stays as it was.
 
-    It lies in the same folder and ends alike, for libraries that open the file themselves.
+    It is called like ``path``, for libraries that open the file themselves. A ``path`` that is a link is replaced
+    itself; where it points to stays as it is.
     """
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
-    os.close(descriptor)
-    temporary = Path(name)
-    try:
-        yield temporary
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)  # mkstemp's own mode would keep others from reading the result
-        temporary.replace(path)
-    except BaseException:
-        temporary.unlink(missing_ok=True)
-        raise
+    with draft_folder(path.parent) as folder:
+        draft = folder / path.name
+        yield draft
+        put(draft, path)
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[IO[bytes]]:
     """A binary file that becomes ``path`` when the block ends well; otherwise ``path`` stays as it was."""
-    with replacing_at(path) as temporary, temporary.open("wb") as file:
+    with replacing_at(path) as draft, draft.open("xb") as file:
         yield file
-        file.flush()
-        os.fsync(file.fileno())
 
 
 def replace_bytes(path: Path, content: bytes) -> None:
@@ -82,3 +82,65 @@ def replace_bytes(path: Path, content: bytes) -> None:
 def replace_text(path: Path, content: str) -> None:
     """Write ``content`` to ``path`` as UTF-8 in one step."""
     replace_bytes(path, content.encode())
+
+
+def put(draft: Path, path: Path) -> None:
+    """Give a finished file the name ``path``, in place of an older one, with its content on the disk before."""
+    sync(draft)
+    draft.replace(path)
+    sync(path.parent)
+
+
+def put_folder(draft: Path, path: Path) -> None:
+    """Give a finished folder of files the name ``path``; an older one then lies at ``draft``.
+
+    It happens in one step where the file system can let two names change places, else in two.
+    """
+    for one in (*draft.iterdir(), draft):
+        sync(one)
+    if not path.exists():
+        draft.rename(path)
+    elif not _exchanged(draft, path):
+        older = draft.with_name(f"{draft.name}.older")
+        path.rename(older)
+        try:
+            draft.rename(path)
+        except OSError:
+            older.rename(path)
+            raise
+        older.rename(draft)
+    sync(path.parent)
+
+
+def _exchanged(one: Path, other: Path) -> bool:
+    """Let two names change places; false where the system or the file system cannot."""
+    rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
+    if rename is None:
+        return False
+    if rename(AT_FDCWD, os.fsencode(one), AT_FDCWD, os.fsencode(other), RENAME_EXCHANGE) == 0:
+        return True
+    code = ctypes.get_errno()
+    if code in (errno.ENOSYS, errno.EINVAL):
+        return False
+    raise OSError(code, os.strerror(code), str(other))
+
+
+def sync(path: Path) -> None:
+    """Have the content of a file, or the names in a folder, written to the disk. Raises ``OSError``."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if not path.is_dir() or error.errno not in (errno.EINVAL, errno.ENOTSUP):  # some file systems sync no folders
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def free_names(path: Path) -> Iterator[Path]:
+    """Names for what is to lie beside all else: ``path``, then ``…-2``, ``…-3`` before its ending.
+
+    To be tried in turn by what fails where something lies, a link for one.
+    """
+    yield path
+    yield from (path.with_name(f"{path.stem}-{number}{path.suffix}") for number in count(2))

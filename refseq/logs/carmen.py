@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.files import replace_text
+from refseq.logs.closing import noted_damage
 from refseq.logs.source import Channel, Role, Sample
 from refseq.planar import Pose, after_motion
 from refseq.view import LASER, Scan, View
@@ -102,7 +103,7 @@ class CarmenSource:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.damage = ""
+        self._cut = ""
         self._counts: Counter[str] = Counter()
         self.metadata: Mapping[str, str] = {}
         told: dict[str, str] = {}
@@ -119,15 +120,20 @@ class CarmenSource:
 
     @property
     def complete(self) -> bool:
-        """False for a compressed log that was cut off."""
+        """False for a compressed log that was cut off, and for one made of a drive that ended before its time."""
         return not self.damage
+
+    @property
+    def damage(self) -> str:
+        """The reason why it is not complete; empty where it is."""
+        return noted_damage(self.metadata) or self._cut
 
     def _readable(self) -> Iterator[_CarmenLine]:
         """The lines up to where the log is cut off."""
         try:
             yield from _lines(self.path)
         except CutOffError as error:
-            self.damage = str(error)
+            self._cut = str(error)
 
     @property
     def _scans(self) -> int:

@@ -11,14 +11,14 @@ from refseq.view import View
 
 
 class DriveWriter(Protocol):
-    """A drive that is being written; it is at its place when it has been closed."""
+    """A drive that is being written; it is at its place when it has been closed, and beside it until then."""
 
     def write(self, view: View, odometry: Pose) -> None:
         """Add a view, and the odometer's pose at it. Raises ``LogError`` when it cannot be written."""
         ...
 
     def note(self, metadata: Mapping[str, str]) -> None:
-        """Add to what is told of the drive; of two values of a key the later one counts."""
+        """Add to what is told of the drive; of two values of a key the later one counts. Raises ``LogError``."""
         ...
 
     def close(self) -> None:
@@ -30,13 +30,13 @@ class DriveWriter(Protocol):
         ...
 
     def __enter__(self) -> Self:
-        """Return the writer itself, for a ``with`` block that closes it."""
+        """Return the writer itself, for a ``with`` block that closes it where it ends well."""
         ...
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
+        """Close it; where an error ends the block leave it beside its place, marked as incomplete."""
         ...
 
 

@@ -84,7 +84,7 @@ def exit_code(words: list[str]) -> int:
     except typer.Abort:
         return _told("aborted", BELOW)
     except KeyboardInterrupt as stop:
-        return _told(f"interrupted: {stop}" if stop.args else "interrupted", INTERRUPTED)
+        return _told(": ".join(["interrupted", *_notes(stop)]), INTERRUPTED)
     except UsageError as error:
         if asks_for_help(error):
             return 0
@@ -98,9 +98,9 @@ def exit_code(words: list[str]) -> int:
         for module, (family, prefix) in FAILURES.items():
             # A module that was never imported has raised nothing.
             if module in sys.modules and isinstance(error, getattr(sys.modules[module], family)):
-                return _told(f"{prefix}{error}", BELOW)
+                return _told("; ".join([f"{prefix}{error}", *_notes(error)]), BELOW)
         if isinstance(error, input_errors()):
-            return _told(f"error: {error}", BAD_INPUT)
+            return _told("; ".join([f"error: {error}", *_notes(error)]), BAD_INPUT)
         raise
     return 0
 
@@ -111,6 +111,11 @@ FAILURES = {
     "refseq_bench.sim.teleop.session": ("AbortedError", ""),
 }
 """Errors of what ran, not of what was asked for, by their modules, and what is put before their message."""
+
+
+def _notes(error: BaseException) -> list[str]:
+    """Lines that were added to an error: where the views lie of a drive that ended before its time."""
+    return [" ".join(note.split()) for note in getattr(error, "__notes__", ())]
 
 
 def _told(line: str, code: int) -> int:

@@ -221,14 +221,10 @@ def _cut(log: Path, output: Path, choose: "Callable[[ViewPlan], KeptStretch]", h
     notes = {"cut": f"{how} of {log.name}, {kept.first - begin:.3f} to {kept.last - begin:.3f} s"}
     with writing(output):
         messages = copy_stretch(log, output, logged_span(plan, kept), notes)
-    _tell_cut_off(log, complete=plan.source.complete)
+    if not plan.source.complete:
+        say(err, f"note: {log} is incomplete ({plan.source.damage}): what lies before is written")
     say(
         out,
         f"{output}: {messages} messages, {kept.views.stop - kept.views.start} of {len(plan)} views; dropped "
         f"{kept.first - begin:.1f} s at the beginning and {end - kept.last:.1f} s at the end",
     )
-
-
-def _tell_cut_off(log: Path, *, complete: bool) -> None:
-    if not complete:
-        say(err, f"note: {log} was cut off: what lies before is written")

@@ -126,7 +126,9 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
 
     plan = plan_drive(source, selection)
     if not source.complete:
-        logging.getLogger(__name__).warning("%s was cut off; its %d views are used", source.path, len(plan))
+        logging.getLogger(__name__).warning(
+            "%s is incomplete (%s); its %d views are used", source.path, source.damage, len(plan)
+        )
     if selection.odometry is None and source.metadata.get("odometry", "").startswith(ASSUMED):
         logging.getLogger(__name__).warning("%s has no odometry: %s", source.path, source.metadata["odometry"])
     if selection.noise_seed is None and repeats_odometry(plan.views):

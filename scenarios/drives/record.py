@@ -4,6 +4,7 @@ import itertools
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.logs import Recording, read_recording
+from refseq.errors import LogError
+from refseq.logs import Recording
 from refseq.logs.foxglove.writer import RecordingFormat
 from refseq.logs.rig import SensorRig
 from refseq.logs.writing import DriveWriter, OutputFormat
@@ -115,10 +117,6 @@ class NoViewError(ScenarioError):
     """A drive ended before its first view."""
 
 
-class Interrupted(KeyboardInterrupt):
-    """The user stopped a drive; the message says where its views are kept, or that there are none."""
-
-
 def open_bench(drive: Drive, *, watched: bool = False, pictured: bool = False) -> Bench:
     """The simulation of a drive, at its start; ``watched`` by a chase camera. Raises the rooms' errors for names.
 
@@ -187,9 +185,9 @@ def record(
 ) -> Recording:
     """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
 
-    When it is interrupted the recording is closed, readable, at ``path``, and ``Interrupted`` is raised; before the
-    first view there is nothing to keep, and ``path`` stays as it was. Raises ``LogError`` where a recording of this
-    format cannot lie at ``path``.
+    When it is interrupted, or the robot is stuck, ``path`` stays as it was; the views up to then are kept beside it,
+    marked as incomplete, and the error's note tells where. Raises ``LogError`` where a recording of this format cannot
+    lie at ``path``.
     """
     check_recording(path, form)
     with open_bench(drive) as bench:
@@ -254,14 +252,15 @@ def write_drive(
 
     ``rig`` tells of mounts and calibrations where the format has a place for them. Where nothing is written, the
     recording holds no images and scans. ``afterwards`` gives what is known of a drive only when it has ended. Raises as
-    ``record`` does if interrupted, and ``NoViewError`` without a view; of a drive that is aborted nothing is kept.
+    ``record`` does, and ``NoViewError`` without a view; of a drive that is aborted nothing is kept.
     """
     views: list[View] = []
     taken_on = (taken if scanning else replace(taken, view=replace(taken.view, scan=None)) for taken in drive_on)
     try:
         first = next(taken_on, None)
-    except KeyboardInterrupt:
-        raise Interrupted(f"{path or 'the drive'} is not written") from None
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"{path or 'the drive'} is not written")
+        raise
     if first is None:
         raise NoViewError(f"{path or 'the drive'} is not written: no view was taken")
 
@@ -289,21 +288,18 @@ def _write(
     afterwards: Callable[[], Mapping[str, str]],
 ) -> None:
     _make_folder(path)
-    try:
-        with opener() as writer:
-            try:
-                for taken in every:
-                    keep(taken, writer)
-            except AbortedError:
-                writer.discard()
-                raise
-            except KeyboardInterrupt:
+    with opener() as writer:
+        try:
+            for taken in every:
+                keep(taken, writer)
+        except AbortedError:
+            writer.discard()
+            raise
+        except BaseException:
+            with suppress(LogError):  # a full disk takes no more
                 writer.note(afterwards())
-                raise
-            writer.note(afterwards())
-    except KeyboardInterrupt:
-        kept = len(read_recording(path).views)  # the stop may have come between writing a view and noting it
-        raise Interrupted(f"{path} is readable and holds all views up to now, {kept}") from None
+            raise
+        writer.note(afterwards())
 
 
 def _make_folder(path: Path) -> None:

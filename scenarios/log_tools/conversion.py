@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from refseq.logs import RecordingWriter, write_carmen
+from refseq.logs.closing import incomplete, noted_damage
 from refseq.logs.pairing.plan import ViewPlan
 from refseq.planar import Pose, after_motion
 from refseq.view import LASER, View
@@ -73,7 +74,7 @@ def convert(plan: ViewPlan, target: Path, form: LogFormat, notes: Mapping[str, s
     Views are read and written one by one, but for CARMEN, whose scans are held. The odometer starts at the first true
     pose, or at the origin. Raises ``LogError`` and ``ScenarioError``, and then leaves nothing.
     """
-    told = {**{key: str(value) for key, value in plan.source.metadata.items()}, **notes}
+    told = {**{key: str(value) for key, value in plan.source.metadata.items()}, **notes, **_unwhole(plan)}
     match form:
         case LogFormat.TUM | LogFormat.KITTI:
             return _poses(plan, target, form)
@@ -86,6 +87,12 @@ def convert(plan: ViewPlan, target: Path, form: LogFormat, notes: Mapping[str, s
             writing = _recording(target, told) if form is LogFormat.MCAP else _bag(target, told)
             with writing as writer:
                 return Converted(_written(plan, writer), ())
+
+
+def _unwhole(plan: ViewPlan) -> dict[str, str]:
+    """Notes on a log that was cut off, which what is made of it would not show; a marked one's own are copied."""
+    source = plan.source
+    return {} if source.complete or noted_damage(source.metadata) else incomplete(source.damage)
 
 
 def odometer(views: Iterable[View]) -> Iterator[tuple[View, Pose]]:
@@ -123,10 +130,10 @@ def _kept_or_discarded(writer: "RecordingWriter | BagWriter") -> Iterator[ViewWr
     """Give the file its name when the block ends well; otherwise nothing is left of it."""
     try:
         yield writer
+        writer.close()
     except BaseException:
         writer.discard()
         raise
-    writer.close()
 
 
 def _poses(plan: ViewPlan, target: Path, form: LogFormat) -> Converted:

@@ -2,15 +2,13 @@
 
 import bz2
 import gzip
-import shutil
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, NamedTuple
 
 from mcap.exceptions import McapError
-from mcap.records import Channel, Header, Metadata, Schema
+from mcap.records import Channel, Footer, Header, Metadata, Schema
 from mcap.writer import Writer as McapWriter
 from rosbags.interfaces import Connection, ConnectionExtRosbag2
 from rosbags.rosbag1 import Reader as Rosbag1Reader
@@ -22,8 +20,10 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 
 from refseq.errors import LogError
-from refseq.files import replacing_at
-from refseq.logs.foxglove.records import McapMessage, is_mcap, records
+from refseq.drafts import draft_folder
+from refseq.files import put_folder, replacing, replacing_at
+from refseq.logs.closing import incomplete
+from refseq.logs.foxglove.records import McapMessage, is_mcap, reason, records
 from refseq.logs.foxglove.writer import METADATA_NAME
 from refseq.logs.ros.storage import ROSBAG1_MAGIC
 
@@ -88,11 +88,11 @@ def _copier(source: Path) -> Callable[[Path, Path, LoggedSpan, Mapping[str, str]
 
 def _copy_mcap(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
     count = 0
-    with replacing_at(target) as temporary, temporary.open("wb") as file:
+    with replacing(target) as file:
         writer = McapWriter(file)
         known: dict[int, int] = {}
-        begun = False
-        with suppress(McapError):  # of a log that was cut off, what lies before the cut
+        begun, damage = False, "unexpected end of file"
+        try:  # of a log that was cut off, what lies before the cut
             for record in records(source):
                 if isinstance(record, Header):
                     writer.start(record.profile, "refseq log cut")
@@ -102,8 +102,14 @@ def _copy_mcap(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str,
                     writer.add_metadata(record.name, record.metadata)
                 elif isinstance(record, McapMessage):
                     count += _copy_message(writer, record, known, span)
+                elif isinstance(record, Footer):
+                    damage = ""
+        except McapError as error:
+            damage = reason(error)
         if not begun:
             raise LogError(f"{source}: is damaged before its first message")
+        if damage:
+            writer.add_metadata(METADATA_NAME, incomplete(damage))
         writer.finish()  # type: ignore[no-untyped-call]
     return count
 
@@ -126,25 +132,22 @@ def _registered(writer: McapWriter, channel: Channel, schema: Schema | None) -> 
 
 def _copy_rosbag1(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
     """A ROS 1 bag has no place for notes."""
-    with tempfile.TemporaryDirectory(prefix=f".{target.name}.", dir=target.parent) as folder:
-        made = Path(folder) / target.name
-        with Rosbag1Reader(source) as bag, Rosbag1Writer(made) as writer:
-            count = 0
-            known: dict[int, Connection] = {}
-            for connection, time, data in bag.messages():
-                at = span.place(time, connection.topic)
-                if at is None:
-                    continue
-                if connection.id not in known:
-                    known[connection.id] = writer.add_connection(
-                        connection.topic,
-                        connection.msgtype,
-                        msgdef=connection.msgdef.data,
-                        md5sum=connection.digest,
-                    )
-                writer.write(known[connection.id], at, data)
-                count += 1
-        made.replace(target)
+    with replacing_at(target) as made, Rosbag1Reader(source) as bag, Rosbag1Writer(made) as writer:
+        count = 0
+        known: dict[int, Connection] = {}
+        for connection, time, data in bag.messages():
+            at = span.place(time, connection.topic)
+            if at is None:
+                continue
+            if connection.id not in known:
+                known[connection.id] = writer.add_connection(
+                    connection.topic,
+                    connection.msgtype,
+                    msgdef=connection.msgdef.data,
+                    md5sum=connection.digest,
+                )
+            writer.write(known[connection.id], at, data)
+            count += 1
     return count
 
 
@@ -184,12 +187,9 @@ def _added(writer: Rosbag2Writer, connection: Connection) -> Connection:
 @contextmanager
 def _new_folder(target: Path) -> Iterator[Path]:
     """A folder's name that becomes ``target`` when the block ends well."""
-    work = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
-    try:
-        yield work / target.name
-        (work / target.name).rename(target)
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
+    with draft_folder(target.parent) as folder:
+        yield folder / target.name
+        put_folder(folder / target.name, target)
 
 
 def _copy_carmen(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:

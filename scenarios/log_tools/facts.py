@@ -23,7 +23,7 @@ class Fact(NamedTuple):
 
 def head_line(found: LogSurvey) -> str:
     """Kind, duration and completeness of a log."""
-    whole = "complete" if found.source.complete else "cut off"
+    whole = "complete" if found.source.complete else f"incomplete: {found.source.damage}"
     lasts = NONE if math.isnan(found.duration) else f"{found.duration:.1f} s"
     return f"{found.source.path}: {found.source.kind}, {lasts}, {whole}"
 

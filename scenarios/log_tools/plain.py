@@ -17,6 +17,7 @@ def info_record(found: LogSurvey) -> Record:
         "start_s": found.start,
         "duration_s": found.duration,
         "complete": source.complete,
+        "damage": source.damage,
         "topics": [_topic_record(topic) for topic in found.topics],
         "skipped": source.skipped,
         "metadata": source.metadata,

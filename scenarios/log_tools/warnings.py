@@ -26,7 +26,7 @@ def warnings_of(found: LogSurvey, plan: ViewPlan | None, offsets: Mapping[str, C
     """Everything about a log that its owner should look at, in the order of weight."""
     lines: list[str] = []
     if not found.source.complete:
-        lines.append("the log was cut off: what lies before the cut is read")
+        lines.append(f"the log is incomplete: {found.source.damage}; what lies before is read")
     lines += _of_clocks(found)
     if plan is not None:
         lines += _of_other_clocks(found, plan.findings)

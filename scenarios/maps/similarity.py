@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from refseq.atlas.merge import Decision
 from refseq.atlas.similarity import view_similarity
-from refseq.files import replacing_at
+from refseq.files import replacing, replacing_at
 from refseq.map.map import Map
 from refseq_bench.scenarios.maps.matrix import DPI, PICTURES
 
@@ -41,7 +41,7 @@ def similarity_of(one: Map, other: Map) -> Similarity:
 
 def write_arrays(path: Path, found: Similarity) -> None:
     """Both matrices as ``there`` and ``back`` in a ``.npz`` file."""
-    with replacing_at(path) as temporary, temporary.open("wb") as file:
+    with replacing(path) as file:
         np.savez_compressed(file, there=found.there, back=found.back)
 
 

@@ -9,6 +9,7 @@ from mcap.exceptions import McapError
 from mcap.records import Footer
 
 from refseq.errors import LogError
+from refseq.logs.closing import noted_damage
 from refseq.logs.foxglove.index import McapIndex, index_of
 from refseq.logs.foxglove.messages import NANOSECONDS, FoxgloveMessage, MessageDecoder, role_of
 from refseq.logs.foxglove.records import McapMessage, reason, records
@@ -27,13 +28,18 @@ class FoxgloveSource:
         self.path = path
         self._decoder = MessageDecoder()
         self._index = index_of(path)
-        self.damage = self._index.damage
+        self._cut = self._index.damage
         self.channels = tuple(_channels(self._index, self._decoder))
 
     @property
     def complete(self) -> bool:
-        """False for a file that was cut off or is damaged."""
+        """False for a file that was cut off or is damaged, and for a drive that ended before its time."""
         return not self.damage
+
+    @property
+    def damage(self) -> str:
+        """The reason why it is not complete; empty where it is."""
+        return noted_damage(self.metadata) or self._cut
 
     @property
     def metadata(self) -> Mapping[str, str]:
@@ -72,9 +78,9 @@ class FoxgloveSource:
                         yield sample
                 whole = whole or isinstance(record, Footer)
         except McapError as error:
-            self.damage = reason(error)
+            self._cut = reason(error)
         else:
-            self.damage = "" if whole else "unexpected end of file"
+            self._cut = "" if whole else "unexpected end of file"
 
     def _sample(self, record: McapMessage, videos: dict[str, VideoStream]) -> Sample | None:
         channel, schema = record.channel, record.schema

@@ -6,7 +6,8 @@ drive was made.
 """
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from io import FileIO
 from pathlib import Path
 
 import cv2
@@ -23,6 +24,7 @@ from foxglove.channels import (
 from foxglove.mcap import MCAPWriteOptions
 
 from refseq.errors import LogError
+from refseq.files import free_names, put
 from refseq.logs.closing import ClosedAtExit
 from refseq.logs.rig import SensorRig
 from refseq.planar import Pose
@@ -59,26 +61,28 @@ class RecordingFormat:
 class RecordingWriter(ClosedAtExit):
     """Writes a drive to ``path``, one chunk a view.
 
-    While it is open the file is ``<name>.partial.mcap`` beside ``path``, and readable up to the last view even if the
-    process is killed; closing it renames it to ``path``, which replaces an older recording in one step.
+    While it is open the file is a new one beside ``path``, ``<name>.partial.mcap`` where nothing is called so, and
+    readable up to the last view even if the process is killed; closing it renames it to ``path``, which replaces an
+    older recording in one step. Where an error ends the ``with`` block it stays, marked as incomplete.
     """
 
     def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
         self.path = path
-        self.partial = path.with_name(f"{path.stem}.partial.mcap")
         self._context = foxglove.Context()
         self._images: dict[str, CompressedImageChannel] = {}
         try:
+            self._file = _new_file(path.with_name(f"{path.stem}.partial.mcap"))
+        except (OSError, ValueError) as error:
+            raise LogError(f"{path}: cannot be written: {error}") from error
+        self.partial = Path(self._file.name)
+        with self._telling():
             self._writer = foxglove.open_mcap(
-                str(self.partial),
-                allow_overwrite=True,
+                self._file,
                 context=self._context,
                 # PNG does not shrink further, and an uncompressed chunk survives a cut in its middle the best.
                 writer_options=MCAPWriteOptions(compression=None, profile=PROFILE),
             )
-        except (OSError, RuntimeError, ValueError) as error:
-            raise LogError(f"{path}: cannot be written: {error}") from error
-        self._open = True
+        self._open, self._placed = True, False
         self.note(metadata)
         self._laser = LaserScanChannel(f"/{LASER}", context=self._context)
         self._odometry = OdometryChannel(ODOMETRY_TOPIC, context=self._context)
@@ -92,6 +96,7 @@ class RecordingWriter(ClosedAtExit):
         """
         with self._telling():
             self._write(view, odometry)
+        self.written += 1
 
     def _write(self, view: View, odometry: Pose) -> None:
         nanoseconds = round(view.time * NANOSECONDS)
@@ -127,23 +132,40 @@ class RecordingWriter(ClosedAtExit):
     def note(self, metadata: Mapping[str, str]) -> None:
         """Add to what is told of the drive; of two values of a key the later one counts."""
         if metadata:
-            self._writer.write_metadata(METADATA_NAME, dict(metadata))
+            with self._telling():
+                self._writer.write_metadata(METADATA_NAME, dict(metadata))
 
     def close(self) -> None:
         """Finish the file and give it its name. Raises ``LogError`` when it cannot be written."""
         if not self._open:
             return
-        self._open = False
         with self._telling():
-            self._writer.close()
-            self.partial.replace(self.path)
+            self._finish()
+            put(self.partial, self.path)
+            self._placed = True
+
+    def leave(self, notes: Mapping[str, str]) -> None:
+        """Finish the file where it lies, with ``notes``; on a full disk it stays as it is, cut off."""
+        if self._open:
+            with suppress(LogError):
+                self.note(notes)
+            with suppress(OSError, RuntimeError):
+                self._finish()
 
     def discard(self) -> None:
         """Give the file up: what is at ``path`` stays as it was."""
-        self._open = False
-        with self._telling():
-            self._writer.close()
+        if self._open:
+            with suppress(OSError, RuntimeError):
+                self._finish()
+        if not self._placed:
             self.partial.unlink(missing_ok=True)
+
+    def _finish(self) -> None:
+        self._open = False
+        try:
+            self._writer.close()
+        finally:
+            self._file.close()
 
     @contextmanager
     def _telling(self) -> Iterator[None]:
@@ -152,6 +174,14 @@ class RecordingWriter(ClosedAtExit):
             yield
         except (OSError, RuntimeError) as error:
             raise LogError(f"{self.path}: cannot be written (is the disk full?): {error}") from error
+
+
+def _new_file(path: Path) -> FileIO:
+    """Make a file that is not there yet, and write to what was made, not to a link that was put in its place."""
+    for name in free_names(path):
+        with suppress(FileExistsError):
+            return name.open("xb", buffering=0)
+    raise AssertionError
 
 
 def _laser_message(scan: Scan, stamp: messages.Timestamp) -> messages.LaserScan:

@@ -8,6 +8,7 @@ from itertools import chain
 from pathlib import Path
 
 from refseq.errors import LogError
+from refseq.logs.closing import noted_damage
 from refseq.logs.ros.decoder import RosDecoder, Serialization
 from refseq.logs.ros.files import BagFiles, open_bag
 from refseq.logs.ros.storage import DamagedBagError, StoredMessage
@@ -20,7 +21,7 @@ VIEWS_KEY = "refseq_views"
 class RosBag:
     """A bag that is read from its files as often as it is asked, and never as a whole.
 
-    ``damage`` is told as soon as reading meets it.
+    Damage is told as soon as reading meets it.
     """
 
     kind = "a ROS bag"
@@ -29,7 +30,7 @@ class RosBag:
         """Open a folder or file. Raises ``LogError`` where it is no bag, or holds no message."""
         self.path = path
         self._bag: BagFiles = open_bag(path)
-        self.damage = self._bag.damage
+        self._cut = self._bag.damage
         self._decoders = {one: RosDecoder(one) for one in Serialization}
         self._empty: dict[str, tuple[str, int]] = {}  # by topic: what told nothing when it was last read
         self._cameras = _cameras_in(self._bag.metadata.get(VIEWS_KEY, "{}"))
@@ -59,6 +60,11 @@ class RosBag:
     def complete(self) -> bool:
         """False for a bag that is cut off, or whose recorder was stopped before its end."""
         return not self.damage
+
+    @property
+    def damage(self) -> str:
+        """The reason why it is not complete; empty where it is."""
+        return noted_damage(self.metadata) or self._cut
 
     @property
     def metadata(self) -> Mapping[str, str]:
@@ -103,7 +109,7 @@ class RosBag:
         except DamagedBagError as error:
             if not begun:
                 raise
-            self.damage = error.reason
+            self._cut = error.reason
 
     def _sample(self, channel: Channel, stored: StoredMessage) -> Sample | None:
         try:

@@ -3,7 +3,6 @@
 import json
 import shutil
 import sqlite3
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -13,8 +12,11 @@ from typing import Literal
 
 from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 
 from refseq.errors import LogError
+from refseq.files import free_names, put_folder
 from refseq.logs.closing import ClosedAtExit
 from refseq.logs.rig import SensorRig
 from refseq.logs.ros.bag import VIEWS_KEY
@@ -68,8 +70,9 @@ class BagFormat:
 class BagWriter(ClosedAtExit):
     """Writes a drive to a rosbag2 folder, ``path``.
 
-    While it is open the bag lies in a hidden folder beside ``path``; closing it renames it, which replaces an older bag
-    of that name. A bag that was not closed replaces nothing.
+    While it is open the bag lies in a new folder beside ``path``, ``<name>.partial`` where nothing is called so, and is
+    readable up to the last view even if the process is killed; closing it gives it its name, which replaces an older
+    bag. Where an error ends the ``with`` block it stays, marked as incomplete.
     """
 
     def __init__(
@@ -90,13 +93,16 @@ class BagWriter(ClosedAtExit):
         self._messages = ViewMessages(self._store, rig or SensorRig())
         self._connections: dict[str, Connection] = {}
         self._cameras: dict[str, str] = {}
-        self._open = True
+        self._open, self._placed = True, False
         with self._telling():
-            self._folder = Path(tempfile.mkdtemp(prefix=f".{path.name}.", dir=path.parent))
-            # The files in it are named by the folder.
+            self._folder = _new_folder(path.with_name(f"{path.name}.partial"))
+            self.partial = self._folder / path.name  # the files in it are named by the folder
             plugin = StoragePlugin[storage.name]
-            self._writer = Writer(self._folder / path.name, version=FORMAT_VERSION, storage_plugin=plugin)
+            self._writer = Writer(self.partial, version=FORMAT_VERSION, storage_plugin=plugin)
             self._writer.open()
+            if isinstance(self._writer.storage, Sqlite3Writer):
+                # To outlive the process it need not wait for the disk at each view; what is finished is synced.
+                self._writer.storage.conn.execute("PRAGMA synchronous = OFF")
         self.note(metadata)
 
     def write(self, view: View, odometry: Pose) -> None:
@@ -109,6 +115,17 @@ class BagWriter(ClosedAtExit):
         with self._telling():
             for message in (*fixed, *self._messages.of(view, odometry)):
                 self._log(message, logged)
+            self._flush()
+        self.written += 1
+
+    def _flush(self) -> None:
+        """Hand what was written so far to the system, where it outlives the process."""
+        match self._writer.storage:
+            case McapWriter() as storage:
+                storage.close_chunk()
+                storage.bio.flush()
+            case Sqlite3Writer() as storage:
+                storage.conn.commit()
 
     def _log(self, message: RosMessage, logged: int) -> None:
         connection = self._connections.get(message.topic)
@@ -128,27 +145,19 @@ class BagWriter(ClosedAtExit):
         """Finish the bag and give it its name. Raises ``LogError`` when it cannot be written."""
         if not self._open:
             return
-        self._open = False
-        try:
-            with self._telling():
-                self._writer.set_custom_data(VIEWS_KEY, json.dumps(self._cameras))
-                self._writer.close()
-                check_bag_path(self.path)
-                self._give_name()
-        finally:
-            shutil.rmtree(self._folder, ignore_errors=True)
+        with self._telling():
+            self._finish()
+            check_bag_path(self.path)
+            put_folder(self.partial, self.path)
+            self._placed = True
+        shutil.rmtree(self._folder, ignore_errors=True)  # with the older bag, if there was one
 
-    def _give_name(self) -> None:
-        """Put the new bag in the place of an older one, which comes back if that fails."""
-        written, older = self._folder / self.path.name, self._folder / "older"
-        if self.path.exists():
-            self.path.rename(older)
-        try:
-            written.rename(self.path)
-        except OSError:
-            if older.exists():
-                older.rename(self.path)
-            raise
+    def leave(self, notes: Mapping[str, str]) -> None:
+        """Finish the bag where it lies, with ``notes``; on a full disk it stays as it is, cut off."""
+        if self._open:
+            self.note(notes)
+            with suppress(OSError, sqlite3.Error, WriterError):
+                self._finish()
 
     def discard(self) -> None:
         """Give the bag up: what is at ``path`` stays as it was."""
@@ -156,7 +165,13 @@ class BagWriter(ClosedAtExit):
             self._open = False
             with suppress(OSError, sqlite3.Error):
                 self._writer.abort()
+        if not self._placed:
             shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _finish(self) -> None:
+        self._open = False
+        self._writer.set_custom_data(VIEWS_KEY, json.dumps(self._cameras))
+        self._writer.close()
 
     @contextmanager
     def _telling(self) -> Iterator[None]:
@@ -165,6 +180,15 @@ class BagWriter(ClosedAtExit):
             yield
         except (OSError, sqlite3.Error, WriterError) as error:
             raise LogError(f"{self.path}: cannot be written (is the disk full?): {error}") from error
+
+
+def _new_folder(path: Path) -> Path:
+    """Make a folder that is not there yet, for us alone."""
+    for name in free_names(path):
+        with suppress(FileExistsError):
+            name.mkdir(mode=0o700)
+            return name
+    raise AssertionError
 
 
 def check_bag_path(path: Path) -> None:

@@ -1,14 +1,13 @@
 """A store of what is dear to make, by key: recordings and answers are made once and kept for whoever asks again."""
 
-import fcntl
 import os
-import shutil
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 from refseq.errors import RefseqError
+from refseq.drafts import draft_folder, sweep_drafts
+from refseq.files import put
 from refseq_bench.scenarios.errors import ScenarioError
 
 RECORDING, MAP, ANSWERS = ".mcap", ".refseq", ".parquet"
@@ -21,7 +20,6 @@ ENDS = {
     ANSWERS: (b"PAR1", b"PAR1", 4),
 }
 """With what a whole file of each kind begins, what stands near its end, and how many bytes before it."""
-DRAFT, LOCK = ".draft-", ".lock"
 MORE = 1 << 20
 """Bytes that a disk must still take not to be called full: about those of a view with its images."""
 
@@ -41,8 +39,8 @@ class Store:
     """Files in a folder, each named by its key; one that is there is whole.
 
     Several processes, of several campaigns, may make the same file at once: the last one wins, and all are alike. A
-    file is made in a draft folder, locked by its maker, and moved to its name in one step; what a killed maker leaves
-    behind is known by its lock being free. Raises ``ScenarioError`` where the folder cannot be made.
+    file is made in a draft folder (``refseq.files``) and moved to its name in one step. Raises ``ScenarioError`` where
+    the folder cannot be made.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -65,7 +63,7 @@ class Store:
         """The file of a key, made by ``maker`` where it is not there yet. ``ScenarioError`` where the disk is full."""
         path = self.path(key, ending)
         if not _whole(path):
-            with self._draft() as folder:
+            with draft_folder(self.folder) as folder:
                 draft = folder / path.name
                 try:
                     maker(draft)
@@ -75,7 +73,7 @@ class Store:
                     raise
                 if not _whole(draft):
                     raise ScenarioError(f"{path}: cannot be kept: {_refuses(folder) or 'it was not written whole'}")
-                draft.replace(path)
+                put(draft, path)
         return path
 
     def discard(self, key: str) -> None:
@@ -90,42 +88,7 @@ class Store:
 
     def sweep(self) -> None:
         """Remove the drafts of makers that are no more."""
-        with self._alone():
-            for folder in self.folder.glob(f"{DRAFT}*"):
-                if (held := _held(folder)) is not None:
-                    shutil.rmtree(folder, ignore_errors=True)
-                    os.close(held)
-
-    @contextmanager
-    def _draft(self) -> Iterator[Path]:
-        """A folder to make a file in, which is gone afterwards."""
-        with self._alone():
-            folder = Path(tempfile.mkdtemp(prefix=DRAFT, dir=self.folder))
-            held = _held(folder)
-        try:
-            yield folder
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
-            if held is not None:
-                os.close(held)
-
-    @contextmanager
-    def _alone(self) -> Iterator[None]:
-        """Nobody else begins a draft, or sweeps, meanwhile: a new draft would look like one left behind."""
-        with (self.folder / LOCK).open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            yield
-
-
-def _held(folder: Path) -> int | None:
-    """Lock a folder and return the open descriptor; None where another process holds it. The lock dies with us."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(descriptor)
-        return None
-    return descriptor
+        sweep_drafts(self.folder)
 
 
 def _refuses(folder: Path) -> str:

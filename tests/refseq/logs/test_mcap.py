@@ -171,7 +171,10 @@ def test_an_interrupted_drive_is_kept(tmp_path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
-    assert len(read_recording(tmp_path / "run.mcap").views) == 1
+    kept = read_recording(tmp_path / "run.partial.mcap")
+    assert not kept.complete
+    assert len(kept.views) == 1
+    assert list(tmp_path.iterdir()) == [tmp_path / "run.partial.mcap"]
 
 
 def test_two_writers_do_not_mix(tmp_path: Path) -> None:

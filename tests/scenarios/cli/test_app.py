@@ -239,7 +239,9 @@ def test_a_recording_that_was_cut_off_is_used_and_told(refseq: Refseq, desk: Pat
     assert 1 < views < 15
     answer = refseq("learn", desk / "cut.mcap", "-o", tmp_path / "m.refseq")
     assert answer.code == 0
-    assert re.fullmatch(rf"note: \S+cut.mcap was cut off; its {views} views are used\n", answer.err)
+    assert re.fullmatch(
+        rf"note: \S+cut.mcap is incomplete \(unexpected end of file\); its {views} views are used\n", answer.err
+    )
     assert f"{views} places over" in answer.out
 
 
@@ -363,10 +365,11 @@ def test_ctrl_c_leaves_a_readable_recording_and_says_so(driving: subprocess.Pope
     driving.send_signal(signal.SIGINT)
     _, said = driving.communicate(timeout=60)
     assert driving.returncode == 130
-    views = read_recording(tmp_path / "long.mcap")
-    assert views.complete
-    assert said == f"interrupted: long.mcap is readable and holds all views up to now, {len(views.views)}\n"
-    assert list(tmp_path.glob("*.partial*")) == []
+    kept = read_recording(tmp_path / "long.partial.mcap")
+    assert not kept.complete
+    holds = f"long.partial.mcap holds {len(kept.views)} views, incomplete: use it as it is, or record again"
+    assert said == f"interrupted: {holds}\n"
+    assert {path.name for path in tmp_path.iterdir()} == {"long.toml", "long.partial.mcap"}
 
 
 def test_a_killed_recording_is_readable_up_to_its_last_view(
@@ -382,4 +385,4 @@ def test_a_killed_recording_is_readable_up_to_its_last_view(
     assert all(view.scan is not None for view in recording.views[:-1])
     answer = refseq("view", tmp_path / "long.partial.mcap", "-o", tmp_path / "long.rrd")
     assert answer.code == 0
-    assert "was cut off" in answer.err
+    assert "long.partial.mcap is incomplete (unexpected end of file); its" in answer.err

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
 
@@ -7,16 +8,17 @@ import pytest
 
 from refseq.belief import Stage
 from refseq.errors import LogError
-from refseq.logs import Recording, read_recording
+from refseq.logs import Recording, open_log, read_recording
 from refseq.logs.formats import DriveFormat, output_format
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.view import View
 from refseq_bench import robots
-from refseq_bench.scenarios.drives.record import Drive, Interrupted, Progress, check_sensors, open_bench, record
+from refseq_bench.scenarios.drives.record import Drive, Progress, check_sensors, open_bench, record
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.drives.recorder import Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.errors import StuckError
 from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.laser import RangeMode
@@ -164,24 +166,43 @@ def test_a_file_in_the_folders_place_is_told(blind: Drive, tmp_path: Path) -> No
         record(blind, tmp_path / "taken" / "drive.mcap")
 
 
-def stop_at(count: int) -> Progress:
+def stop_at(count: int, error: BaseException) -> Progress:
     def progress(along: float, length: float, views: int) -> None:
         if views == count:
-            raise KeyboardInterrupt
+            raise error
 
     return progress
 
 
 @pytest.mark.parametrize("form", DriveFormat)
-def test_an_interrupted_recording_is_readable_at_its_name(blind: Drive, tmp_path: Path, form: DriveFormat) -> None:
-    path = tmp_path / "drive.mcap"
-    with pytest.raises(Interrupted, match=rf"^{path} is readable and holds all views up to now, 4$"):
-        record(blind, path, stop_at(4), form=output_format(form))
-    read = read_recording(path)
-    assert read.complete
+@pytest.mark.parametrize("error", [KeyboardInterrupt, StuckError])
+def test_a_drive_that_ends_before_its_time_lies_beside_the_older_one_and_says_so(
+    blind: Drive, tmp_path: Path, form: DriveFormat, error: type[BaseException]
+) -> None:
+    path = tmp_path / "drive"
+    record(blind, path, form=output_format(form))
+    before = content_of(path)
+    with pytest.raises(error) as caught:
+        record(blind, path, stop_at(4, error("the robot is\nstuck")), form=output_format(form))
+    assert content_of(path) == before
+    assert read_recording(path).complete
+    partial = tmp_path / ("drive.partial.mcap" if form is DriveFormat.MCAP else "drive.partial/drive")
+    told = f"{path} stays as it was; {partial} holds 4 views, incomplete: use it as it is, or record again"
+    assert caught.value.__notes__ == [told]
+    read = read_recording(partial)
+    assert not read.complete
     assert len(read.views) == 4
     assert read.metadata["robot"] == "robuter"
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["drive.mcap", "small.toml"]
+    assert read.metadata["cause"] == ("the robot is stuck" if error is StuckError else "interrupted")
+    assert abs((datetime.now(UTC) - datetime.fromisoformat(read.metadata["ended"][:19] + "+00:00")).seconds) < 600
+    source = open_log(partial)
+    list(source.samples())
+    assert source.damage == f"{read.metadata['cause']}, {read.metadata['ended']}"
+
+
+def content_of(path: Path) -> dict[str, bytes]:
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    return {file.name: file.read_bytes() for file in files}
 
 
 def test_an_interruption_before_the_first_view_keeps_what_was_there(
@@ -193,8 +214,9 @@ def test_an_interruption_before_the_first_view_keeps_what_was_there(
     path = tmp_path / "drive.mcap"
     path.write_text("an older recording")
     monkeypatch.setattr(Bench, "sense", interrupted)
-    with pytest.raises(Interrupted, match=rf"^{path} is not written$"):
+    with pytest.raises(KeyboardInterrupt) as stop:
         record(blind, path)
+    assert stop.value.__notes__ == [f"{path} is not written"]
     assert path.read_text() == "an older recording"
     assert sorted(file.name for file in tmp_path.iterdir()) == ["drive.mcap", "small.toml"]
 

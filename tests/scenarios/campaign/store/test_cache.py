@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from refseq.drafts import DRAFT
 from refseq_bench.scenarios.campaign.store.cache import ANSWERS, MAP, RECORDING, Store
 from refseq_bench.scenarios.errors import ScenarioError
 from tests.scenarios.campaign.chores import WHOLE
@@ -20,7 +21,7 @@ def store(tmp_path: Path) -> Store:
 
 
 def drafts(store: Store) -> list[Path]:
-    return list(store.folder.glob(".draft-*"))
+    return list(store.folder.glob(f"{DRAFT}*"))
 
 
 def test_a_file_is_made_once_and_found_by_its_key(store: Store) -> None:
@@ -82,7 +83,7 @@ def test_what_fails_in_the_middle_leaves_nothing(store: Store) -> None:
 
     with pytest.raises(KeyError):
         store.make("a", ANSWERS, half)
-    assert [path.name for path in store.folder.iterdir()] == [".lock"]
+    assert list(store.folder.iterdir()) == []
 
 
 def test_a_writer_that_only_seems_to_have_written_is_not_believed(store: Store) -> None:
@@ -92,8 +93,8 @@ def test_a_writer_that_only_seems_to_have_written_is_not_believed(store: Store) 
 
 
 def test_drafts_of_the_dead_are_swept_and_those_of_the_living_are_not(store: Store) -> None:
-    (store.folder / ".draft-dead").mkdir()
-    (store.folder / ".draft-dead" / "half").write_bytes(b"half")
+    (store.folder / f"{DRAFT}dead").mkdir()
+    (store.folder / f"{DRAFT}dead" / "half").write_bytes(b"half")
     begun, finish = threading.Event(), threading.Event()
 
     def slow(path: Path) -> None:
@@ -105,7 +106,7 @@ def test_drafts_of_the_dead_are_swept_and_those_of_the_living_are_not(store: Sto
     maker.start()
     begun.wait(10)
     Store(store.folder).sweep()
-    assert [path.name for path in drafts(store)] != [".draft-dead"]
+    assert [path.name for path in drafts(store)] != [f"{DRAFT}dead"]
     assert len(drafts(store)) == 1
     finish.set()
     maker.join()
@@ -136,7 +137,7 @@ def test_a_full_disk_is_told_and_nothing_stays_on_it(tmp_path: Path) -> None:
         store.make("small", ANSWERS, lambda path: path.write_bytes(WHOLE))
         with pytest.raises(ScenarioError, match=r"large\.parquet: cannot be kept: No space left on device$"):
             store.make("large", ANSWERS, lambda path: path.write_bytes(WHOLE + bytes(100_000)))
-        assert {path.name for path in tmp_path.iterdir()} == {".lock", "small.parquet"}
+        assert {path.name for path in tmp_path.iterdir()} == {"small.parquet"}
     finally:
         subprocess.run(["umount", tmp_path], check=True)
 
