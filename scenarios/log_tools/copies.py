@@ -19,8 +19,8 @@ from rosbags.rosbag2 import ReaderError as Rosbag2Error
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 
-from refseq.errors import LogError
 from refseq.drafts import draft_folder
+from refseq.errors import LogError
 from refseq.files import put_folder, replacing, replacing_at
 from refseq.logs.closing import incomplete
 from refseq.logs.foxglove.records import McapMessage, is_mcap, reason, records

@@ -5,8 +5,8 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from refseq.errors import RefseqError
 from refseq.drafts import draft_folder, sweep_drafts
+from refseq.errors import RefseqError
 from refseq.files import put
 from refseq_bench.scenarios.errors import ScenarioError
 
