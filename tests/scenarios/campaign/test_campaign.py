@@ -168,7 +168,7 @@ def test_an_interrupted_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
 
 
 def test_what_killed_workers_left_behind_is_swept(tmp_path: Path) -> None:
-    (tmp_path / ".draft-dead").mkdir()
+    (tmp_path / ".refseq-draft-dead").mkdir()
     conducted(Store(tmp_path), [case_of("a", Chore("ask"))])
     assert {path.name for path in tmp_path.iterdir()} == {f"ask{ANSWERS}"}
 

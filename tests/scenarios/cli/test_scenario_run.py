@@ -238,7 +238,7 @@ def test_ctrl_c_or_a_cancelled_job_ends_all_and_the_same_command_goes_on(
     assert time.monotonic() - begin < 10
     assert code == 130
     wait_for(lambda: not alive(first.pid), 5)
-    assert not list(cache.glob(".draft-*"))
+    assert not list(cache.glob(".refseq-draft-*"))
     done = int(re.search(r"interrupted: (\d+) done, 0 kept from before", said)[1])  # type: ignore[index]
     assert 1 <= done < 24
     # It goes on, here with one seed of those that were begun: what was done is not done again.

@@ -125,13 +125,13 @@ def test_tasks_are_carried_out_in_a_process_that_ends_when_it_is_stopped(tmp_pat
     assert "carry_out" in outcome.details
     assert not store.has("one-raise", ANSWERS)
 
-    wait_for(lambda: bool(list(tmp_path.glob(".draft-*/*"))))
+    wait_for(lambda: bool(list(tmp_path.glob(".refseq-draft-*/*"))))
     begin = time.monotonic()
     workers.close(at_once=True)
     assert time.monotonic() - begin < 5
     assert set(multiprocessing.active_children()) <= others
     store.sweep()
-    assert not list(tmp_path.glob(".draft-*"))
+    assert not list(tmp_path.glob(".refseq-draft-*"))
 
 
 @pytest.mark.parametrize(
