@@ -20,9 +20,9 @@ from refseq.map.learning import learn
 from refseq_bench.scenarios.campaign.declare.assignment import LAMP, ODOMETRY
 from refseq_bench.scenarios.campaign.declare.cases import find, names
 from refseq_bench.scenarios.campaign.pages.tables import blocks
-from refseq_bench.scenarios.cli.app import app
+from refseq_bench.scenarios.cli.app import app, exit_code
 from refseq_bench.scenarios.methods.by_name import check_methods
-from tests.commands import MISUSED, check_commands, parse
+from tests.commands import MISUSED, check_commands, own, parse
 from tests.pages import ASKED, FENCE, ROOT, Example, Page, pages
 from tests.support import corridor_drive
 
@@ -117,28 +117,33 @@ def stand(tmp_path, drives, monkeypatch) -> Path:
 def carry_out(page: Page, folder: Path, *asked: str) -> None:
     """Execute a page's examples of some kinds one after the other; those in Python share their names."""
     names: dict[str, object] = {"__name__": "example"}
-    for example in page.examples:
-        if example.asked == "file":
-            (folder / example.told).write_text(example.code)
-        elif example.asked in asked:
-            if example.language == "python":
-                # Lines before it, so that a trace names the page's own.
-                exec(compile("\n" * example.line + example.code, example.page, "exec"), names)
-            else:
-                shell(example, folder)
+    environment = {"REFSEQ_CACHE": str(folder / "cache"), "REFSEQ_RECORDINGS": str(RECORDINGS), "OMP_NUM_THREADS": "1"}
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in environment.items():
+            patch.setenv(name, value)
+        patch.setenv("PATH", f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}")
+        for example in page.examples:
+            if example.asked == "file":
+                (folder / example.told).write_text(example.code)
+            elif example.asked in asked:
+                if example.language == "python":
+                    # Lines before it, so that a trace names the page's own.
+                    exec(compile("\n" * example.line + example.code, example.page, "exec"), names)
+                else:
+                    type_in(example)
 
 
-def shell(example: Example, folder: Path) -> None:
-    """Execute a block of commands as somebody would who types it; each has to end with 0."""
-    environment = os.environ | {
-        "PATH": f"{SCRIPTS}{os.pathsep}{os.environ['PATH']}",
-        "REFSEQ_CACHE": str(folder / "cache"),
-        "REFSEQ_RECORDINGS": str(RECORDINGS),
-        "OMP_NUM_THREADS": "1",
-    }
-    done = subprocess.run(
-        ["sh", "-e", "-c", example.code], cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
+def type_in(example: Example) -> None:
+    """Execute a block of commands as somebody would who types it; each has to end with 0.
+
+    Where all are our own, they are executed in this process, which has loaded already what each would load anew.
+    """
+    lines = [shlex.split(os.path.expandvars(line)) for line in example.code.replace("\\\n", " ").splitlines() if line]
+    ours = [own(words) for words in lines]
+    if all(ours) and not re.search(r"[|&;<>`()]", example.code):
+        assert [words for words in ours if words and exit_code(words) != 0] == [], example.place
+        return
+    done = subprocess.run(["sh", "-e", "-c", example.code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{example.place}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
 
 

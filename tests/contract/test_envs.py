@@ -16,8 +16,8 @@ from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 IDS = sorted(name for name, spec in gym.registry.items() if spec.namespace == "refseq")
 BALANCING = ("refseq/CrossDoor-v0", "refseq/FollowCorridorTwist-v0")
 """Those that the balancing robot is tried with each time: the others differ in nothing that the robot is asked."""
-CHECKED = tuple(name for name in IDS if name not in ("refseq/ReachPlace-v0", "refseq/RecoverTwist-v0"))
-"""Those that Gymnasium checks each time: of each task with a map one, as it resets them a dozen times."""
+CHECKED = ("refseq/FollowCorridor-v0", "refseq/Recover-v0")
+"""Those that Gymnasium checks each time, as it resets them a dozen times: one without a map and one with."""
 IN_WORKERS = ("refseq/CrossDoor-v0", "refseq/CrossDoorTwist-v0")
 STEPS = 6
 every_id = pytest.mark.parametrize("name", IDS)
@@ -64,20 +64,14 @@ def checked(name: str, **made_with: Any) -> None:
 
 
 @every_id
-def test_the_same_seed_and_actions_are_the_same_episode_again(name: str) -> None:
+def test_the_same_seed_and_actions_are_the_same_episode_again_of_numbers_within_bounds(name: str) -> None:
     env = gym.make(name)
     actions = drawn_actions(env)
     first, other, again = (list(played(env, seed, actions)) for seed in (3, 4, 3))
     assert len(first) == len(actions) + 1
     assert all(data_equivalence(one, two, exact=True) for one, two in zip(first, again, strict=True))
     assert not data_equivalence(first[-1], other[-1], exact=True)
-    env.close()
-
-
-@every_id
-def test_no_number_is_missing_or_outside_its_bounds(name: str) -> None:
-    env = gym.make(name)
-    for observation, *_ in played(env, 5, drawn_actions(env)):
+    for observation, *_ in (*first, *other):
         assert observation in env.observation_space
         assert {part.dtype for part in observation.values()} == {np.dtype(np.float32)}
         assert all(np.isfinite(part).all() for part in observation.values())

@@ -180,7 +180,7 @@ def test_maps_of_other_sensors_or_vocabularies(
     drive: list[View], atlas: Map, saved: Path, profile: Profile, sensors: list[str] | None, told: str
 ) -> None:
     """Whether they are compared, laid side by side, merged, added or read."""
-    first, unlike = learn(drive[:20], profile=BEST), learn(drive[10:], profile=profile, sensors=sensors)
+    first, unlike = learn(drive[:8], profile=BEST), learn(drive[4:12], profile=profile, sensors=sensors)
     for refused in (
         lambda: view_similarity(unlike.sequence, first.sequence),
         lambda: beside(named_maps(["a", "b"], [first, unlike])),
@@ -205,15 +205,15 @@ def test_the_last_of_several_is_refused_before_the_first_is_merged(drive: list[V
         asked.append(decision)
         return decision
 
-    parts = [learn(views, profile=BEST) for views in (drive[:20], drive[10:])]
+    parts = [learn(views, profile=BEST) for views in (drive[:8], drive[4:12])]
     with pytest.raises(MapError, match="features are walls/laser"):
-        merge_maps(named_maps(["a", "b", "c"], [*parts, learn(drive, profile=BEST, sensors=[LASER])]), confirm=ask)
+        merge_maps(named_maps(["a", "b", "c"], [*parts, learn(drive[:8], profile=BEST, sensors=[LASER])]), confirm=ask)
     assert asked == []
 
 
 @pytest.mark.parametrize("name", ["a", "b"])
 def test_wishes_about_views_that_are_not_there(drive: list[View], name: str) -> None:
-    parts = [learn(drive[:10], profile=BEST), learn(drive[20:], profile=BEST)]
+    parts = [learn(drive[:6], profile=BEST), learn(drive[20:26], profile=BEST)]
     spans = [(70, 80) if name == one else (0, 5) for one in "ab"]
     wish = Decision("a", "b", spans[0], spans[1], (0.0, 0.0), True, "")
     with pytest.raises(MapError, match=f"^views 70 to 80 of '{name}' are not there, or joined already$"):

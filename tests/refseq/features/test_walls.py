@@ -116,10 +116,10 @@ def test_walls_of_known_rooms_are_found() -> None:
 
 
 def test_walls_of_floors_with_doors_and_clutter_are_found() -> None:
-    """As above at 1000 random poses; a closed door's leaf, 8 cm behind the face, may become part of the wall."""
+    """As above at 400 random poses; a closed door's leaf, 8 cm behind the face, may become part of the wall."""
     rng = np.random.default_rng(0)
     tally = Tally(0.1, 4.0)
-    for _ in range(100):
+    for _ in range(40):
         floor = random_floor(rng)
         for _ in range(10):
             pose = floor.pose(rng)

@@ -16,6 +16,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from refseq.logs import read_recording
+from refseq_bench.scenarios.cli.app import exit_code
 from refseq_bench.sim.bench.bench import Bench
 from tests.scenarios.conftest import Refseq
 from tests.worlds.conftest import SMALL
@@ -38,13 +39,14 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("desk")
     (home / "small.toml").write_text(SMALL.format(top="", end=""))
     (home / "door.toml").write_text(SMALL.format(top="", end="") + DOOR)
-    script = "import sys; from refseq_bench.scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
-    for line in (
-        "record small.toml --renderer none --distance 0.4 -o run.mcap",
-        "learn run.mcap --features walls,boundary,sectors -o map.refseq",
-        "localise map.refseq run.mcap -o beliefs.parquet",
-    ):
-        subprocess.run([sys.executable, "-c", script, *line.split()], cwd=home, env=environment(), check=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(home)
+        for line in (
+            "record small.toml --renderer none --distance 0.4 -o run.mcap",
+            "learn run.mcap --features walls,boundary,sectors -o map.refseq",
+            "localise map.refseq run.mcap -o beliefs.parquet",
+        ):
+            assert exit_code(line.split()) == 0
     spoil(home)
     return home
 
