@@ -103,13 +103,13 @@ def test_centres_and_spread_by_hand() -> None:
 
 
 class Driven:
-    """Squares of 2 m that the Robuter drove on the floor, by wrong beliefs, by right ones, and by corrected ones."""
+    """Squares of 1 m that the Robuter drove on the floor, by wrong beliefs, by right ones, and by corrected ones."""
 
     def __init__(self) -> None:
         self.planted = believing(1.01, 1.02)
-        self.wrong = umbmark("robuter", self.planted, side=2.0, runs=1)
-        self.right = umbmark("robuter", TRUE, side=2.0, runs=1)
-        self.corrected = umbmark("robuter", self.wrong.corrected, side=2.0, runs=1)
+        self.wrong = umbmark("robuter", self.planted, side=1.0, runs=1)
+        self.right = umbmark("robuter", TRUE, side=1.0, runs=1)
+        self.corrected = umbmark("robuter", self.wrong.corrected, side=1.0, runs=1)
 
 
 @pytest.fixture(scope="module")
