@@ -4,14 +4,17 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from refseq.belief import Belief, Stage, Timings
+from refseq.belief import LOST, Belief, Stage, Timings
 from refseq.errors import LogError
-from refseq.files import replacing
+from refseq.files import open_input, replacing
+from refseq.limits import BELIEF_BYTES, METRES
 from refseq.view import View
 
 COSTS = tuple(f"{field.name}_s" for field in fields(Timings))
@@ -31,6 +34,25 @@ SCHEMA = pa.schema(
         *((cost, pa.float64()) for cost in COSTS),
     ]
 )
+
+FAR = float(METRES)
+RANGES: Mapping[str, tuple[float, float]] = {
+    "view": (0, 2**31 - 1),
+    "time_s": (-1e12, 1e12),
+    "best": (0, 2**31 - 1),
+    "lost": (0.0, 1.0),
+    "entropy_nats": (-1e-9, 50.0),
+    "path": (LOST, 2**31 - 1),
+    "places": (0.0, 1.0 + 1e-9),
+    "true_x_m": (-FAR, FAR),
+    "true_y_m": (-FAR, FAR),
+    "true_heading_rad": (-FAR, FAR),
+    **dict.fromkeys(COSTS, (0.0, 1e9)),
+}
+"""Least and largest value of each column of numbers."""
+MAY_LACK = ("true_x_m", "true_y_m", "true_heading_rad")
+ROUNDING = 1e-6
+"""The probabilities of the places may sum to so much more or less than 1."""
 
 
 def write_beliefs(
@@ -75,27 +97,68 @@ def _row(method: str, index: int, view: View, belief: Belief) -> dict[str, objec
 def read_beliefs(path: Path) -> dict[str, list[Belief]]:
     """Read beliefs by method, in the order of views; the thesis' stages come first, in their order.
 
-    Raises ``LogError`` when the file is no table of beliefs.
+    Raises ``LogError`` when the file is no table of beliefs, or holds what no belief is.
     """
     try:
-        table = pq.read_table(path, page_checksum_verification=True)
-    except (OSError, pa.ArrowInvalid) as error:
-        raise LogError(f"{path}: is no table of beliefs: {str(error).splitlines()[0]}") from error
-    for wanted in SCHEMA:
-        if wanted.name not in table.column_names:
-            raise LogError(f"{path}: is no table of beliefs: column {wanted.name!r} is missing")
-        if table.schema.field(wanted.name).type != wanted.type:
-            found = table.schema.field(wanted.name).type
-            raise LogError(f"{path}: column {wanted.name!r} holds {found}; valid is {wanted.type}")
+        with open_input(path) as file:
+            table = _read_table(pq.ParquetFile(file, page_checksum_verification=True), path)
+        _check_columns(table, path)
+        rows = table.sort_by("view").to_pylist()
+    except (OSError, pa.ArrowException, MemoryError, OverflowError, UnicodeDecodeError) as error:
+        told = getattr(error, "strerror", None) or (str(error).splitlines() or ["it takes too much memory"])[0]
+        raise LogError(f"{path}: is no table of beliefs: {told:.200}") from error
     beliefs: dict[str, list[Belief]] = {stage: [] for stage in Stage}
-    for row in table.sort_by("view").to_pylist():
-        belief = Belief(
-            np.array(row["places"]),
-            row["lost"],
-            row["best"],
-            tuple(row["path"]),
-            row["entropy_nats"],
-            Timings(*(row[cost] for cost in COSTS)),
-        )
-        beliefs.setdefault(row["method"], []).append(belief)
+    for row in rows:
+        answers = beliefs.setdefault(row["method"], [])
+        if row["view"] != len(answers):
+            raise LogError(f"{path}: method {row['method']!r:.80} answers view {row['view']}; valid is {len(answers)}")
+        answers.append(_belief(row, f"{path}: method {row['method']!r:.80}, view {row['view']}"))
     return {method: answers for method, answers in beliefs.items() if answers}
+
+
+def _read_table(file: pq.ParquetFile, path: Path) -> pa.Table:
+    """All rows of a file. Raises ``LogError`` for other columns than those of ``SCHEMA``, and for too many values."""
+    found = file.schema_arrow
+    for wanted in SCHEMA:
+        if len(found.get_all_field_indices(wanted.name)) != 1:
+            raise LogError(f"{path}: is no table of beliefs: column {wanted.name!r} is missing, or there twice")
+        if found.field(wanted.name).type != wanted.type:
+            raise LogError(
+                f"{path}: column {wanted.name!r} holds {found.field(wanted.name).type!s:.80}; valid is {wanted.type}"
+            )
+    groups = [file.metadata.row_group(number) for number in range(file.metadata.num_row_groups)]
+    chunks = [group.column(number) for group in groups for number in range(group.num_columns)]
+    # What a run of equal values takes on the disk says nothing of what it takes in memory.
+    size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
+    BELIEF_BYTES.check(size, f"{path}: takes")
+    return file.read(columns=SCHEMA.names)
+
+
+def _check_columns(table: pa.Table, path: Path) -> None:
+    """Raise ``LogError`` for a value that is missing, or outside of its column's range."""
+    for name, column in zip(table.column_names, table.columns, strict=True):
+        nulls = 0 if name in MAY_LACK else column.null_count
+        if pa.types.is_list(column.type):
+            column = pc.list_flatten(column)
+            nulls += column.null_count
+        if nulls:
+            raise LogError(f"{path}: column {name!r} lacks a value; valid is one in every row")
+        low, high = RANGES.get(name, (None, None))
+        if low is None or not len(column):
+            continue
+        values = column.drop_null().to_numpy()
+        outside = values[~((values >= low) & (values <= high))]
+        if len(outside):
+            raise LogError(f"{path}: column {name!r} holds {outside[0]}; valid are {low:g} to {high:g}")
+
+
+def _belief(row: Mapping[str, Any], where: str) -> Belief:
+    """A row as a belief. Raises ``LogError`` for one whose parts do not fit each other."""
+    places, path = np.array(row["places"], np.float64), tuple(row["path"])
+    if not abs(places.sum() - 1) < ROUNDING:
+        raise LogError(f"{where}: the probabilities of {len(places)} places sum to {places.sum():g}; valid is 1")
+    for name, number in (("best", row["best"]), ("path", max(path, default=0))):
+        if number >= len(places):
+            raise LogError(f"{where}: {name} is place {number}; valid are 0 to {len(places) - 1}")
+    timings = Timings(*(row[cost] for cost in COSTS))
+    return Belief(places, row["lost"], row["best"], path, row["entropy_nats"], timings)

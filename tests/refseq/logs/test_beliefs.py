@@ -7,6 +7,8 @@ import pytest
 
 from refseq.belief import LOST, Belief, Stage, Timings
 from refseq.errors import LogError
+from refseq.limits import Limit
+from refseq.logs import beliefs as beliefs_module
 from refseq.logs.beliefs import SCHEMA, read_beliefs, write_beliefs
 from refseq.planar import Pose
 from refseq.view import View
@@ -70,7 +72,7 @@ def test_files_that_are_no_beliefs(tmp_path: Path) -> None:
     path.write_text("method,view")
     assert error_of(path).startswith(f"{path}: is no table of beliefs: ")
     pq.write_table(pa.table({"method": ["chain"], "view": pa.array([0], pa.int32())}), path)
-    assert error_of(path) == f"{path}: is no table of beliefs: column 'time_s' is missing"
+    assert error_of(path) == f"{path}: is no table of beliefs: column 'time_s' is missing, or there twice"
 
 
 def test_any_method_is_kept_and_the_stages_come_first(tmp_path: Path) -> None:
@@ -104,3 +106,49 @@ def test_a_bit_that_turned_over_is_noticed(tmp_path: Path) -> None:
     places = whole.index(np.array(read_beliefs(path)["chain"][0].places[:1]).tobytes())
     path.write_bytes(whole[:places] + bytes([whole[places] ^ 1]) + whole[places + 1 :])
     assert "is no table of beliefs" in error_of(path)
+
+
+@pytest.fixture
+def table(tmp_path: Path, drive: tuple[list[View], dict[Stage, list[Belief]]]) -> pa.Table:
+    write_beliefs(tmp_path / "whole.parquet", *drive)
+    return pq.read_table(tmp_path / "whole.parquet")
+
+
+def changed(table: pa.Table, column: str, value: object) -> pa.Table:
+    """The same table with another value in the last row."""
+    number = table.column_names.index(column)
+    kind = table.schema.field(number).type
+    return table.set_column(number, column, pa.array([*table.column(number).to_pylist()[:-1], value], kind))
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "told"),
+    [
+        ("lost", None, "column 'lost' lacks a value; valid is one in every row"),
+        ("places", [None], "column 'places' lacks a value; valid is one in every row"),
+        ("lost", -0.5, "column 'lost' holds -0.5; valid are 0 to 1"),
+        ("lost", float("nan"), "column 'lost' holds nan; valid are 0 to 1"),
+        ("places", [-0.5, 1.5], "column 'places' holds -0.5; valid are 0 to 1"),
+        ("places", [0.5, 0.25], "the probabilities of 2 places sum to 0.75; valid is 1"),
+        ("places", [], "the probabilities of 0 places sum to 0; valid is 1"),
+        ("best", 10_000, "best is place 10000; valid are 0 to"),
+        ("path", [10_000], "path is place 10000; valid are 0 to"),
+        ("path", [-2], "column 'path' holds -2; valid are -1 to"),
+        ("view", 7000, "answers view 7000; valid is"),
+        ("true_x_m", float("inf"), "column 'true_x_m' holds inf; valid are -1e+09 to 1e+09"),
+    ],
+)
+def test_rows_that_are_no_beliefs(tmp_path: Path, table: pa.Table, column: str, value: object, told: str) -> None:
+    path = tmp_path / "b.parquet"
+    pq.write_table(changed(table, column, value), path)
+    assert error_of(path).startswith(f"{path}: ")
+    assert told in error_of(path)
+
+
+def test_more_than_a_table_may_hold(tmp_path: Path, table: pa.Table, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs of equal values take nothing on the disk."""
+    monkeypatch.setattr(beliefs_module, "BELIEF_BYTES", Limit(2**20, "bytes", ""))
+    path = tmp_path / "b.parquet"
+    pq.write_table(changed(table, "places", [2.0**-18] * 2**18), path, compression="zstd")
+    assert path.stat().st_size < 2**16
+    assert "valid are at most 1048576" in error_of(path)
