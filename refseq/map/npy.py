@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 MAGIC = b"\x93NUMPY\x01\x00"
 """Begins a file of version 1.0, in which NumPy writes all arrays whose header is shorter than 64 KiB."""
 _HEADER = re.compile(
-    rb"\{'descr': '([<|][a-zA-Z][0-9]{1,2})', 'fortran_order': False, 'shape': \(((?:[0-9]{1,18}, ?)*(?:[0-9]{1,18})?)\), \} *\n"
+    rb"\{'descr': '([<|][a-zA-Z][0-9]{1,2})', 'fortran_order': False, "
+    rb"'shape': \(((?:[0-9]{1,18}, ?)*(?:[0-9]{1,18})?)\), \} *\n"
 )
 _BLOCK = 1 << 20
 """Bytes that are unpacked at once."""
