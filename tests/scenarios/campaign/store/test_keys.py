@@ -16,7 +16,7 @@ from refseq_bench.scenarios.campaign.run import remote_payload
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks, mission_tasks
 from refseq_bench.scenarios.campaign.store import keys, views
 from refseq_bench.scenarios.campaign.store.views import recording_key, source_key
-from refseq_bench.scenarios.drives.record import Drive
+from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT, Closure, closure_of
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.scenarios.campaign import traced
@@ -104,7 +104,11 @@ ALL = set(KINDS)
     [
         ("refseq/features/doors.py", ALL - {"real log"}),  # found for behaviours, and to tell views apart
         ("refseq/viewer/drawing/colours.py", set()),
-        ("refseq/logs/thin.py", ALL),
+        ("refseq/logs/foxglove/writer.py", ALL),
+        ("refseq/logs/foxglove/source.py", ALL - {"recording"}),  # reads what was recorded, and records nothing
+        ("refseq/logs/thin.py", ALL - {"recording"}),
+        ("refseq/logs/carmen.py", {"real log", "mission", "remote"}),
+        ("refseq/logs/ros/bag.py", {"real log", "mission", "remote"}),
         ("refseq_bench/worlds/library/hallway.toml", DRIVEN),
         ("refseq_bench/worlds/library/new.toml", DRIVEN),
         ("refseq_bench/robots/robuter/robuter.xml", DRIVEN),
@@ -137,6 +141,15 @@ def test_a_changed_file_changes_the_keys_of_what_it_has_a_part_in(
     # Answers are those to recordings: where one changes, what is asked about it does too.
     followed = changed | ({"map", "answers"} if "recording" in changed else set())
     assert {kind for kind in KINDS if after[kind] != before[kind]} == followed
+
+
+def test_recordings_follow_what_writes_them_and_no_reader() -> None:
+    found = closure_of(record.__module__)
+    files = {file.removeprefix("refseq/logs/") for file in found.files if file.startswith("refseq/logs/")}
+    assert "foxglove/writer.py" in files
+    assert not [file for file in files if file.startswith(("ros/", "pictures/", "pairing/", "trajectories/"))]
+    assert not files & {"carmen.py", "kinds.py", "reader.py", "foxglove/source.py", "formats.py"}
+    assert not {"rosbags", "mcap", "av", "networkx"} & set(found.versions)
 
 
 def test_every_file_that_is_reached_counts(
