@@ -2,6 +2,7 @@
 
 import os
 import socket
+from collections.abc import Collection, Iterator
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
@@ -68,21 +69,37 @@ def hidden_host() -> str:
     return host
 
 
+def own_sockets(peers: Collection[Any]) -> Iterator[socket.socket]:
+    """Copies, to be closed, of this process' sockets that are connected to an address (host, port) of several.
+
+    None where the system does not tell.
+    """
+    for one in _sockets():
+        with suppress(OSError):
+            if one.getpeername()[:2] in peers:
+                yield one
+                continue
+        one.close()
+
+
 def _is_own(peer: Any) -> bool:
     """Tell whether the other end of a connection is a socket of this process."""
     if not DESCRIPTORS.is_dir():
         return True
-    return any(_name_of(int(one.name)) == peer for one in DESCRIPTORS.iterdir())
+    for one in _sockets():
+        with one, suppress(OSError):
+            if one.getsockname() == peer:
+                return True
+    return False
 
 
-def _name_of(descriptor: int) -> Any:
-    """The address of this end of an open socket; None for other files."""
-    with suppress(OSError):
-        copy = os.dup(descriptor)
-        try:
-            with socket.socket(fileno=copy) as one:
-                return one.getsockname()
-        except OSError:
-            with suppress(OSError):
-                os.close(copy)
-    return None
+def _sockets() -> Iterator[socket.socket]:
+    """Copies of this process' open sockets."""
+    for name in [entry.name for entry in DESCRIPTORS.iterdir()] if DESCRIPTORS.is_dir() else ():
+        with suppress(OSError):
+            copy = os.dup(int(name))
+            try:
+                yield socket.socket(fileno=copy)
+            except OSError:  # another kind of file
+                with suppress(OSError):
+                    os.close(copy)

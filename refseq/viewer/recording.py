@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeVar
 
 import rerun as rr
 import rerun.blueprint as rrb
@@ -13,6 +14,7 @@ from refseq.viewer.tab import Tab
 from refseq.viewer.timelines import VIEW
 
 APPLICATION = "refseq"
+Stream = TypeVar("Stream", bound=rr.RecordingStream)
 BATCH = rr.ChunkBatcherConfig(flush_tick=3600.0, flush_num_bytes=1 << 20)
 """Rows go out when a megabyte of them is there, not with the clock: the same drive makes the same chunks."""
 
@@ -22,8 +24,13 @@ def new_stream(recording: str, batches: rr.ChunkBatcherConfig = BATCH) -> rr.Rec
 
     Nothing of the machine or the hour is in it: neither when it was written, nor a random number.
     """
+    return new_stream_of(rr.RecordingStream, recording, batches)
+
+
+def new_stream_of(kind: type[Stream], recording: str, batches: rr.ChunkBatcherConfig) -> Stream:
+    """The same, of a class derived from Rerun's."""
     identity = hashlib.sha256(recording.encode()).hexdigest()[:32]
-    stream = rr.RecordingStream(APPLICATION, recording_id=identity, send_properties=False, batcher_config=batches)
+    stream = kind(APPLICATION, recording_id=identity, send_properties=False, batcher_config=batches)
     stream.set_log_tick_enabled(False)
     stream.set_log_time_enabled(False)
     return stream

@@ -23,7 +23,8 @@ from refseq.access.policy import LOOPBACK, AccessPolicy
 from refseq.children import end_tied, start_apart, start_tied
 from refseq.errors import RefseqError
 from refseq.viewer.http2 import speaks_http2
-from refseq.viewer.recording import BATCH, new_stream
+from refseq.viewer.recording import BATCH, new_stream_of
+from refseq.viewer.watched import WatchedStream
 
 if TYPE_CHECKING:
     from refseq.access.proxy import ProxiedPage
@@ -34,8 +35,6 @@ START = 30.0
 """Seconds that a viewer may take to start."""
 ANSWER = 5.0
 """Seconds in which a viewer elsewhere answers, and in which it takes the last of what was sent."""
-FLUSH = 60.0
-"""Seconds in which a viewer takes all that is under way."""
 PROGRAM = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import main; sys.exit(main())")
 """Rerun's program. ``python -m rerun`` imports the library first, which takes seconds; ``-m rerun_cli`` exits with 0
 whatever happens."""
@@ -48,16 +47,20 @@ def connected(url: str, recording: str, batches: rr.ChunkBatcherConfig = BATCH) 
     """A stream to a viewer that runs already, as ``rerun+http://host:port/proxy``.
 
     Raises ``RefseqError`` for an address that is none, when nobody answers there, and at the end when the viewer went
-    away before it had all. A viewer that goes away never stops the block itself: what it logs is dropped.
+    away, or stalled, before it had all. Such a viewer never stops the block itself: what it logs is dropped.
     """
     check_answers(url)
-    stream = new_stream(recording, batches)
+    stream = new_stream_of(WatchedStream, recording, batches)
+    parts = urlsplit(url)
     try:
         _connect(stream, url)
+        stream.watch(parts.hostname or "", parts.port or 0)
         yield stream
-        if reason := gone(stream, FLUSH):
-            raise RefseqError(f"viewer {url}: went away before it had all of {recording!r}: {reason}")
+        stream.check()
+        if stream.lost:
+            raise RefseqError(f"viewer {url}: went away before it had all of {recording!r}: {stream.lost}")
     finally:
+        stream.end_watch()
         with suppress(RuntimeError):  # what could not be sent was told of above
             stream.disconnect()
 
@@ -67,15 +70,6 @@ def _connect(stream: rr.RecordingStream, url: str) -> None:
         stream.connect_grpc(url)
     except RuntimeError as error:
         raise RefseqError(f"viewer {url}: {error}") from error
-
-
-def gone(stream: rr.RecordingStream, patience: float = 1.0) -> str | None:
-    """Why the viewer does not take what is sent, within so many seconds; ``None`` while it does."""
-    try:
-        stream.flush(timeout_sec=patience)
-    except (RuntimeError, ValueError) as error:
-        return str(error).partition(", uri")[0]
-    return None
 
 
 @contextmanager

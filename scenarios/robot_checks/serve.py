@@ -5,10 +5,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from refseq.access.policy import LOOPBACK
 from refseq_bench import robots
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
-from refseq_bench.sim.bench.serial_port import LOOPBACK, TERMINAL, open_port, serve
+from refseq_bench.sim.bench.serial_port import TERMINAL, open_port, serve
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.realtime import RealTimePacer
 from refseq_bench.sim.rendering.renderer import RendererKind

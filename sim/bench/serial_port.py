@@ -1,21 +1,27 @@
 """The Robuter's spare serial line for a program outside, while a bench runs: over TCP on this machine, or a terminal.
 
 The simulation never waits for the client. What the client does not fetch is lost, as on a line without handshake. One
-that goes away leaves a line that is silent: the robot's watchdog stops it, and another may come.
+that goes away leaves a line that is silent: the robot's watchdog stops it, and another may come. No web page comes in,
+though a browser lets it send to any port.
 """
 
 import os
+import re
 import socket
 from typing import Protocol
 
+from refseq.access.policy import LOOPBACK
 from refseq_bench.robots.robuter.control import RobuterControl
 from refseq_bench.robots.robuter.line import CAPACITY, SerialLine
-from refseq_bench.robots.robuter.protocol import Refusal, format_line
+from refseq_bench.robots.robuter.protocol import END, MAX_LINE, Refusal, format_line
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.realtime import RealTimePacer
 
-LOOPBACK = "127.0.0.1"
+REQUEST = re.compile(rb"[A-Za-z]+ .*HTTP/[0-9.]+")
+"""First line that a browser sends to any port."""
+TLS = b"\x16"
+"""First byte of a browser that encrypts."""
 TERMINAL = "pty"
 """The address of a pseudo-terminal."""
 
@@ -53,6 +59,7 @@ class TcpOutlet:
             raise SimError(f"serial port: {host}:{port} cannot be opened: {error.strerror}") from None
         self._server.setblocking(False)
         self._client: socket.socket | None = None
+        self._greeting: bytes | None = b""
         self.address = f"{host}:{self._server.getsockname()[1]}"
 
     def read(self) -> bytes:
@@ -88,7 +95,23 @@ class TcpOutlet:
             data = b""
         if not data:
             self._hang_up()
-        return data
+        return data if self._greeting is None else self._first_line(data)
+
+    def _first_line(self, data: bytes) -> bytes:
+        """Hold back what a new client sends until its first line is whole; hang up where that may be a browser's.
+
+        A web page may send what it likes to any port of this machine, but not before the line of a request. ``None``
+        as greeting: the client has said it.
+        """
+        self._greeting = (self._greeting or b"") + data
+        line, end, _ = self._greeting.partition(END)
+        if not end and len(line) <= MAX_LINE:
+            return b""
+        held, self._greeting = self._greeting, None
+        if len(line) > MAX_LINE or line[:1] == TLS or REQUEST.fullmatch(line.rstrip(b"\r")):
+            self._hang_up()
+            return b""
+        return held
 
     def _let_in(self) -> None:
         try:
@@ -97,7 +120,7 @@ class TcpOutlet:
             return
         caller.setblocking(False)
         if self._client is None:
-            self._client = caller
+            self._client, self._greeting = caller, b""
         else:
             with caller:
                 caller.send(format_line(Refusal("the line is taken by another client")))

@@ -1,3 +1,5 @@
+import os
+import signal
 import socket
 import subprocess
 import sys
@@ -7,14 +9,16 @@ import urllib.request
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
+import numpy as np
 import pytest
 import rerun as rr
 
 from refseq.access.listener import free_port
 from refseq.children import end_tied, start_tied
 from refseq.errors import RefseqError
-from refseq.viewer import sinks
-from refseq.viewer.sinks import check_answers, check_free, connected, gone, served, spawned
+from refseq.viewer import sinks, watched
+from refseq.viewer.sinks import check_answers, check_free, connected, served, spawned
+from refseq.viewer.watched import gone
 
 
 @contextmanager
@@ -95,6 +99,23 @@ def test_a_viewer_that_goes_away_neither_stops_nor_blocks_what_is_logged() -> No
         with pytest.raises(RefseqError, match="went away before it had all of 'a drive'"):
             watched.__exit__(None, None, None)
     assert logged == 500
+
+
+def test_a_viewer_that_stalls_is_cut_off_and_what_follows_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rerun would wait for ever, inside a call that nothing interrupts, once 100 MB are under way."""
+    monkeypatch.setattr(watched, "STALL", 0.5)
+    monkeypatch.setattr(watched, "LOOK", 0.2)
+    picture = np.random.default_rng(1).integers(0, 256, (512, 512), dtype=np.uint8)
+    with proxy() as (url, process):
+        logged = connected(url, "a drive")
+        stream = logged.__enter__()
+        stream.log("line", rr.Scalars(1.0))
+        assert gone(stream, 10.0) is None
+        os.killpg(process.pid, signal.SIGSTOP)
+        for _ in range(2000):
+            stream.log("picture", rr.Image(picture))
+        with pytest.raises(RefseqError, match=r"went away before it had all of 'a drive': it has stalled: nothing was"):
+            logged.__exit__(None, None, None)
 
 
 def test_a_viewer_that_stays_gets_all() -> None:

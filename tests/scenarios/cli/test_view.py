@@ -216,7 +216,7 @@ def test_a_viewer_that_goes_away_half_way_is_one_line(
     refseq: Refseq, desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Rerun's own server takes the drive's first views, and is killed before the last."""
-    from refseq.viewer import drive_log, sinks
+    from refseq.viewer import drive_log, sinks, watched
 
     hidden = sinks.HiddenPort()
     server = start_tied([*PROGRAM, "--serve-grpc", *hidden.words])
@@ -227,7 +227,7 @@ def test_a_viewer_that_goes_away_half_way_is_one_line(
     def killing(log: drive_log.DriveLog, view: View) -> Pose | None:
         seen.append(1)
         if len(seen) == COUNT // 2:
-            assert sinks.gone(log.stream, 10.0) is None
+            assert watched.gone(log.stream, 10.0) is None
             os.killpg(server.pid, signal.SIGKILL)
             server.wait()
             time.sleep(0.2)

@@ -10,12 +10,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from refseq.access.policy import LOOPBACK
 from refseq_bench import robots
 from refseq_bench.robots import Cause, Motors
 from refseq_bench.robots.robuter.line import CAPACITY, SerialLine
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.serial_port import (
-    LOOPBACK,
     SerialPort,
     TcpOutlet,
     TerminalOutlet,
@@ -121,6 +121,30 @@ def test_a_client_that_goes_away_leaves_a_silent_line_and_another_may_come(bench
     drive(bench, port, second, "AM 200 200", 1.0)
     assert bench.data.joint("robuter/base").qvel[0] == pytest.approx(0.2, abs=0.01)
     second.leave()
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "POST / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\nAM 300 300\nAM 300 300\n",
+        "GET /" + "a" * 600 + " HTTP/1.1\r\n\r\nAM 300 300\n",
+        "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\nAM 300 300\n",
+        "\x16\x03\x01\nAM 300 300\n",
+    ],
+)
+def test_a_web_page_does_not_drive_the_robot(bench: Bench, said: str) -> None:
+    with open_port(bench, "127.0.0.1:0") as port:
+        page, start = Client(port.address), bench.pose.x
+        for piece in (said[:7], said[7:]):
+            page.write(piece)
+            serve(bench, port, 0.2, AT_ONCE)
+        assert bench.pose.x == pytest.approx(start, abs=1e-3)
+        with pytest.raises((AssertionError, OSError)):
+            page.lines(1)
+        page.leave()
+        other = Client(port.address)
+        drive(bench, port, other, "AM 300 300", 1.0)
+        other.leave()
 
 
 def test_without_a_client_time_goes_on(bench: Bench, port: SerialPort) -> None:
