@@ -18,8 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.files import replace_text
+from refseq.files import open_input, replace_text
+from refseq.limits import BEAMS, LINE_BYTES, UNPACKED_TEXT
 from refseq.logs.closing import noted_damage
+from refseq.logs.scans import check_angles
 from refseq.logs.source import Channel, Role, Sample
 from refseq.planar import Pose, after_motion
 from refseq.view import LASER, Scan, View
@@ -43,24 +45,27 @@ class _CarmenLine:
         return self.fields[0]
 
     def error(self, what: str) -> LogError:
-        return LogError(f"{self.path}: line {self.number}: {self.kind}: {what}")
+        return LogError(f"{self.path}: line {self.number}: {self.kind:.40}: {what}")
 
     def floats(self, start: int, stop: int) -> NDArray[np.float64]:
         try:
             values = np.array(self.fields[start:stop], dtype=float)
         except ValueError as error:
-            raise self.error(f"{error}; valid are numbers in fields {start} to {stop - 1}") from error
-        if not np.isfinite(values).all():
-            bad = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise self.error(f"field {start + bad} is {self.fields[start + bad]}; valid are finite numbers")
-        return values
+            raise self.error(f"{error!s:.200}; valid are numbers in fields {start} to {stop - 1}") from error
+        if not (wrong := ~(np.abs(values) <= MOST)).any():
+            return values
+        bad = int(np.flatnonzero(wrong)[0])
+        raise self.error(
+            f"field {start + bad} is {self.fields[start + bad]:.40}; valid are finite numbers up to {MOST:g}"
+        )
 
     def count(self, index: int) -> int:
         """The whole number in field ``index``, which says how many values follow."""
-        if len(self.fields) <= index or not self.fields[index].isdecimal():
-            found = self.fields[index] if len(self.fields) > index else "nothing"
-            raise self.error(f"field {index} is {found}; valid is the number of ranges")
-        return int(self.fields[index])
+        found = self.fields[index] if len(self.fields) > index else "nothing"
+        if not (found.isascii() and found.isdecimal() and len(found) <= LONGEST_COUNT):
+            raise self.error(f"field {index} is {found:.40}; valid is the number of ranges")
+        BEAMS.check(int(found), f"{self.path}: line {self.number}: {self.kind}: has")
+        return int(found)
 
     def expect(self, length: int, ranges: int | None = None) -> None:
         if len(self.fields) != length:
@@ -176,8 +181,10 @@ class CutOffError(Exception):
     """Compressed data end or are damaged."""
 
 
-LONGEST_LINE = 1 << 20
-"""Bytes of a line beyond which a file is no CARMEN log, and not read on."""
+MOST = 1e12
+"""The largest number that is believed: times are below 2e9 s, places below 1e7 m."""
+LONGEST_COUNT = 9
+"""Digits of the largest number of ranges that is looked at."""
 
 POSES = ("ODOM", "TRUEPOS")
 TEXT = "text"
@@ -203,7 +210,7 @@ def _some(kinds: Sequence[str], most: int = 5) -> str:
 
 def _opened(path: Path) -> IO[bytes]:
     """The file's text; of one that is compressed by gzip or bzip2, as its first bytes say, what it was before."""
-    with path.open("rb") as file:
+    with open_input(path) as file:
         head = file.read(3)
     if head[:2] == b"\x1f\x8b":
         return cast(IO[bytes], gzip.open(path))
@@ -213,11 +220,12 @@ def _opened(path: Path) -> IO[bytes]:
 def _lines(path: Path) -> Iterator[_CarmenLine]:
     """Lines that are neither blank nor comments. Raises ``CutOffError`` where compressed data end before their time."""
     number = 0
+    unpacked = UNPACKED_TEXT.of(path)
     with _opened(path) as file:
         while text := _next_line(file):
             number += 1
-            if len(text) == LONGEST_LINE:
-                raise LogError(f"{path}: line {number}: has {LONGEST_LINE} bytes or more; valid are CARMEN's lines")
+            LINE_BYTES.check(len(text), f"{path}: line {number}: has")
+            unpacked.add(len(text))
             fields = text.decode("utf-8", errors="replace").split()
             if fields and not fields[0].startswith("#"):
                 yield _CarmenLine(path, number, fields)
@@ -225,7 +233,7 @@ def _lines(path: Path) -> Iterator[_CarmenLine]:
 
 def _next_line(file: IO[bytes]) -> bytes:
     try:
-        return file.readline(LONGEST_LINE)
+        return file.readline(LINE_BYTES + 1)
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
         raise CutOffError(str(error) or "compressed data end") from error
     except OSError as error:
@@ -270,6 +278,10 @@ def _laser_head(line: _CarmenLine) -> tuple[Scan, int]:
     if len(line.fields) <= behind_ranges:
         raise line.error(f"has {len(line.fields)} fields; valid are at least {behind_ranges + 1} for {n} ranges")
     remissions = line.count(behind_ranges)
+    try:
+        check_angles(n, float(start), float(step))
+    except LogError as error:
+        raise line.error(str(error)) from error
     scan = _scan(line.floats(9, behind_ranges), float(start), float(step), float(max_range))
     return scan, behind_ranges + 1 + remissions
 
@@ -293,6 +305,8 @@ def _timed(line: _CarmenLine, at: int, scan: Scan, *, truth: Pose | None, odomet
     try:
         logged = float(line.fields[-1])
     except ValueError:
+        logged = time
+    if not abs(logged) <= MOST:
         logged = time
     return _LaserLine(time, logged, scan, odometry, truth)
 

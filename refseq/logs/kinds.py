@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from refseq.errors import LogError
+from refseq.files import check_input, open_input
 from refseq.logs.source import LogKind, LogSource
 
 
@@ -72,7 +73,8 @@ def is_log_folder(path: Path) -> bool:
 def open_log(path: Path) -> LogSource:
     """Open a log of any kind. Raises ``LogError`` where there is none, or none that is known."""
     try:
-        path.stat()
+        if not path.is_dir():
+            check_input(path)
         kind = next((kind for kind in KINDS if kind.recognises(path)), None)
         if kind is not None:
             return kind.open(path)
@@ -81,6 +83,8 @@ def open_log(path: Path) -> LogSource:
     valid = f"valid are {', '.join(kind.name for kind in KINDS[:-1])} and {KINDS[-1].name}"
     if path.is_dir():
         raise LogError(f"{path}: is a folder that holds no log; {valid}")
-    if not path.read_bytes()[:4096].strip():
+    with open_input(path) as file:
+        head = file.read(4096)
+    if not head.strip():
         raise LogError(f"{path}: is empty; {valid}")
     raise LogError(f"{path}: is neither MCAP (its magic bytes are missing) nor text; {valid}")

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-
-MAX_PIXELS = 1 << 26
-"""The most pixels that a picture may declare, 67 million: more is taken for damage, and not allocated."""
+from refseq.limits import JPEG_PASSES, PICTURE_BYTES, PIXELS
+from refseq.logs.unpacking import translating
 
 DEPTH_ENCODINGS = frozenset({"16uc1", "32fc1", "compresseddepth"})
 """Encodings of distances, which are no pictures."""
@@ -80,9 +79,13 @@ class CompressedPicture:
 
     def decode(self) -> NDArray[np.uint8]:
         """Grey pixels. Raises ``LogError`` for what is no PNG or JPEG, is damaged, or declares too many pixels."""
+        PICTURE_BYTES.check(len(self.data), "an image has")
         width, height = declared_size(self.data)
         check_size(width, height)
-        image = cv2.imdecode(np.frombuffer(self.data, np.uint8), cv2.IMREAD_GRAYSCALE)
+        if self.data[:3] == JPEG_MAGIC:
+            JPEG_PASSES.check(self.data.count(JPEG_PASS), "an image has")
+        with translating(lambda reason: LogError(f"an image cannot be decoded: {reason}")):
+            image = cv2.imdecode(np.frombuffer(self.data, np.uint8), cv2.IMREAD_GRAYSCALE)
         if image is None:
             raise LogError("an image cannot be decoded; valid are PNG and JPEG")
         return np.asarray(image, np.uint8)
@@ -128,18 +131,25 @@ class RawPicture:
         pixels = np.ascontiguousarray(rows.reshape(self.height, step)[:, :row])
         if self.encoding.lower() == "mono16":
             return _stretched(pixels.view(">u2" if self.big_endian else "<u2"))
+        if layout.conversion is None:
+            return pixels
         pixels = pixels.reshape(self.height, self.width, layout.bytes) if layout.bytes > 1 else pixels
-        return pixels if layout.conversion is None else np.asarray(cv2.cvtColor(pixels, layout.conversion), np.uint8)
+        with translating(
+            lambda reason: LogError(f"an image of {self.width} × {self.height} {self.encoding}: {reason}")
+        ):
+            return np.asarray(cv2.cvtColor(pixels, layout.conversion), np.uint8)
 
 
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
 JPEG_MAGIC = b"\xff\xd8\xff"
+JPEG_PASS = b"\xff\xda"
+"""Begins each pass over a JPEG's pixels; within their data there is a zero behind 0xff."""
 
 
 def check_size(width: int, height: int) -> None:
     """Raise ``LogError`` for a size that is no picture's, before anything of that size is allocated."""
-    if width <= 0 or height <= 0 or width * height > MAX_PIXELS:
-        raise LogError(f"an image declares {width} × {height} pixels; valid are 1 to {MAX_PIXELS} pixels")
+    if width <= 0 or height <= 0 or width * height > PIXELS:
+        raise LogError(f"an image declares {width} × {height} pixels; valid are 1 to {int(PIXELS)} pixels")
 
 
 def declared_size(data: bytes) -> tuple[int, int]:

@@ -10,6 +10,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Protocol
 
+from refseq.limits import SECONDS
 from refseq.logs.picture import LazyPicture
 from refseq.logs.transforms import Transform
 from refseq.planar import Pose
@@ -81,6 +82,15 @@ Content = LazyPicture | Scan | Pose | tuple[Transform, ...] | AngularRates | Geo
 """One message, by the role of its channel: a picture (camera), a scan (laser, normalised by ``refseq.logs.scans``, in
 the laser's own frame), a pose (odometry or truth), transforms, rates (IMU), a fix (GPS), a calibration, a note
 (behaviour)."""
+
+
+def seconds_of(stamp: int) -> float:
+    """A stamp [ns] in seconds. Raises ``LogError`` for one beyond all clocks."""
+    SECONDS.check(abs(stamp) / NANOSECONDS, "a stamp lies")
+    return stamp / NANOSECONDS
+
+
+NANOSECONDS = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
+from refseq.limits import FRAMES, METRES
 from refseq.logs.trajectory import Trajectory
 from refseq.planar import Pose
 
-MOST_FRAMES = 4096
-"""The most frames of a tree; a log that declares more is damaged."""
+TURNED = 1e6
+"""The largest component of a rotation that is believed; real ones are at most 1, but not all writers scale them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +48,13 @@ def heading_of(rotation: tuple[float, float, float, float]) -> float:
     return math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
 
 
-def planar(translation: tuple[float, float, float], rotation: tuple[float, float, float, float]) -> Pose:
-    """Project a pose in space to the plane: x, y, and the heading of its x axis."""
+def pose_in_plane(translation: tuple[float, float, float], rotation: tuple[float, float, float, float]) -> Pose | None:
+    """Project a pose in space to the plane: x, y, and the heading of its x axis.
+
+    None of one that is no number, as programs send while they do not know, or beyond all places (``METRES``).
+    """
+    if not (all(abs(value) <= METRES for value in translation) and all(abs(value) <= TURNED for value in rotation)):
+        return None
     return Pose(translation[0], translation[1], heading_of(rotation))
 
 
@@ -89,8 +95,7 @@ class TransformTree:
         if child in above:
             circle = " → ".join([*reversed(above[: above.index(child) + 1]), child])
             raise LogError(f"transforms form a cycle: {circle}; valid is a tree")
-        if len(self._parents) >= MOST_FRAMES:
-            raise LogError(f"transforms name more than {MOST_FRAMES} frames; valid are fewer")
+        FRAMES.check(len(self._parents) + 1, "transforms have")
         self._parents[child] = parent
         return True
 
@@ -180,7 +185,7 @@ def _matrix(transform: Transform) -> NDArray[np.float64]:
     """Homogeneous matrix, (4, 4)."""
     x, y, z, w = transform.rotation
     length = math.sqrt(x * x + y * y + z * z + w * w)
-    if not (math.isfinite(length) and length > 0.5 and all(map(math.isfinite, transform.translation))):
+    if not (0.5 < length < TURNED and all(abs(value) <= METRES for value in transform.translation)):
         raise LogError(
             f"transform {transform.parent} → {transform.child} has rotation ({x:g}, {y:g}, {z:g}, {w:g}); "
             "valid are a quaternion of length 1 and finite numbers"

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.logs.picture import MAX_PIXELS, check_size
+from refseq.limits import PIXELS, VIDEO_FRAMES
+from refseq.logs.picture import check_size
+from refseq.logs.unpacking import translating
 
 CODECS = {"h264": "h264", "h265": "hevc"}
 START_CODE = re.compile(rb"\x00\x00\x01(.)", re.DOTALL)
 KEY_UNITS = frozenset({5, 7}), frozenset({16, 17, 18, 19, 20, 21, 32, 33})
 """Types of units that begin a key frame, a picture by itself or its parameters: of H.264, and of H.265."""
-MOST_PACKETS = 10_000
-"""The most frames that may depend on one key frame."""
 
 
 @dataclass(slots=True)
@@ -71,8 +71,7 @@ class VideoStream:
             self._group = _Group(form)
         if self._group is None:
             return None
-        if len(self._group.packets) >= MOST_PACKETS:
-            raise LogError(f"more than {MOST_PACKETS} frames of a video depend on one key frame; valid are fewer")
+        VIDEO_FRAMES.check(len(self._group.packets) + 1, "a video has")
         self._group.packets.append(data)
         return VideoPicture(form, self._group, len(self._group.packets) - 1)
 
@@ -89,16 +88,12 @@ def _decoder(form: str) -> Any:
         raise LogError("CompressedVideo needs PyAV; valid is the extra: pip install 'refseq-bench[video]'") from error
     made = av.CodecContext.create(CODECS[form], "r")
     made.thread_count = 1  # frame threads would hold pictures back
-    made.options = {"max_pixels": str(MAX_PIXELS), "flags": "low_delay"}
+    made.options = {"max_pixels": str(int(PIXELS)), "flags": "low_delay"}
     return made
 
 
 def _decoded(decoder: Any, data: bytes | None) -> list[Any]:
     import av
 
-    try:
+    with translating(lambda why: LogError(f"a picture of the video cannot be decoded: {why}; valid are h264 and h265")):
         return list(decoder.decode(None if data is None else av.Packet(data)))
-    except av.FFmpegError as error:
-        raise LogError(
-            f"a picture of the video cannot be decoded: {error.strerror}; valid are h264 and h265"
-        ) from error

@@ -3,16 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from foxglove import messages
-from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from mcap.exceptions import McapError
 from mcap.records import Channel, Schema
 
 from refseq.errors import LogError
-from refseq.logs.foxglove.messages import NANOSECONDS, ROLES, MessageDecoder, role_of
+from refseq.logs.foxglove.messages import ROLES, MessageDecoder, role_of
 from refseq.logs.ros.contents import ROS_TYPES
 from refseq.logs.ros.decoder import RosDecoder, Serialization
-from refseq.logs.source import Role, Sample
+from refseq.logs.source import NANOSECONDS, Role, Sample, seconds_of
 from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
 
 ENCODINGS = ("protobuf", "json", "cdr")
@@ -67,9 +65,7 @@ def _ros(told: ClientChannel) -> Callable[[bytes, int], Sample | None]:
 
 def _foxglove(told: ClientChannel) -> Callable[[bytes, int], Sample | None]:
     decoder = MessageDecoder()
-    # A schema of our own, not the one that is sent: nothing from outside is compiled.
-    known = getattr(messages, told.schema_name.removeprefix("foxglove.")).get_schema()
-    schema = Schema(id=1, name=known.name, encoding=known.encoding, data=known.data)
+    schema = Schema(id=1, name=told.schema_name, encoding="protobuf", data=b"")  # the decoder has its own
     channel = Channel(id=1, topic=told.topic, message_encoding=told.encoding, metadata={}, schema_id=1)
     if not decoder.reads(channel, schema):
         raise FoxgloveProtocolError(f"topic {told.topic}: {told.schema_name} in {told.encoding} cannot be read")
@@ -77,14 +73,16 @@ def _foxglove(told: ClientChannel) -> Callable[[bytes, int], Sample | None]:
     def read(data: bytes, now: int) -> Sample | None:
         try:
             message = decoder.decode(channel, schema, data)
-        except (ValueError, TypeError, AttributeError, OverflowError, RecursionError, DecodeError, McapError) as error:
-            reason = (str(error) or type(error).__name__).splitlines()[0]
-            raise FoxgloveProtocolError(f"topic {told.topic}: is no {told.schema_name}: {reason:.200}") from error
+            if message is None:
+                return None
+            time = seconds_of(message.stamp or now)
+        except McapError as error:
+            raise FoxgloveProtocolError(f"topic {told.topic}: is no {told.schema_name}: {error}") from error
         except LogError as error:
             raise FoxgloveProtocolError(f"topic {told.topic}: {error}") from error
         return Sample(
             told.topic,
-            (message.stamp or now) / NANOSECONDS,
+            time,
             now / NANOSECONDS,
             message.frame.removeprefix("/"),
             message.content,

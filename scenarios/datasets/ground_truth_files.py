@@ -10,10 +10,10 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.files import check_input, open_input
+from refseq.limits import ARRAY_BYTES, FILES, RIGHT_PICTURES, ROW_BYTES
+from refseq.logs.unpacking import translating
 from refseq_bench.scenarios.errors import ScenarioError
-
-LARGEST = 1 << 28
-"""Most bytes that an array may declare: 16 000 × 16 000 pictures as booleans. More is not allocated."""
 
 VALID_TABLE = "valid are rows of query,reference or query,first,last: numbers of pictures from 0"
 VALID_ARRAY = "valid are (queries,) numbers, −1 for none, or (queries, references) of 0 and 1"
@@ -39,13 +39,14 @@ def read_right(path: Path) -> Right:
 
 def _read_csv(path: Path) -> Right:
     right: dict[int, list[int]] = {}
+    count = 0
     for number, row in _rows(path):
         query, first = row[0], row[1]
         last = row[2] if len(row) == 3 else first
         if not 0 <= first <= last:
             raise ScenarioError(f"{path}: line {number}: reference pictures {first} to {last}; {VALID_TABLE}")
-        if last - first > LARGEST:
-            raise ScenarioError(f"{path}: line {number}: {last - first} reference pictures; {VALID_TABLE}")
+        count += last - first + 1
+        RIGHT_PICTURES.check(count, f"{path}: line {number}: declares", ScenarioError)
         right.setdefault(query, []).extend(range(first, last + 1))
     if not right:
         raise ScenarioError(f"{path}: holds no row; {VALID_TABLE}")
@@ -54,8 +55,9 @@ def _read_csv(path: Path) -> Right:
 
 def _rows(path: Path) -> Iterator[tuple[int, list[int]]]:
     """Rows of numbers, by line; a header is passed over."""
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        for number, row in enumerate(csv.reader(file), start=1):
+    refused = translating(lambda reason: ScenarioError(f"{path}: {reason}; {VALID_TABLE}"), ScenarioError)
+    with open_input(path) as file, refused:
+        for number, row in enumerate(csv.reader(_text_lines(path, file)), start=1):
             fields = [field.strip() for field in row if field.strip()]
             if not fields or fields[0].startswith("#") or (number == 1 and not _is_number(fields[0])):
                 continue
@@ -64,40 +66,45 @@ def _rows(path: Path) -> Iterator[tuple[int, list[int]]]:
             yield number, [int(float(field)) for field in fields]
 
 
+def _text_lines(path: Path, file: IO[bytes]) -> Iterator[str]:
+    while line := file.readline(ROW_BYTES + 1):
+        ROW_BYTES.check(len(line), f"{path}: has", ScenarioError)
+        yield line.decode("utf-8-sig", errors="replace")
+
+
 def _is_number(text: str) -> bool:
     try:
-        return math.isfinite(value := float(text)) and value == int(value) and 0 <= value < LARGEST
-    except ValueError:
+        return math.isfinite(value := float(text)) and value == int(value) and 0 <= value < FILES
+    except (ValueError, OverflowError):
         return False
 
 
 def _read_npy(path: Path) -> Right:
-    with path.open("rb") as file:
+    with open_input(path) as file:
         return _from_array(path, path.name, _array(path, path.name, file, path.stat().st_size))
 
 
 def _read_npz(path: Path) -> Right:
     """The array ``GTsoft``, else ``GThard``, with a row a reference picture (VPR_Tutorial); or the only one."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            names = {name.removesuffix(".npy"): name for name in archive.namelist()}
-            wanted = [key for key in names if key in PREFERRED]
-            keys = sorted(wanted, key=PREFERRED.index) or (list(names) if len(names) == 1 else [])
-            if not keys:
-                raise ScenarioError(
-                    f"{path}: holds the arrays {', '.join(names) or 'none'}; valid is GTsoft, GThard, or one alone"
-                )
-            key = keys[0]
-            with archive.open(names[key]) as file:
-                array = _array(path, key, file, archive.getinfo(names[key]).file_size)
-    except (zipfile.BadZipFile, EOFError) as error:
-        raise ScenarioError(f"{path}: is no .npz, or is damaged: {error}") from error
+    refused = translating(lambda reason: ScenarioError(f"{path}: is no .npz, or is damaged: {reason}"), ScenarioError)
+    check_input(path)
+    with refused, zipfile.ZipFile(path) as archive:
+        names = {name.removesuffix(".npy"): name for name in archive.namelist()}
+        wanted = [key for key in names if key in PREFERRED]
+        keys = sorted(wanted, key=PREFERRED.index) or (list(names) if len(names) == 1 else [])
+        if not keys:
+            raise ScenarioError(
+                f"{path}: holds the arrays {', '.join(names)[:80] or 'none'}; valid is GTsoft, GThard, or one alone"
+            )
+        key = keys[0]
+        with archive.open(names[key]) as file:
+            array = _array(path, key, file, archive.getinfo(names[key]).file_size)
     return _from_array(path, key, array.T if key in PREFERRED and array.ndim == 2 else array)
 
 
 def _array(path: Path, name: str, file: IO[bytes], size: int) -> NDArray[Any]:
     """An array of numbers; its declared size is looked at before it is allocated."""
-    try:
+    with translating(lambda reason: ScenarioError(f"{path}: {name} is no NumPy array: {reason}"), ScenarioError):
         version = np.lib.format.read_magic(file)
         read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, by_columns, dtype = read_header(file)
@@ -107,24 +114,35 @@ def _array(path: Path, name: str, file: IO[bytes], size: int) -> NDArray[Any]:
                 "numbers: docs/data-sets.md tells how to convert it"
             )
         count = math.prod(shape)
-        if dtype.kind not in "biuf" or count * dtype.itemsize > min(LARGEST, size):
+        if dtype.kind not in "biuf" or count * dtype.itemsize > min(ARRAY_BYTES, size):
             raise ScenarioError(f"{path}: {name} is declared as {shape} of {dtype}; {VALID_ARRAY}")
         data = file.read(count * dtype.itemsize)
-    except ValueError as error:
-        raise ScenarioError(f"{path}: {name} is no NumPy array: {error}") from error
     if len(data) != count * dtype.itemsize:
         raise ScenarioError(f"{path}: {name} is cut off; {VALID_ARRAY}")
     return np.frombuffer(data, dtype).reshape(shape, order="F" if by_columns else "C")
 
 
 def _from_array(path: Path, name: str, array: NDArray[Any]) -> Right:
-    if not np.isfinite(array).all() or array.ndim not in (1, 2) or not array.size:
-        raise ScenarioError(f"{path}: {name} is of shape {array.shape}, or not finite; {VALID_ARRAY}")
-    whole = array.astype(np.int64)
+    if array.ndim not in (1, 2) or not array.size:
+        raise ScenarioError(f"{path}: {name} is of shape {array.shape}; {VALID_ARRAY}")
+    FILES.check(len(array), f"{path}: {name} is of so many queries:", ScenarioError)
     if array.ndim == 2:
-        if not np.isin(array, (0, 1)).all():
-            raise ScenarioError(f"{path}: {name}, of shape {array.shape}, holds other numbers; {VALID_ARRAY}")
-        return len(array), {query: np.flatnonzero(row).tolist() for query, row in enumerate(whole) if row.any()}
-    if (whole != array).any() or (whole < -1).any():
-        raise ScenarioError(f"{path}: {name} holds {array[(whole != array) | (whole < -1)][0]}; {VALID_ARRAY}")
+        return len(array), _from_matrix(path, name, array)
+    if (wrong := ~((array >= -1) & (array < FILES) & (array == np.floor(array)))).any():
+        raise ScenarioError(f"{path}: {name} holds {array[wrong][0]}; {VALID_ARRAY}")
+    whole = array.astype(np.int64)
     return len(array), {query: [frame] for query, frame in enumerate(whole.tolist()) if frame >= 0}
+
+
+def _from_matrix(path: Path, name: str, array: NDArray[Any]) -> Mapping[int, Sequence[int]]:
+    """Right pictures by the rows of a matrix; row by row, for it may fill a good part of the memory."""
+    right: dict[int, Sequence[int]] = {}
+    count = 0
+    for query, row in enumerate(array):
+        if not ((row == 0) | (row == 1)).all():
+            raise ScenarioError(f"{path}: {name}, of shape {array.shape}, holds other numbers; {VALID_ARRAY}")
+        if (found := np.flatnonzero(row)).size:
+            right[query] = found.tolist()
+            count += found.size
+            RIGHT_PICTURES.check(count, f"{path}: {name} has", ScenarioError)
+    return right

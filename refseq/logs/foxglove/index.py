@@ -6,17 +6,21 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from mcap.exceptions import McapError
 from mcap.reader import SeekingReader
 from mcap.records import Channel, Footer, Header, Metadata, Schema
 
+from refseq.files import open_input
+from refseq.limits import TOPICS
 from refseq.logs.foxglove.records import MCAP_MAGIC, McapMessage, reason, records
+from refseq.logs.unpacking import WholeReads, translating
 
 FOOTER = 1 + 8 + 8 + 8 + 4
 """Bytes of the footer's record: opcode, length, two offsets, checksum."""
 MOST_SUMMARY = 1 << 28
 """The longest summary that is believed [bytes]."""
+MOST_METADATA = 1000
+"""The most records of metadata that a summary may point to; many could point to one."""
 
 
 @dataclass(slots=True)
@@ -41,9 +45,13 @@ class McapIndex:
 def index_of(path: Path) -> McapIndex:
     """The contents of a file. A file without a sound summary is passed over once."""
     try:
-        return _by_summary(path) if summary_is_sound(path) else _by_pass(path)
-    except (McapError, struct.error, ValueError, KeyError, TypeError, DecodeError):
-        return _by_pass(path)
+        with translating(McapError, McapError):
+            found = _by_summary(path) if summary_is_sound(path) else None
+    except McapError:
+        found = None
+    found = found or _by_pass(path)
+    TOPICS.check(len(found.channels), f"{path}: has")
+    return found
 
 
 def summary_is_sound(path: Path) -> bool:
@@ -52,7 +60,7 @@ def summary_is_sound(path: Path) -> bool:
     tail = FOOTER + len(MCAP_MAGIC)
     if size < 2 * tail:
         return False
-    with path.open("rb") as file:
+    with open_input(path) as file:
         file.seek(size - tail)
         footer = file.read(tail)
         start, _, checksum = struct.unpack("<QQI", footer[9:FOOTER])
@@ -65,12 +73,12 @@ def summary_is_sound(path: Path) -> bool:
         return bool(zlib.crc32(file.read(length + FOOTER - 4)) == checksum)
 
 
-def _by_summary(path: Path) -> McapIndex:
-    with path.open("rb") as file:
+def _by_summary(path: Path) -> McapIndex | None:
+    with WholeReads(path) as file:
         reader = SeekingReader(file, validate_crcs=True)
         summary = reader.get_summary()
-        if summary is None or summary.statistics is None:
-            return _by_pass(path)
+        if summary is None or summary.statistics is None or len(summary.metadata_indexes) > MOST_METADATA:
+            return None
         return McapIndex(
             reader.get_header().profile,
             dict(summary.channels),

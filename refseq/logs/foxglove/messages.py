@@ -1,25 +1,25 @@
 """Foxglove's messages, Protobuf or JSON, as contents of samples."""
 
 import json
+import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from datetime import UTC, datetime
 from typing import Any
 
 from foxglove import messages
 from google.protobuf import json_format  # type: ignore[import-untyped]
-from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from mcap.exceptions import McapError
 from mcap.records import Channel, Schema
 from mcap_protobuf.decoder import DecoderFactory
 
+from refseq.limits import FRAMES, JSON_BYTES, MESSAGE_BYTES
 from refseq.logs.picture import CompressedPicture, RawPicture
 from refseq.logs.scans import scan_of
-from refseq.logs.source import CameraCalibration, Content, GeoFix, Role
-from refseq.logs.transforms import Transform, heading_of
+from refseq.logs.source import NANOSECONDS, CameraCalibration, Content, GeoFix, Role
+from refseq.logs.transforms import Transform, pose_in_plane
+from refseq.logs.unpacking import translating
 from refseq.planar import Pose
-
-NANOSECONDS = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +52,15 @@ ROLES = {
     "foxglove.LocationFix": Role.GPS,
 }
 """Schemas that are read."""
+NAMES = (*ROLES, "foxglove.Log")
 
 
 class MessageDecoder:
-    """Turns the bytes of a channel's messages into ``FoxgloveMessage``s."""
+    """Turns the bytes of a channel's messages into ``FoxgloveMessage``s.
+
+    All are decoded by Foxglove's own schema of the name that the channel's schema has, whatever the file puts in its
+    place: a schema is a program for a decoder, and Foxglove only ever adds fields to its own.
+    """
 
     def __init__(self) -> None:
         self._protobuf = DecoderFactory()
@@ -65,11 +70,17 @@ class MessageDecoder:
         """Tell whether messages of this channel can be decoded."""
         return self._decoder(channel, schema) is not None
 
-    def decode(self, channel: Channel, schema: Schema, data: bytes) -> FoxgloveMessage:
-        """Decode one message. Raises ``ValueError`` or ``DecodeError`` for bytes that make none."""
+    def decode(self, channel: Channel, schema: Schema, data: bytes) -> FoxgloveMessage | None:
+        """Decode one message; None of one that tells nothing.
+
+        Raises ``McapError`` for bytes that make none, and ``LogError`` for values that are not valid.
+        """
         decoder = self._decoder(channel, schema)
         assert decoder is not None, "asked only for channels that it reads"
-        return _converted(schema.name, decoder(data))
+        if role_of(schema.name, channel.topic) is not Role.CAMERA:
+            MESSAGE_BYTES.check(len(data), "a message has")
+        with translating(lambda reason: McapError(f"bytes that make no record: {reason}")):
+            return _converted(schema.name, decoder(data))
 
     def _decoder(self, channel: Channel, schema: Schema | None) -> Callable[[bytes], Any] | None:
         if channel.id not in self._decoders:
@@ -79,27 +90,28 @@ class MessageDecoder:
     def _made(self, channel: Channel, schema: Schema | None) -> Callable[[bytes], Any] | None:
         if schema is None or role_of(schema.name, channel.topic) is Role.IGNORED:
             return None
-        if channel.message_encoding == "json":
-            return _json_decoder(schema.name, self._protobuf)
-        try:
-            return self._protobuf.decoder_for(channel.message_encoding, schema)
-        except (McapError, DecodeError, TypeError, KeyError, ValueError):
-            return None  # a schema that is none
+        match channel.message_encoding, schema.encoding:
+            case "json", _:
+                return _from_json(self._own(schema.name))
+            case "protobuf", "protobuf":
+                return self._own(schema.name)
+        return None
+
+    def _own(self, name: str) -> Callable[[bytes], Any]:
+        """Foxglove's own decoder of Protobuf messages."""
+        known = getattr(messages, name.removeprefix("foxglove.")).get_schema()
+        schema = Schema(id=NAMES.index(name), name=known.name, encoding=known.encoding, data=known.data)
+        decoder: Callable[[bytes], Any] | None = self._protobuf.decoder_for("protobuf", schema)
+        assert decoder is not None, "the library's own schema"
+        return decoder
 
 
-def _json_decoder(name: str, factory: DecoderFactory) -> Callable[[bytes], Any]:
-    """Decode JSON by way of Foxglove's own Protobuf schema of the same name, which says what each field must be."""
-    known = getattr(messages, name.removeprefix("foxglove.")).get_schema()
-    # Numbers below zero cannot be those of a file's own schemas.
-    schema = Schema(id=-1 - sorted(ROLES).index(name), name=known.name, encoding=known.encoding, data=known.data)
-    empty = factory.decoder_for("protobuf", schema)
-    assert empty is not None, "the library's own schema"
+def _from_json(own: Callable[[bytes], Any]) -> Callable[[bytes], Any]:
+    """Decode JSON by way of the Protobuf schema of the same name, which says what each field must be."""
 
     def decode(data: bytes) -> Any:
-        try:
-            return json_format.ParseDict(_as_protobuf(json.loads(data)), empty(b""), ignore_unknown_fields=True)
-        except json_format.ParseError as error:
-            raise ValueError(str(error).splitlines()[0]) from error
+        JSON_BYTES.check(len(data), "a message has")
+        return json_format.ParseDict(_as_protobuf(json.loads(data)), own(b""), ignore_unknown_fields=True)
 
     return decode
 
@@ -117,7 +129,7 @@ def _as_protobuf(value: Any) -> Any:
     return value
 
 
-def _converted(schema: str, message: Any) -> FoxgloveMessage:
+def _converted(schema: str, message: Any) -> FoxgloveMessage | None:
     match schema:
         case "foxglove.CompressedImage" | "foxglove.CompressedVideo":
             return _stamped(message, CompressedPicture(message.data, message.format))
@@ -140,7 +152,8 @@ def _converted(schema: str, message: Any) -> FoxgloveMessage:
             )
             return _stamped(message, model)
         case "foxglove.LocationFix":
-            return _stamped(message, GeoFix(message.latitude, message.longitude, message.altitude))
+            fix = GeoFix(message.latitude, message.longitude, message.altitude)
+            return _stamped(message, fix if all(map(math.isfinite, astuple(fix))) else None)
         case "foxglove.Log":
             return FoxgloveMessage(_stamp(message), "", "", message.message)
     raise AssertionError(f"{schema} has a role and no content")
@@ -151,8 +164,8 @@ def _stamp(message: Any) -> int:
     return int(message.timestamp.seconds) * NANOSECONDS + int(message.timestamp.nanos)
 
 
-def _stamped(message: Any, content: Content, child: str = "") -> FoxgloveMessage:
-    return FoxgloveMessage(_stamp(message), message.frame_id, child, content)
+def _stamped(message: Any, content: Content | None, child: str = "") -> FoxgloveMessage | None:
+    return None if content is None else FoxgloveMessage(_stamp(message), message.frame_id, child, content)
 
 
 def _scan(message: Any) -> Any:
@@ -161,9 +174,9 @@ def _scan(message: Any) -> Any:
     return scan_of(message.ranges, float(message.start_angle), float(step) or 1.0)
 
 
-def _pose(pose: Any) -> Pose:
-    rotation = pose.orientation
-    return Pose(pose.position.x, pose.position.y, heading_of((rotation.x, rotation.y, rotation.z, rotation.w)))
+def _pose(pose: Any) -> Pose | None:
+    at, turn = pose.position, pose.orientation
+    return pose_in_plane((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
 
 
 def _transform(message: Any) -> Transform:
@@ -178,6 +191,7 @@ def _transform(message: Any) -> Transform:
 
 
 def _transforms(message: Any) -> FoxgloveMessage:
+    FRAMES.check(len(message.transforms), "a message has")
     stamps = [_stamp(one) for one in message.transforms]
     return FoxgloveMessage(max(stamps, default=0), "", "", tuple(_all(message.transforms)))
 

@@ -4,18 +4,17 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
-from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from mcap.exceptions import McapError
 from mcap.records import Footer
 
 from refseq.errors import LogError
 from refseq.logs.closing import noted_damage
 from refseq.logs.foxglove.index import McapIndex, index_of
-from refseq.logs.foxglove.messages import NANOSECONDS, FoxgloveMessage, MessageDecoder, role_of
+from refseq.logs.foxglove.messages import MessageDecoder, role_of
 from refseq.logs.foxglove.records import McapMessage, reason, records
 from refseq.logs.foxglove.writer import METADATA_NAME, PROFILE
 from refseq.logs.picture import CompressedPicture
-from refseq.logs.source import Channel, Content, Role, Sample
+from refseq.logs.source import Channel, Content, Role, Sample, seconds_of
 from refseq.logs.video import VideoStream
 
 
@@ -29,7 +28,10 @@ class FoxgloveSource:
         self._decoder = MessageDecoder()
         self._index = index_of(path)
         self._cut = self._index.damage
-        self.channels = tuple(_channels(self._index, self._decoder))
+        self._empty: Counter[str] = Counter()  # messages that told nothing when they were last read, by topic
+        # Of a topic's channels the one that is read is the last, so that it is the one of tables by topic.
+        found = _channels(self._index, self._decoder)
+        self.channels = tuple(sorted(found, key=lambda one: (one.topic, one.role is not Role.IGNORED)))
 
     @property
     def complete(self) -> bool:
@@ -57,6 +59,8 @@ class FoxgloveSource:
         for channel in self.channels:
             if channel.role is Role.IGNORED:
                 found[channel.schema] += channel.count
+            elif empty := self._empty[channel.topic]:
+                found[f"{channel.schema} without a value"] += empty
         return {schema: count for schema, count in found.items() if count}
 
     @property
@@ -66,13 +70,18 @@ class FoxgloveSource:
 
     def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
         """Samples of the topics asked for. Raises ``LogError`` for a message with impossible values."""
-        wanted = {channel.topic for channel in self.channels if channel.role is not Role.IGNORED}
-        wanted &= wanted if topics is None else set(topics)
+        wanted = {
+            channel.topic: channel.schema
+            for channel in self.channels
+            if channel.role is not Role.IGNORED and (topics is None or channel.topic in topics)
+        }
+        for topic in wanted:
+            self._empty.pop(topic, None)
         whole = False
         videos: dict[str, VideoStream] = {}
         try:
             for record in records(self.path):
-                if isinstance(record, McapMessage) and record.channel.topic in wanted:
+                if isinstance(record, McapMessage) and _is_wanted(record, wanted):
                     sample = self._sample(record, videos)
                     if sample is not None:
                         yield sample
@@ -86,23 +95,24 @@ class FoxgloveSource:
         channel, schema = record.channel, record.schema
         if schema is None or not self._decoder.reads(channel, schema):
             return None
+        logged = record.message.log_time
         try:
-            message: FoxgloveMessage = self._decoder.decode(channel, schema, record.message.data)
+            message = self._decoder.decode(channel, schema, record.message.data)
+            if message is None:
+                self._empty[channel.topic] += 1
+                return None
             content: Content | None = message.content
             if schema.name == "foxglove.CompressedVideo" and isinstance(content, CompressedPicture):
                 content = videos.setdefault(channel.topic, VideoStream()).picture(content.data, content.encoding)
-        except (ValueError, TypeError, AttributeError, DecodeError) as error:
-            raise McapError(f"bytes that make no record: {error}") from error
+            time = seconds_of(message.stamp or logged)
         except LogError as error:
             raise LogError(f"{self.path}: topic {channel.topic}: {error}") from error
         if content is None:  # nothing can be seen before the first key frame
             return None
-        logged = record.message.log_time
-        stamp = message.stamp or logged
         return Sample(
             channel.topic,
-            stamp / NANOSECONDS,
-            logged / NANOSECONDS,
+            time,
+            seconds_of(logged),
             message.frame.removeprefix("/"),
             content,
             message.child.removeprefix("/"),
@@ -111,9 +121,18 @@ class FoxgloveSource:
         )
 
 
+def _is_wanted(record: McapMessage, wanted: Mapping[str, str]) -> bool:
+    """Tell whether a message is of a topic, and of the schema that is read of it."""
+    return record.schema is not None and wanted.get(record.channel.topic) == record.schema.name
+
+
 def _channels(index: McapIndex, decoder: MessageDecoder) -> Iterator[Channel]:
-    for channel in sorted(index.channels.values(), key=lambda one: one.topic):
+    """One for each channel; of two schemas on a topic that are read, the one with more messages is."""
+    taken: dict[str, str] = {}
+    for channel in sorted(index.channels.values(), key=lambda one: -index.counts[one.id]):
         schema = index.schema_of(channel)
         name = schema.name if schema else channel.message_encoding
         role = role_of(name, channel.topic) if decoder.reads(channel, schema) else Role.IGNORED
+        if role is not Role.IGNORED and taken.setdefault(channel.topic, name) != name:
+            role = Role.IGNORED
         yield Channel(channel.topic, name, channel.message_encoding, index.counts[channel.id], role)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.logs.picture import CompressedPicture, LazyPicture, declared_size
+from refseq.logs.picture import CompressedPicture, LazyPicture, check_size, declared_size
 
 HELD = 128 << 20
 """Bytes of pixels that a drive's views hold. More spares decoding a long drive's pictures for each that asks; less
@@ -91,6 +91,8 @@ class PictureStore:
 
 def _size_of(kept: EncodedPicture, picture: CompressedPicture) -> tuple[int, int]:
     try:
-        return declared_size(picture.data)
+        width, height = declared_size(picture.data)
+        check_size(width, height)
     except LogError as error:
         raise LogError(f"{kept.path}: topic {kept.topic}: {error}") from error
+    return width, height

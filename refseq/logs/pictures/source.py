@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 
 import cv2
@@ -11,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
+from refseq.files import open_input
+from refseq.limits import FILES, PICTURE_BYTES
 from refseq.logs.picture import CompressedPicture, check_size, declared_size
 from refseq.logs.pictures.names import PICTURES, in_order
 from refseq.logs.source import Channel, Role, Sample
@@ -21,9 +24,6 @@ CAMERA_TOPIC, ASSUMED_TOPIC = "/camera-1", "/assumed-odometry"
 
 WIDTH = 640
 """Pictures are made so many pixels wide, at which features are sought: smaller ones show few, larger ones take long."""
-
-LARGEST_FILE = 256 << 20
-"""Bytes from which on a file is no picture for this purpose, and is not read."""
 
 
 def holds_pictures(path: Path) -> bool:
@@ -78,14 +78,15 @@ class FilePicture:
         if self.width in (0, now):
             return image
         size = self.width, max(1, int(0.5 + height * self.width / now))
+        check_size(*size)  # a picture of one column would become a tower
         return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_CUBIC), np.uint8)
 
 
 def _content(path: Path) -> bytes:
     try:
-        if (size := path.stat().st_size) > LARGEST_FILE:
-            raise LogError(f"is {size} bytes long; valid are pictures of at most {LARGEST_FILE}")
-        return path.read_bytes()
+        with open_input(path) as file:
+            PICTURE_BYTES.check(path.stat().st_size, "has")
+            return file.read()
     except OSError as error:
         raise LogError(f"cannot be read: {error.strerror}") from error
 
@@ -106,7 +107,8 @@ class PictureFolder:
     def __init__(self, path: Path, *, spacing: float = 1.0, width: int = WIDTH) -> None:
         self.path = path
         self._spacing, self._width = spacing, width
-        entries = [file for file in path.iterdir() if not (file.name[0] == "." or file.is_dir())]
+        entries = [file for file in islice(path.iterdir(), FILES + 1) if not (file.name[0] == "." or file.is_dir())]
+        FILES.check(len(entries), f"{path}: has")
         self.files, stamps = in_order([file for file in entries if file.suffix.lower() in PICTURES])
         if not self.files:
             raise LogError(f"{path}: holds no picture; valid are {', '.join(PICTURES)}")

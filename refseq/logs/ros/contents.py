@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from refseq.limits import BEAMS, FRAMES
 from refseq.logs.picture import CompressedPicture, RawPicture
 from refseq.logs.scans import scan_of
-from refseq.logs.source import AngularRates, CameraCalibration, Content, GeoFix, Role
-from refseq.logs.transforms import Transform, planar
+from refseq.logs.source import NANOSECONDS, AngularRates, CameraCalibration, Content, GeoFix, Role
+from refseq.logs.transforms import Transform, pose_in_plane
 from refseq.planar import Pose
 
-NANOSECONDS = 1_000_000_000
 TRUTH_WORDS = ("truth", "groundtruth", "mocap", "vicon", "optitrack")
 """An Odometry on a topic of such a name is no odometer's."""
 COMMAND_WORDS = ("goal", "initialpose", "target", "waypoint")
@@ -76,6 +76,7 @@ def _scan(message: Any, topic: str) -> Told:
 
 
 def _first_echoes(message: Any, topic: str) -> Told:
+    BEAMS.check(len(message.ranges), "a message has")
     first = [echo.echoes[0] if len(echo.echoes) else np.inf for echo in message.ranges]
     return _headed(message, scan_of(first, *_angles(message)))
 
@@ -87,11 +88,7 @@ def _angles(message: Any) -> tuple[float, float, float, float]:
 def _pose(pose: Any) -> Pose | None:
     """A pose in the plane; None of one that is no number."""
     at, turn = pose.position, pose.orientation
-    return _planar((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
-
-
-def _planar(place: tuple[float, float, float], turn: tuple[float, float, float, float]) -> Pose | None:
-    return planar(place, turn) if np.isfinite((*place, *turn)).all() else None
+    return pose_in_plane((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
 
 
 def _odometry(message: Any, topic: str) -> Told:
@@ -109,11 +106,12 @@ def _uncertain_pose(message: Any, topic: str) -> Told:
 def _tracked(message: Any, topic: str) -> Told:
     """A body followed by a motion-capture system, as its bridge for ROS tells it."""
     moved = _transform(message, static=False)
-    return _headed(message, _planar(moved.translation, moved.rotation), moved.child)
+    return _headed(message, pose_in_plane(moved.translation, moved.rotation), moved.child)
 
 
 def _transforms(message: Any, topic: str) -> Told:
     static = topic == STATIC_TOPIC
+    FRAMES.check(len(message.transforms), "a message has")
     moved = tuple(_transform(one, static=static) for one in message.transforms)
     if not moved:
         return Told(0, "", None)

@@ -7,17 +7,17 @@ the wire from ROS 2 Foxy on. ROS 1 names a definition by its checksum, and a typ
 over.
 """
 
-import struct
 from enum import StrEnum
 from functools import cached_property, lru_cache
 
-from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from refseq.errors import LogError
-from refseq.logs.ros.contents import NANOSECONDS, ROS_TYPES, role_of
-from refseq.logs.source import Role, Sample
+from refseq.limits import MESSAGE_BYTES
+from refseq.logs.ros.contents import ROS_TYPES, role_of
+from refseq.logs.source import NANOSECONDS, Role, Sample, seconds_of
+from refseq.logs.unpacking import translating
 
 
 class Serialization(StrEnum):
@@ -60,20 +60,22 @@ class RosDecoder:
 
         Raises ``LogError`` for bytes that are no such message.
         """
+        known = ROS_TYPES[type_name]
         try:
-            message = self._message(type_name, data)
-            told = ROS_TYPES[type_name].told(message, topic)
-        except (SerdeError, LogError, struct.error, IndexError, ValueError, OverflowError) as error:
-            reason = " ".join(str(error).split())
+            if known.role is not Role.CAMERA:
+                MESSAGE_BYTES.check(len(data), "it has")
+            with translating(LogError):
+                told = known.told(self._message(type_name, data), topic)
+            time = seconds_of(told.stamp or logged)
+        except LogError as error:
             raise LogError(
-                f"topic {topic}: the message logged at {logged / NANOSECONDS:.6f} s is not readable: {reason}; "
+                f"topic {topic}: the message logged at {logged / NANOSECONDS:.6f} s is not readable: {error}; "
                 f"valid is {type_name}"
             ) from error
         if told.content is None:
             return None
-        time = (told.stamp or logged) / NANOSECONDS
         frame, child = told.frame.lstrip("/"), told.child.lstrip("/")
-        return Sample(topic, time, logged / NANOSECONDS, frame, told.content, child, unstamped=told.stamp == 0)
+        return Sample(topic, time, seconds_of(logged), frame, told.content, child, unstamped=told.stamp == 0)
 
     def _message(self, type_name: str, data: bytes) -> object:
         if self.serialization is Serialization.CDR:

@@ -1,6 +1,7 @@
 """Files of a bag: a rosbag2 folder with its ``metadata.yaml`` or without, or one file, packed or not."""
 
 import re
+import reprlib
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -10,9 +11,10 @@ from typing import Any
 
 import zstandard
 from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 
 from refseq.errors import LogError
+from refseq.files import open_input
+from refseq.limits import CHUNK_BYTES, METADATA_BYTES, UNPACKED_BYTES
 from refseq.logs.foxglove.records import is_mcap
 from refseq.logs.ros.mcap_file import McapRosFile, holds_ros
 from refseq.logs.ros.storage import (
@@ -24,11 +26,10 @@ from refseq.logs.ros.storage import (
     Rosbag1File,
     SqliteBag,
 )
+from refseq.logs.unpacking import translating
 
 METADATA_FILE = "metadata.yaml"
 STORAGE_SUFFIXES = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
-MOST_METADATA = 1 << 24
-"""The largest ``metadata.yaml`` that is read [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +91,9 @@ def _storage_files(folder: Path) -> list[Path]:
 def _metadata(path: Path) -> Mapping[str, Any]:
     """The contents of ``metadata.yaml``, as plain values."""
     try:
-        if path.stat().st_size > MOST_METADATA:
-            raise LogError(f"{path}: has more than {MOST_METADATA >> 20} MiB; valid is a rosbag2's metadata")
-        loaded = _plain_yaml(path.read_text(encoding="utf-8"))
+        METADATA_BYTES.check(path.stat().st_size, f"{path}: has")
+        with open_input(path) as file:
+            loaded = _plain_yaml(file.read(METADATA_BYTES).decode())
     except (OSError, ValueError) as error:
         raise LogError(f"{path}: cannot be read: {error!s:.200}; valid is a rosbag2's metadata") from error
     information = loaded.get("rosbag2_bagfile_information") if isinstance(loaded, dict) else None
@@ -103,22 +104,23 @@ def _metadata(path: Path) -> Mapping[str, Any]:
 
 def _plain_yaml(text: str) -> Any:
     """Plain values of YAML; the safe loader makes no others, and runs nothing. Raises ``ValueError``."""
-    try:
+    with translating(ValueError):
         return YAML(typ="safe").load(text)
-    except (YAMLError, ValueError, RecursionError) as error:
-        raise ValueError(" ".join(str(error).split())) from error
 
 
 def _notes(metadata: Any) -> dict[str, str]:
     """Notes that the bag's writer left in its metadata."""
     custom = metadata.get("custom_data") if isinstance(metadata, dict) else None
-    return {str(key): str(value) for key, value in custom.items()} if isinstance(custom, dict) else {}
+    if not isinstance(custom, dict):
+        return {}
+    # A value may be a structure that names itself again and again, and grows beyond all bounds as a text.
+    return {str(key): str(value) for key, value in custom.items() if isinstance(value, str | int | float)}
 
 
 def _notes_within(file: BagFile) -> dict[str, str]:
     """Notes in the metadata that an MCAP file holds itself; none where they are no YAML."""
     try:
-        return _notes(_plain_yaml(file.metadata_text)) if len(file.metadata_text) <= MOST_METADATA else {}
+        return _notes(_plain_yaml(file.metadata_text)) if len(file.metadata_text) <= METADATA_BYTES else {}
     except ValueError:
         return {}
 
@@ -127,7 +129,7 @@ def _names(metadata: Mapping[str, Any], path: Path) -> list[str]:
     """Names of the files, without folders: a bag holds them beside its metadata."""
     names = metadata.get("relative_file_paths")
     if not isinstance(names, list) or not names or not all(isinstance(name, str) and name for name in names):
-        raise LogError(f"{path}: relative_file_paths is {names!r:.80}; valid is a list of files")
+        raise LogError(f"{path}: relative_file_paths is {reprlib.repr(names)}; valid is a list of files")
     return [PurePath(name).name for name in names]
 
 
@@ -154,7 +156,7 @@ def _is_packed(path: Path) -> bool:
 
 def _head(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
+        with open_input(path) as file:
             return file.read(16)
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror}") from error
@@ -175,14 +177,17 @@ def _open_file(path: Path, told: Path) -> BagFile:
 def _unpack(path: Path, folder: Path) -> Path:
     """Unpack a file that was compressed as a whole, into a temporary folder, as far as there is room."""
     target = folder / path.name.removesuffix(".zstd")
-    room = shutil.disk_usage(folder).free
+    room, unpacked = shutil.disk_usage(folder).free, UNPACKED_BYTES.of(path)
     try:
         with (
-            path.open("rb") as packed,
-            zstandard.ZstdDecompressor().stream_reader(packed, read_across_frames=True) as stream,
+            open_input(path) as packed,
+            zstandard.ZstdDecompressor(max_window_size=CHUNK_BYTES).stream_reader(
+                packed, read_across_frames=True
+            ) as stream,
             target.open("wb") as file,
         ):
             while piece := stream.read(1 << 20):
+                unpacked.add(len(piece))
                 room -= len(piece)
                 if room < 0:
                     raise LogError(f"{path}: unpacks to more than there is room for in {folder.parent}")

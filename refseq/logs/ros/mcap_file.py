@@ -6,11 +6,12 @@ from pathlib import Path
 from mcap.exceptions import McapError
 from mcap.records import Channel, Header, Schema
 from rosbags.typesys.msg import normalize_msgtype
-from zstandard import ZstdError
 
+from refseq.limits import UNPACKED_BYTES
 from refseq.logs.foxglove.index import index_of
-from refseq.logs.foxglove.records import McapMessage, is_mcap, reason, records
+from refseq.logs.foxglove.records import McapMessage, is_mcap, records
 from refseq.logs.ros.storage import BagTopic, DamagedBagError, StoredMessage, unpacked_message
+from refseq.logs.unpacking import translating
 
 ROS_PROFILES = ("ros1", "ros2")
 ROS_ENCODINGS = ("cdr", "ros1")
@@ -39,7 +40,8 @@ class McapRosFile:
     def __init__(self, path: Path, told: Path | None = None) -> None:
         """Open a file; messages name it ``told``, where the user's own is a packed one."""
         self.path, self.told = path, told or path
-        index = index_of(path)
+        with translating(lambda reason: DamagedBagError(self.told, reason)):
+            index = index_of(path)
         if index.damage and not index.counts:
             raise DamagedBagError(self.told, index.damage)
         self.damage = index.damage
@@ -51,15 +53,13 @@ class McapRosFile:
 
     def messages(self, topics: Collection[str]) -> Iterator[StoredMessage]:
         """Messages of these topics in the order of the file."""
-        try:
+        unpacked = UNPACKED_BYTES.of(self.path)
+        with translating(lambda reason: DamagedBagError(self.told, reason)):
             for record in records(self.path):
                 if isinstance(record, McapMessage) and record.channel.topic in topics and record.schema is not None:
-                    kind, data = normalize_msgtype(record.schema.name), record.message.data
-                    yield StoredMessage(record.channel.topic, kind, record.message.log_time, unpacked_message(data))
-        except McapError as error:
-            raise DamagedBagError(self.told, reason(error)) from error
-        except (ZstdError, ValueError) as error:
-            raise DamagedBagError(self.told, " ".join(str(error).split())) from error
+                    kind, data = normalize_msgtype(record.schema.name), unpacked_message(record.message.data)
+                    unpacked.add(len(data))
+                    yield StoredMessage(record.channel.topic, kind, record.message.log_time, data)
 
 
 def _topic(channel: Channel, schema: Schema | None, count: int) -> BagTopic:

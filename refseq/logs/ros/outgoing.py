@@ -17,8 +17,8 @@ from rosbags.typesys.store import Typestore
 from refseq.errors import LogError
 from refseq.logs.foxglove.writer import FAST_PNG
 from refseq.logs.rig import SensorRig
-from refseq.logs.ros.contents import BEHAVIOUR_TOPIC, NANOSECONDS, STATIC_TOPIC
-from refseq.logs.source import CameraCalibration
+from refseq.logs.ros.contents import BEHAVIOUR_TOPIC, STATIC_TOPIC
+from refseq.logs.source import NANOSECONDS, CameraCalibration
 from refseq.logs.transforms import Transform
 from refseq.planar import Pose, in_world, relative_pose
 from refseq.view import LASER, Scan, View

@@ -1,28 +1,24 @@
 """Files of bags as streams of serialised messages: SQLite and ROS 1 through ``rosbags``, each opened by its content."""
 
 import bz2
-import struct
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 from urllib.parse import quote
 
 import apsw
 import lz4.frame  # type: ignore[import-untyped]
-import zstandard
 from rosbags.interfaces import Connection, ConnectionExtRosbag2
 from rosbags.rosbag1 import Reader as Rosbag1Reader
-from rosbags.rosbag1 import ReaderError as Rosbag1Error
-from rosbags.rosbag1.reader import Chunk
-from rosbags.rosbag2 import ReaderError as Rosbag2Error
+from rosbags.rosbag1.reader import Chunk, ChunkInfo
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
 from refseq.errors import LogError
-
-MOST_BYTES = 1 << 29
-"""The most that one chunk or message may unpack to [bytes]; what unpacks to more is damaged, or made to fill memory."""
+from refseq.files import check_input
+from refseq.limits import CHUNK_BYTES, TOPICS, UNPACKED_BYTES
+from refseq.logs.unpacking import WholeReads, translating, unpack_bz2, unpack_lz4, unpack_zstd
 
 SQLITE_MAGIC = b"SQLite format 3\0"
 ROSBAG1_MAGIC = b"#ROSBAG V"
@@ -80,17 +76,9 @@ class DamagedBagError(LogError):
         self.reason = reason
 
 
-@contextmanager
-def _damage_told(path: Path) -> Iterator[None]:
+def _damage_told(path: Path) -> AbstractContextManager[None]:
     """Raise what the libraries raise for a file that is no bag, or no longer one, as ``DamagedBagError``."""
-    try:
-        yield
-    except (
-        *(Rosbag1Error, Rosbag2Error, apsw.Error, zstandard.ZstdError, RuntimeError, AssertionError),
-        *(struct.error, ValueError, TypeError, LookupError, OSError, EOFError),
-    ) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise DamagedBagError(path, reason) from error
+    return translating(lambda reason: DamagedBagError(path, reason))
 
 
 class SqliteBag:
@@ -104,11 +92,14 @@ class SqliteBag:
         self.path, self.told = path, told or path
         with _damage_told(self.told), self._opened() as reader:
             self.topics = tuple(map(_bag_topic, reader.connections))
+            TOPICS.check(len(self.topics), f"{self.told}: has")
 
     @contextmanager
     def _opened(self) -> Iterator[Sqlite3Reader]:
+        check_input(self.path)
         reader = Sqlite3Reader(_UriPath(self.path))
-        reader.open()
+        with _plain_tables():
+            reader.open()
         try:
             yield reader
         finally:
@@ -116,10 +107,36 @@ class SqliteBag:
 
     def messages(self, topics: Collection[str]) -> Iterator[StoredMessage]:
         """Messages of these topics in order of logging; unpacked where each was compressed."""
+        unpacked = UNPACKED_BYTES.of(self.path)
         with _damage_told(self.told), self._opened() as reader:
             wanted = [connection for connection in reader.connections if connection.topic in topics]
             for connection, logged, data in reader.messages(wanted):
-                yield StoredMessage(connection.topic, connection.msgtype, logged, unpacked_message(data))
+                if not (isinstance(logged, int) and isinstance(data, bytes)):
+                    raise ValueError(f"a message's time is {logged!r:.20}, its data {type(data).__name__}")
+                found = unpacked_message(data)
+                unpacked.add(len(found))
+                yield StoredMessage(connection.topic, connection.msgtype, logged, found)
+
+
+@contextmanager
+def _plain_tables() -> Iterator[None]:
+    """Open databases as SQLite advises for files of strangers: what they hold are tables, and no programs.
+
+    A view or a trigger may never end, and a column may be computed to any size.
+    """
+
+    def hook(connection: apsw.Connection) -> None:
+        connection.limit(apsw.SQLITE_LIMIT_LENGTH, CHUNK_BYTES)
+        for switch in (apsw.SQLITE_DBCONFIG_ENABLE_VIEW, apsw.SQLITE_DBCONFIG_ENABLE_TRIGGER):
+            connection.config(switch, 0)
+        connection.config(apsw.SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0)
+        connection.config(apsw.SQLITE_DBCONFIG_DEFENSIVE, 1)
+
+    apsw.connection_hooks.append(hook)
+    try:
+        yield
+    finally:
+        apsw.connection_hooks.remove(hook)
 
 
 class _UriPath(type(Path())):  # type: ignore[misc]
@@ -140,46 +157,58 @@ class Rosbag1File:
         self.path, self.told = path, told or path
         with _damage_told(self.told), _Rosbag1Reader(path) as reader:
             self.topics = tuple(map(_bag_topic, reader.connections))
+            TOPICS.check(len(self.topics), f"{self.told}: has")
 
     def messages(self, topics: Collection[str]) -> Iterator[StoredMessage]:
         """Messages of these topics in order of logging."""
+        # An index may lead to one message as often as it likes.
+        unpacked = UNPACKED_BYTES.of(self.path)
         with _damage_told(self.told), _Rosbag1Reader(self.path) as reader:
             wanted = [connection for connection in reader.connections if connection.topic in topics]
             for connection, logged, data in reader.messages(wanted) if wanted else ():
+                unpacked.add(len(data))
                 yield StoredMessage(connection.topic, connection.msgtype, logged, data)
 
 
 class _Rosbag1Reader(Rosbag1Reader):
-    """``rosbags``' reader with a bound on what a chunk unpacks to."""
+    """``rosbags``' reader, which takes no more memory than the file and its limits allow."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(_WholePath(path))
+        self._unpacked = UNPACKED_BYTES.of(path)
+        self._chunks_seen: set[int] = set()
+
+    def read_chunk_info(self) -> ChunkInfo:
+        info = super().read_chunk_info()
+        if info.pos in self._chunks_seen:
+            raise ValueError("its index names a chunk twice")
+        self._chunks_seen.add(info.pos)
+        return info
 
     def read_chunk(self) -> Chunk:
         chunk = super().read_chunk()
-        assert self.bio
-        unpack = {bz2.decompress: _unpack_bz2, lz4.frame.decompress: _unpack_lz4}.get(chunk.decompressor)
-        return chunk if unpack is None else chunk._replace(decompressor=unpack)
+        unpack = {bz2.decompress: unpack_bz2, lz4.frame.decompress: unpack_lz4}.get(chunk.decompressor)
+        if unpack is None:
+            return chunk
+
+        def bounded(data: bytes) -> bytes:
+            found = unpack(data)
+            self._unpacked.add(len(found))
+            return found
+
+        return chunk._replace(decompressor=bounded)
 
 
-def _unpack_bz2(data: bytes) -> bytes:
-    return _bounded(bz2.BZ2Decompressor().decompress(data, MOST_BYTES + 1))
+class _WholePath(type(Path())):  # type: ignore[misc]
+    """A path that is opened as a file that has all that is asked of it."""
 
-
-def _unpack_lz4(data: bytes) -> bytes:
-    unpacked: bytes = lz4.frame.LZ4FrameDecompressor().decompress(data, MOST_BYTES + 1)
-    return _bounded(unpacked)
-
-
-def _bounded(unpacked: bytes) -> bytes:
-    if len(unpacked) > MOST_BYTES:
-        raise ValueError(f"a chunk unpacks to more than {MOST_BYTES >> 20} MiB")
-    return unpacked
+    def open(self, *_: Any) -> WholeReads:
+        return WholeReads(Path(self))
 
 
 def unpacked_message(data: bytes) -> bytes:
     """A message, unpacked where rosbag2 compressed it by itself; CDR never begins like a Zstandard frame."""
-    if data[:4] != ZSTD_MAGIC:
-        return data
-    with zstandard.ZstdDecompressor().stream_reader(data) as stream:
-        return _bounded(stream.read(MOST_BYTES + 1))
+    return data if data[:4] != ZSTD_MAGIC else unpack_zstd(data)
 
 
 def _bag_topic(connection: Connection) -> BagTopic:

@@ -20,10 +20,11 @@ from refseq.files import free_names, put_folder
 from refseq.logs.closing import ClosedAtExit
 from refseq.logs.rig import SensorRig
 from refseq.logs.ros.bag import VIEWS_KEY
-from refseq.logs.ros.contents import NANOSECONDS, STATIC_TOPIC
+from refseq.logs.ros.contents import STATIC_TOPIC
 from refseq.logs.ros.decoder import Serialization, known_types
 from refseq.logs.ros.files import METADATA_FILE, STORAGE_SUFFIXES
 from refseq.logs.ros.outgoing import RosMessage, ViewMessages, camera_topics
+from refseq.logs.source import NANOSECONDS
 from refseq.planar import Pose
 from refseq.view import View
 

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
+from refseq.files import open_input
+from refseq.limits import METRES, ROW_BYTES, ROWS
 from refseq.logs.trajectories.columns import (
     HEADERS,
     POSITION,
@@ -25,11 +27,11 @@ from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera
 from refseq.logs.trajectories.relations import FIELDS, poses_from_relations
 from refseq.logs.trajectories.table import PoseTable, TrajectoryFormat
 
-LONGEST_LINE = 65536
-"""Bytes of a line beyond which a file is no trajectory."""
-
 EPOCHS = ((1e17, "nanoseconds", 1e-9), (1e14, "microseconds", 1e-6), (1e11, "milliseconds", 1e-3))
 """Times from so many on are in that unit: as seconds they would lie beyond the year 5000."""
+
+LARGEST = 1e20
+"""The largest number that is believed: times in nanoseconds are below 1e19."""
 
 UNIT_ERROR = 0.01
 """By how much a quaternion's length or a rotation's determinant may differ from 1: printed digits, not damage."""
@@ -51,8 +53,10 @@ class _TrajectoryRow:
             value = float(self.fields[column])
         except ValueError:
             value = math.nan
-        if not math.isfinite(value):
-            raise self.error(f"{self.fields[column]!r:.40} is no finite number; valid is one in field {column + 1}")
+        if not abs(value) <= LARGEST:
+            raise self.error(
+                f"{self.fields[column]!r:.40} is no finite number; valid is one in field {column + 1}, to {LARGEST:g}"
+            )
         return value
 
 
@@ -73,6 +77,7 @@ def read_trajectory(path: Path, times: Path | None = None) -> PoseTable:
         found = _by_satellite(path, rows, columns)
     else:
         found = _keyed(path, rows, columns, *_poses(rows, columns))
+    METRES.check(float(np.abs(found.poses[:, :2]).max()), f"{path}: holds a pose at")
     return found if times is None else _with_times(found, times)
 
 
@@ -100,11 +105,12 @@ def _rows(path: Path) -> tuple[Sequence[str], list[_TrajectoryRow], bool]:
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
     try:
-        with path.open("rb") as file:
+        with open_input(path) as file:
             number = 0
-            while line := file.readline(LONGEST_LINE):
+            while line := file.readline(ROW_BYTES + 1):
                 number += 1
-                if len(line) == LONGEST_LINE or b"\0" in line:
+                ROWS.check(number, f"{path}: has")
+                if len(line) > ROW_BYTES or b"\0" in line:
                     raise LogError(f"{path}: line {number}: is no text of a trajectory; valid are lines of numbers")
                 if text := line.decode("utf-8", errors="replace").strip("\ufeff \t\r\n"):
                     yield number, text

@@ -68,13 +68,32 @@ def test_upside_down_and_turned_agree_with_the_rotation_in_space() -> None:
     assert seen(robot) == pytest.approx(expected)
 
 
+ANGLES = "valid are angles within two turns, and steps not of 0"
+
+
 @pytest.mark.parametrize(
     ("start", "step", "count", "message"),
     [
-        (math.nan, 0.1, 3, "a scan starts at nan rad with steps of 0.1 rad; valid are numbers, and steps not of 0"),
-        (0.0, 0.0, 3, "a scan starts at 0.0 rad with steps of 0.0 rad; valid are numbers, and steps not of 0"),
+        (
+            1e30,
+            0.1,
+            3,
+            f"a scan starts at 1e+30 rad with steps of 0.1 rad; {ANGLES}",
+        ),
+        (
+            math.nan,
+            0.1,
+            3,
+            f"a scan starts at nan rad with steps of 0.1 rad; {ANGLES}",
+        ),
+        (
+            0.0,
+            0.0,
+            3,
+            f"a scan starts at 0.0 rad with steps of 0.0 rad; {ANGLES}",
+        ),
         (0.0, 1.0, 30, "a scan of 30 beams with steps of 1 rad is more than one turn; valid is one turn at most"),
-        (0.0, 1e-9, 100_001, "a scan declares 100001 beams; valid are at most 100000"),
+        (0.0, 1e-9, 100_001, "a message has 100001 ranges in a scan; valid are at most 100000"),
     ],
 )
 def test_scans_that_are_none(start: float, step: float, count: int, message: str) -> None:

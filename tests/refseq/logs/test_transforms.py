@@ -98,5 +98,5 @@ def test_a_rotation_that_is_none_is_refused(rotation: Quaternion) -> None:
 
 
 def test_frames_without_end_are_damage() -> None:
-    with pytest.raises(LogError, match="transforms name more than 4096 frames; valid are fewer"):
+    with pytest.raises(LogError, match="transforms have 4097 coordinate frames in a log; valid are at most 4096"):
         tree(*(Transform("map", f"frame-{k}") for k in range(5000)))

@@ -17,7 +17,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 
 from refseq.errors import LogError
-from refseq.logs import read_recording
+from refseq.logs import read_recording, unpacking
 from refseq.logs.ros import storage
 from refseq.logs.ros.bag import RosBag
 from refseq.logs.ros.decoder import RosDecoder, Serialization, known_types
@@ -228,7 +228,8 @@ def test_a_declared_length_is_not_allocated() -> None:
 
 def test_what_unpacks_to_too_much_is_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     packed = write_rosbag1(tmp_path / "a.bag", DRIVE, SMALL, Rosbag1Writer.CompressionFormat.BZ2)
-    monkeypatch.setattr(storage, "MOST_BYTES", 1000)
+    for unpack in (unpacking.unpack_zstd, unpacking.unpack_bz2):
+        monkeypatch.setattr(unpack, "__defaults__", (1000,))
     assert "unpacks to more than" in refusal(packed)
     with pytest.raises(ValueError, match="unpacks to more than"):
         storage.unpacked_message(zstandard.compress(bytes(2000)))
