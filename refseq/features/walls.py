@@ -7,7 +7,7 @@ Algorithm 3 (the noise, the k-d tree), which are ignored.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,13 @@ from refseq.view import Scan
 NEAR, FAR = 2.0, 4.0
 """The bands of Tables B.1 and B.2: [0, 2), [2, 4) and [4, ∞) m from the scanner."""
 COUNTS = (1, 2, 3)
+
+FINEST = 1440
+"""Beams of a scan in which lines are sought: four a degree, over a turn. Six points of a finer scan are a segment too
+short against the noise to have a direction, and the time to join segments grows with the square of their number.
+"""
+BLOCK = 1 << 20
+"""Numbers that are held at a time while it is looked for gaps between lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +150,7 @@ _newest: list[tuple[Scan, WallSettings, ScanLines]] = []
 
 def grow_segments(scan: Scan, settings: WallSettings) -> ScanLines:
     """Stage one: runs of 2 to ``points`` neighbouring points that keep their direction."""
+    scan = _thinned(scan)
     points = scan.points
     steps = _norms(np.diff(points, axis=0))
     seen = np.isfinite(scan.ranges)
@@ -155,6 +163,12 @@ def grow_segments(scan: Scan, settings: WallSettings) -> ScanLines:
         at = _grown(path, gaps, at, settings)
     runs = ScanLines.through(points, np.array(first, np.intp))
     return runs[runs.count >= 2]
+
+
+def _thinned(scan: Scan) -> Scan:
+    """The scan with at most ``FINEST`` beams, each so many-th."""
+    every = -(-len(scan.ranges) // FINEST)
+    return scan if every <= 1 else replace(scan, ranges=scan.ranges[::every], step=scan.step * every)
 
 
 def _grown(path: list[list[float]], gaps: list[float], first: int, settings: WallSettings) -> int:
@@ -209,7 +223,11 @@ def _partners(lines: ScanLines, settings: WallSettings) -> tuple[NDArray[np.intp
     normal, centre = fused.normal, fused.centre
     ends = (lines.start[one], lines.end[one], lines.start[other], lines.end[other])
     fits = np.all([np.abs(_dots(normal, end - centre)) <= settings.offset for end in ends], axis=0)
-    fits &= ~_open_between(lines, one, other, normal, centre)
+    one, other, normal, centre = one[fits], other[fits], normal[fits], centre[fits]
+    size = max(1, BLOCK // max(1, len(lines)))  # pairs: a block of them against all lines
+    blocks = [slice(at, at + size) for at in range(0, len(one), size)]
+    closed = [~_open_between(lines, one[some], other[some], normal[some], centre[some]) for some in blocks]
+    fits = np.concatenate([np.zeros(0, np.bool_), *closed])
     one, first = np.unique(one[fits], return_index=True)
     return one, other[fits][first]
 

@@ -1,11 +1,12 @@
 import math
+import tracemalloc
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
-from refseq.features.walls import ScanLines, WallLines, WallSettings, find_walls, fuse, grow_segments
+from refseq.features.walls import ScanLines, WallLines, WallSettings, find_lines, find_walls, fuse, grow_segments
 from refseq.planar import Pose
 from refseq.view import Scan, View
 from tests.refseq.floors import box, random_floor
@@ -246,3 +247,28 @@ def test_table_b1(walls: list[Wall], bits: set[int]) -> None:
 def test_bands_of_table_b1(distance: float, bit: int) -> None:
     scan = cast([(distance, -4.0, distance, 4.0)], Pose(0.0, 0.0, 0.0))
     assert WallLines(SETTINGS).observe(View(0.0, scan=scan)).ids.tolist() == [bit]
+
+
+def test_a_fine_scan_is_thinned_and_takes_no_square_of_its_beams() -> None:
+    """A hundred thousand beams give the walls of every 70th, and memory for no table of all against all."""
+    count = 100_000
+    bearings = np.linspace(-np.pi, np.pi, count, endpoint=False)
+    with np.errstate(divide="ignore"):
+        square = np.minimum(2 / np.abs(np.cos(bearings)), 2 / np.abs(np.sin(bearings))).astype(np.float32)
+    fine = Scan(square, -np.pi, 2 * np.pi / count)
+    coarse = Scan(square[::70], -np.pi, 2 * np.pi / count * 70)
+    tracemalloc.start()
+    found = find_lines(fine, WallSettings())
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 100 << 20
+    np.testing.assert_array_equal(found.moments, find_lines(coarse, WallSettings()).moments)
+
+
+def test_points_that_are_all_near_take_bounded_memory() -> None:
+    ranges = np.random.default_rng(0).uniform(0.05, 0.3, 1440).astype(np.float32)
+    tracemalloc.start()
+    find_lines(Scan(ranges, -np.pi, 2 * np.pi / 1440), WallSettings())
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 300 << 20
