@@ -27,7 +27,7 @@ SIZE = 120
 
 
 @attack(
-    family="soak", promise="10 000 views leave no memory behind in a localiser of the profile best", tries=1, short=0
+    family="soak", promise="10 000 views leave no memory behind in a localiser of best", tries=1, short=0
 )
 def soak_best(seed: int, _folder: Path) -> Attempt:
     """Localise for long."""
