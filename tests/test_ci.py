@@ -12,15 +12,22 @@ import yaml
 from refseq_bench.scenarios.campaign.declare.cases import find
 from tests.commands import check_commands, commands
 from tests.pages import ROOT, pages
+from tests.robustness.attack import attacks
 
 WORKFLOW = ROOT / ".github" / "workflows" / "ci.yml"
+NIGHTLY = WORKFLOW.with_name("nightly.yml")
 HOOKS = ROOT / ".pre-commit-config.yaml"
 PIECES = ("style", "types", "imports")
 """Of `run lint`."""
 
 
-def steps() -> Iterator[dict[str, Any]]:
-    for job in yaml.safe_load(WORKFLOW.read_text())["jobs"].values():
+def jobs(workflow: Path) -> dict[str, Any]:
+    found: dict[str, Any] = yaml.safe_load(workflow.read_text())["jobs"]
+    return found
+
+
+def steps(workflow: Path) -> Iterator[dict[str, Any]]:
+    for job in jobs(workflow).values():
         yield from job["steps"]
 
 
@@ -35,10 +42,11 @@ def check_schema(file: Path, schema: str) -> str:
     return "" if done.returncode == 0 else done.stdout + done.stderr
 
 
-def test_the_workflow_is_valid_and_the_schema_finds_a_mistake(tmp_path):
+@pytest.mark.parametrize("workflow", [WORKFLOW, NIGHTLY], ids=lambda workflow: workflow.stem)
+def test_a_workflow_is_valid_and_the_schema_finds_a_mistake(workflow, tmp_path):
     wrong = tmp_path / "wrong.yml"
-    wrong.write_text(WORKFLOW.read_text().replace("runs-on:", "runs-in:"))
-    assert check_schema(WORKFLOW, "github-workflows") == ""
+    wrong.write_text(workflow.read_text().replace("runs-on:", "runs-in:"))
+    assert check_schema(workflow, "github-workflows") == ""
     assert "runs-in" in check_schema(wrong, "github-workflows")
 
 
@@ -51,13 +59,28 @@ def test_the_examples_of_the_page_are_valid(place, schema, tmp_path):
 
 
 def test_the_workflow_runs_the_gate_and_the_smoke_scenario():
-    called = [" ".join(words) for step in steps() if "run" in step for words in commands(step["run"])]
+    called = [" ".join(words) for step in steps(WORKFLOW) if "run" in step for words in commands(step["run"])]
     assert called[0] == ".ci/run"
-    assert called[1].startswith("./run refseq scenario run smoke ")
+    assert called[1].startswith("./run audit ")
+    assert called[2].startswith("./run refseq scenario run smoke ")
     assert find(["smoke"])
 
 
-@pytest.mark.parametrize("code", [step["run"] for step in steps() if "run" in step] + entries())
+def test_the_nightly_workflow_runs_every_family_of_attacks():
+    assert jobs(NIGHTLY)["attacks"]["strategy"]["matrix"]["family"] == sorted(
+        {one.family for one in attacks().values()}
+    )
+
+
+def test_the_nightly_workflow_runs_slow_tests_and_benchmarks_and_audits():
+    called = [step["run"] for step in steps(NIGHTLY) if "run" in step]
+    assert called[1:] == ["./run tests -m slow", "./run tests -m benchmark -s", "./run audit || test $? = 2"]
+
+
+CALLED = [step["run"] for workflow in (WORKFLOW, NIGHTLY) for step in steps(workflow) if "run" in step] + entries()
+
+
+@pytest.mark.parametrize("code", CALLED)
 def test_what_is_called_exists(code):
     check_commands(code)
 

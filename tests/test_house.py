@@ -175,7 +175,8 @@ def test_an_unknown_command_is_named_with_the_valid_ones():
     told = call(ROOT / "run", "demmo")
     assert told.returncode == 2
     assert (
-        told.stderr == "run: unknown command 'demmo'; valid: demo, tests, coverage, attacks, refseq, lint, docs, help\n"
+        told.stderr
+        == "run: unknown command 'demmo'; valid: demo, tests, coverage, attacks, audit, refseq, lint, docs, help\n"
     )
 
 

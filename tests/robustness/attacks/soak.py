@@ -26,9 +26,7 @@ SIZE = 120
 """Height of the cameras' pictures [pixels]: small ones, so that 10 000 take minutes."""
 
 
-@attack(
-    family="soak", promise="10 000 views leave no memory behind in a localiser of best", tries=1, short=0
-)
+@attack(family="soak", promise="10 000 views leave no memory behind in a localiser of best", tries=1, short=0)
 def soak_best(seed: int, _folder: Path) -> Attempt:
     """Localise for long."""
     return _soaked(_localised(_learnt("best"), seed))
