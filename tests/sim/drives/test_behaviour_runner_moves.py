@@ -17,8 +17,8 @@ from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.drives.behaviour_runner import description_of, run, running
 from refseq_bench.worlds.build import World
 from tests.sim.drives.behaving_in import BOX, PERFECT, behaved, corridor
+from tests.sim.machines import ROBOTS, mostly
 
-ROBOTS = ("robuter", "segway_rmp")
 SLIP = {"robuter": 0.003, "segway_rmp": 0.0}
 
 
@@ -55,7 +55,7 @@ def test_it_goes_to_a_set_point(room: World, robot: str, x: float, y: float, hea
     assert not done.touched
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@mostly("segway_rmp")
 def test_a_set_point_behind_a_box_is_given_up_before_the_box(robot: str) -> None:
     done = behaved(corridor(12, BOX.format(x=6, y=0)), robot, "MA:6,0")
     assert done.ended.outcome is BehaviourOutcome.FAILED
@@ -67,7 +67,7 @@ def test_a_set_point_behind_a_box_is_given_up_before_the_box(robot: str) -> None
     assert 5.1 < front < 5.65
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@mostly("robuter")
 def test_it_waits_for_somebody_who_leaves_the_way_and_then_goes_on(robot: str) -> None:
     walker = '[[person]]\nname = "p"\nat = [6, 0]\nwalk = [[6, 0.9]]\nspeed = 0.06'
     done = behaved(corridor(12, walker), robot, "MA:7,0")

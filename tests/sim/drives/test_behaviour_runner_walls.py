@@ -6,9 +6,9 @@ import pytest
 from refseq_bench.robots.behaviours import BehaviourOutcome
 from refseq_bench.worlds.build import World
 from tests.sim.drives.behaving_in import BOX, behaved, corridor, off
+from tests.sim.machines import ROBOTS, mostly
 
 LENGTH, SHORTER = 34.0, 18.0
-ROBOTS = ("robuter", "segway_rmp")
 SIDES = {"left": 1, "right": -1}
 
 
@@ -49,7 +49,7 @@ def test_it_keeps_each_of_three_distances_for_30_m_on_both_sides(
     keeps_its_distance(long, robot, side, distance)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@mostly("robuter")
 def test_in_a_dead_end_it_turns_back_along_the_other_wall(dead_end: World, robot: str) -> None:
     done = behaved(dead_end, robot, "MW:right,0.6,9", (7.0, -0.6, 0.0))
     assert done.ended.outcome is BehaviourOutcome.FINISHED
@@ -60,7 +60,7 @@ def test_in_a_dead_end_it_turns_back_along_the_other_wall(dead_end: World, robot
     assert done.rest.y == pytest.approx(0.6, abs=0.05)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@mostly("segway_rmp")
 def test_it_passes_a_cabinet_and_an_open_door_and_comes_back_to_the_wall(robot: str) -> None:
     things = (
         '[[cabinet]]\nname = "c"\nwall = "right"\nat = 5\n[[door]]\nname = "d"\nwall = "right"\nat = 8.5\nopen = 95'
@@ -87,7 +87,7 @@ def test_without_a_wall_it_fails_and_says_so() -> None:
     assert done.rest.x == pytest.approx(8.0, abs=0.05)
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@mostly("robuter")
 def test_carrying_on_it_keeps_to_the_middle_and_passes_a_box(robot: str) -> None:
     done = behaved(corridor(14, BOX.format(x=6.5, y=0.1)), robot, "MN:10", (2.0, 0.3, 0.1))
     assert done.ended.outcome is BehaviourOutcome.FINISHED

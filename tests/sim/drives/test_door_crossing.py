@@ -16,8 +16,9 @@ from refseq_bench.worlds.build import World, build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan
 from tests.sim.doorways import CORNERS, THICK, Crossing, Doorkeeper, cross, from_behind, rooms, standing, starts
+from tests.sim.machines import ROBOTS, mostly
 
-every_robot = pytest.mark.parametrize("name", ["robuter", "segway_rmp"])
+every_robot = pytest.mark.parametrize("name", ROBOTS)
 ENOUGH = 0.05
 """Least distance [m] to what stands there: a door of 0.9 m leaves the Robuter 9.5 cm on either side."""
 ANA = """
@@ -53,7 +54,7 @@ def test_it_crosses_a_door_without_touching_it(name: str, door: str, corners: Se
             assert crossing.clearance > ENOUGH
 
 
-@every_robot
+@mostly("segway_rmp", "name")
 def test_a_side_wall_does_not_keep_it_from_crossing(name: str) -> None:
     """The wall is 15 cm from the jamb, so the robot starts on the other side of it."""
     with standing(rooms("open = 100", side=0.6), name) as bench:
@@ -61,7 +62,7 @@ def test_a_side_wall_does_not_keep_it_from_crossing(name: str) -> None:
         assert through(crossing, name), crossing
 
 
-@every_robot
+@mostly("robuter", "name")
 def test_it_comes_out_of_a_room_into_which_the_door_opens(name: str) -> None:
     """The room is 2.1 m wide and the leaf 0.9 m long: it has to turn before the leaf's tip."""
     with standing(rooms("open = 90"), name) as bench:
@@ -89,7 +90,7 @@ def test_it_refuses_what_it_does_not_fit_through(name: str, door: str, why: str)
             assert math.hypot(crossing.end.x - start.x, crossing.end.y - start.y) < 0.1
 
 
-@every_robot
+@mostly("segway_rmp", "name")
 def test_it_waits_for_somebody_behind_the_door_and_then_gives_up(name: str) -> None:
     with standing(moved(rooms("open = 100", end=ANA), "person_ana", 1.8), name) as bench:
         crossing = cross(bench, Pose(-1.7, 0.2, 0.1), patience=3.0)
@@ -110,7 +111,7 @@ def test_it_does_not_go_where_somebody_stands_between_the_jambs(name: str) -> No
         assert not crossing.touched
 
 
-@every_robot
+@mostly("robuter", "name")
 def test_it_waits_for_somebody_who_walks_into_its_way_while_it_crosses(name: str) -> None:
     """Ana comes along the side of the room behind, steps before the robot when it is in the door, and walks away."""
     with standing(rooms("open = 100", end=INTO_ITS_WAY), name) as bench:
@@ -185,7 +186,7 @@ def laboratory() -> World:
     return opened("laboratory", "store")
 
 
-@every_robot
+@mostly("segway_rmp", "name")
 def test_it_crosses_a_door_of_the_laboratory_between_poster_and_bin(laboratory: World, name: str) -> None:
     with standing(laboratory, name) as bench:
         crossing = cross(bench, Pose(1.5, 7.8, math.radians(110)))
