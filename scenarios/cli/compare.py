@@ -4,8 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import typer
+
 from refseq_bench.scenarios.cli.terminal.bars import step_bars
-from refseq_bench.scenarios.cli.terminal.console import WITHOUT_TRUTH, out, print_json
+from refseq_bench.scenarios.cli.terminal.console import WITHOUT_TRUTH, err, out, print_json
 from refseq_bench.scenarios.cli.terminal.options import (
     METHODS,
     Drives,
@@ -62,8 +64,9 @@ def compare(
     _check_outputs(output, report)
     pairs, wanted = pairs_of(drives, ground_truth, layout), methods_named(words(methods, "methods"))
     benchmark = Benchmark(pairs, wanted, places, first_view, kidnap, seed, reading.chosen())
+    failures: list[str] = []
     with step_bars() as step:
-        comparisons = run_benchmark(benchmark, step)
+        comparisons = run_benchmark(benchmark, step, failures.append)
     tolerances = tolerances_of(benchmark, comparisons)
     experiments = by_experiment(comparisons, tolerances)
     if as_json:
@@ -72,6 +75,10 @@ def compare(
     else:
         _print(experiments, comparisons)
     _write(experiments, comparisons, output, report, tolerances)
+    for failure in failures:
+        say(err, f"failed: {failure}")
+    if failures:
+        raise typer.Exit(1)
 
 
 def _check_outputs(output: Path | None, report: Path | None) -> None:

@@ -127,7 +127,7 @@ def run(
     seeds: Annotated[str | None, option("N,N", "Only these seeds. [default: those of each scenario]")] = None,
     localiser: Annotated[
         list[str] | None,
-        option("MODULE:CLASS", "Judge your own localiser, or another method by its name; may be repeated."),
+        option("NAME", "Judge your own localiser, module:Class or ./program, or another method; may be repeated."),
     ] = None,
     methods: Annotated[str | None, option("NAMES", f"{METHODS.help} none: only --localiser.")] = None,
     fresh: Annotated[bool, flag("--fresh", "Ask all methods anew; recordings are kept.")] = False,
@@ -307,19 +307,31 @@ def _text_of(page: Path) -> str:
     epilog="""Examples:
 
 * `refseq scenario template -o my_localiser.py`
-* `refseq scenario run smoke --localiser my_localiser:MyLocaliser`""",
+* `refseq scenario run smoke --localiser my_localiser:MyLocaliser`
+* `refseq scenario template -o my_localiser.cpp`
+* `refseq scenario run smoke --localiser ./my_localiser`""",
 )
-def template(output: Annotated[Path, output("Python file to write.")] = Path("my_localiser.py")) -> None:
+def template(
+    output: Annotated[Path, output("Python or C++ file to write (.py, .cpp).")] = Path("my_localiser.py"),
+) -> None:
     """Write a small localiser that works, to begin one of your own with."""
     from refseq.files import replace_text
     from refseq_bench.scenarios.methods.templates import MY_LOCALISER
 
-    if not (output.suffix == ".py" and output.stem.isidentifier()):
-        raise ScenarioError(f"{output}: is no module's name; valid is a name that can be imported, ending in .py")
+    if output.suffix not in MY_LOCALISER or not output.stem.isidentifier():
+        raise ScenarioError(
+            f"{output}: is no module's name; valid is a name that can be imported, ending in .py, or one ending in .cpp"
+        )
     check_output(output)
     if output.exists():
         raise ScenarioError(f"{output}: is there already; valid is a new file")
     with writing(output):
-        replace_text(output, MY_LOCALISER.read_text(encoding="utf-8"))
-    run_it = f"refseq scenario run smoke --localiser {output.stem}:{TEMPLATE_CLASS}"
-    say(out, f"{output} is written; run it from this folder: {run_it}")
+        replace_text(output, MY_LOCALISER[output.suffix].read_text(encoding="utf-8"))
+    say(out, f"{output} is written; run it from this folder: {_how_to_run(output)}")
+
+
+def _how_to_run(template: Path) -> str:
+    run = "refseq scenario run smoke --localiser"
+    if template.suffix == ".py":
+        return f"{run} {template.stem}:{TEMPLATE_CLASS}"
+    return f"g++ -O2 -std=c++17 -o {template.stem} {template.name} && {run} ./{template.stem}"

@@ -1,7 +1,7 @@
 """A contest: several methods learn the same reference views and are asked about the same query views."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,7 +12,8 @@ from refseq_bench.scenarios.datasets.layouts import dataset_pairs, is_dataset
 from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, read_drive
 from refseq_bench.scenarios.drives.naming import pair_name
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import METHODS, answers
+from refseq_bench.scenarios.methods.by_name import METHODS, answers_of_each
+from refseq_bench.scenarios.methods.plugins import MisbehavedError
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import Figures, figures
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
@@ -70,23 +71,37 @@ def _truth(text: str | None) -> GroundTruth | None:
     return None if text is None else ground_truth(text)
 
 
-def run_benchmark(contest: Benchmark, step: Callable[[str], object]) -> list[Comparison]:
+def run_benchmark(
+    contest: Benchmark, step: Callable[[str], object], failed: Callable[[str], object]
+) -> list[Comparison]:
     """The answers of all methods to each pair of drives. ``step`` is told what begins.
 
-    Raises ``ScenarioError`` for a file that is not there, before any is read, and for what does not fit the drives.
+    A user's localiser that fails in one is left out of all, and ``failed`` is told why; if nobody else was asked it
+    raises ``MisbehavedError``. Raises ``ScenarioError`` for a file that is not there, before any is read, and for what
+    does not fit the drives.
     """
     for path in (path for pair in contest.pairs for path in (pair.reference, pair.query)):
         if not path.exists():
             raise ScenarioError(f"{path}: is no file; valid is a recording")
-    comparisons = []
+    comparisons: list[Comparison] = []
+    failures: dict[str, MisbehavedError] = {}
     for number, pair in enumerate(contest.pairs):
         step(f"pair {number + 1} of {len(contest.pairs)}")
-        comparisons.append(_answered(pair, contest))
-    return comparisons
+        comparisons.append(_answered(pair, contest, failures))
+    if failures and len(failures) == len(contest.methods):
+        raise next(iter(failures.values()))
+    for failure in failures.values():
+        failed(str(failure))
+    return [_without(one, failures) for one in comparisons] if failures else comparisons
 
 
-def _answered(pair: DrivePair, contest: Benchmark) -> Comparison:
-    """The answers of all methods to one pair of drives."""
+def _without(comparison: Comparison, methods: Collection[str]) -> Comparison:
+    left = {name: beliefs for name, beliefs in comparison.beliefs.items() if name not in methods}
+    return replace(comparison, beliefs=left)
+
+
+def _answered(pair: DrivePair, contest: Benchmark, failures: dict[str, MisbehavedError]) -> Comparison:
+    """The answers to one pair of drives of all methods that have not failed; those that do now join ``failures``."""
     if pair.truth is not None and contest.selection.thin:
         raise ScenarioError("--thin leaves pictures out, and the ground truth counts all; valid is one of them")
     reference = read_drive(pair.reference, replace(contest.selection, views=contest.places))
@@ -95,8 +110,10 @@ def _answered(pair: DrivePair, contest: Benchmark) -> Comparison:
     if pair.truth is not None:
         asked = PictureTruth(pair.truth, (first_place(contest.places), 0)).judging(asked)
     views = query_views(asked.query_views, contest, pair.query)
-    beliefs = answers(contest.methods, reference.views, views, seed=contest.seed)
-    return replace(asked, name=_name(reference, query, contest), query_views=views, beliefs=beliefs)
+    left = [name for name in contest.methods if name not in failures]
+    found = answers_of_each(left, reference.views, views, seed=contest.seed)
+    failures.update(found.failures)
+    return replace(asked, name=_name(reference, query, contest), query_views=views, beliefs=found.beliefs)
 
 
 def first_place(places: str | None) -> int:

@@ -1,6 +1,7 @@
 """All that can find a place, by name: the thesis' stages with any profile, and the baselines."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Self
 
 from refseq.belief import Belief, LocaliserProtocol, Stage
@@ -9,7 +10,13 @@ from refseq.map.profile import PROFILES
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
-from refseq_bench.scenarios.methods.plugins import PluginLocaliser, check_plugin, installed, is_plugin
+from refseq_bench.scenarios.methods.plugins import (
+    MisbehavedError,
+    PluginLocaliser,
+    check_plugin,
+    installed,
+    is_plugin,
+)
 from refseq_bench.scenarios.scoring.merging import Merging, by_views, merged_drives
 
 STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
@@ -54,8 +61,8 @@ def check_methods(names: Iterable[str]) -> None:
         if is_plugin(name):
             check_plugin(name)
         elif name not in (*METHODS, *HINDSIGHT):
-            valid = ", ".join((*METHODS, *GROUPS, *HINDSIGHT, *installed()))
-            raise ScenarioError(f"method {name!r} is unknown; valid are {valid}, package.module:Class")
+            valid = ", ".join((*METHODS, *GROUPS, *HINDSIGHT, *installed(), "package.module:Class"))
+            raise ScenarioError(f"method {name!r} is unknown; valid are {valid}, ./program")
 
 
 def family(name: str) -> str:
@@ -69,6 +76,28 @@ def answers(
     """Answers of each method to the query views after it has learnt the reference views."""
     with Learnt(methods, {"reference": Reference(reference)}, seed=seed) as learnt:
         return learnt.answers(query)
+
+
+@dataclass(frozen=True)
+class EachAnswered:
+    """Answers by method, and by users' localisers that have none the reason."""
+
+    beliefs: Mapping[str, list[Belief]]
+    failures: Mapping[str, MisbehavedError]
+
+
+def answers_of_each(
+    methods: Sequence[str], reference: Sequence[View], query: Sequence[View], *, seed: int = 0
+) -> EachAnswered:
+    """Answers of each method as ``answers`` gives them; a user's localiser that fails leaves the others alone."""
+    beliefs = answers([name for name in methods if not is_plugin(name)], reference, query, seed=seed)
+    failures = {}
+    for name in filter(is_plugin, methods):
+        try:
+            beliefs |= answers([name], reference, query, seed=seed)
+        except MisbehavedError as error:
+            failures[name] = error
+    return EachAnswered({name: beliefs[name] for name in methods if name in beliefs}, failures)
 
 
 class InMap:

@@ -11,7 +11,7 @@ from tests.recordings.asking import recording
 def scores() -> dict[str, Score]:
     pairs = pairs_of([recording("gardens-point") / "night-day"])
     contest = Benchmark(pairs, ("best/uniform", "best/chain"))
-    comparisons = run_benchmark(contest, lambda _: None)
+    comparisons = run_benchmark(contest, lambda _: None, pytest.fail)
     [(name, found)] = by_experiment(comparisons, tolerances_of(contest, comparisons))
     assert name == "night-day/day_right → night-day/night_right"
     return {one.method: one.wide for one in found}
