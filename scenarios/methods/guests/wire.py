@@ -187,9 +187,9 @@ def belief_of(message: Message, places: int) -> Belief:
             f"answered {len(message.payload)} bytes of {precision}; valid is {places * dtype.itemsize}, one number for "
             f"each of {places} reference views"
         )
-    found = np.frombuffer(message.payload, dtype).astype(np.float64)
-    best = header.get("best", int(np.argmax(found)))
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):  # whoever checks it says what is no probability
+        found = np.frombuffer(message.payload, dtype).astype(np.float64)
+        best = header.get("best", int(np.argmax(found)))
         spread = header["entropy"] if "entropy" in header else max(0.0, entropy(found))
     timings = header.get("timings", ())
     told = Timings(*timings) if isinstance(timings, list) and len(timings) == 4 else Timings()

@@ -25,7 +25,8 @@ def test_methods_go_by_their_names_each_once() -> None:
     assert methods_named(None) == METHODS
     assert methods_named(["vlad", "thesis/chain", "vlad"]) == ("vlad", "thesis/chain")
     with pytest.raises(
-        ScenarioError, match=r"^method 'chain' is unknown; valid are thesis/uniform, .*, package.module:Class, ./program$"
+        ScenarioError,
+        match=r"^method 'chain' is unknown; valid are thesis/uniform, .*, package.module:Class, ./program$",
     ):
         methods_named(["vlad", "chain"])
 

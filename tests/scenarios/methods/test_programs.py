@@ -1,0 +1,106 @@
+"""Localisers that are programs: the template in C++, compiled, beside the same method in NumPy."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from refseq.view import View
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.methods.by_name import answers_of_each, check_methods
+from refseq_bench.scenarios.methods.plugins import PluginLocaliser, is_plugin, plugin_digest
+from refseq_bench.scenarios.methods.templates import MY_LOCALISER
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The template, compiled as it says."""
+    if (compiler := shutil.which("g++")) is None:
+        pytest.skip("there is no g++ to compile the template with")
+    program = tmp_path_factory.mktemp("program") / "my_localiser"
+    words = [
+        compiler,
+        "-O2",
+        "-std=c++17",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-o",
+        str(program),
+        str(MY_LOCALISER[".cpp"]),
+    ]
+    subprocess.run(words, check=True)
+    return program
+
+
+def places_of(view: View, reference: list[View]) -> np.ndarray:
+    """The template's method."""
+    assert view.scan is not None
+    unlike = [np.abs(np.fmin(view.scan.ranges, 10) - np.fmin(one.scan.ranges, 10)).mean() for one in reference]
+    weights = np.exp(-np.array(unlike) / 0.1)
+    return weights / weights.sum()
+
+
+def test_the_template_in_cpp_localises(compiled: Path, views: list[View]) -> None:
+    rng = np.random.default_rng(0)
+    for view in views:
+        view.scan.ranges[:] = rng.uniform(0.5, 12, 361)
+    localiser = PluginLocaliser(str(compiled), views)
+    localiser.reset()
+    beliefs = [localiser.update(view) for view in views]
+    localiser.close()
+    assert [belief.best for belief in beliefs] == list(range(len(views)))
+    for view, belief in zip(views, beliefs, strict=True):
+        np.testing.assert_allclose(belief.places, places_of(view, views), atol=1e-5)
+        assert belief.lost == 0.02
+        assert belief.timings.matching > 0
+
+
+def test_the_template_is_about_forty_lines() -> None:
+    lines = MY_LOCALISER[".cpp"].read_text().splitlines()
+    assert len([line for line in lines if line and not line.startswith(("//", "#include"))]) <= 45
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        (
+            "./nowhere",
+            "there is no such program; valid is an executable file, or a folder that holds one named localiser",
+        ),
+        ("./empty", "there is no such program; valid is an executable file: empty/localiser"),
+        ("./text", "text is not executable; valid is a program (chmod +x)"),
+    ],
+)
+def test_what_is_no_program_is_told_before_anything_runs(here: Path, name: str, told: str) -> None:
+    (here / "empty").mkdir()
+    (here / "text").write_text("x")
+    assert is_plugin(name)
+    with pytest.raises(ScenarioError) as caught:
+        check_methods(["vlad", name])
+    assert str(caught.value) == f"localiser {name!r}: {told}"
+
+
+def test_a_file_that_is_no_program_fails_alone(here: Path, views: list[View]) -> None:
+    (here / "text").write_bytes(b"\x7fELF" + bytes(99))
+    (here / "text").chmod(0o755)
+    found = answers_of_each(["./text", "hamming"], views, views)
+    assert list(found.beliefs) == ["hamming"]
+    assert str(found.failures["./text"]).startswith("./text, being imported: the localiser ended with code")
+    assert "Exec format error" in found.failures["./text"].said
+
+
+def test_a_digest_follows_the_program_and_what_lies_in_its_folder(here: Path) -> None:
+    for name in ("./one/localiser", "./one"):
+        (here / "one").mkdir(exist_ok=True)
+        (here / "one/localiser").write_bytes(b"1")
+        (here / "one/localiser").chmod(0o755)
+        before = plugin_digest(name)
+        (here / "one/weights.bin").write_bytes(b"2")
+        assert (plugin_digest(name) != before) == (name == "./one")
+        before = plugin_digest(name)
+        (here / "one/localiser").write_bytes(b"3")
+        assert plugin_digest(name) != before
+        (here / "one/weights.bin").unlink()
