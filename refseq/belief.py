@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from refseq.errors import RefseqError
+from refseq.fault import DeclaredFault
 from refseq.view import View
 
 LOST = -1
@@ -57,7 +58,7 @@ class Belief:
     ``places`` is (K,) float64 and sums to 1: the probability of each place of the reference sequence, given that the
     robot is on it. ``lost`` is the probability that it is not. ``best`` is the most probable place; ``path`` the best
     places for the last views up to now, oldest first, ``LOST`` where they are at a Lost_Place. ``entropy`` is that of
-    ``places`` [nats].
+    ``places`` [nats]. ``faults`` of sensors stand at this view: what they make useless has no part in the belief.
     """
 
     places: NDArray[np.float64]
@@ -66,6 +67,7 @@ class Belief:
     path: tuple[int, ...]
     entropy: float
     timings: Timings = Timings()
+    faults: tuple[DeclaredFault, ...] = ()
 
 
 def belief_from(

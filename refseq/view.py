@@ -1,5 +1,6 @@
 """View: all that the robot senses at one place, as a simulator, an MCAP file and a CARMEN log deliver it."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -66,3 +67,8 @@ class View:
     def sensors(self) -> frozenset[str]:
         """Names of the sensors that have something to say in this view."""
         return frozenset(self.images) | ({LASER} if self.scan is not None else set())
+
+
+def measures(view: View) -> bool:
+    """True where the odometer tells a motion in finite numbers."""
+    return view.has_odometry and math.isfinite(view.distance) and math.isfinite(view.turn)

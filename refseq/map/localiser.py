@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from refseq.belief import Belief, Stage
 from refseq.inference.chain.forward import smooth
+from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
-from refseq.map.matcher import Matcher
 from refseq.map.stages import ChainTracker, decoded_belief
 from refseq.map.trackers import tracker_for
 from refseq.view import View
@@ -15,7 +15,8 @@ class Localiser:
     """Finds each view's place in a map: reset, then one update a view.
 
     ``stage`` is how much context is used, ``sensors`` a subset of the map's (default: all). A view that lacks a sensor
-    is matched by the others. The same views with the same ``seed`` give the same beliefs, bit for bit.
+    is matched by the others, and so is one whose sensor is declared ill (``Belief.faults``). The same views with the
+    same ``seed`` give the same beliefs, bit for bit.
 
     A belief's ``places`` (K,) are those of all sequences of the map one behind the other, given that the robot is at
     any of them; ``lost`` is the probability that it is at none. Raises ``MapError`` for a sensor that the map does not
@@ -25,17 +26,17 @@ class Localiser:
     def __init__(
         self, map_: Map, *, stage: Stage = Stage.CHAIN, sensors: Sequence[str] | None = None, seed: int = 0
     ) -> None:
-        self._matcher = Matcher(map_, sensors=sensors, seed=seed)
+        self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._tracker = tracker_for(stage, map_)
 
     def reset(self) -> None:
         """Forget all views seen."""
-        self._matcher.reset()
+        self._guard.reset()
         self._tracker.reset()
 
     def update(self, view: View) -> Belief:
         """Take the next view and answer from the views up to it."""
-        return self._tracker.update(self._matcher.match(view))
+        return self._guard.told(self._tracker.update(self._guard.match(view)))
 
 
 class StagedLocaliser:
@@ -49,13 +50,13 @@ class StagedLocaliser:
         sensors: Sequence[str] | None = None,
         seed: int = 0,
     ) -> None:
-        self._matcher = Matcher(map_, sensors=sensors, seed=seed)
+        self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._trackers = {stage: tracker_for(stage, map_) for stage in stages}
 
     def update(self, view: View) -> dict[Stage, Belief]:
         """Take the next view and answer at every stage."""
-        measured = self._matcher.match(view)
-        return {stage: tracker.update(measured) for stage, tracker in self._trackers.items()}
+        measured = self._guard.match(view)
+        return {stage: self._guard.told(tracker.update(measured)) for stage, tracker in self._trackers.items()}
 
 
 def localise(
@@ -86,7 +87,7 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     paths.
     """
     tracker = ChainTracker(map_.sequence)
-    matcher = Matcher(map_, sensors=sensors, seed=seed)
-    measured = [matcher.match(view)[0] for view in views]
+    guard = SensorGuard(map_, sensors=sensors, seed=seed)
+    measured = [guard.match(view)[0] for view in views]
     posteriors = smooth([tracker.observation(one) for one in measured], tracker.chain)
     return [decoded_belief(*pair) for pair in zip(posteriors, (one.timings for one in measured), strict=True)]

@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +40,8 @@ class Matcher:
     """Views to measurements, one for each sequence; what all sequences need of a view is described once.
 
     ``sensors`` is a subset of the map's (default: all); a view that lacks one is matched by the others. Raises
-    ``MapError`` for a sensor that the map does not have.
+    ``MapError`` for a sensor that the map does not have. ``described`` is what was found in the last view, by
+    extractor, ``seen`` what each sequence knows of it.
     """
 
     def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
@@ -49,9 +51,12 @@ class Matcher:
         self.extractors = [tuple(e for e in one.extractors if e.sensor in wanted) for one in map_.sequences]
         self._seed = seed
         self._count = 0
+        self.described: Mapping[str, Any] = {}
+        self.seen: Sequence[Features] = ()
 
     def reset(self) -> None:
         """Start counting views anew; the count is part of the seed."""
+        self.described, self.seen = {}, ()
         self._count = 0
 
     def match(self, view: View) -> list[Measurement]:
@@ -60,14 +65,16 @@ class Matcher:
         described = {e.key: e.describe(view) for e in self.extractors[0] if e.sensor in view.sensors}
         spent = time.perf_counter() - start
         distance = view.distance if view.has_odometry else math.nan
-        measured = []
+        measured, all_seen = [], []
         for sequence, extractors in zip(self._sequences, self.extractors, strict=True):
             start = time.perf_counter()
             seen = {e.key: e.recognise(described[e.key]) for e in extractors if e.key in described}
             timings = Timings(features=spent, matching=time.perf_counter() - start)
             measured.append(compare(sequence, seen, distance, (self._seed, self._count), timings))
+            all_seen.append(seen)
             spent = 0.0  # it is the first one's
         self._count += 1
+        self.described, self.seen = described, all_seen
         return measured
 
 

@@ -1,0 +1,172 @@
+"""The monitor of all sensors: takes views in their order, declares faults, and tells what can still be used."""
+
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from refseq.fault import CLOCK, ODOMETRY, DeclaredFault, FaultKind
+from refseq.health.change import CERTAIN, MOST, ChangeTest, bounded
+from refseq.health.pictures import PictureWatch
+from refseq.health.scan_motion import SILENT, STILL, MotionRatios, MotionWatch
+from refseq.health.scans import ScanWatch
+from refseq.health.stamps import StampWatch
+from refseq.view import LASER, View, measures
+
+OF_CAMERA = (FaultKind.BLANK, FaultKind.FROZEN, FaultKind.EXCHANGED)
+OF_LASER = (FaultKind.BLIND, FaultKind.FROZEN, FaultKind.MIRRORED)
+OF_ODOMETRY = (FaultKind.LOST, FaultKind.FROZEN, FaultKind.DOUBLED, FaultKind.REVERSED, FaultKind.SLIPPING)
+
+
+class SensorTests:
+    """The tests of one sensor for its faults: one stands at a time, the one that explains most."""
+
+    def __init__(self, sensor: str, kinds: Iterable[FaultKind]) -> None:
+        self._sensor = sensor
+        self._tests = {kind: ChangeTest() for kind in kinds}
+        self.fault: DeclaredFault | None = None
+
+    def update(self, number: int, kind: FaultKind, ratio: float, change: float | None = None) -> None:
+        """Take view ``number`` for one of the tests; while another fault stands it is not asked."""
+        if self.fault is None or self.fault.kind is kind:
+            self._tests[kind].update(number, ratio, change)
+
+    def suspected(self, kind: FaultKind) -> bool:
+        """True while more speaks for this fault than for health, and while it stands."""
+        test = self._tests.get(kind)
+        return test is not None and (test.declared or test.score > 0)
+
+    def conclude(self, times: Mapping[int, float]) -> None:
+        """Declare what is due, or take it back; ``times`` of the views by their numbers [s]."""
+        if self.fault is not None:
+            test = self._tests[self.fault.kind]
+            if test.due:
+                test.turn_over()
+                self.fault = None
+            return
+        kind, test = max(self._tests.items(), key=lambda pair: pair[1].score)
+        if test.due:
+            since = test.since
+            test.turn_over()
+            self.fault = DeclaredFault(self._sensor, kind, since, times[since], test.evidence)
+            for other in self._tests.values():
+                other.restart()
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """Faults that stand at a view, and the view without the sensors that they make useless."""
+
+    faults: tuple[DeclaredFault, ...]
+    usable: View
+
+
+class HealthMonitor:
+    """Tests every sensor of a robot by itself, and laser and cameras against the odometer.
+
+    Neither truth nor map is asked. A view without a sensor says nothing of it. Robots of any speed and spacing of views
+    fit, as all is measured per way and against the drive's own past.
+    """
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all views seen: all sensors are well."""
+        self._number = -1
+        self._times: dict[int, float] = {}
+        self._tests: dict[str, SensorTests] = {
+            LASER: SensorTests(LASER, OF_LASER),
+            ODOMETRY: SensorTests(ODOMETRY, OF_ODOMETRY),
+            CLOCK: SensorTests(CLOCK, (FaultKind.JUMPING,)),
+        }
+        self._cameras: dict[str, SensorTests] = {}
+        self._pictures: dict[str, PictureWatch] = {}
+        self._scans, self._stamps = ScanWatch(), StampWatch()
+        self._motion = MotionWatch()
+        self._had_odometry = False
+
+    @property
+    def faults(self) -> tuple[DeclaredFault, ...]:
+        """Faults that stand."""
+        return tuple(tests.fault for tests in self._all if tests.fault is not None)
+
+    @property
+    def _all(self) -> tuple[SensorTests, ...]:
+        return *self._tests.values(), *self._cameras.values()
+
+    def update(self, view: View) -> Health:
+        """Take the next view."""
+        self._number += 1
+        self._times[self._number] = view.time
+        way = abs(view.distance) if view.has_odometry and np.isfinite(view.distance) else 0.0
+        self._tests[CLOCK].update(self._number, FaultKind.JUMPING, self._stamps.update(view.time, way))
+        moved = self._look_at_pictures(view, way)
+        motion = self._look_at_scan(view, way)
+        self._look_at_odometry(view, motion, moved)
+        for tests in self._all:
+            tests.conclude(self._times)
+        faults = self.faults
+        return Health(faults, usable_view(view, faults))
+
+    def compare(self, exchanged: Mapping[str, float]) -> tuple[DeclaredFault, ...]:
+        """Take the ratios of cameras at the last view whose pictures may be another's [nats]; returns all faults."""
+        for name, ratio in exchanged.items():
+            self._cameras[name].update(self._number, FaultKind.EXCHANGED, bounded(ratio))
+            self._cameras[name].conclude(self._times)
+        return self.faults
+
+    def suspected(self, kind: FaultKind) -> frozenset[str]:
+        """Cameras for which more speaks for this fault than against it, or for which it stands."""
+        return frozenset(name for name, tests in self._cameras.items() if tests.suspected(kind))
+
+    def _look_at_pictures(self, view: View, way: float) -> float:
+        """Test the cameras; returns by how much their pictures say that the robot has moved [nats]."""
+        moved = 0.0
+        for name, image in view.images.items():
+            tests = self._cameras.setdefault(name, SensorTests(name, OF_CAMERA))
+            ratios = self._pictures.setdefault(name, PictureWatch()).update(image, way)
+            tests.update(self._number, FaultKind.BLANK, ratios.blank)
+            tests.update(self._number, FaultKind.FROZEN, ratios.frozen)
+            if not any(tests.suspected(kind) for kind in (FaultKind.BLANK, FaultKind.FROZEN)):
+                moved += ratios.moved
+        return moved
+
+    def _look_at_scan(self, view: View, way: float) -> MotionRatios:
+        """Test the laser, and compare its motion with the odometer's."""
+        scan = view.scan
+        if scan is None:
+            return SILENT
+        tests = self._tests[LASER]
+        ratios = self._scans.update(scan, way, suspected=tests.suspected(FaultKind.BLIND))
+        tests.update(self._number, FaultKind.BLIND, ratios.blind)
+        tests.update(self._number, FaultKind.FROZEN, ratios.frozen)
+        return SILENT if ratios.repeated else self._motion.update(scan, view)
+
+    def _look_at_odometry(self, view: View, motion: MotionRatios, moved: float) -> None:
+        """Test the odometer against the laser, or the laser against the odometer where that is ill."""
+        odometry, laser = self._tests[ODOMETRY], self._tests[LASER]
+        lost = self._had_odometry and not measures(view)
+        self._had_odometry = self._had_odometry or measures(view)
+        odometry.update(self._number, FaultKind.LOST, CERTAIN if lost else -CERTAIN)
+        if lost or not self._number or not measures(view):
+            return
+        stands = abs(view.distance) < STILL and abs(view.turn) < STILL
+        seen = motion.odometry.get(FaultKind.FROZEN, 0.0)
+        odometry.update(self._number, FaultKind.FROZEN, bounded(seen + moved) if stands else -MOST)
+        if laser.fault is None:
+            for kind in (FaultKind.DOUBLED, FaultKind.REVERSED, FaultKind.SLIPPING):
+                odometry.update(self._number, kind, motion.odometry.get(kind, 0.0))
+        if odometry.fault is None:
+            laser.update(self._number, FaultKind.MIRRORED, motion.mirrored, motion.flipped)
+
+
+def usable_view(view: View, faults: Collection[DeclaredFault]) -> View:
+    """A view without what declared faults make useless; stamps that jump cost nothing."""
+    if not faults:
+        return view
+    ill = {fault.sensor for fault in faults}
+    if ODOMETRY in ill:
+        view = replace(view, distance=0.0, turn=0.0, has_odometry=False)
+    images = {name: image for name, image in view.images.items() if name not in ill}
+    return replace(view, images=images, scan=None if LASER in ill else view.scan)

@@ -1,0 +1,74 @@
+"""A camera's pictures: blank, frozen, and how much they have changed."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.health.change import bounded, gaussian
+
+SIZE = (80, 60)
+"""Pictures are compared at this width and height: the noise of single pixels is averaged out. Smaller ones are too
+small to tell a frozen camera from a quiet one, and are not judged."""
+
+BLANK, SHOWING = (math.log(0.5), 0.7), (math.log(20.0), 0.85)
+"""Mean and deviation of the logarithm of a picture's contrast [grey levels], of nothing and of a scene."""
+
+STANDING, MOVED = (math.log(0.4), 0.5), (math.log(4.0), 1.0)
+"""The same of the change from one picture to the next, of a camera that stands and one that has moved."""
+
+REPEAT = 0.1
+"""Way within which a camera takes its next picture, as a mean of an exponential distribution [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class PictureRatios:
+    """Log-likelihood ratios [nats] of a blank camera, a frozen one, and one that has moved since its last picture.
+
+    ``moved`` is 0 where the picture is the same to the last bit, or there was none.
+    """
+
+    blank: float
+    frozen: float
+    moved: float
+
+
+UNTOLD = PictureRatios(0.0, 0.0, 0.0)
+"""Nothing to tell."""
+
+
+class PictureWatch:
+    """Pictures of one camera in their order."""
+
+    def __init__(self) -> None:
+        self._last: NDArray[np.uint8] | None = None
+        self._small: NDArray[np.float32] | None = None
+        self._way = 0.0
+
+    def update(self, image: NDArray[np.uint8], way: float) -> PictureRatios:
+        """Take the next picture, ``way`` [m] of odometry after the last one."""
+        if image.shape[1] < SIZE[0] or image.shape[0] < SIZE[1]:
+            return UNTOLD
+        small = cv2.resize(image, SIZE, interpolation=cv2.INTER_AREA).astype(np.float32)
+        blank = gaussian(math.log(max(float(small.std()), 0.1)), BLANK, SHOWING)
+        last, before = self._last, self._small
+        self._last, self._small = image, small
+        if last is not None and np.array_equal(last, image):
+            self._way += way
+            return PictureRatios(bounded(blank), bounded(self._way / REPEAT), 0.0)
+        self._way = 0.0
+        moved = 0.0 if before is None else gaussian(math.log(max(change(before, small), 0.05)), MOVED, STANDING)
+        return PictureRatios(bounded(blank), bounded(-math.inf), bounded(moved))
+
+
+def change(before: NDArray[np.float32], after: NDArray[np.float32]) -> float:
+    """Median change of a pixel [grey levels], but for a gain and an offset that all share.
+
+    So neither a lamp that is switched on nor somebody who walks past a standing robot changes the whole picture.
+    """
+    x, y = (part.ravel() - np.median(part) for part in (before, after))
+    spread = float(np.median(np.abs(x)))
+    gain = float(np.median(np.abs(y))) / spread if spread > 0 else 0.0
+    return float(np.median(np.abs(y - gain * x)))

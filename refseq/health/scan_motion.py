@@ -1,0 +1,211 @@
+"""Motion between two scans against the odometer's: how well each hypothesis of a fault predicts the next scan.
+
+The last scan is drawn as walls on a grid that tells each cell's distance to the nearest of them. A hypothesis says
+where the robot is now; the mean distance of the new scan's points to the walls, each cut off at ``FARTHEST``, is what
+it leaves unexplained. In a bare corridor that does not tell how far the robot has come, all leave the same, and none is
+favoured: the aperture problem needs no case of its own. It is the likelihood field of beam models (S. Thrun, W. Burgard
+and D. Fox, "Probabilistic Robotics", 2005, section 6.4).
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.fault import FaultKind
+from refseq.health.change import MOST, bounded
+from refseq.health.scans import returned
+from refseq.view import Scan, View, measures
+
+CELL, REACH = 0.05, 10.0
+"""Edge of a cell, and how far the grid reaches from the robot to all sides [m]."""
+
+FARTHEST = 0.3
+"""No point lies farther from the walls than this [m]: people and what comes into sight count alike for all."""
+
+POINTS = 90
+"""Points of a scan that are looked at: more tell little more, as neighbours agree."""
+
+FEWEST = 30
+"""Fewer points tell nothing."""
+
+NEAR = 9.0
+"""Points of the new scan farther than this are left out [m]: where beams meet a corridor's walls far apart, a wall is
+drawn as single points, and what lies between them would seem unexplained."""
+
+JOINED = 0.8
+"""Neighbouring points nearer to each other than this are one wall [m]."""
+
+APART = 0.4
+"""Way between two scans that are compared [m]: errors of single short steps are as large as the steps."""
+
+FARTHEST_STEP = 3.0
+"""Scans taken farther apart than this have too little in common [m]."""
+
+LARGEST_TURN = 0.6
+"""Larger turns between two scans are left out [rad]: nobody knows on which way the robot made them."""
+
+CLEAR_TURN = 0.03
+"""A smaller turn has no sign that could be told from its own error [rad]."""
+
+INDEPENDENT, ROUGHNESS = 6.0, 0.01
+"""A scan counts as so many independent points, whose distances to the walls have this mean at least [m]."""
+
+ALONG, SIDEWAYS = (-1.0, 0.0, 1.0), (-0.1, 0.0, 0.1)
+"""Errors that every hypothesis allows for: shares of its slack along the way, metres to the side."""
+
+HEADING, HEADINGS = math.radians(1.5), 2
+"""Headings are multiples of this, so that all hypotheses share them [rad]; each allows for so many to both sides."""
+
+STILL = 0.02
+"""An odometer that has gone less than this, and turned less in radians, says that the robot stands [m]."""
+
+STEPS = (0.25, 0.5, 0.75, 1.0)
+"""Ways that a robot may have come whose odometer stands [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class MotionRatios:
+    """Log-likelihood ratios [nats] of faults of the odometer, and of a laser that is upside down or became so.
+
+    ``mirrored``: at both scans; ``flipped``: at one of the two.
+    """
+
+    odometry: Mapping[FaultKind, float]
+    mirrored: float = 0.0
+    flipped: float = 0.0
+
+
+SILENT = MotionRatios({})
+"""Nothing to tell."""
+
+
+class MotionWatch:
+    """Scans in their order; two are compared when the robot has gone ``APART`` [m], or turned clearly."""
+
+    def __init__(self) -> None:
+        self._last: Scan | None = None
+        self._begun: Scan | None = None
+        self._distance = self._turn = 0.0
+
+    def update(self, scan: Scan, view: View) -> MotionRatios:
+        """Take the scan of the next view; one that came a short way adds to the next."""
+        last, self._last = self._last, scan
+        if last is None or not measures(view):
+            self._begin(scan)
+            return SILENT
+        if abs(view.distance) < STILL and abs(view.turn) < STILL:
+            return motion_ratios(last, scan, 0.0, 0.0)
+        begun = self._begun or last
+        self._distance, self._turn = self._distance + view.distance, self._turn + view.turn
+        if abs(self._distance) < APART and abs(self._turn) < 8 * CLEAR_TURN:
+            return SILENT
+        distance, turn = self._distance, self._turn
+        self._begin(scan)
+        return motion_ratios(begun, scan, distance, turn)
+
+    def _begin(self, scan: Scan) -> None:
+        self._begun, self._distance, self._turn = scan, 0.0, 0.0
+
+
+def motion_ratios(before: Scan, after: Scan, distance: float, turn: float) -> MotionRatios:
+    """Ratios of the hypotheses, given the odometer's ``distance`` [m] and ``turn`` [rad] between two scans."""
+    if abs(distance) > FARTHEST_STEP or abs(turn) > LARGEST_TURN:
+        return SILENT
+    here, there = _points(after, NEAR), _points(before, REACH)
+    if min(len(here), len(there)) < FEWEST:
+        return SILENT
+    walls = _Walls(there, before)
+    if abs(distance) < STILL and abs(turn) < STILL:
+        stands = walls.unexplained(here, [(0.0, 0.0)])
+        moves = walls.unexplained(here, [(step, 0.0) for step in STEPS])
+        return MotionRatios({FaultKind.FROZEN: bounded(_ratio(moves, stands))})
+    healthy = walls.unexplained(here, [(distance, turn)])
+    faults = {
+        FaultKind.DOUBLED: [(distance / 2, turn / 2), (distance / 2, turn)],
+        FaultKind.REVERSED: [(-distance, -turn), (-distance, turn)],
+        FaultKind.SLIPPING: [(0.0, 0.0)],
+    }
+    ratios = {kind: _ratio(walls.unexplained(here, motions), healthy) for kind, motions in faults.items()}
+    turned = abs(turn) > CLEAR_TURN
+    mirrored = _ratio(walls.unexplained(here, [(distance, -turn)]), healthy) if turned else 0.0
+    flipped = _ratio(walls.unexplained(here * [1.0, -1.0], [(distance, turn)]), healthy)
+    # Bounded by one factor, so that the hypothesis that explains most stays ahead of the others.
+    share = min(1.0, MOST / max(1e-9, mirrored, flipped, *ratios.values()))
+    return MotionRatios(
+        {kind: bounded(ratio * share) for kind, ratio in ratios.items()},
+        bounded(mirrored * share),
+        bounded(flipped * share),
+    )
+
+
+def _ratio(fault: float, health: float) -> float:
+    """Log-likelihood ratio of what two hypotheses leave unexplained [m]: distances are exponentially distributed."""
+    return INDEPENDENT * (health - fault) / max(ROUGHNESS, min(health, fault))
+
+
+def _points(scan: Scan, reach: float) -> NDArray[np.float64]:
+    """End points of the beams that came back from within a distance, (n, 2) [m]."""
+    points: NDArray[np.float64] = scan.points[returned(scan) & (scan.ranges < reach)]
+    return points
+
+
+class _Walls:
+    """Distances to the walls that a scan shows."""
+
+    def __init__(self, points: NDArray[np.float64], scan: Scan) -> None:
+        side = int(2 * REACH / CELL)
+        grid = np.full((side, side), 255, np.uint8)
+        cells = _cells(points)[:, ::-1].astype(np.int32)  # OpenCV has the column first
+        breaks = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > JOINED) + 1
+        cv2.polylines(grid, [one.reshape(-1, 1, 2) for one in np.split(cells, breaks)], False, 0)
+        # What lies in the next cell may be there by rounding alone.
+        away = (cv2.distanceTransform(grid, cv2.DIST_L2, 3) - 1) * CELL
+        self._distance = np.clip(away, 0.0, FARTHEST).astype(np.float32)
+        self._half = min(math.pi, (len(scan.ranges) - 1) * scan.step / 2)
+        self._middle = scan.start + (len(scan.ranges) - 1) * scan.step / 2
+
+    def unexplained(self, points: NDArray[np.float64], motions: list[tuple[float, float]]) -> float:
+        """Mean distance of points (n, 2), seen after one of the motions (distance, turn), to the walls [m]; the least.
+
+        Points that the last scan could not see count for nothing.
+        """
+        if len(points) > POINTS:
+            points = points[np.linspace(0, len(points) - 1, POINTS).astype(np.intp)]
+        x, y, heading = np.array(_candidates(motions)).T[:, :, None]
+        cos, sin = np.cos(heading), np.sin(heading)
+        moved = np.stack([x + cos * points[:, 0] - sin * points[:, 1], y + sin * points[:, 0] + cos * points[:, 1]], -1)
+        cells = _cells(moved)  # (candidates, n, 2)
+        side = len(self._distance)
+        seen = ((cells >= 0) & (cells < side)).all(axis=-1)
+        if self._half < math.pi - 1e-6:
+            bearing = np.arctan2(moved[..., 1], moved[..., 0]) - self._middle
+            seen &= np.abs((bearing + math.pi) % (2 * math.pi) - math.pi) <= self._half
+        inside = np.clip(cells, 0, side - 1)
+        distances = self._distance[inside[..., 0], inside[..., 1]]
+        counts = seen.sum(axis=1)
+        means = np.where(counts >= FEWEST, (distances * seen).sum(axis=1) / np.maximum(counts, 1), FARTHEST)
+        return float(means.min())
+
+
+def _candidates(motions: list[tuple[float, float]]) -> list[tuple[float, float, float]]:
+    """Poses after motions (distance, turn) with the errors that are allowed for: x, y [m], heading [rad]."""
+    poses = []
+    for distance, turn in motions:
+        slack = 0.05 + 0.05 * abs(distance)
+        nearest = round(turn / HEADING)
+        for number in range(nearest - HEADINGS, nearest + HEADINGS + 1):
+            heading = number * HEADING
+            cos, sin = math.cos(heading / 2), math.sin(heading / 2)
+            for share in ALONG:
+                along = distance + share * slack
+                poses += [(along * cos - side * sin, along * sin + side * cos, heading) for side in SIDEWAYS]
+    return poses
+
+
+def _cells(points: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Cells of points (…, 2) [m]."""
+    return np.asarray(np.floor((points + REACH) / CELL), np.intp)
