@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -58,13 +58,13 @@ def fell(words: Sequence[str], folder: Path, codes: Collection[int] = (0, 2)) ->
     return judged(run(words, folder), codes)
 
 
-def run(words: Sequence[str], folder: Path) -> Outcome:
-    """Run ``refseq WORDS`` in ``folder``."""
+def run(words: Sequence[str], folder: Path, arms: Mapping[str, Mapping[str, object]] | None = None) -> Outcome:
+    """Run ``refseq WORDS`` in ``folder``; with ``arms`` something happens to it: functions of ``sudden``."""
     before = _files(folder)
     with tempfile.TemporaryDirectory() as name:
         aside = Path(name)
         (aside / "tmp").mkdir()
-        reply = _worker().ask(words, folder, aside)
+        reply = _worker().ask(words, folder, aside, arms or {})
         left = [*(_files(folder) - before), *_files(aside / "tmp")]
         out, err = ((aside / stream).read_text(errors="replace") for stream in ("out", "err"))
     return Outcome(reply.code, out, err, reply.cpu, reply.peak, tuple(sorted(left)))
@@ -121,10 +121,10 @@ class _Worker:
         atexit.register(self.close)
         assert self._answer() == "ready", "the worker imports everything"
 
-    def ask(self, words: Sequence[str], folder: Path, aside: Path) -> _Reply:
+    def ask(self, words: Sequence[str], folder: Path, aside: Path, arms: Mapping[str, object]) -> _Reply:
         """Run one command. Raises ``RuntimeError`` where the worker itself has ended."""
         assert self._process.stdin is not None
-        request = {"words": list(words), "folder": str(folder.resolve()), "aside": str(aside)}
+        request = {"words": list(words), "folder": str(folder.resolve()), "aside": str(aside), "arms": arms}
         self._process.stdin.write(json.dumps(request) + "\n")
         self._process.stdin.flush()
         return _Reply(**json.loads(self._answer()))

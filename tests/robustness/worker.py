@@ -1,7 +1,8 @@
 """A process that has imported the whole command line, and forks itself for each command that it is asked to run.
 
 ``python -m tests.robustness.worker`` reads requests, a line each, ``{"words": […], "folder": …, "aside": …}``, and
-answers by lines. A command runs in ``folder``, under limits; its output and its temporary files go ``aside``.
+answers by lines. A command runs in ``folder``, under limits; its output and its temporary files go ``aside``. With
+``"arms"``, functions of ``sudden`` and their arguments, something happens to it, and its time is not limited.
 """
 
 import gc
@@ -74,10 +75,14 @@ def _become(request: dict[str, Any]) -> None:
     """Run the command line as a user would, in this process, and end with its exit code."""
     code = 3
     try:
-        _enter(Path(request["folder"]), Path(request["aside"]))
+        arms = request.get("arms", {})
+        _enter(Path(request["folder"]), Path(request["aside"]), limited=not arms)
         from refseq_bench.scenarios.cli import app
+        from tests.robustness import sudden
 
         sys.argv = ["refseq", *request["words"]]
+        for name, given in arms.items():
+            getattr(sudden, name)(**given)
         app.main()
         code = 0
     except SystemExit as leave:
@@ -91,7 +96,7 @@ def _become(request: dict[str, Any]) -> None:
         os._exit(code)
 
 
-def _enter(folder: Path, aside: Path) -> None:
+def _enter(folder: Path, aside: Path, *, limited: bool) -> None:
     """Go to the folder, turn the streams and temporary files aside, and take the limits."""
     os.chdir(folder)
     os.environ["TMPDIR"] = str(aside / "tmp")
@@ -102,7 +107,8 @@ def _enter(folder: Path, aside: Path) -> None:
         os.dup2(opened, stream)
         os.close(opened)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS + 1))
+    if limited:
+        resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS + 1))
     own = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (own + 2 * MEMORY, own + 2 * MEMORY))
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
