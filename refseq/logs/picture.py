@@ -1,8 +1,11 @@
 """Pictures of a log, decoded to grey only when asked: PNG, JPEG and the usual raw encodings."""
 
+import os
 import struct
+import tempfile
+import threading
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import cv2
 import numpy as np
@@ -85,9 +88,9 @@ class CompressedPicture:
         if self.data[:3] == JPEG_MAGIC:
             JPEG_PASSES.check(self.data.count(JPEG_PASS), "an image has")
         with translating(lambda reason: LogError(f"an image cannot be decoded: {reason}")):
-            image = cv2.imdecode(np.frombuffer(self.data, np.uint8), cv2.IMREAD_GRAYSCALE)
-        if image is None:
-            raise LogError("an image cannot be decoded; valid are PNG and JPEG")
+            image, told = _decoded(self.data)
+        if image is None or "libpng error: " in told:  # of a damaged JPEG, as cheap cameras send them, enough is seen
+            raise LogError(f"an image cannot be decoded{_reason(told)}; valid are PNG and JPEG")
         return np.asarray(image, np.uint8)
 
 
@@ -175,6 +178,28 @@ def _jpeg_size(data: bytes) -> tuple[int, int]:
         else:
             at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
     raise LogError("an image cannot be decoded; valid are PNG and JPEG")
+
+
+_decoding = threading.Lock()
+
+
+def _decoded(data: bytes) -> tuple[Any, str]:
+    """OpenCV's grey image, None for damage; and what the libraries below it have printed, for they do not raise."""
+    with _decoding, tempfile.TemporaryFile() as heard:
+        stderr = os.dup(2)
+        os.dup2(heard.fileno(), 2)
+        try:
+            image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)
+        heard.seek(0)
+        return image, heard.read(1000).decode(errors="replace")
+
+
+def _reason(told: str) -> str:
+    first = next(iter(told.splitlines()), "")
+    return f": {first:.80}" if first else ""
 
 
 def _stretched(pixels: NDArray[np.uint16]) -> NDArray[np.uint8]:

@@ -52,8 +52,8 @@ class Outcome:
 def fell(words: Sequence[str], folder: Path, codes: Collection[int] = (0, 2)) -> str | None:
     """Run ``refseq WORDS`` in ``folder`` and tell what is wrong with how it ended; None where nothing is.
 
-    Survived is an exit code among ``codes``: 2 with one line on stderr and nothing written, another one with output
-    and at most notes on stderr; in less than 5 s of CPU and 1 GB. The words name files relative to the folder.
+    Survived is an exit code among ``codes``: 2 with one line on stderr and nothing written, another one with output;
+    notes on stderr are no lines. All in less than 5 s of CPU and 1 GB. The words name files relative to the folder.
     """
     return judged(run(words, folder), codes)
 
@@ -81,11 +81,11 @@ def judged(found: Outcome, codes: Collection[int] = (0, 2)) -> str | None:
         return f"took {found.cpu:.1f} s of CPU and {found.peak >> 20} MiB"
     if marks := _CONTROL.search(found.out + found.err):
         return f"printed the control character {marks[0]!r}"
-    lines = found.err.splitlines()
+    lines = [line for line in found.err.splitlines() if not line.startswith("note: ")]
     if found.code == 2:
         return _judged_refusal(found, lines)
-    if others := [line for line in lines if not line.startswith("note: ")]:
-        return f"exit code {found.code}, and on stderr: {others[0][:200]}"
+    if lines:
+        return f"exit code {found.code}, and on stderr: {lines[0][:200]}"
     return None if found.out else f"exit code {found.code} without any output"
 
 

@@ -14,6 +14,7 @@ PASSED = replace(REFUSED, code=0, out="a.mcap: 3 views\n", err="")
 def test_what_survives() -> None:
     assert judged(REFUSED) is None
     assert judged(PASSED) is None
+    assert judged(replace(REFUSED, err=f"note: a.mcap was cut off\n{REFUSED.err}")) is None
     assert judged(replace(PASSED, err="note: a.mcap was cut off\n", left=("b.tum",))) is None
     assert judged(replace(PASSED, code=1), codes=(0, 1, 2)) is None
 
