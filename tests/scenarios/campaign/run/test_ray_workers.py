@@ -2,7 +2,7 @@
 
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -101,14 +101,15 @@ def test_real_recordings_go_with_a_task(tmp_path: Path, in_process: None, monkey
 @pytest.mark.parametrize(
     ("other", "said"),
     [
-        ({"sources": "0123456789ab"}, "the code differs (digest "),
-        ({"packages": {**here().packages, "numpy": "1.0"}}, "numpy is "),
+        (lambda one: replace(one, sources="0123456789ab"), "the code differs (digest "),
+        (lambda one: replace(one, packages={**one.packages, "numpy": "1.0"}), "numpy is "),
     ],
+    ids=["code", "packages"],
 )
-def test_a_machine_that_would_make_something_else_is_refused(tmp_path: Path, other: dict[str, Any], said: str) -> None:
-    place = NodeFingerprint(
-        **{"sources": here().sources, "packages": here().packages, "device": here().device, **other}
-    )
+def test_a_machine_that_would_make_something_else_is_refused(
+    tmp_path: Path, other: Callable[[NodeFingerprint], NodeFingerprint], said: str
+) -> None:
+    place = other(here())
     task = answer_tasks(load(scenario_in(tmp_path))[0])[1][0].needs[0]
     delivery = carry_out(RemoteTask(task, place, {}, ()))
     assert delivery.outcome.verdict is Verdict.ERROR
