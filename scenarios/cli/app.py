@@ -118,6 +118,10 @@ def _notes(error: BaseException) -> list[str]:
     return [" ".join(note.split()) for note in getattr(error, "__notes__", ())]
 
 
+LONGEST_LINE = 1000
+"""Characters of a mistake that are told: a value in a file may be as long as the file."""
+
+
 def _told(line: str, code: int) -> int:
-    say(err, line)
+    say(err, line if len(line) <= LONGEST_LINE else f"{line[: LONGEST_LINE - 200]} … {line[-200:]}")
     return code

@@ -79,7 +79,7 @@ def _damage_at(rng: random.Random, tree: Any, path: Path, other: Path) -> None:
         case 6:
             inner.extend(deepcopy(inner[last]) for _ in range(rng.choice((1, 2, 50))))
         case 7:
-            for _ in range(rng.choice((1, 40, 400))):
+            for _ in range(rng.choice((1, 10, 40))):
                 inner[last] = [inner[last]] if rng.random() < 0.5 else {"a": inner[last]}
 
 
