@@ -107,7 +107,7 @@ def _driven(drive: "Drive", path: Path | None, script: Path | None, run: "LiveRu
 
     with status_line(f"{drive.world} at {drive.light}") as run.told:
         if script is None and not keys:
-            return record(drive, path, told=run.take)
+            return record(drive, path, told=run.take, whole=False)
         session = TeleopDrive(path.stem if path else "live", drive, drive.trigger)
         if script is None:
             return record_by_hand(session, path, by_viewer(session, page_told(session.name)), run.take).recording

@@ -96,7 +96,7 @@ def record(
         if value:
             raise ScenarioError(f"{given} goes with --script; valid is to lead the robot by a script, or without it")
     with progress_bar(f"{world} at {setting.light}") as progress:
-        recording = record_drive(drive, output, progress, form=output_format(DriveFormat(form)))
+        recording = record_drive(drive, output, progress, form=output_format(DriveFormat(form)), whole=False)
     say(out, f"{output}: {len(recording.views)} views of {', '.join(sorted(recording.sensors))}")
 
 

@@ -182,9 +182,13 @@ def record(
     progress: Progress | None = None,
     told: ViewCallback | None = None,
     form: OutputFormat = OWN_FORMAT,
+    *,
+    whole: bool = True,
 ) -> Recording:
     """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
 
+    Unless ``whole`` the recording that is returned holds images and scan of its first view alone: those of a long drive
+    fill the memory, half a gigabyte in 1000 views.
     When it is interrupted, or the robot is stuck, ``path`` stays as it was; the views up to then are kept beside it,
     marked as incomplete, and the error's note tells where. Raises ``LogError`` where a recording of this format cannot
     lie at ``path``.
@@ -209,7 +213,7 @@ def record(
                 progress(taken.progress, taken.progress if drive.behaviours else operator.length, count)
 
         rig = sensor_rig(bench)
-        return write_drive(path, metadata, drive_on, scanning=scans(drive), told=tell, form=form, rig=rig)
+        return write_drive(path, metadata, drive_on, scanning=scans(drive), told=tell, form=form, rig=rig, whole=whole)
 
 
 def check_recording(path: Path | None, form: OutputFormat = OWN_FORMAT) -> None:
@@ -247,12 +251,14 @@ def write_drive(
     afterwards: Callable[[], Mapping[str, str]] = dict,
     form: OutputFormat = OWN_FORMAT,
     rig: SensorRig | None = None,
+    whole: bool = True,
 ) -> Recording:
     """Write the views of a drive as they are taken, to ``path``, None: nowhere; ``told`` hears of each when it is kept.
 
     ``rig`` tells of mounts and calibrations where the format has a place for them. Where nothing is written, the
-    recording holds no images and scans. ``afterwards`` gives what is known of a drive only when it has ended. Raises as
-    ``record`` does, and ``NoViewError`` without a view; of a drive that is aborted nothing is kept.
+    recording holds no images and scans, and unless ``whole`` only those of its first view. ``afterwards`` gives what is
+    known of a drive only when it has ended. Raises as ``record`` does, and ``NoViewError`` without a view; of a drive
+    that is aborted nothing is kept.
     """
     views: list[View] = []
     taken_on = (taken if scanning else replace(taken, view=replace(taken.view, scan=None)) for taken in drive_on)
@@ -267,7 +273,8 @@ def write_drive(
     def keep(taken: RecordedView, writer: DriveWriter | None) -> None:
         if writer is not None:
             writer.write(taken.view, taken.odometry)
-        views.append(taken.view if writer is not None else replace(taken.view, images={}, scan=None))
+        held = writer is not None and (whole or not views)
+        views.append(taken.view if held else replace(taken.view, images={}, scan=None))
         if told is not None:
             told(taken, len(views))
 

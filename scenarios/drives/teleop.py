@@ -105,6 +105,7 @@ def record_by_hand(
             afterwards=lambda: {CONTROLS: printed(commands.script)},
             form=form,
             rig=sensor_rig(bench),
+            whole=False,
         )
         return TeleopResult(recording, tuple(stops.stops.values()), stops.last.time, stops.last.travelled)
 

@@ -79,7 +79,7 @@ class RecordTask:
 
     def carry_out(self, store: Store) -> None:
         """Simulate."""
-        store.make(self.key, self.ending, lambda path: record(self.drive, path))
+        store.make(self.key, self.ending, lambda path: record(self.drive, path, whole=False))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from refseq.logs import Recording, open_log, read_recording
 from refseq.logs.formats import DriveFormat, output_format
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
-from refseq.view import View
+from refseq.view import LASER, View
 from refseq_bench import robots
 from refseq_bench.scenarios.drives.record import Drive, Progress, check_sensors, open_bench, record
 from refseq_bench.scenarios.errors import ScenarioError
@@ -63,6 +63,14 @@ def test_what_is_returned_is_what_the_file_holds(blind: Drive, tmp_path: Path, f
         assert np.array_equal(view.scan.ranges, other.scan.ranges)
         assert view.distance == pytest.approx(other.distance, abs=1e-9)
     assert [file.name for file in path.parent.iterdir()] == ["drive.mcap"]
+
+
+def test_the_scans_of_a_long_drive_are_not_held(blind: Drive, tmp_path: Path) -> None:
+    recording = record(blind, tmp_path / "drive.mcap", whole=False)
+    written = read_recording(tmp_path / "drive.mcap").views
+    assert [view.scan is not None for view in recording.views] == [True] + [False] * (len(written) - 1)
+    assert all(view.scan is not None for view in written)
+    assert recording.sensors == {LASER}
 
 
 def test_equal_drives_give_equal_recordings_and_beliefs_bit_for_bit(blind: Drive, tmp_path: Path) -> None:
