@@ -16,7 +16,7 @@ from tests.pages import ROOT
 
 MISUSED = typer.BadParameter.__base__
 """The family of errors for words that the command line does not take."""
-OTHERS = {"pip", "cd", "git", "export", "rerun", "uv", "apt-get", "evo_ape", "evo_traj", "docker"}
+OTHERS = {"pip", "cd", "git", "export", "rerun", "uv", "apt-get", "evo_ape", "evo_traj", "docker", "g++"}
 """Programs that are not ours, of which the pages tell."""
 
 
