@@ -74,7 +74,8 @@ def test_the_nightly_workflow_runs_every_family_of_attacks():
 
 def test_the_nightly_workflow_runs_slow_tests_and_benchmarks_and_audits():
     called = [step["run"] for step in steps(NIGHTLY) if "run" in step]
-    assert called[1:] == ["./run tests -m slow", "./run tests -m benchmark -s", "./run audit || test $? = 2"]
+    thorough = './run tests --numprocesses logical -m "not benchmark" --hypothesis-profile thorough'
+    assert called[1:] == [thorough, "./run tests -m benchmark -s", "./run audit || test $? = 2"]
 
 
 CALLED = [step["run"] for workflow in (WORKFLOW, NIGHTLY) for step in steps(workflow) if "run" in step] + entries()
