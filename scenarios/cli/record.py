@@ -45,7 +45,7 @@ A script has one command a line, with its time in seconds: `2.0 forward`, `5.5 l
 `9 resume`, `30 stop` (docs/live.md). A recording of `refseq drive` is a script as well.
 
 Exit codes: 0 recorded; 1 aborted, or ended before the first view: nothing is written; 2 bad input; 130 interrupted:
-the views up to then are kept."""
+the views up to then are kept beside, in NAME.partial.mcap."""
 
 DRIVE_HELP = """Examples:
 
