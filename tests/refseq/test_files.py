@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from refseq.files import check_input, open_input, replace_bytes, replace_text, replacing
+from refseq.files import check_input, open_input, put_folder, replace_bytes, replace_text, replacing
 
 
 def test_replaces_the_whole_file(tmp_path: Path) -> None:
@@ -78,3 +78,43 @@ def test_a_file_is_opened_and_a_missing_one_is_not(tmp_path: Path) -> None:
         assert file.read() == b"abc"
     with pytest.raises(FileNotFoundError):
         open_input(tmp_path / "b")
+
+
+def test_a_link_in_the_way_is_replaced_and_not_written_through(tmp_path: Path) -> None:
+    dear = tmp_path / "dear"
+    dear.write_text("dear")
+    (tmp_path / "a").symlink_to(dear)
+    replace_text(tmp_path / "a", "new")
+    assert dear.read_text() == "dear"
+    assert not (tmp_path / "a").is_symlink()
+
+
+def test_content_is_synced_before_it_gets_its_name_and_the_folder_after(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[str] = []
+    sync, rename = os.fsync, os.replace
+
+    def synced(descriptor: int) -> None:
+        told.append(Path(f"/proc/self/fd/{descriptor}").resolve().name)
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    monkeypatch.setattr(os, "replace", lambda one, other: (told.append("replace"), rename(one, other)))
+    replace_text(tmp_path / "a", "new")
+    assert told == ["a", "replace", tmp_path.name]
+
+
+@pytest.mark.parametrize("exchanges", [True, False])
+def test_a_folder_takes_the_place_of_an_older_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, exchanges: bool
+) -> None:
+    if not exchanges:
+        monkeypatch.setattr("refseq.files._exchanged", lambda one, other: False)
+    for name in ("new", "old"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file").write_text(name)
+    put_folder(tmp_path / "new", tmp_path / "old")
+    assert (tmp_path / "old" / "file").read_text() == "new"
+    assert (tmp_path / "new" / "file").read_text() == "old"
+    assert {path.name for path in tmp_path.iterdir()} == {"old", "new"}

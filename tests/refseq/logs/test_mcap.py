@@ -275,3 +275,28 @@ def test_a_disk_that_is_full_is_told_and_leaves_what_could_be_written(tmp_path: 
     assert told.stdout.count("\n") == 1
     assert not path.exists()
     assert 0 < len(read_recording(tmp_path / "run.partial.mcap").views) < 20 * COUNT
+
+
+def test_neither_a_planted_link_nor_a_file_of_that_name_is_written_to(tmp_path: Path) -> None:
+    views, odometry = drive()
+    (tmp_path / "run.partial.mcap").write_text("my own")
+    (tmp_path / "run.partial-2.mcap").symlink_to(tmp_path / "elsewhere")
+    with RecordingWriter(tmp_path / "run.mcap", METADATA) as writer:
+        assert writer.partial == tmp_path / "run.partial-3.mcap"
+        writer.write(views[0], odometry[0])
+    assert read_recording(tmp_path / "run.mcap").complete
+    assert (tmp_path / "run.partial.mcap").read_text() == "my own"
+    assert {path.name for path in tmp_path.iterdir()} == {"run.mcap", "run.partial.mcap", "run.partial-2.mcap"}
+
+
+def test_what_could_not_be_finished_does_not_get_its_name_when_it_is_closed_again(tmp_path: Path) -> None:
+    views, odometry = drive()
+    writer = RecordingWriter(tmp_path / "run.mcap", METADATA)
+    writer.write(views[0], odometry[0])
+    writer._file.close()  # as a disk that takes no more
+    with pytest.raises(LogError, match="cannot be written"):
+        writer.close()
+    writer.close()
+    assert not (tmp_path / "run.mcap").exists()
+    writer.discard()
+    assert list(tmp_path.iterdir()) == []

@@ -82,3 +82,14 @@ def test_the_format_is_that_of_the_name_unless_it_is_asked_for(tmp_path):
         format_of(tmp_path / "out", None)
     with pytest.raises(ScenarioError, match="format 'ply' is unknown"):
         format_of(tmp_path / "out", "ply")
+
+
+@pytest.mark.parametrize("form", NAMES)
+def test_what_is_made_of_a_log_that_was_cut_off_is_incomplete_too(form, bag, tmp_path):
+    convert(plan_views(open_log(bag)), tmp_path / "whole.mcap", LogFormat.MCAP, {})
+    content = (tmp_path / "whole.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(content[: len(content) // 2])
+    convert(plan_views(open_log(tmp_path / "cut.mcap")), tmp_path / NAMES[form], form, {})
+    made = open_log(tmp_path / NAMES[form])
+    assert not made.complete
+    assert made.damage.replace("_", " ") == "unexpected end of file"
