@@ -60,6 +60,7 @@ HEADERS = {
 
 QUIET = logging.getLogger("refseq.access")
 """Nothing that strangers send is worth a line."""
+QUIET.setLevel(logging.CRITICAL)
 QUIET.addHandler(logging.NullHandler())
 QUIET.propagate = False
 
@@ -117,11 +118,11 @@ class PageProxy:
         async with ClientSession(
             connector=TCPConnector(limit=0), timeout=timeout, auto_decompress=False, max_line_size=1 << 16
         ) as self._session:
-            server = web.Server(self._answer, access_log=None, logger=QUIET, keepalive_timeout=IDLE)
+            server = web.Server(self._answer)
             loop = asyncio.get_running_loop()
 
             def connected() -> Any:
-                handler = server()
+                handler = TerseHandler(server, loop=loop, access_log=QUIET, logger=QUIET, keepalive_timeout=IDLE)
                 loop.call_later(PATIENCE, self._hang_up_on_silence, handler)
                 return handler
 
@@ -240,6 +241,18 @@ class PageProxy:
 
     def _hear(self, path: str) -> None:
         self.heard[path] = time.monotonic()
+
+
+class TerseHandler(web.RequestHandler):
+    """Answers what is no request in one line, where aiohttp would repeat it."""
+
+    __slots__ = ()
+
+    def handle_error(self, request: Any, status: int = 500, exc: Any = None, message: Any = None) -> web.StreamResponse:
+        """The answer to an error."""
+        if request.writer.output_size > 0:
+            raise ConnectionError("an answer had begun") from exc
+        return _told(status, "this is no request")
 
 
 async def _carry(source: Any, sink: Any, each: Callable[[], None] = lambda: None) -> None:
