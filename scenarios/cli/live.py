@@ -25,7 +25,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     option,
 )
 from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen, page_told
-from refseq_bench.scenarios.drives.inputs import check_output, stages, words
+from refseq_bench.scenarios.drives.inputs import check_output, load_map, stages, words
 
 if TYPE_CHECKING:
     from refseq.logs import Recording
@@ -67,13 +67,12 @@ def live(
     check_output(output, recording, rrd)
     screen.check(rrd)
     from refseq.map.localiser import StagedLocaliser
-    from refseq.map.map import Map
     from refseq.viewer.belief_log import LocaliserLayer
     from refseq.viewer.places import Places
     from refseq_bench.scenarios.drives.evaluate import comparison_of
     from refseq_bench.scenarios.drives.live import LiveRun, live_logger
 
-    wanted, map_ = stages(stage), Map.load(map_file)
+    wanted, map_ = stages(stage), load_map(map_file)
     drive = _drive(map_, world, setting, carrier, sampling)
     title = f"{map_file.name} ← {drive.world} at {drive.light}"
     layer = LocaliserLayer("map", tuple(one.value for one in wanted), Places.of(map_))

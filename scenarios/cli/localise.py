@@ -19,7 +19,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     WriteTrajectory,
     grouped,
 )
-from refseq_bench.scenarios.drives.inputs import check_output, read_drive, stages, words
+from refseq_bench.scenarios.drives.inputs import check_output, load_map, read_drive, stages, words
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -55,12 +55,11 @@ def localise(
     selection: NoisySelection = NoisySelection(),
 ) -> None:
     """Localise a recorded drive in a map, view by view."""
-    from refseq.map.map import Map
     from refseq_bench.scenarios.drives.evaluate import compare
 
     check_output(output)
     wanted, chosen = stages(stage), words(sensors, "sensors")
-    map_ = Map.load(map_file)
+    map_ = load_map(map_file)
     if trajectory is not None:
         _check_trajectories(map_, map_file, output, trajectory)
     drive = read_drive(query, selection.with_noise(seed + 1))

@@ -26,7 +26,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     output,
 )
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
-from refseq_bench.scenarios.drives.inputs import assignments, check_folder, check_output, writing
+from refseq_bench.scenarios.drives.inputs import assignments, check_folder, check_output, load_map, writing
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
@@ -193,7 +193,6 @@ def _compiled(
     map_file: Path, text: str, start: str | None, goal: str | None, landmark: list[str] | None
 ) -> "tuple[Map, MissionPath, Plan]":
     """The map, the way, and the mission for it; the mission is read before the map."""
-    from refseq.map.map import Map
     from refseq.missions import as_learnt
     from refseq_bench.scenarios.missions.file import asked_for
 
@@ -201,7 +200,7 @@ def _compiled(
     asked: Asked | None = None if text == LEARNT else asked_for(text, places)
     if asked is None and landmark:
         raise ScenarioError(f"--landmark goes with a mission of landmarks; valid is to say which, instead of {LEARNT}")
-    map_ = Map.load(map_file)
+    map_ = load_map(map_file)
     way = _way(map_, start, goal)
     return map_, way, as_learnt(way) if asked is None else asked.for_way(way)
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from refseq_bench.scenarios.cli.terminal.console import err, out
 from refseq_bench.scenarios.cli.terminal.options import MapFile, Seed, Sensors, grouped, option
-from refseq_bench.scenarios.drives.inputs import assignments, stages, words
+from refseq_bench.scenarios.drives.inputs import assignments, load_map, stages, words
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
@@ -88,11 +88,10 @@ def serve(
     """Localise a robot while it drives: sensors in over a socket, beliefs out."""
     import asyncio
 
-    from refseq.map.map import Map
     from refseq.serve.server import BeliefServer
 
     policy, options = access.policy, _options(stage, sensors, seed, robot)
-    server = BeliefServer(Map.load(map_file), options, policy, lambda line: say(err, line))
+    server = BeliefServer(load_map(map_file), options, policy, lambda line: say(err, line))
     asyncio.run(server.run(lambda address: say(out, f"{map_file}: serves at {address}; Ctrl-C ends it")))
     say(out, f"{map_file}: served {server.views} views of {server.drives} drives")
 

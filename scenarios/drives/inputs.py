@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from refseq.belief import Stage
     from refseq.logs import LogSource, PairingOptions, Recording, ViewPlan
     from refseq.logs.trajectories import PoseTable
+    from refseq.map.map import Map
     from refseq_bench.scenarios.scoring.comparison import Comparison
 
 
@@ -110,11 +111,26 @@ def writing(path: Path) -> Iterator[None]:
 def read_drive(path: Path, selection: DriveSelection = WHOLE) -> "Recording":
     """Read a log, keep the views asked for, and thin them; only pictures of views that stay are decoded."""
     from refseq.logs import open_log
+    from refseq.logs.closing import incomplete, noted_damage
 
-    recording = thinned_drive(open_log(path), selection).recording()
+    source = open_log(path)
+    recording = thinned_drive(source, selection).recording()
     given = {"odometry": selection.odometry, "truth": selection.truth}
     notes = {key: Path(name).name for key, name in given.items() if name is not None}
-    return replace(recording, metadata={**recording.metadata, **notes})
+    unwhole = {} if recording.complete or noted_damage(recording.metadata) else incomplete(source.damage)
+    return replace(recording, metadata={**recording.metadata, **notes, **unwhole})
+
+
+def load_map(path: Path) -> "Map":
+    """Load a map, and tell of drives that ended before their time. Raises ``MapError``."""
+    from refseq.logs.closing import noted_damage
+    from refseq.map.map import Map
+
+    map_ = Map.load(path)
+    for name, sequence in zip(map_.names, map_.sequences, strict=True):
+        if damage := noted_damage(sequence.metadata):
+            logging.getLogger(__name__).warning("%s: %s was learnt from an incomplete drive (%s)", path, name, damage)
+    return map_
 
 
 def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewPlan":

@@ -245,6 +245,8 @@ def test_a_recording_that_was_cut_off_is_used_and_told(refseq: Refseq, desk: Pat
         rf"note: \S+cut.mcap is incomplete \(unexpected end of file\); its {views} views are used\n", answer.err
     )
     assert f"{views} places over" in answer.out
+    answer = refseq("localise", tmp_path / "m.refseq", desk / "run.mcap")
+    assert "m.refseq: m was learnt from an incomplete drive (unexpected end of file)" in answer.err
 
 
 def test_a_long_name_with_brackets_stays_one_line(refseq: Refseq, desk: Path, tmp_path: Path) -> None:
