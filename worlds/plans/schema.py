@@ -14,9 +14,11 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.errors import PlanError
 
-Number = Annotated[float, Field(strict=True)]
-Length = Annotated[float, Field(strict=True, gt=0.0)]
-Height = Annotated[float, Field(strict=True, ge=0.0)]
+FARTHEST = 1e4
+"""Bound of coordinates, lengths and heights [m]: what is drawn and searched in cells grows with them."""
+Number = Annotated[float, Field(strict=True, ge=-FARTHEST, le=FARTHEST)]
+Length = Annotated[float, Field(strict=True, gt=0.0, le=FARTHEST)]
+Height = Annotated[float, Field(strict=True, ge=0.0, le=FARTHEST)]
 Share = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
 Count = Annotated[int, Field(strict=True, ge=1)]
 Point = tuple[Number, Number]

@@ -115,9 +115,11 @@ def _found(wanted: str) -> list[Case]:
 
 def load(path: Path) -> list[Case]:
     """The cases of a scenario file. Raises ``ScenarioError`` with the file, the key and what is valid."""
-    table = _table(path)
+    table, checked = _table(path), set[str]()
     try:
-        cases = [_case(path, name, values, put(table, values)) for name, values in expanded(table.pop("vary", None))]
+        cases = [
+            _case(path, name, values, put(table, values), checked) for name, values in expanded(table.pop("vary", None))
+        ]
     except input_errors() as error:
         raise ScenarioError(f"{path}: {' '.join(str(error).split())}") from error
     return cases
@@ -130,7 +132,7 @@ def _table(path: Path) -> dict[str, Any]:
         raise ScenarioError(f"{path}: {error}; valid is a scenario in TOML") from None
 
 
-def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
+def _case(path: Path, name: str, values: Values, table: dict[str, Any], checked: set[str]) -> Case:
     for side in ("reference", "query"):
         if not isinstance(table.get(side, {}), dict):
             raise ScenarioError(f"{side}: is no table; valid is [{side}]")
@@ -151,7 +153,7 @@ def _case(path: Path, name: str, values: Values, table: dict[str, Any]) -> Case:
     expectations = tuple(schema_type.expectation(text, scenario) for text in scenario.expect)
     full = f"{path.stem}/{name}" if name else path.stem
     case = Case(full, path, values, scenario, expectations)
-    _check(case, schema_type)
+    _check(case, schema_type, checked)
     return case
 
 
@@ -206,7 +208,8 @@ def _beside(name: str, file: Path) -> str:
 # --- what can be told before the first drive ---
 
 
-def _check(case: Case, schema_type: SchemaType) -> None:
+def _check(case: Case, schema_type: SchemaType, checked: set[str]) -> None:
+    """Raise for a case that cannot be run; drives ``checked`` before are not checked again, as most of a file's are."""
     scenario = case.scenario
     schema_type.check_methods(scenario)
     for expectation in case.expectations:
@@ -226,6 +229,8 @@ def _check(case: Case, schema_type: SchemaType) -> None:
     for side in case.sides:
         with named(side):
             source = case.source(side, scenario.seeds[0])
-            if isinstance(source, Drive):
+            key = f"{source} {scenario.localise.sensors}"
+            if isinstance(source, Drive) and key not in checked:
                 check_drive(source, scenario.localise.sensors)
+                checked.add(key)
     schema_type.check(scenario, case.file, case.sources(scenario.seeds[0])[:-1])
