@@ -46,7 +46,7 @@ def holds() -> tuple[Hold, ...]:
     lock, filter_ = f"landlock {version}" if version else "", "seccomp" if filtered else ""
     tcp = f"{lock}, TCP only" if version >= 4 else ""
     return (
-        Hold("files", lock),
+        Hold("files", lock and ", ".join(filter(None, (lock, filter_)))),
         Hold("network", filter_ or tcp),
         Hold("other processes", ", ".join(filter(None, (filter_, lock if version >= 6 or filtered else "")))),
         Hold("child processes", filter_),

@@ -6,6 +6,7 @@ folder of their own, since Python lists the folders that it looks for modules in
 
 import json
 import os
+import subprocess
 import sys
 import sysconfig
 from collections.abc import Iterator, Mapping
@@ -63,8 +64,11 @@ class GuestFolder:
         self.order.write_text(json.dumps(order), encoding="utf-8")
 
     def close(self) -> None:
-        """Remove it."""
-        self._kept.cleanup()
+        """Remove it, however deep the guest has nested folders in it."""
+        try:
+            self._kept.cleanup()
+        except RecursionError:
+            subprocess.run(["rm", "-rf", "--", self._kept.name], check=False)
 
 
 def _path() -> list[Path]:
@@ -76,9 +80,11 @@ def _path() -> list[Path]:
 def _others() -> Iterator[Path]:
     """Folders of Python and of installed packages."""
     yield from (Path(sysconfig.get_path(name)) for name in ("stdlib", "platstdlib", "purelib", "platlib"))
-    yield from (prefix for name in ("prefix", "base_prefix") if (prefix := Path(getattr(sys, name))) not in SHARED)
+    prefixes = {Path(sys.prefix), Path(sys.base_prefix)} - set(SHARED)
+    yield from (prefix / name for prefix in prefixes for name in ("bin", "lib", "lib64"))
     private = (Path.cwd().resolve(), Path.home().resolve())
-    yield from (path for path in _path() if not any(one.is_relative_to(path.resolve()) for one in private))
+    may = [path for path in (*prefixes, *_path()) if not any(one.is_relative_to(path.resolve()) for one in private)]
+    yield from may
 
 
 def _beneath(packages: list[Path]) -> Iterator[Path]:

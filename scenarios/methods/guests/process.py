@@ -84,7 +84,7 @@ class Guest:
     def ask(self, message: Sequence[memoryview], due: Kind, seconds: float, most: int = 0) -> Message:
         """Send a message and wait for the answer ``due``, whose payload has at most so many bytes."""
         if self._out in self._ready(0, writing=False, reading=True):
-            raise self.failed("" if self._gone(0) is not None else "sent something before it was asked")
+            raise self.failed("sent something before it was asked" if os.read(self._out, 1) else "")
         incoming = Incoming(most)
         try:
             self._exchange(message, incoming, seconds)

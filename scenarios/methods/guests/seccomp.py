@@ -18,6 +18,32 @@ REFUSED: Mapping[str, tuple[int, int | None]] = {
     # network, and the ring that would make calls past the filter
     "socket": (41, 198),
     "io_uring_setup": (425, 425),
+    # what Landlock lets anybody do to a file whose path he knows
+    "chmod": (90, None),
+    "fchmod": (91, 52),
+    "fchmodat": (268, 53),
+    "fchmodat2": (452, 452),
+    "chown": (92, None),
+    "fchown": (93, 55),
+    "lchown": (94, None),
+    "fchownat": (260, 54),
+    "utime": (132, None),
+    "utimes": (235, None),
+    "futimesat": (261, None),
+    "utimensat": (280, 88),
+    "setxattr": (188, 5),
+    "lsetxattr": (189, 6),
+    "fsetxattr": (190, 7),
+    "setxattrat": (463, 463),
+    "removexattr": (197, 14),
+    "lremovexattr": (198, 15),
+    "fremovexattr": (199, 16),
+    "removexattrat": (466, 466),
+    "file_setattr": (469, 469),
+    "truncate": (76, 45),
+    "inotify_init": (253, None),
+    "inotify_init1": (294, 26),
+    "fanotify_init": (300, 262),
     # processes
     "fork": (57, None),
     "vfork": (58, None),
@@ -25,6 +51,11 @@ REFUSED: Mapping[str, tuple[int, int | None]] = {
     "setns": (308, 268),
     # memory that outlives a process, or is in none
     "shmget": (29, 194),
+    "shmat": (30, 196),
+    "semop": (65, 193),
+    "semtimedop": (220, 192),
+    "msgsnd": (69, 189),
+    "msgrcv": (70, 188),
     "semget": (64, 190),
     "msgget": (68, 186),
     "mq_open": (240, 180),
@@ -64,9 +95,11 @@ OWN_ONLY: Mapping[str, tuple[int, int]] = {
     "sched_setattr": (314, 274),
 }
 """Calls whose first argument is a process: only the guest's own number, or 0 for itself, will do."""
-CLONE, CLONE3, FCNTL = (56, 220), (435, 435), (72, 25)
+CLONE, CLONE3, FCNTL, PRCTL = (56, 220), (435, 435), (72, 25), (157, 167)
 OWNERS = (8, 15)
 """Commands of ``fcntl`` that choose who gets a file's signals."""
+DEATH_SIGNAL = 1
+"""Command of ``prctl`` by which a guest could outlive the bench."""
 THREAD = 0x10000
 """Flag of ``clone`` for a thread of the same process."""
 MACHINES = MappingProxyType({"x86_64": (0, 0xC000003E), "aarch64": (1, 0xC00000B7)})
@@ -108,6 +141,7 @@ def program(machine: str, own: int) -> bytes:
     on(CLONE, (LOAD, 0, 0, FIRST_AT), (SET, 0, 1, THREAD), allow, refuse)
     on(CLONE3, absent)  # its flags lie in memory, out of sight: the C library goes back to clone
     on(FCNTL, (LOAD, 0, 0, SECOND_AT), (EQUAL, 1, 0, OWNERS[0]), (EQUAL, 0, 1, OWNERS[1]), refuse, allow)
+    on(PRCTL, (LOAD, 0, 0, FIRST_AT), (EQUAL, 0, 1, DEATH_SIGNAL), refuse, allow)
     return b"".join(struct.pack("<HBBI", *step) for step in [*steps, allow])
 
 

@@ -3,6 +3,7 @@
 import os
 import signal
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from threading import Event, Thread
 
@@ -29,10 +30,8 @@ class Watch(Thread):
     def run(self) -> None:
         """Look again and again until it is stopped or the guest is gone."""
         while not self._over.wait(PERIOD):
-            try:
+            with suppress(FileNotFoundError, ProcessLookupError):  # a thread has ended meanwhile, or all have
                 self.reason = self._excess()
-            except OSError:
-                return
             if self.reason:
                 os.kill(self._pid, signal.SIGKILL)
                 return
@@ -43,27 +42,36 @@ class Watch(Thread):
         self.join()
 
     def _excess(self) -> str:
-        limits, process = self._limits, Path("/proc") / str(self._pid)
-        resident = int((process / "statm").read_text().split()[1]) * PAGE
+        limits, tasks = self._limits, Path("/proc") / str(self._pid) / "task"
+        threads = list(tasks.iterdir())
+        # Of a process whose first thread has ended only the others tell.
+        resident = int((threads[-1] / "statm").read_text().split()[1]) * PAGE
         self.peak_bytes = max(self.peak_bytes, resident)
         if resident > limits.memory_bytes:
             return f"took more than {limits.memory:g} GiB of memory"
-        if (process / "task").stat().st_nlink - 2 > limits.threads:
+        if len(threads) > limits.threads:
             return f"began more than {limits.threads:g} threads"
+        return self._excess_of_files()
+
+    def _excess_of_files(self) -> str:
         taken = 0
-        for number, size in enumerate(_sizes(self._scratch)):
-            taken += size
-            if taken > limits.scratch_bytes or number > MOST_FILES:
-                return f"wrote more than {limits.scratch:g} GiB or {MOST_FILES} files"
+        try:
+            for number, size in enumerate(_sizes(self._scratch)):
+                taken += size
+                if taken > self._limits.scratch_bytes or number > MOST_FILES:
+                    return f"wrote more than {self._limits.scratch:g} GiB or {MOST_FILES} files"
+        except OSError as error:  # its folders are nested too deep to be looked into
+            return f"hid what it wrote: {error.strerror}"
         return ""
 
 
 def _sizes(folder: Path) -> Iterator[int]:
     """What each file and folder below one takes up [bytes]."""
-    left = [folder]
+    left = [str(folder)]
     while left:
-        with os.scandir(left.pop()) as entries:
+        with suppress(FileNotFoundError), os.scandir(left.pop()) as entries:  # it may remove them meanwhile
             for entry in entries:
-                yield entry.stat(follow_symlinks=False).st_blocks * BLOCK
+                with suppress(FileNotFoundError):
+                    yield entry.stat(follow_symlinks=False).st_blocks * BLOCK
                 if entry.is_dir(follow_symlinks=False):
-                    left.append(Path(entry.path))
+                    left.append(entry.path)

@@ -206,6 +206,9 @@ HOARDS = {
     "f = [open('/dev/null') for _ in range(999)]": "raised OSError: .*Too many open files.*",
     "assert ctypes.CDLL(None).shmget(0, ctypes.c_size_t(2**30), 0o1600) != -1": "raised AssertionError.*",
     "os.memfd_create('x')": "raised PermissionError.*",
+    f"{LOOP}os.makedirs('d/' * 9); os.chdir('d/' * 9)": "(hid what it wrote: .*|wrote more than .*)",
+    "m = mmap.mmap(-1, 4 * 2**30); fill = lambda: [m.write(bytes(2**20)) for _ in range(4096)]\n"
+    "        threading.Thread(target=fill).start(); ctypes.CDLL(None).syscall(60, 0)": f"({MEMORY}|raised OSError: .*)",
 }
 
 
@@ -329,7 +332,13 @@ def wreck():
     told("rename", lambda: os.rename(HERE + "/guest", HERE + "/gone"))
     told("mkdir", lambda: os.mkdir(HERE + "/made"))
     told("link out", lambda: os.symlink("x", HERE + "/guest/link"))
-    told("chmod", lambda: os.chmod("/", 0o777) if os.getuid() else None.no)
+    for path in (HERE, HERE + "/guest", HERE + "/guest/cache.parquet", os.path.realpath(code), np.__file__):
+        told(f"chmod {{path}}", lambda: os.chmod(path, 0))
+        told(f"chown {{path}}", lambda: os.chown(path, os.getuid(), -1))
+        told(f"utime {{path}}", lambda: os.utime(path))
+        told(f"xattr {{path}}", lambda: os.setxattr(path, "user.was", b"here"))
+    told("fchmod", lambda: os.fchmod(os.open(np.__file__, os.O_RDONLY), 0))
+    told("inotify", lambda: ctypes.CDLL(None).inotify_init1(0) >= 0)
     told("mount", lambda: ctypes.CDLL(None).mount(b"none", b"/mnt", b"tmpfs", 0, None) == 0)
     told("unshare", lambda: ctypes.CDLL(None).unshare(0x10000000) == 0)
     told("own folder", lambda: False if open("note", "w").write("x") else True)
@@ -567,7 +576,8 @@ for view in views(1000): localiser.update(view)
 def guest_outlives(seed: int, folder: Path) -> Attempt:
     """The bench is killed while the guest answers, sleeps or is busy."""
     rng = np.random.default_rng([seed, 82])
-    write_localiser(folder, update=("time.sleep(0.01)", "time.sleep(99)", "while True: pass")[seed % 3])
+    ways = ("time.sleep(0.01)", "time.sleep(99)", "while True: pass", "ctypes.CDLL(None).prctl(1, 0); time.sleep(99)")
+    write_localiser(folder, update=ways[seed % 4])
     bench = subprocess.Popen(
         [sys.executable, "-c", BENCH.format(path=[entry or str(Path.cwd()) for entry in sys.path])],
         cwd=folder,
@@ -577,7 +587,7 @@ def guest_outlives(seed: int, folder: Path) -> Attempt:
     assert bench.stdout is not None
     guest = int(bench.stdout.readline())
     time.sleep(rng.uniform(0, 0.5))
-    bench.send_signal((signal.SIGKILL, signal.SIGTERM, signal.SIGINT)[seed // 3 % 3] if seed else signal.SIGKILL)
+    bench.send_signal((signal.SIGKILL, signal.SIGTERM, signal.SIGINT)[seed // 4 % 3] if seed else signal.SIGKILL)
     bench.wait()
     bench.stdout.close()
     began = time.monotonic()
