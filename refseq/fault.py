@@ -1,5 +1,6 @@
 """Declared faults of sensors: which sensor, what is wrong with it, since which view, and by what evidence."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -47,3 +48,8 @@ class DeclaredFault:
 
     def __str__(self) -> str:
         return f"{self.sensor} {self.kind} since view {self.since}"
+
+
+def declared_in(faults: Iterable[Iterable[DeclaredFault]]) -> tuple[DeclaredFault, ...]:
+    """Each fault that stood in some of the views once, in the order in which they were declared."""
+    return tuple(dict.fromkeys(fault for at_view in faults for fault in at_view))

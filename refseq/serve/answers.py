@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from foxglove import messages
 
 from refseq.belief import Belief, Timings
+from refseq.fault import FaultKind
 from refseq.map.map import Map
 from refseq.planar import Pose
 from refseq.serve.protocol import ServerChannel
@@ -17,7 +18,7 @@ FRAME = "map"
 """Frame that poses are in: that of the map's places."""
 NANOSECONDS = 1_000_000_000
 
-NUMBER, WHOLE = {"type": "number"}, {"type": "integer"}
+NUMBER, WHOLE, TEXT = {"type": "number"}, {"type": "integer"}, {"type": "string"}
 SCHEMA = {
     "title": "refseq.Belief",
     "type": "object",
@@ -37,6 +38,20 @@ SCHEMA = {
             "type": ["object", "null"],
             "description": "pose of the best place in the map's frame [m, rad]; null: lost, or the map has none",
             "properties": {"x": NUMBER, "y": NUMBER, "heading": NUMBER},
+        },
+        "faults": {
+            "type": "array",
+            "description": "faults of sensors that stand; what they make useless had no part in the belief",
+            "items": {
+                "type": "object",
+                "properties": {
+                    "sensor": TEXT,
+                    "kind": TEXT | {"enum": list(FaultKind)},
+                    "since": WHOLE | {"description": "number of the view since when"},
+                    "time": NUMBER | {"description": "its time [s]"},
+                    "evidence": NUMBER | {"description": "log-likelihood ratio to health [nats]"},
+                },
+            },
         },
         "timings": {
             "type": "object",
@@ -82,6 +97,7 @@ class BeliefAnswer:
             "path": list(belief.path),
             "places": belief.places.tolist(),
             "pose": None if self.pose is None else asdict(self.pose),
+            "faults": [asdict(fault) for fault in belief.faults],
             "timings": asdict(belief.timings),
         }
         return json.dumps(told, allow_nan=False).encode()

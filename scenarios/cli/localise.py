@@ -1,5 +1,6 @@
 """The command ``refseq localise``: a later drive in a map, from its recording."""
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -127,6 +128,7 @@ def conclude(
 
     ``truth`` judges by picture, None: by true poses.
     """
+    from refseq.fault import declared_in
     from refseq.logs.beliefs import write_beliefs
     from refseq_bench.scenarios.drives.evaluate import TOLERANCES, results
     from refseq_bench.scenarios.scoring.tables.sequence_recall import sequence_recall_table
@@ -138,15 +140,25 @@ def conclude(
     if truth is not None:
         comparison = truth.judging(comparison)
     found = results([comparison], truth.tolerances if truth else TOLERANCES)
+    # Sensors are judged before the stages differ: all of them tell the same faults.
+    faults = declared_in(belief.faults for belief in next(iter(comparison.beliefs.values())))
     if as_json:
         views, unscored = len(comparison.query_views), unscored_reason([comparison]) or None
         print_json(
-            {"name": comparison.name, "views": views, "unscored": unscored, "stages": [_record(one) for one in found]}
+            {
+                "name": comparison.name,
+                "views": views,
+                "unscored": unscored,
+                "faults": [asdict(fault) for fault in faults],
+                "stages": [_record(one) for one in found],
+            }
         )
     else:
         if output is not None:
             say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
         print_results(comparison.name, found, [comparison])
+        for fault in faults:
+            say(out, f"fault: {fault}, at {fault.time:.1f} s")
         if not map_.has_one_path:
             out.print(sequence_recall_table(map_, comparison.beliefs))
     leave_below(found, at_least)

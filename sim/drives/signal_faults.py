@@ -1,0 +1,120 @@
+"""Faults of signals: what a broken sensor, cable or driver makes of views on their way to the localiser.
+
+Other than the faults of ``sim.bench.faults``, which the physics carries out, these need no simulator: they are made of
+any recording's views.
+"""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.view import LASER, View
+from refseq_bench.sim.errors import SimError
+
+
+class SignalFaultKind(StrEnum):
+    """Faults that views can be given."""
+
+    CAMERA_BLANK = "camera-blank"
+    CAMERA_FROZEN = "camera-frozen"
+    CAMERAS_EXCHANGED = "cameras-exchanged"
+    LASER_BLIND = "laser-blind"
+    LASER_FROZEN = "laser-frozen"
+    LASER_MIRRORED = "laser-mirrored"
+    ODOMETRY_LOST = "odometry-lost"
+    ODOMETRY_DOUBLED = "odometry-doubled"
+    ODOMETRY_FROZEN = "odometry-frozen"
+    ODOMETRY_REVERSED = "odometry-reversed"
+    CLOCK_JUMPING = "clock-jumping"
+
+
+@dataclass(frozen=True, slots=True)
+class SignalFault:
+    """A fault from ``at`` to ``until`` [m of the odometer's way in the drive].
+
+    ``camera`` is the one that is blank or frozen, or whose pictures are exchanged with those of ``other``. Beams within
+    ``width`` / 2 of ``bearing`` [degrees, to the left] are blind. Stamps jump by ``seconds``, ahead or back.
+    """
+
+    kind: SignalFaultKind
+    at: float = 0.0
+    until: float = math.inf
+    camera: str = ""
+    other: str = ""
+    bearing: float = 0.0
+    width: float = 120.0
+    seconds: float = -5.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.at < self.until:
+            raise SimError(f"fault {self.kind}: at = {self.at:g} m, until = {self.until:g} m; valid is 0 <= at < until")
+
+
+def with_signal_fault(views: Iterable[View], fault: SignalFault, seed: int = 0) -> Iterator[View]:
+    """The views of a drive with a fault in their signals. Raises ``SimError`` for a sensor that a view lacks."""
+    rng = np.random.default_rng(seed)
+    way, last = 0.0, None
+    for view in views:
+        way += abs(view.distance)
+        ill = fault.at <= way < fault.until
+        yield _faulty(view, view if last is None else last, fault, rng) if ill else view
+        if last is None or not ill:
+            last = view
+
+
+def _faulty(view: View, last: View, fault: SignalFault, rng: np.random.Generator) -> View:
+    """A view with a fault; ``last`` is the last one before it began."""
+    match fault.kind:
+        case SignalFaultKind.CAMERA_BLANK:
+            dark = rng.integers(0, 4, _image(view, fault.camera).shape, dtype=np.uint8)
+            return _with(view, {fault.camera: dark})
+        case SignalFaultKind.CAMERA_FROZEN:
+            return _with(view, {fault.camera: _image(last, fault.camera)})
+        case SignalFaultKind.CAMERAS_EXCHANGED:
+            one, other = _image(view, fault.camera), _image(view, fault.other)
+            return _with(view, {fault.camera: other, fault.other: one})
+        case SignalFaultKind.LASER_BLIND | SignalFaultKind.LASER_FROZEN | SignalFaultKind.LASER_MIRRORED:
+            return _with_scan(view, last, fault)
+        case SignalFaultKind.CLOCK_JUMPING:
+            return replace(view, time=view.time + fault.seconds)
+        case _:
+            return _with_odometry(view, fault.kind)
+
+
+def _with_scan(view: View, last: View, fault: SignalFault) -> View:
+    scan, before = view.scan, last.scan
+    if scan is None or before is None:
+        raise SimError(f"fault {fault.kind}: a view has no sensor '{LASER}'")
+    if fault.kind is SignalFaultKind.LASER_FROZEN:
+        return replace(view, scan=before)
+    if fault.kind is SignalFaultKind.LASER_MIRRORED:
+        return replace(view, scan=replace(scan, ranges=scan.ranges[::-1].copy()))
+    apart = (scan.bearings - math.radians(fault.bearing) + math.pi) % (2 * math.pi) - math.pi
+    blind = np.abs(apart) <= math.radians(fault.width) / 2
+    return replace(view, scan=replace(scan, ranges=np.where(blind, np.inf, scan.ranges).astype(np.float32)))
+
+
+def _with_odometry(view: View, kind: SignalFaultKind) -> View:
+    if kind is SignalFaultKind.ODOMETRY_LOST:
+        return replace(view, distance=0.0, turn=0.0, has_odometry=False)
+    factors = {
+        SignalFaultKind.ODOMETRY_DOUBLED: 2.0,
+        SignalFaultKind.ODOMETRY_FROZEN: 0.0,
+        SignalFaultKind.ODOMETRY_REVERSED: -1.0,
+    }
+    return replace(view, distance=factors[kind] * view.distance, turn=factors[kind] * view.turn)
+
+
+def _image(view: View, camera: str) -> NDArray[np.uint8]:
+    if camera not in view.images:
+        valid = ", ".join(sorted(view.images)) or "none"
+        raise SimError(f"a fault of camera '{camera}': a view has none; valid are {valid}")
+    return view.images[camera]
+
+
+def _with(view: View, images: dict[str, NDArray[np.uint8]]) -> View:
+    return replace(view, images={**view.images, **images})

@@ -1,0 +1,79 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from refseq.belief import LOST, Stage
+from refseq.fault import FaultKind
+from refseq.map.guard import SensorGuard
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser
+from refseq.map.matcher import Matcher
+from refseq.map.trackers import tracker_for
+from refseq.view import LASER
+from tests.refseq.health.drives import drive, from_view
+
+REFERENCE = [replace(view, images={}) for view in drive(30, seed=1)]
+QUERY = [replace(view, images={}) for view in drive(30, seed=2)]
+MAP = learn(REFERENCE, profile="best")
+START = 10
+
+
+def beliefs(views):
+    localiser = Localiser(MAP)
+    return [localiser.update(view) for view in views]
+
+
+def test_without_a_fault_the_answers_are_those_of_the_bare_matcher_to_the_last_bit():
+    matcher, tracker = Matcher(MAP), tracker_for(Stage.CHAIN, MAP)
+    for view, belief in zip(QUERY, beliefs(QUERY), strict=True):
+        bare = tracker.update(matcher.match(view))
+        np.testing.assert_array_equal(bare.places, belief.places)
+        assert (bare.lost, bare.path, bare.faults) == (belief.lost, belief.path, belief.faults)
+        assert belief.faults == ()
+
+
+def test_a_robot_whose_only_sensor_is_ill_is_lost_until_it_is_well():
+    stuck = from_view(QUERY, START, lambda view, last: replace(view, scan=last.scan))
+    found = beliefs([*stuck[: START + 6], *QUERY[START + 6 :]])
+    ill = [k for k, belief in enumerate(found) if belief.faults]
+    assert START < ill[0] <= START + 2
+    assert ill[-1] < START + 9
+    assert all(found[k].lost == 1.0 and found[k].path[-1] == LOST for k in ill)
+    assert found[-1].lost < 0.5
+
+
+def test_ill_odometry_has_no_part_in_the_motion():
+    guard = SensorGuard(MAP)
+    doubled = from_view(QUERY, START, lambda view, _: replace(view, distance=2 * view.distance, turn=2 * view.turn))
+    for view in doubled[: START + 4]:
+        (measured,) = guard.match(view)
+    assert [fault.kind for fault in guard.faults] == [FaultKind.DOUBLED]
+    assert np.isnan(measured.distance)
+    assert view.sensors == {LASER}
+
+
+def test_stamps_that_go_back_are_told_and_change_nothing_else():
+    back = from_view(QUERY, START, lambda view, _: replace(view, time=view.time - 100))
+    for well, ill in zip(beliefs(QUERY), beliefs(back), strict=True):
+        np.testing.assert_array_equal(well.places, ill.places)
+        assert well.lost == ill.lost
+    assert any(belief.faults for belief in beliefs(back))
+
+
+def test_a_reset_localiser_has_no_fault():
+    localiser = Localiser(MAP)
+    for view in from_view(QUERY, START, lambda view, last: replace(view, scan=last.scan))[: START + 3]:
+        belief = localiser.update(view)
+    assert belief.faults
+    localiser.reset()
+    assert localiser.update(QUERY[0]).faults == ()
+
+
+@pytest.mark.parametrize("name", ["camera-1", "camera-2"])
+def test_a_sensor_that_the_map_does_not_have_leaves_the_robot_where_it_is(name):
+    query = [replace(one, images={name: two.images[name]}) for one, two in zip(QUERY, drive(30, seed=2), strict=True)]
+    black = from_view(query, START, lambda view, _: replace(view, images={name: np.zeros_like(view.images[name])}))
+    for well, ill in zip(beliefs(QUERY), beliefs(black), strict=True):
+        np.testing.assert_array_equal(well.places, ill.places)
+        assert ill.lost == well.lost

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from refseq_bench.sim.drives.signal_faults import SignalFault, SignalFaultKind, with_signal_fault
+from refseq_bench.sim.errors import SimError
+from tests.refseq.health.drives import STEP, drive
+
+VIEWS = drive(12)
+AT, UNTIL = 3.9 * STEP, 6.9 * STEP
+ILL = range(4, 7)
+
+
+def faulty(kind, **options):
+    return list(with_signal_fault(VIEWS, SignalFault(kind, AT, UNTIL, **options)))
+
+
+@pytest.mark.parametrize("kind", SignalFaultKind)
+def test_only_views_on_the_stretch_are_touched(kind):
+    views = faulty(kind, camera="camera-1", other="camera-2")
+    assert [k for k, (one, other) in enumerate(zip(views, VIEWS, strict=True)) if one is not other] == list(ILL)
+
+
+def test_a_black_camera_is_dark_and_the_other_is_not():
+    for k in ILL:
+        view = faulty(SignalFaultKind.CAMERA_BLANK, camera="camera-1")[k]
+        assert view.images["camera-1"].max() < 5
+        assert view.images["camera-2"] is VIEWS[k].images["camera-2"]
+
+
+def test_frozen_sensors_repeat_the_last_view_before_the_fault():
+    for k in ILL:
+        camera = faulty(SignalFaultKind.CAMERA_FROZEN, camera="camera-2")[k]
+        assert camera.images["camera-2"] is VIEWS[3].images["camera-2"]
+        assert faulty(SignalFaultKind.LASER_FROZEN)[k].scan is VIEWS[3].scan
+
+
+def test_exchanged_cameras_show_each_others_pictures():
+    view = faulty(SignalFaultKind.CAMERAS_EXCHANGED, camera="camera-1", other="camera-2")[5]
+    assert view.images["camera-1"] is VIEWS[5].images["camera-2"]
+    assert view.images["camera-2"] is VIEWS[5].images["camera-1"]
+
+
+def test_blind_beams_are_those_of_the_arc():
+    scan = faulty(SignalFaultKind.LASER_BLIND, bearing=-45.0, width=60.5)[5].scan
+    bearings = np.degrees(scan.bearings)
+    inside = np.abs(bearings + 45) <= 30.25
+    assert np.isinf(scan.ranges[inside]).all()
+    np.testing.assert_array_equal(scan.ranges[~inside], VIEWS[5].scan.ranges[~inside])
+
+
+def test_an_upside_down_laser_exchanges_left_and_right():
+    np.testing.assert_array_equal(faulty(SignalFaultKind.LASER_MIRRORED)[5].scan.ranges, VIEWS[5].scan.ranges[::-1])
+
+
+@pytest.mark.parametrize(
+    ("kind", "factor"),
+    [
+        (SignalFaultKind.ODOMETRY_DOUBLED, 2),
+        (SignalFaultKind.ODOMETRY_FROZEN, 0),
+        (SignalFaultKind.ODOMETRY_REVERSED, -1),
+    ],
+)
+def test_odometry_is_multiplied(kind, factor):
+    for k in ILL:
+        view = faulty(kind)[k]
+        assert (view.distance, view.turn) == (factor * VIEWS[k].distance, factor * VIEWS[k].turn)
+
+
+def test_lost_odometry_says_so():
+    assert not faulty(SignalFaultKind.ODOMETRY_LOST)[5].has_odometry
+
+
+def test_stamps_jump():
+    assert faulty(SignalFaultKind.CLOCK_JUMPING, seconds=7.0)[5].time == VIEWS[5].time + 7
+
+
+def test_the_same_seed_makes_the_same_views():
+    one, other = (faulty(SignalFaultKind.CAMERA_BLANK, camera="camera-1")[5] for _ in range(2))
+    np.testing.assert_array_equal(one.images["camera-1"], other.images["camera-1"])
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(SimError, match="a fault of camera 'top': a view has none; valid are camera-1, camera-2"):
+        faulty(SignalFaultKind.CAMERA_FROZEN, camera="top")
+    with pytest.raises(SimError, match="at = 5 m, until = 2 m; valid is 0 <= at < until"):
+        SignalFault(SignalFaultKind.LASER_FROZEN, 5.0, 2.0)
