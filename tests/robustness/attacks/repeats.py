@@ -29,7 +29,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "LP_NUM
     family="repeats",
     promise="Drives, maps, beliefs and verdict of a repeated scenario by laser are the same to the last bit",
     tries=100,
-    short=1,
+    short=0,
 )
 def repeat_laser(_seed: int, folder: Path) -> str | None:
     """Repeat it once."""
