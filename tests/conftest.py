@@ -1,7 +1,13 @@
 """What holds for all tests."""
 
+import os
 import signal
+import uuid
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
 
 # An example may take long for the first time, or on a busy machine: no test asserts a time on the wall clock.
@@ -14,3 +20,39 @@ settings.load_profile("quick")
 # tests start and interrupt would go on.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_server_is_left(worker_mark: str) -> Iterator[None]:
+    """End what tests have left listening, and tell of it: the next run would find its ports taken."""
+    yield
+    left = listening_children(worker_mark)
+    for pid in left:
+        with suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    assert not left, f"servers are left by tests: {list(left.values())}"
+
+
+@pytest.fixture(scope="session")
+def worker_mark() -> Iterator[str]:
+    """A variable that all processes have which tests of this process start, also those that lost their parents."""
+    mark = os.environ["REFSEQ_TESTED"] = uuid.uuid4().hex
+    yield mark
+    del os.environ["REFSEQ_TESTED"]
+
+
+def listening_children(mark: str) -> dict[int, str]:
+    """Processes with a mark that listen at a port, and their commands; those of attacks end with this process."""
+    tables = [path.read_text() for path in map(Path, ("/proc/net/tcp", "/proc/net/tcp6")) if path.exists()]
+    rows = [line.split() for table in tables for line in table.splitlines()[1:]]
+    inodes = {row[9] for row in rows if row[3] == "0A"}
+    found = {}
+    for entry in Path("/proc").iterdir() if inodes else ():
+        with suppress(OSError):
+            known = (entry / "environ").read_bytes() if entry.name.isdigit() else b""
+            if f"REFSEQ_TESTED={mark}".encode() not in known or b"REFSEQ_ATTACKED=" in known:
+                continue
+            links = [str(one.readlink()) for one in (entry / "fd").iterdir()]
+            if any(link.startswith("socket:") and link[8:-1] in inodes for link in links):
+                found[int(entry.name)] = (entry / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+    return found
