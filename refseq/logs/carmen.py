@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.files import open_input, replace_text
-from refseq.limits import BEAMS, LINE_BYTES, UNPACKED_TEXT
+from refseq.limits import BEAMS, LINE_BYTES, MESSAGES, UNPACKED_TEXT
 from refseq.logs.closing import noted_damage
 from refseq.logs.scans import check_angles
 from refseq.logs.source import Channel, Role, Sample
@@ -220,12 +220,13 @@ def _opened(path: Path) -> IO[bytes]:
 def _lines(path: Path) -> Iterator[_CarmenLine]:
     """Lines that are neither blank nor comments. Raises ``CutOffError`` where compressed data end before their time."""
     number = 0
-    unpacked = UNPACKED_TEXT.of(path)
+    unpacked, lines = UNPACKED_TEXT.of(path), MESSAGES.of(path)
     with _opened(path) as file:
         while text := _next_line(file):
             number += 1
             LINE_BYTES.check(len(text), f"{path}: line {number}: has")
             unpacked.add(len(text))
+            lines.add(1)
             fields = text.decode("utf-8", errors="replace").split()
             if fields and not fields[0].startswith("#"):
                 yield _CarmenLine(path, number, fields)

@@ -129,7 +129,7 @@ def _names(metadata: Mapping[str, Any], path: Path) -> list[str]:
     """Names of the files, without folders: a bag holds them beside its metadata."""
     names = metadata.get("relative_file_paths")
     if not isinstance(names, list) or not names or not all(isinstance(name, str) and name for name in names):
-        raise LogError(f"{path}: relative_file_paths is {reprlib.repr(names)}; valid is a list of files")
+        raise LogError(f"{path}: relative_file_paths is {reprlib.repr(names):.80}; valid is a list of files")
     return [PurePath(name).name for name in names]
 
 

@@ -29,10 +29,10 @@ from mcap.records import (
 from mcap.stream_reader import StreamReader
 from ruamel.yaml import YAML
 
-from tests.robustness.attack import attack
+from tests.robustness.attack import Attempt, attack
 from tests.robustness.attacks.cases import replays
 from tests.robustness.damage import ODD_NUMBERS, damaged_bytes, damaged_text, damaged_tree, near_value
-from tests.robustness.fuzzing import fell
+from tests.robustness.fuzzing import tried
 from tests.robustness.log_files import BAGS, FOLDERS, MCAPS, log_files
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -47,24 +47,24 @@ WAYS: tuple[tuple[tuple[str, ...], tuple[int, ...]], ...] = (
 """Commands that read a log, and the exit codes that they may have."""
 
 
-@attack(family="logs", promise="A damaged MCAP recording is read or refused in one line", tries=10_000, short=12)
-def damaged_mcap(seed: int, folder: Path) -> str | None:
+@attack(family="logs", promise="A damaged MCAP recording is read or refused in one line", tries=10_000, short=4)
+def damaged_mcap(seed: int, folder: Path) -> Attempt:
     rng = random.Random(seed)
     content = (log_files() / rng.choice(MCAPS)).read_bytes()
     (folder / "input.mcap").write_bytes(_damaged_mcap(rng, content))
     return _tried(rng, "input.mcap", folder)
 
 
-@attack(family="logs", promise="A damaged ROS 1 bag is read or refused in one line", tries=10_000, short=6)
-def damaged_rosbag1(seed: int, folder: Path) -> str | None:
+@attack(family="logs", promise="A damaged ROS 1 bag is read or refused in one line", tries=10_000, short=2)
+def damaged_rosbag1(seed: int, folder: Path) -> Attempt:
     rng = random.Random(seed)
     content = (log_files() / rng.choice(BAGS)).read_bytes()
     (folder / "input.bag").write_bytes(_damaged_bag(rng, content))
     return _tried(rng, "input.bag", folder)
 
 
-@attack(family="logs", promise="A damaged rosbag2 folder is read or refused in one line", tries=10_000, short=6)
-def damaged_rosbag2(seed: int, folder: Path) -> str | None:
+@attack(family="logs", promise="A damaged rosbag2 folder is read or refused in one line", tries=10_000, short=2)
+def damaged_rosbag2(seed: int, folder: Path) -> Attempt:
     rng = random.Random(seed)
     bag = folder / "input"
     shutil.copytree(log_files() / rng.choice(FOLDERS), bag)
@@ -78,8 +78,8 @@ def damaged_rosbag2(seed: int, folder: Path) -> str | None:
     return _tried(rng, "input", folder)
 
 
-@attack(family="logs", promise="A damaged CARMEN log is read or refused in one line", tries=10_000, short=6)
-def damaged_carmen(seed: int, folder: Path) -> str | None:
+@attack(family="logs", promise="A damaged CARMEN log is read or refused in one line", tries=10_000, short=2)
+def damaged_carmen(seed: int, folder: Path) -> Attempt:
     rng = random.Random(seed)
     lines = (log_files() / "carmen.clf").read_text().splitlines()
     lines += ["ODOM 1 2 0.5 0 0 0 7 h 7", "RAWLASER1 0 -1.5 3 1 80 0.01 0 4 1 2 3 4 0 7 h 7"]
@@ -92,8 +92,8 @@ def damaged_carmen(seed: int, folder: Path) -> str | None:
     return _tried(rng, "input.clf", folder)
 
 
-@attack(family="logs", promise="A folder with damaged pictures is read or refused in one line", tries=10_000, short=6)
-def damaged_pictures(seed: int, folder: Path) -> str | None:
+@attack(family="logs", promise="A folder with damaged pictures is read or refused in one line", tries=10_000, short=2)
+def damaged_pictures(seed: int, folder: Path) -> Attempt:
     rng = random.Random(seed)
     ending = rng.choice(("png", "jpg"))
     (folder / "input").mkdir()
@@ -105,8 +105,8 @@ def damaged_pictures(seed: int, folder: Path) -> str | None:
     return _tried(rng, "input", folder)
 
 
-@attack(family="logs", promise="A damaged trajectory is read or refused in one line", tries=10_000, short=6)
-def damaged_trajectory(seed: int, folder: Path) -> str | None:
+@attack(family="logs", promise="A damaged trajectory is read or refused in one line", tries=10_000, short=2)
+def damaged_trajectory(seed: int, folder: Path) -> Attempt:
     rng = random.Random(seed)
     shutil.copy(log_files() / "carmen.clf", folder / "drive.clf")
     name, row = rng.choice(TRAJECTORIES)
@@ -115,7 +115,7 @@ def damaged_trajectory(seed: int, folder: Path) -> str | None:
     head = {"a.gps.csv": ["time,latitude,longitude"], "b.csv": ["index,x,y,heading"]}.get(name, [])
     (folder / name).write_text("\n".join(_damaged_lines(rng, [*head, *lines])) + "\n", errors="replace")
     given = rng.choice(("--truth", "--odometry"))
-    return fell(["log", "convert", "drive.clf", "out.tum", given, name], folder)
+    return tried(["log", "convert", "drive.clf", "out.tum", given, name], folder)
 
 
 TRAJECTORIES = (
@@ -129,21 +129,21 @@ TRAJECTORIES = (
 
 
 @replays("log")
-def try_log(case: Path, folder: Path) -> str | None:
+def try_log(case: Path, folder: Path) -> Attempt:
     """Try a case with every command that reads logs."""
     copy = shutil.copytree if case.is_dir() else shutil.copy
     copy(case, folder / case.name)
-    found = (_command(case.name, way, folder, codes) for way, codes in WAYS)
-    return next(filter(None, found), None)
+    found = [_command(case.name, way, folder, codes) for way, codes in WAYS]
+    return max(found, key=lambda one: one.fell is not None)
 
 
-def _tried(rng: random.Random, name: str, folder: Path) -> str | None:
+def _tried(rng: random.Random, name: str, folder: Path) -> Attempt:
     way, codes = rng.choice(WAYS)
     return _command(name, way, folder, codes)
 
 
-def _command(name: str, way: tuple[str, ...], folder: Path, codes: tuple[int, ...]) -> str | None:
-    return fell(["log", way[0], name, *way[1:]], folder, codes)
+def _command(name: str, way: tuple[str, ...], folder: Path, codes: tuple[int, ...]) -> Attempt:
+    return tried(["log", way[0], name, *way[1:]], folder, codes)
 
 
 def _damaged_lines(rng: random.Random, lines: list[str]) -> list[str]:
@@ -330,8 +330,8 @@ def _damage_tables(rng: random.Random, file: Path) -> None:
     with sqlite3.connect(file) as base:
         for _ in range(rng.choice((1, 2))):
             table, column = rng.choice(columns).split(".")
-            rows = base.execute(f"SELECT rowid, {column} FROM {table}").fetchall()
             try:
+                rows = base.execute(f"SELECT rowid, {column} FROM {table}").fetchall()
                 if rows and rng.random() < 0.7:
                     row, value = rng.choice(rows)
                     data = isinstance(value, bytes)
