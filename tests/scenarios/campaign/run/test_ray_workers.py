@@ -136,7 +136,7 @@ def test_only_pictures_depend_on_the_device(tmp_path: Path, monkeypatch: pytest.
     ("name", "said"),
     [
         ("nowhere_to_be_found:Mine", "there is no module 'nowhere_to_be_found'"),
-        ("tests.scenarios.campaign.chores:Crashing", "the code of tests.scenarios.campaign.chores:Crashing differs"),
+        ("tests.scenarios.campaign.chores:Hanging", "the code of tests.scenarios.campaign.chores:Hanging differs"),
     ],
 )
 def test_a_localiser_that_the_other_machine_does_not_have_is_told(tmp_path: Path, name: str, said: str) -> None:
