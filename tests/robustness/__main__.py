@@ -24,6 +24,9 @@ def main(words: Sequence[str] | None = None) -> int:
         if name not in every.keys() | families:
             print(f"unknown attack '{name}'; valid: {', '.join([*sorted(families), *every])}", file=sys.stderr)
             return 2
+    if options.tries is not None and options.tries < 1:
+        print(f"--tries {options.tries} is not valid; valid is 1 or more", file=sys.stderr)
+        return 2
     if options.list:
         for one in (chosen or every).values():
             print(f"{one.name} ({one.family}): {one.promise}.")

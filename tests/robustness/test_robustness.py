@@ -102,6 +102,11 @@ def test_an_unknown_attack_is_named_with_the_valid_ones(only_made_up, capsys):
     assert capsys.readouterr().err == "unknown attack 'fuzz'; valid: tests, made-up\n"
 
 
+def test_no_tries_are_refused(only_made_up, capsys):
+    assert command_line.main(["--tries", "0"]) == 2
+    assert capsys.readouterr().err == "--tries 0 is not valid; valid is 1 or more\n"
+
+
 def test_an_attack_that_dies_does_not_take_the_others_with_it(monkeypatch, tmp_path, capsys):
     every = {"made-up": made_up(no_root), "other": made_up(no_root)}
     monkeypatch.setattr(command_line, "attacks", lambda: every)
