@@ -41,6 +41,7 @@ COSTS = {
     "zstandard": "no packed ROS bag can be read",
     "lz4": "no packed ROS bag can be read",
     "apsw": "no ROS bag that is an SQLite file can be read",
+    "aiohttp": "no page of controls and no viewer's page: nothing stands before them that asks for a token",
     "websockets": "no server for a robot: `refseq serve`",
     "faiss-cpu": "no index: vocabularies of more than 20 000 words cannot be searched",
     "pyarrow": "no beliefs.parquet: results cannot be kept",

@@ -156,7 +156,7 @@ ENDS = {
     "os.closerange(3, 99) or time.sleep(99)": "the localiser closed its pipe",
     "raise KeyboardInterrupt('no')": "raised KeyboardInterrupt: no .*",
     "sys.exit(0)": "raised SystemExit: 0 .*",
-    "sys.setrecursionlimit(10**9) or (f := lambda: f()) or f()": "(raised|the localiser was ended by SIGSEGV).*",
+    "os.execv('/bin/false', ['false'])": "the localiser ended with code 1",
 }
 
 
