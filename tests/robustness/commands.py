@@ -24,7 +24,15 @@ from tests.support import corridor_drive
 from tests.worlds.conftest import SMALL
 
 ROOT = Path(__file__).resolve().parents[2]
-PROGRAM = "import sys; from refseq_bench.scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
+PROGRAM = """
+import os, sys
+from refseq.children import follow_parent
+from refseq_bench.scenarios.cli.app import main
+follow_parent(os.getppid())
+sys.argv[0] = "refseq"
+main()
+"""
+"""The command line; it ends with who attacks it: a worker of pytest may leave without a word."""
 MARK = "REFSEQ_ATTACKED"
 """Variable by which all processes of a command are found, also those that lost their parents."""
 PATIENCE = 120.0
