@@ -61,7 +61,7 @@ def commit() -> str:
 
 
 def _machine() -> str:
-    return f"{os.cpu_count()} cores, Linux {platform.release()}, Python {platform.python_version()}"
+    return f"{os.cpu_count()} cores, Linux {platform.release().partition('-')[0]}, Python {platform.python_version()}"
 
 
 def as_json(rows: Sequence[Row]) -> dict[str, Any]:
