@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import lz4.frame  # type: ignore[import-untyped]
+import numpy as np
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import (
@@ -32,7 +33,7 @@ from ruamel.yaml import YAML
 from tests.robustness.attack import Attempt, attack
 from tests.robustness.attacks.cases import replays
 from tests.robustness.damage import ODD_NUMBERS, damaged_bytes, damaged_text, damaged_tree, near_value
-from tests.robustness.fuzzing import tried
+from tests.robustness.fuzzing import judged, run, tried
 from tests.robustness.log_files import BAGS, FOLDERS, MCAPS, log_files
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -414,3 +415,42 @@ def _damaged_jpeg(rng: random.Random, content: bytes) -> bytes:
             cut = rng.choice((b"\xff\xdb", b"\xff\xc4", b"\xff\xda", b"\xff\xc0"))
             return content.replace(cut, rng.choice((b"\xff\xc2", b"\xff\xe1", b"\xff\xd8", b"\xff\xff", b"")), 1)
     return damaged_bytes(rng, content)
+
+
+@attack(family="logs", promise="A damaged ground truth is read or refused in one line", tries=10_000, short=2)
+def damaged_ground_truth(seed: int, folder: Path) -> Attempt:
+    rng = random.Random(seed)
+    for name in ("reference", "query"):
+        (folder / name).mkdir()
+        for file in (log_files() / "pictures").glob("*.png"):
+            shutil.copy(file, folder / name)
+    name = rng.choice(("truth.csv", "truth.npy", "truth.npz"))
+    (folder / name).write_bytes(_damaged_truth(rng, name))
+    found = run(["compare", "reference", "query", "--ground-truth", name, "--methods", "seqslam"], folder)
+    lines = [line for line in found.err.splitlines() if not line.startswith("pair ")]  # how far it is
+    told = judged(replace(found, err="\n".join(lines)))
+    return Attempt(told, {"s of CPU": found.cpu, "MiB": float(found.peak >> 20)})
+
+
+def _damaged_truth(rng: random.Random, name: str) -> bytes:
+    if name.endswith("csv"):
+        rows = ["query,first,last", "0,0,1", "1,0,2", "2,1,2"]
+        return "\n".join(_damaged_lines(rng, rows)).encode(errors="replace")
+    whole = rng.choice(
+        (np.eye(3, dtype=bool), np.eye(3), np.arange(3), np.arange(3, dtype=np.int16), np.zeros((3, 3, 3)))
+    )
+    flat = whole.reshape(-1)
+    if rng.random() < 0.5 and flat.dtype.kind == "f":
+        flat[rng.randrange(flat.size)] = rng.choice((np.nan, np.inf, 0.5, -1, 1e300))
+    if rng.random() < 0.3:
+        flat[rng.randrange(flat.size)] = rng.choice((-1, 1, 99))
+    buffer = io.BytesIO()
+    if name.endswith("npy"):
+        np.save(buffer, whole)
+    else:
+        np.savez_compressed(buffer, **{rng.choice(("GTsoft", "GThard", "a")): whole})
+    content = buffer.getvalue()
+    if rng.random() < 0.5:
+        shapes = (b"(3, 3)", b"(9, 9)", b"(0, 0)", b"(-1,)", b"(1e9)", b"[3,3]", b"(99999999999,)", b"()")
+        content = content.replace(b"(3, 3)", rng.choice(shapes), 1)
+    return damaged_bytes(rng, content) if rng.random() < 0.5 else content
