@@ -84,7 +84,7 @@ def exit_code(words: list[str]) -> int:
     except typer.Abort:
         return _told("aborted", BELOW)
     except KeyboardInterrupt as stop:
-        return _told(": ".join(["interrupted", *_notes(stop)]), INTERRUPTED)
+        return _told(": ".join(["interrupted", *map(str, stop.args), *_notes(stop)]), INTERRUPTED)
     except UsageError as error:
         if asks_for_help(error):
             return 0

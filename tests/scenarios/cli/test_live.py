@@ -147,8 +147,8 @@ def test_an_interrupted_drive_keeps_its_recording(here: Path, refseq: Refseq, mo
     monkeypatch.setattr(LiveLogger, "update", stop)
     answer = refseq(*LIVE, "--distance", "0.3", "--rrd", "live.rrd", "--recording", "q.mcap")
     assert answer.code == 130
-    assert answer.err.strip().endswith("q.mcap is readable and holds all views up to now, 3")
-    assert len(read_recording(here / "q.mcap").views) == 3
+    assert answer.err.strip().startswith("interrupted: q.partial.mcap holds 3 views, incomplete")
+    assert len(read_recording(here / "q.partial.mcap").views) == 3
     assert not (here / "live.rrd").exists()
 
 

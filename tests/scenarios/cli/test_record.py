@@ -184,7 +184,7 @@ def test_stopped_before_the_first_view_nothing_is_written(plan: str, tmp_path: P
         (("--script", "KEYS", "--robot", "r2d2"), "r2d2"),
         (("--script", "BAD"), "bad.txt, line 1, column 3: 'forwad' is not valid"),
         (("--script", "LED"), "led.mcap: was not led by hand"),
-        (("--script", "BYTES"), "bytes.txt: is no text"),
+        (("--script", "BYTES"), "bytes.txt: cannot be read: not UTF-8 text"),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(
