@@ -62,12 +62,14 @@ def _forked(request: dict[str, Any]) -> dict[str, Any]:
         _become(request)
     _, status, used = os.wait4(child, 0)
     code = os.waitstatus_to_exitcode(status)
-    peak = max(0, used.ru_maxrss - _resident() // 1024) * 1024
+    size = Path(request["aside"], "size")
+    own = int(size.read_text()) if size.exists() else 0
+    peak = max(0, used.ru_maxrss * 1024 - own)
     return {"code": code, "cpu": used.ru_utime + used.ru_stime, "peak": peak}
 
 
 def _resident() -> int:
-    """Bytes of memory that this process has, which its children begin with."""
+    """Bytes of memory that this process has; a child begins with less than its parent, without pages of files."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
 
 
@@ -75,6 +77,7 @@ def _become(request: dict[str, Any]) -> None:
     """Run the command line as a user would, in this process, and end with its exit code."""
     code = 3
     try:
+        Path(request["aside"], "size").write_text(str(_resident()))
         arms = request.get("arms", {})
         _enter(Path(request["folder"]), Path(request["aside"]), limited=not arms)
         from refseq_bench.scenarios.cli import app
