@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, fields
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,21 @@ import pyarrow.parquet as pq
 
 from refseq.belief import LOST, Belief, Stage, Timings
 from refseq.errors import LogError
+from refseq.fault import DeclaredFault, FaultKind
 from refseq.files import open_input, replacing
 from refseq.limits import BELIEF_BYTES, METRES
 from refseq.view import View
 
 COSTS = tuple(f"{field.name}_s" for field in fields(Timings))
+FAULT = pa.struct(
+    [
+        ("sensor", pa.string()),
+        ("kind", pa.string()),
+        ("since", pa.int32()),
+        ("time_s", pa.float64()),
+        ("evidence_nats", pa.float64()),
+    ]
+)
 SCHEMA = pa.schema(
     [
         ("method", pa.string()),
@@ -32,8 +43,11 @@ SCHEMA = pa.schema(
         ("true_y_m", pa.float64()),
         ("true_heading_rad", pa.float64()),
         *((cost, pa.float64()) for cost in COSTS),
+        ("faults", pa.list_(FAULT)),
     ]
 )
+OPTIONAL = ("faults",)
+"""Columns that tables of earlier versions lack."""
 
 FAR = float(METRES)
 RANGES: Mapping[str, tuple[float, float]] = {
@@ -91,6 +105,7 @@ def _row(method: str, index: int, view: View, belief: Belief) -> dict[str, objec
         "places": belief.places,
         **dict(zip(("true_x_m", "true_y_m", "true_heading_rad"), truth, strict=True)),
         **dict(zip(COSTS, astuple(belief.timings), strict=True)),
+        "faults": [dict(zip(FAULT.names, astuple(fault), strict=True)) for fault in belief.faults],
     }
 
 
@@ -119,7 +134,8 @@ def read_beliefs(path: Path) -> dict[str, list[Belief]]:
 def _read_table(file: pq.ParquetFile, path: Path) -> pa.Table:
     """All rows of a file. Raises ``LogError`` for other columns than those of ``SCHEMA``, and for too many values."""
     found = file.schema_arrow
-    for wanted in SCHEMA:
+    there = [wanted for wanted in SCHEMA if wanted.name not in OPTIONAL or wanted.name in found.names]
+    for wanted in there:
         if len(found.get_all_field_indices(wanted.name)) != 1:
             raise LogError(f"{path}: is no table of beliefs: column {wanted.name!r} is missing, or there twice")
         if found.field(wanted.name).type != wanted.type:
@@ -131,7 +147,7 @@ def _read_table(file: pq.ParquetFile, path: Path) -> pa.Table:
     # What a run of equal values takes on the disk says nothing of what it takes in memory.
     size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
     BELIEF_BYTES.check(size, f"{path}: takes")
-    return file.read(columns=SCHEMA.names)
+    return file.read(columns=[wanted.name for wanted in there])
 
 
 def _check_columns(table: pa.Table, path: Path) -> None:
@@ -161,4 +177,17 @@ def _belief(row: Mapping[str, Any], where: str) -> Belief:
         if number >= len(places):
             raise LogError(f"{where}: {name} is place {number}; valid are 0 to {len(places) - 1}")
     timings = Timings(*(row[cost] for cost in COSTS))
-    return Belief(places, row["lost"], row["best"], path, row["entropy_nats"], timings)
+    faults = tuple(_fault(told, row["view"], where) for told in row.get("faults", ()))
+    return Belief(places, row["lost"], row["best"], path, row["entropy_nats"], timings, faults)
+
+
+def _fault(told: Mapping[str, Any], view: int, where: str) -> DeclaredFault:
+    """A fault that stood at a view. Raises ``LogError`` for one that no monitor declares."""
+    sensor, kind, since, time, evidence = (told[name] for name in FAULT.names)
+    if kind not in list(FaultKind):
+        raise LogError(f"{where}: kind of fault {kind!r:.80} is not valid; valid are {', '.join(FaultKind)}")
+    if since is None or not 0 <= since <= view:
+        raise LogError(f"{where}: a fault since view {since}; valid are 0 to {view}")
+    if not sensor or not all(number is not None and isfinite(number) for number in (time, evidence)):
+        raise LogError(f"{where}: a fault lacks its sensor, time or evidence, or they are no numbers")
+    return DeclaredFault(sensor, FaultKind(kind), since, time, evidence)

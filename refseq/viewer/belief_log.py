@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief, Stage
 from refseq.errors import RefseqError
+from refseq.fault import DeclaredFault
 from refseq.planar import Pose
 from refseq.view import View
 from refseq.viewer.drawing import colours
@@ -91,6 +92,7 @@ class BeliefLog:
         self._worded = self._keypoints.cameras()
         self._cameras: set[str] = set()
         self._histories = {method: History(len(layer.places), expect) for method in layer.methods}
+        self._faults: tuple[DeclaredFault, ...] | None = None
 
     def begin(self) -> None:
         """Log what does not change: names and colours of lines, and where the places are."""
@@ -115,6 +117,7 @@ class BeliefLog:
             foremost = beliefs[self._layer.foremost]
             self._log_place(view, foremost)
             self._log_plan(foremost, pose)
+            self._log_faults(foremost.faults)
 
     def _check(self, beliefs: Mapping[str, Belief]) -> None:
         for method, belief in beliefs.items():
@@ -156,6 +159,19 @@ class BeliefLog:
             return
         self._stream.log(f"{path}/unmatched", _dots(marked.unmatched, colours.UNMATCHED, -1.2))
         self._stream.log(f"{path}/matched", _dots(marked.matched, colours.MATCHED, -2.2))
+
+    def _log_faults(self, faults: tuple[DeclaredFault, ...]) -> None:
+        """A line at the view at which a sensor is declared ill, and one where it is well again."""
+        before = self._faults or ()
+        lines = [(f"{fault}", rr.TextLogLevel.WARN) for fault in faults if fault not in before]
+        lines += [
+            (f"{fault.sensor} no more {fault.kind}", rr.TextLogLevel.INFO) for fault in before if fault not in faults
+        ]
+        if self._faults is None and not lines:
+            lines = [("sensors are watched: all well", rr.TextLogLevel.INFO)]
+        for line, level in lines:
+            self._stream.log(self._layer.path("faults"), rr.TextLog(line, level=level))
+        self._faults = faults
 
     def _log_plan(self, belief: Belief, pose: Pose | None) -> None:
         """Places that glow with their probability, a ring at the best one, and a line from there to the robot."""

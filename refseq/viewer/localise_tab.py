@@ -6,6 +6,7 @@ from functools import cached_property
 
 import rerun as rr
 import rerun.blueprint as rrb
+from rerun.blueprint.encodings import TimelineColumn
 
 from refseq.belief import Belief, Stage
 from refseq.errors import RefseqError
@@ -15,6 +16,7 @@ from refseq.viewer.drawing.history import HEIGHT, WIDTH
 from refseq.viewer.drawing.keypoints import Keypoints
 from refseq.viewer.live_logger import LiveLogger
 from refseq.viewer.scene import Scene, scene_of
+from refseq.viewer.timelines import VIEW
 
 Answers = Mapping[str, Sequence[Belief]]
 """Beliefs by method: a ``Stage``, which is a word, or any other name."""
@@ -50,7 +52,8 @@ class LocaliseTab:
 
     def layout(self) -> rrb.Container:
         """Panels of the tab."""
-        return localise_layout(self.scene, self.layers)
+        told = any(belief.faults for own in self.answers.values() for beliefs in own.values() for belief in beliefs)
+        return localise_layout(self.scene, self.layers, faults=told)
 
     def send(self, stream: rr.RecordingStream) -> None:
         """Log view by view."""
@@ -88,8 +91,11 @@ ABREAST = 5
 """Panels side by side at most; more are so narrow on a laptop's screen that their titles are cut."""
 
 
-def localise_layout(scene: Scene, layers: Sequence[LocaliserLayer]) -> rrb.Container:
-    """Cameras and laser on top, the plan as a strip, beliefs below; a plan that is no strip goes on top."""
+def localise_layout(scene: Scene, layers: Sequence[LocaliserLayer], *, faults: bool = True) -> rrb.Container:
+    """Cameras and laser on top, the plan as a strip, beliefs below; a plan that is no strip goes on top.
+
+    With ``faults`` there is a panel that tells of sensors that are declared ill.
+    """
     plan = list(_plan(scene, layers))
     wide = scene.extent is not None and scene.extent.wide
     beside = [*_laser(scene), *([] if wide else plan)]
@@ -100,7 +106,7 @@ def localise_layout(scene: Scene, layers: Sequence[LocaliserLayer]) -> rrb.Conta
     if wide:
         rows += [(view, 1.2) for view in plan]
     if layers:
-        rows.append((_beliefs(layers), 3.6))
+        rows.append((_beliefs(layers, faults=faults), 3.6))
     return rrb.Vertical(*(row for row, _ in rows), row_shares=[share for _, share in rows])
 
 
@@ -165,13 +171,13 @@ def _plan(scene: Scene, layers: Sequence[LocaliserLayer]) -> Iterator[rrb.View]:
     )
 
 
-def _beliefs(layers: Sequence[LocaliserLayer]) -> rrb.Container:
-    """A row for each localiser, its methods side by side; P(lost) and entropy beside all."""
+def _beliefs(layers: Sequence[LocaliserLayer], *, faults: bool) -> rrb.Container:
+    """A row for each localiser, its methods side by side; P(lost), entropy and faults of sensors beside all."""
     rows = [
         rrb.Horizontal(*(_posterior(layer, method, len(layers) > 1) for method in layer.methods)) for layer in layers
     ]
     columns = max(len(layer.methods) for layer in layers)
-    lines = rrb.Vertical(_lines("lost", layers), _lines("entropy", layers))
+    lines = rrb.Vertical(_lines("lost", layers), _lines("entropy", layers), *([_faults()] if faults else []))
     return rrb.Horizontal(rrb.Vertical(*rows), lines, column_shares=[columns, 1.2])
 
 
@@ -187,6 +193,12 @@ def _posterior(layer: LocaliserLayer, method: str, several: bool) -> rrb.Contain
         origin=layer.path("posterior", method), name="P(place) now", plot_legend=rrb.PlotLegend(visible=False)
     )
     return rrb.Vertical(history, bars, row_shares=[2.2, 1.0])
+
+
+def _faults() -> rrb.View:
+    """Lines of text at the views at which sensors were declared ill, or were well again."""
+    columns = rrb.TextLogColumns(timeline_columns=[TimelineColumn(VIEW)], text_log_columns=["loglevel", "body"])
+    return rrb.TextLogView(origin="faults", name="faults of sensors", columns=columns)
 
 
 def _lines(group: str, layers: Sequence[LocaliserLayer]) -> rrb.View:

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field, replace
 from refseq.belief import Stage
 from refseq_bench.scenarios.report.page import PageTable
 from refseq_bench.scenarios.report.plot_selection import select_methods
+from refseq_bench.scenarios.report.plots.confidence import declared_faults
 from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.sections.atlas import AtlasPart, atlas_part
 from refseq_bench.scenarios.report.sections.drawings import Drawings, drawings
 from refseq_bench.scenarios.report.sections.frames import FailureFrames, FrameSource, PlaceFrames, frames_of
-from refseq_bench.scenarios.report.sections.headline import Headline, headline
+from refseq_bench.scenarios.report.sections.headline import Headline, headline, told_faults
 from refseq_bench.scenarios.report.sections.tables import (
     FigureTables,
     consistency_page_table,
@@ -45,7 +46,10 @@ class SectionSettings:
 
 @dataclass(frozen=True)
 class Section:
-    """The contents of a section; ``drawn`` says which of several runs the plots show, ``unscored`` why no score."""
+    """The contents of a section; ``drawn`` says which of several runs the plots show, ``unscored`` why no score.
+
+    ``faults`` tells of sensors that were declared ill, if there were any.
+    """
 
     name: str
     runs: int
@@ -59,6 +63,7 @@ class Section:
     unscored: str
     consistency: PageTable | None
     headline: Headline | None
+    faults: str
     plots: Drawings
     failures: tuple[FailureFrames, ...]
     places: tuple[PlaceFrames, ...]
@@ -98,6 +103,7 @@ def section(name: str, runs: Sequence[Comparison], settings: SectionSettings) ->
         unscored=unscored,
         consistency=consistency_page_table(every, judged),
         headline=next((headline(one, unscored, truth_estimates(runs)) for one in every if one.method == judged), None),
+        faults=told_faults(declared_faults(first)),
         plots=drawings(selected, found, judged, (wide, narrow), settings.outline),
         failures=failed,
         places=places,

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from refseq.fault import DeclaredFault, declared_in
 from refseq_bench.scenarios.report.words import metres
 from refseq_bench.scenarios.scoring.comparison import method_label
 from refseq_bench.scenarios.scoring.consistency.consistency import Consistency
@@ -31,6 +32,18 @@ def headline(one: Figures, unscored: str, estimates: Sequence[str] = ()) -> Head
         return Headline(label, _answered(one.consistency), f"No score: {unscored}. {_consistent(one.consistency)}")
     told = f" The truth is an estimate: {', '.join(estimates)}." if estimates else ""
     return Headline(label, _right(one), _around(one) + told)
+
+
+def told_faults(declared: Sequence[Sequence[DeclaredFault]]) -> str:
+    """A sentence on the faults that stood at each view, in the order in which they were declared; none: nothing."""
+    told = []
+    for fault in declared_in(declared):
+        stood = [view for view, faults in enumerate(declared) if fault in faults]
+        until = f" until view {stood[-1]}" if stood[-1] < len(declared) - 1 else ""
+        told.append(f"{fault} (told at view {stood[0]}){until}")
+    if not told:
+        return ""
+    return f"Declared by the localiser: {'; '.join(told)}."
 
 
 def _right(one: Figures) -> str:

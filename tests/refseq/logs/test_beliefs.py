@@ -7,18 +7,23 @@ import pytest
 
 from refseq.belief import LOST, Belief, Stage, Timings
 from refseq.errors import LogError
+from refseq.fault import CLOCK, DeclaredFault, FaultKind
 from refseq.limits import Limit
 from refseq.logs import beliefs as beliefs_module
 from refseq.logs.beliefs import SCHEMA, read_beliefs, write_beliefs
 from refseq.planar import Pose
 from refseq.view import View
 
+STAMPS = DeclaredFault(CLOCK, FaultKind.JUMPING, 0, -5.0, 20.0)
+
 
 def random_belief(rng: np.random.Generator) -> Belief:
     places = rng.dirichlet(np.ones(7))
     entropy = float(-(places * np.log(places)).sum())
     timings = Timings(*rng.random(4).tolist())
-    return Belief(places, float(rng.random()), int(np.argmax(places)), (3, LOST, 4), entropy, timings)
+    ill = DeclaredFault("camera-1", FaultKind.BLANK, 0, 0.1, float(rng.random())), STAMPS
+    faults = ill[: rng.integers(3)]
+    return Belief(places, float(rng.random()), int(np.argmax(places)), (3, LOST, 4), entropy, timings, faults)
 
 
 @pytest.fixture
@@ -39,6 +44,13 @@ def test_round_trip_is_exact(tmp_path: Path, drive: tuple[list[View], dict[Stage
             assert ours.places.tobytes() == theirs.places.tobytes()
             assert (ours.lost, ours.best, ours.path) == (theirs.lost, theirs.best, theirs.path)
             assert (ours.entropy, ours.timings) == (theirs.entropy, theirs.timings)
+            assert ours.faults == theirs.faults
+    assert {len(belief.faults) for belief in beliefs[Stage.CHAIN]} == {0, 1, 2}
+
+
+def test_a_table_of_an_earlier_version_tells_no_fault(tmp_path: Path, table: pa.Table) -> None:
+    pq.write_table(table.drop_columns("faults"), tmp_path / "b.parquet")
+    assert not any(belief.faults for belief in read_beliefs(tmp_path / "b.parquet")[Stage.CHAIN])
 
 
 def test_columns_carry_units_and_truth(tmp_path: Path, drive: tuple[list[View], dict[Stage, list[Belief]]]) -> None:
@@ -121,6 +133,9 @@ def changed(table: pa.Table, column: str, value: object) -> pa.Table:
     return table.set_column(number, column, pa.array([*table.column(number).to_pylist()[:-1], value], kind))
 
 
+TOLD = {"sensor": "laser", "kind": "blind", "since": 1, "time_s": 0.5, "evidence_nats": 10.0}
+
+
 @pytest.mark.parametrize(
     ("column", "value", "told"),
     [
@@ -134,6 +149,13 @@ def changed(table: pa.Table, column: str, value: object) -> pa.Table:
         ("best", 10_000, "best is place 10000; valid are 0 to"),
         ("path", [10_000], "path is place 10000; valid are 0 to"),
         ("path", [-2], "column 'path' holds -2; valid are -1 to"),
+        ("faults", None, "column 'faults' lacks a value; valid is one in every row"),
+        ("faults", [None], "column 'faults' lacks a value; valid is one in every row"),
+        ("faults", [TOLD | {"kind": "bored"}], "kind of fault 'bored' is not valid; valid are blank, frozen"),
+        ("faults", [TOLD | {"since": 12}], "a fault since view 12; valid are 0 to 11"),
+        ("faults", [TOLD | {"since": None}], "a fault since view None; valid are 0 to 11"),
+        ("faults", [TOLD | {"sensor": None}], "a fault lacks its sensor, time or evidence"),
+        ("faults", [TOLD | {"time_s": float("nan")}], "a fault lacks its sensor, time or evidence"),
         ("view", 7000, "answers view 7000; valid is"),
         ("true_x_m", float("inf"), "column 'true_x_m' holds inf; valid are -1e+09 to 1e+09"),
     ],

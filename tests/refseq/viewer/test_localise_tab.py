@@ -11,13 +11,14 @@ import rerun.blueprint as rrb
 
 from refseq.belief import Belief, Stage
 from refseq.errors import RefseqError
+from refseq.fault import DeclaredFault, FaultKind
 from refseq.logs.beliefs import read_beliefs, write_beliefs
 from refseq.map.learning import learn
 from refseq.planar import Pose
 from refseq.view import Scan, View
 from refseq.viewer.belief_log import LocaliserLayer, beside
 from refseq.viewer.layers import write_layers
-from refseq.viewer.localise_tab import Answers, LocaliseTab
+from refseq.viewer.localise_tab import Answers, LocaliseTab, localise_layout
 from refseq.viewer.places import Places
 from refseq.viewer.recording import write_recording
 from tests.refseq.viewer.readback import empty_views, entities, rows, values, verified
@@ -83,6 +84,32 @@ def test_posteriors_lost_and_entropy_are_the_table_s_to_the_last_bit(
         assert [bar[0]["buffer"] for bar in bars] == [answer.places.tolist() for answer in answers]
         assert of_views(recording, f"/lost/one/{stage}", "Scalars:scalars") == [[a.lost] for a in answers]
         assert of_views(recording, f"/entropy/one/{stage}", "Scalars:scalars") == [[a.entropy] for a in answers]
+
+
+def test_faults_are_told_at_the_view_at_which_they_are_declared(comparison: Any, tmp_path: Path) -> None:
+    blank = DeclaredFault("forward", FaultKind.BLANK, 3, 6.0, 12.0)
+    answers = [replace(b, faults=(blank,) if 4 <= k < 8 else ()) for k, b in enumerate(comparison.beliefs[Stage.CHAIN])]
+    tab = tab_of(comparison.reference_views, comparison.query_views, {Stage.CHAIN: answers})
+    write_recording(tmp_path / "run.rrd", [tab], name="faults")
+    assert empty_views(tab.layout(), tmp_path / "run.rrd") == []
+    assert rows(tmp_path / "run.rrd", "/faults/one", "TextLog:text", "view") == [
+        (0, ["sensors are watched: all well"]),
+        (4, ["forward blank since view 3"]),
+        (8, ["forward no more blank"]),
+    ]
+
+
+def test_a_drive_without_a_fault_has_no_panel_of_faults(tab: LocaliseTab) -> None:
+    assert "faults" not in panels(tab.layout())
+    assert "faults" in panels(localise_layout(tab.scene, tab.layers))
+
+
+def panels(layout: Any) -> list[str]:
+    """Origins of all panels."""
+    inside = getattr(layout, "contents", None)
+    if isinstance(layout, rrb.View):
+        return [str(layout.origin)]
+    return [origin for one in inside or () for origin in panels(one)]
 
 
 def test_time_runs_by_view_by_clock_and_by_distance(recording: Path) -> None:

@@ -169,11 +169,11 @@ def attack_on_monitor(seed: int, folder: Path) -> Attempt:
 
 for fault in FAULTS:
     promise = f"A drive with {fault.replace('-', ' ')}: declared within 2 s or 2 m, and no wrong fix because of it"
-    register(Attack(fault, "sensor faults", promise, 24, 0, attack_on_localiser(fault), 120.0))
+    register(Attack(fault, "sensors", promise, 24, 0, attack_on_localiser(fault), 120.0))
 register(
     Attack(
         "sensor-monitor",
-        "sensor faults",
+        "sensors",
         "A fault on a made-up drive is declared within 2 s or 2 m, and none before it",
         200,
         3,

@@ -12,6 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from refseq.belief import Stage, Timings
+from refseq.fault import DeclaredFault, FaultKind
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
@@ -342,6 +343,25 @@ def test_faults_on_the_drive_are_marked(runs: list[Comparison]) -> None:
         errors_along_path(runs[0], scores, path, (WIDE, NARROW), met),
     ]
     assert [[entry.label for entry in one.legend].count("forward black from 3 m") for one in drawn] == [1, 1, 1]
+
+
+def test_sensors_that_were_declared_ill_are_told_and_drawn(tmp_path: Path, runs: list[Comparison]) -> None:
+    blank = DeclaredFault("camera-1", FaultKind.BLANK, 3, 5.4, 12.0)
+    stuck = DeclaredFault("laser", FaultKind.FROZEN, 6, 10.8, 12.0)
+    stood = [(blank,) * (k >= 4) + (stuck,) * (7 <= k <= 9) for k in range(COUNT)]
+    ill = {
+        stage: [replace(belief, faults=faults) for belief, faults in zip(beliefs, stood, strict=True)]
+        for stage, beliefs in runs[0].beliefs.items()
+    }
+    text = written(tmp_path, replace(runs[0], beliefs=ill))
+    assert (
+        "Declared by the localiser: camera-1 blank since view 3 (told at view 4); "
+        "laser frozen since view 6 (told at view 7) until view 9." in text
+    )
+    drawn = confidence(replace(runs[0], beliefs=ill), None, WIDE).svg
+    assert all(f">{word}</text>" in drawn for word in ("camera-1", "laser", "blank", "frozen"))
+    healthy = written(tmp_path, runs[0])
+    assert "eclared" not in healthy
 
 
 def test_many_methods_are_all_in_the_tables_and_few_in_the_plots(tmp_path: Path, runs: list[Comparison]) -> None:
