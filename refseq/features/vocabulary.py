@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.features.nearest import BLOCK, nearest, squared_distances
+from refseq.features.nearest import BLOCK, WordBlock, blocks, nearest, squared_distances
 
 if TYPE_CHECKING:
     from refseq.features.word_index import WordIndex
@@ -29,6 +29,7 @@ class Vocabulary:
         self._rows = words
         self._count = len(words)
         self._index: WordIndex | None = None
+        self._ready: tuple[int, tuple[WordBlock, ...] | None] = 0, None
 
     def __len__(self) -> int:
         return self._count
@@ -53,8 +54,14 @@ class Vocabulary:
     def find(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
         """The word that each descriptor is an alias of, (n,); −1 for one that is unlike all."""
         exact = self._count <= self.exact_up_to or self._rows.dtype != np.uint8
-        found = nearest(descriptors, self.words) if exact else self._indexed().nearest(descriptors)
+        found = nearest(descriptors, self.words, self._blocks()) if exact else self._indexed().nearest(descriptors)
         return np.where(found.squared <= self.alias_distance**2, found.ids, -1)
+
+    def _blocks(self) -> tuple[WordBlock, ...] | None:
+        """All words so far, ready to be compared with; made anew only where words have come."""
+        if self._ready[0] != self._count:
+            self._ready = self._count, blocks(self.words)
+        return self._ready[1]
 
     def _learn(self, descriptors: NDArray[Any]) -> NDArray[np.intp]:
         """As ``learn``, for so few descriptors that all may be compared with all."""

@@ -116,10 +116,6 @@ class HealthMonitor:
             self._cameras[name].conclude(self._times)
         return self.faults
 
-    def suspected(self, kind: FaultKind) -> frozenset[str]:
-        """Cameras for which more speaks for this fault than against it, or for which it stands."""
-        return frozenset(name for name, tests in self._cameras.items() if tests.suspected(kind))
-
     def _look_at_pictures(self, view: View, way: float) -> float:
         """Test the cameras; returns by how much their pictures say that the robot has moved [nats]."""
         moved = 0.0

@@ -39,7 +39,7 @@ class SensorGuard:
         measured = self._matcher.match(health.usable)
         ill = {fault.sensor for fault in health.faults if fault.kind is not FaultKind.EXCHANGED}
         looked_at = replace(view, images={name: image for name, image in view.images.items() if name not in ill})
-        ratios = self._exchange.ratios(looked_at, self._matcher, self._monitor.suspected(FaultKind.EXCHANGED))
+        ratios = self._exchange.ratios(looked_at, self._matcher.described)
         self.faults = self._monitor.compare(ratios)
         usable = usable_view(view, self.faults)
         if usable.sensors != health.usable.sensors:
