@@ -41,7 +41,7 @@ class Matcher:
 
     ``sensors`` is a subset of the map's (default: all); a view that lacks one is matched by the others. Raises
     ``MapError`` for a sensor that the map does not have. ``described`` is what was found in the last view, by
-    extractor, ``seen`` what each sequence knows of it.
+    extractor.
     """
 
     def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
@@ -52,11 +52,10 @@ class Matcher:
         self._seed = seed
         self._count = 0
         self.described: Mapping[str, Any] = {}
-        self.seen: Sequence[Features] = ()
 
     def reset(self) -> None:
         """Start counting views anew; the count is part of the seed."""
-        self.described, self.seen = {}, ()
+        self.described = {}
         self._count = 0
 
     def match(self, view: View) -> list[Measurement]:
@@ -65,16 +64,15 @@ class Matcher:
         described = {e.key: e.describe(view) for e in self.extractors[0] if e.sensor in view.sensors}
         spent = time.perf_counter() - start
         distance = view.distance if view.has_odometry else math.nan
-        measured, all_seen = [], []
+        measured = []
         for sequence, extractors in zip(self._sequences, self.extractors, strict=True):
             start = time.perf_counter()
             seen = {e.key: e.recognise(described[e.key]) for e in extractors if e.key in described}
             timings = Timings(features=spent, matching=time.perf_counter() - start)
             measured.append(compare(sequence, seen, distance, (self._seed, self._count), timings))
-            all_seen.append(seen)
             spent = 0.0  # it is the first one's
         self._count += 1
-        self.described, self.seen = described, all_seen
+        self.described = described
         return measured
 
 

@@ -15,9 +15,11 @@ import pytest
 
 from refseq.belief import Stage, Timings
 from refseq.logs import read_recording
+from refseq.map.guard import SensorGuard
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.map.map import Map
+from refseq.map.matcher import Matcher
 from refseq.map.profile import PROFILES
 from refseq.view import View
 from tests.support import corridor_drive
@@ -25,6 +27,8 @@ from tests.support import corridor_drive
 pytestmark = pytest.mark.benchmark
 COUNT = 118
 QUERIES = 24
+MOST_FOR_HEALTH = 1.10
+"""Watching the sensors may cost this much of a view at most; 1.03 is the aim."""
 STEPS = [step.name for step in fields(Timings)]
 
 
@@ -84,3 +88,21 @@ def test_the_cost_of_a_view(name: str, drives: tuple[list[View], list[View]]) ->
     assert full["features"] < 2 * half["features"], "extraction does not depend on the map"
     # The chain's transitions are a matrix of places by places.
     assert full["mixture"] + full["chain"] < 8 * (half["mixture"] + half["chain"])
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_the_cost_of_watching_the_sensors(name: str, drives: tuple[list[View], list[View]]) -> None:
+    """A view is matched under guard and bare in turns, so that both meet the same weather of a busy machine."""
+    reference, query = drives
+    map_ = learn(reference, profile=PROFILES[name])
+    matchers = {"bare": Matcher(map_), "guarded": SensorGuard(map_)}
+    spent: dict[str, list[float]] = {label: [] for label in matchers}
+    for view in query[:QUERIES]:
+        for label, matcher in matchers.items():
+            start = time.process_time()
+            matcher.match(view)
+            spent[label].append(time.process_time() - start)
+    bare, guarded = (1e3 * np.array(spent[label][1:]) for label in ("bare", "guarded"))
+    ratio = float(np.median(guarded) / np.median(bare))
+    print(f"\n{name}: {np.median(bare):.1f} ms bare, {np.median(guarded - bare):+.1f} ms guarded, ratio {ratio:.3f}")
+    assert ratio < MOST_FOR_HEALTH

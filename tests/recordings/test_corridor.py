@@ -11,6 +11,11 @@ import cv2
 import numpy as np
 import pytest
 
+from refseq.belief import Stage
+from refseq.map.learning import learn
+from refseq.map.localiser import localise
+from refseq.map.matcher import Matcher
+from refseq.map.trackers import tracker_for
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.scoring.comparison import Comparison
@@ -60,3 +65,22 @@ def test_two_drives_down_a_corridor(comparison: Comparison) -> None:
     assert found["best/uniform"].success.value > 0.65
     assert found["best/prior"].success.value > 0.95
     assert found["best/chain"].success.value > 0.95
+
+
+@pytest.mark.slow
+def test_watching_the_camera_changes_no_bit_of_the_answers() -> None:
+    folder = recording("corridor")
+    map_ = learn(drive(folder / "ref")[:40], profile="best")
+    query = drive(folder / "query")[:40]
+    guarded = localise(map_, query, stages=[Stage.CHAIN])[Stage.CHAIN]
+    matcher, tracker = Matcher(map_), tracker_for(Stage.CHAIN, map_)
+    for view, belief in zip(query, guarded, strict=True):
+        bare = tracker.update(matcher.match(view))
+        np.testing.assert_array_equal(bare.places, belief.places)
+        assert (bare.lost, bare.best, bare.path, bare.entropy) == (
+            belief.lost,
+            belief.best,
+            belief.path,
+            belief.entropy,
+        )
+        assert belief.faults == ()

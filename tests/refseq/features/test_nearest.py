@@ -1,6 +1,6 @@
 import numpy as np
 
-from refseq.features.nearest import BLOCK, nearest
+from refseq.features.nearest import BLOCK, blocks, nearest
 
 
 def test_of_equally_near_words_the_first_is_meant_across_blocks() -> None:
@@ -13,3 +13,15 @@ def test_of_equally_near_words_the_first_is_meant_across_blocks() -> None:
 
 def test_without_words_all_is_infinitely_far() -> None:
     assert nearest(np.zeros((2, 4), np.uint8), np.zeros((0, 4), np.uint8)).squared.tolist() == [np.inf, np.inf]
+
+
+def test_words_made_ready_give_the_same_to_the_last_bit() -> None:
+    rng = np.random.default_rng(0)
+    words, descriptors = (rng.integers(0, 256, (count, 128), dtype=np.uint8) for count in (BLOCK + 70, 9))
+    for plain, ready in zip(nearest(descriptors, words), nearest(descriptors, words, blocks(words)), strict=True):
+        np.testing.assert_array_equal(plain, ready)
+
+
+def test_numbers_that_are_compared_pair_by_pair_are_not_made_ready() -> None:
+    assert blocks(np.zeros((3, 4), np.float32)) is None
+    assert blocks(np.zeros((3, 130), np.uint8)) is None

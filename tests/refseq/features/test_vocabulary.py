@@ -191,3 +191,12 @@ def test_growing_moves_each_word_a_few_times_only() -> None:
         places.add(vocabulary.words.ctypes.data)
     assert len(vocabulary) == 2000
     assert len(places) < 20
+
+
+def test_words_that_came_after_matching_are_matched_too() -> None:
+    first, second = np.full((1, 4), 10, np.uint8), np.full((1, 4), 200, np.uint8)
+    vocabulary = Vocabulary(3.0, np.zeros((0, 4), np.uint8))
+    vocabulary.learn(first)
+    assert vocabulary.match(np.concatenate([first, second])).tolist() == [0]
+    vocabulary.learn(second)
+    assert vocabulary.match(np.concatenate([first, second])).tolist() == [0, 1]
