@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from functools import cache
 from importlib.metadata import version as package_version
 from typing import Annotated
 
@@ -74,10 +75,16 @@ def main() -> None:
     sys.exit(exit_code(sys.argv[1:]))
 
 
+@cache
+def command_tree() -> typer.core.TyperGroup:
+    """All commands with their options, as Typer made them of the functions: once, for it takes as long as a command."""
+    return typer.main.get_group(app)
+
+
 def exit_code(words: list[str]) -> int:
     """Run one command; what went wrong is told in one line."""
     try:
-        with typer.main.get_command(app).make_context("refseq", words) as context:
+        with command_tree().make_context("refseq", words) as context:
             context.command.invoke(context)
     except typer.Exit as leave:
         return leave.exit_code
