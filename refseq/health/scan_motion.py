@@ -162,9 +162,7 @@ class _Walls:
         cells = _cells(points)[:, ::-1].astype(np.int32)  # OpenCV has the column first
         breaks = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > JOINED) + 1
         cv2.polylines(grid, [one.reshape(-1, 1, 2) for one in np.split(cells, breaks)], False, 0)
-        # What lies in the next cell may be there by rounding alone.
-        away = (cv2.distanceTransform(grid, cv2.DIST_L2, 3) - 1) * CELL
-        self._distance = np.clip(away, 0.0, FARTHEST).astype(np.float32)
+        self._away = cv2.distanceTransform(grid, cv2.DIST_L2, 3)  # in cells, float32
         self._half = min(math.pi, (len(scan.ranges) - 1) * scan.step / 2)
         self._middle = scan.start + (len(scan.ranges) - 1) * scan.step / 2
 
@@ -179,13 +177,15 @@ class _Walls:
         cos, sin = np.cos(heading), np.sin(heading)
         moved = np.stack([x + cos * points[:, 0] - sin * points[:, 1], y + sin * points[:, 0] + cos * points[:, 1]], -1)
         cells = _cells(moved)  # (candidates, n, 2)
-        side = len(self._distance)
+        side = len(self._away)
         seen = ((cells >= 0) & (cells < side)).all(axis=-1)
         if self._half < math.pi - 1e-6:
-            bearing = np.arctan2(moved[..., 1], moved[..., 0]) - self._middle
-            seen &= np.abs((bearing + math.pi) % (2 * math.pi) - math.pi) <= self._half
+            # A bearing is within the field of view where its cosine to the middle is large enough.
+            ahead = moved[..., 0] * math.cos(self._middle) + moved[..., 1] * math.sin(self._middle)
+            seen &= ahead >= math.cos(self._half) * np.sqrt((moved**2).sum(axis=-1))
         inside = np.clip(cells, 0, side - 1)
-        distances = self._distance[inside[..., 0], inside[..., 1]]
+        # What lies in the next cell may be there by rounding alone.
+        distances = np.clip((self._away[inside[..., 0], inside[..., 1]] - 1) * CELL, 0.0, FARTHEST)
         counts = seen.sum(axis=1)
         means = np.where(counts >= FEWEST, (distances * seen).sum(axis=1) / np.maximum(counts, 1), FARTHEST)
         return float(means.min())
