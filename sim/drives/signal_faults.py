@@ -5,7 +5,7 @@ any recording's views.
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.view import LASER, View
+from refseq_bench.sim.device_tables import TABLE
 from refseq_bench.sim.errors import SimError
 
 
@@ -32,6 +33,14 @@ class SignalFaultKind(StrEnum):
     CLOCK_JUMPING = "clock-jumping"
 
 
+CAMERAS_OF = {
+    SignalFaultKind.CAMERA_BLANK: ("camera",),
+    SignalFaultKind.CAMERA_FROZEN: ("camera",),
+    SignalFaultKind.CAMERAS_EXCHANGED: ("camera", "other"),
+}
+"""Keys that name cameras, of the faults that have some."""
+
+
 @dataclass(frozen=True, slots=True)
 class SignalFault:
     """A fault from ``at`` to ``until`` [m of the odometer's way in the drive].
@@ -40,6 +49,7 @@ class SignalFault:
     ``width`` / 2 of ``bearing`` [degrees, to the left] are blind. Stamps jump by ``seconds``, ahead or back.
     """
 
+    __pydantic_config__ = TABLE
     kind: SignalFaultKind
     at: float = 0.0
     until: float = math.inf
@@ -52,6 +62,24 @@ class SignalFault:
     def __post_init__(self) -> None:
         if not 0 <= self.at < self.until:
             raise SimError(f"fault {self.kind}: at = {self.at:g} m, until = {self.until:g} m; valid is 0 <= at < until")
+        for name in ("bearing", "width", "seconds"):
+            if not math.isfinite(getattr(self, name)):
+                raise SimError(f"fault {self.kind}: {name} = {getattr(self, name)} is not valid; it should be finite")
+        for name in CAMERAS_OF.get(self.kind, ()):
+            if not getattr(self, name):
+                raise SimError(f"fault {self.kind}: {name} is missing; valid is the name of a camera")
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """The cameras that it is about."""
+        return tuple(getattr(self, name) for name in CAMERAS_OF.get(self.kind, ()))
+
+
+def with_signal_faults(views: Iterable[View], faults: Sequence[SignalFault], seed: int = 0) -> Iterator[View]:
+    """The views of a drive with several faults, each made of what those before it have left."""
+    for number, fault in enumerate(faults):
+        views = with_signal_fault(views, fault, seed + number)
+    yield from views
 
 
 def with_signal_fault(views: Iterable[View], fault: SignalFault, seed: int = 0) -> Iterator[View]:

@@ -9,11 +9,18 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from refseq_bench.scenarios.campaign.declare.drivable import check_drive, named
+from refseq_bench.scenarios.campaign.declare.drivable import check_drive, check_signal_faults, named
 from refseq_bench.scenarios.campaign.declare.expand import Values, expanded, put
 from refseq_bench.scenarios.campaign.declare.expectations import Expectation
 from refseq_bench.scenarios.campaign.declare.real_recordings import Images, Log
-from refseq_bench.scenarios.campaign.declare.schema import Declared, DriveTable, LogTable, SourceTable, kind_of
+from refseq_bench.scenarios.campaign.declare.schema import (
+    Declared,
+    DriveTable,
+    LogTable,
+    Scenario,
+    SourceTable,
+    kind_of,
+)
 from refseq_bench.scenarios.campaign.declare.schema_types import SchemaType, schema_type_of
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.campaign.declare.validation_errors import first_error
@@ -233,4 +240,8 @@ def _check(case: Case, schema_type: SchemaType, checked: set[str]) -> None:
             if isinstance(source, Drive) and key not in checked:
                 check_drive(source, scenario.localise.sensors)
                 checked.add(key)
+    query = case.source("query", scenario.seeds[0])
+    if isinstance(scenario, Scenario) and isinstance(query, Drive):
+        with named("localise.signal_faults"):
+            check_signal_faults(query, scenario.localise.signal_faults)
     schema_type.check(scenario, case.file, case.sources(scenario.seeds[0])[:-1])

@@ -16,6 +16,7 @@ from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.sim.bench.faults import check_fault
 from refseq_bench.sim.cameras.library import load_camera
 from refseq_bench.sim.drives.operator import Operator
+from refseq_bench.sim.drives.signal_faults import SignalFault
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.worlds.light import light_named
 
@@ -49,6 +50,12 @@ def check_drive(drive: Drive, sensors: Sequence[str] | None) -> None:
     length = check_route(drive)
     for fault in drive.faults:
         check_fault(fault, robot, length)
+
+
+def check_signal_faults(drive: Drive, faults: Sequence[SignalFault]) -> None:
+    """Raise ``ScenarioError`` for a fault of a camera that the robot does not have."""
+    for fault in faults:
+        check_sensors(fault.cameras, robots.load(drive.robot))
 
 
 def check_route(drive: Drive) -> float:

@@ -16,6 +16,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Dis
 from refseq_bench.scenarios.campaign.declare.assignment import ODOMETRY
 from refseq_bench.scenarios.methods.by_name import written_out
 from refseq_bench.sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
+from refseq_bench.sim.drives.signal_faults import SignalFault
 from refseq_bench.sim.rendering.renderer import RendererKind
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -43,7 +44,9 @@ def _rising(stretch: str) -> str:
 
 Line = Annotated[str, AfterValidator(_in_one_line)]
 Stretch = Annotated[str, Field(pattern=r"^[0-9]*:[0-9]*$"), AfterValidator(_rising)]
-FAULT_NUMBERS = tuple(sorted({one.name for fault in FAULTS for one in fields(fault) if one.type is float}))
+FAULT_NUMBERS = tuple(
+    sorted({one.name for fault in (*FAULTS, SignalFault) for one in fields(fault) if one.type is float})
+)
 
 
 def _with_numbers(fault: object) -> object:
@@ -151,11 +154,13 @@ class LocaliseTable(AskedTable):
 
     ``profile`` is the one whose stages ``success_uniform``, ``_prior`` and ``_hmm`` in expectations mean. ``judged`` is
     by default the profile's chain, ``methods``, names and groups of ``refseq_bench.scenarios.methods.by_name``, its
-    stages. Only ``places`` FROM:TO of the reference are learnt.
+    stages. Only ``places`` FROM:TO of the reference are learnt. The query's views have ``signal_faults`` before any
+    method is given them.
     """
 
     profile: str = "thesis"
     places: Stretch | None = None
+    signal_faults: tuple[Annotated[SignalFault, BeforeValidator(_with_numbers)], ...] = ()
 
 
 class GuideTable(AskedTable):

@@ -7,6 +7,7 @@ from pydantic import BaseModel, ValidationError
 
 from refseq_bench.scenarios.campaign.declare.schema import Declared, DriveTable, ImagesTable, LogTable, TriggerTable
 from refseq_bench.sim.bench.faults import FAULTS
+from refseq_bench.sim.drives.signal_faults import SignalFault
 
 Location = Sequence[int | str]
 
@@ -56,6 +57,8 @@ def _valid(loc: Location, model: type[Declared]) -> tuple[str, ...]:
             return (*model.model_fields, "vary")
         case ["further", int(), *inside] | ["reference" | "query", *inside]:
             return _valid_of_source(inside)
+        case ["localise", "signal_faults", int()]:
+            return tuple(field.name for field in fields(SignalFault))
         case [str(table)]:
             return tuple(model.model_fields[table].annotation.model_fields)  # type: ignore[union-attr]
     return ()

@@ -7,7 +7,7 @@ from typing import TypeVar
 from refseq_bench.scenarios.campaign.declare.assignment import Assignment
 from refseq_bench.scenarios.campaign.declare.cases import Case
 from refseq_bench.scenarios.campaign.declare.mission_checks import asked_mission, program_of, target_of
-from refseq_bench.scenarios.campaign.declare.schema import MissionScenario
+from refseq_bench.scenarios.campaign.declare.schema import MissionScenario, Scenario
 from refseq_bench.scenarios.campaign.run.mission_task import MissionTask
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, Question
 from refseq_bench.scenarios.methods.by_name import family
@@ -26,10 +26,10 @@ def answer_tasks(case: Case) -> dict[int, list[AnswerTask]]:
     families: dict[str, list[str]] = {}
     for method in case.scenario.methods:
         families.setdefault(family(method), []).append(method)
-    return {
-        seed: [_asked(AnswerTask, case, seed, *methods) for methods in families.values()]
-        for seed in case.scenario.seeds
-    }
+    scenario = case.scenario
+    faults = scenario.localise.signal_faults if isinstance(scenario, Scenario) else ()
+    make = partial(AnswerTask, signal_faults=faults)
+    return {seed: [_asked(make, case, seed, *methods) for methods in families.values()] for seed in case.scenario.seeds}
 
 
 def mission_tasks(case: Case) -> dict[int, list[MissionTask]]:

@@ -35,6 +35,8 @@ from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import input_errors
 from refseq_bench.scenarios.methods.baselines import Reference
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
+from refseq_bench.sim.drives import signal_faults
+from refseq_bench.sim.drives.signal_faults import SignalFault, with_signal_faults
 from refseq_bench.sim.errors import StuckError
 
 HANDS = (__name__, declared_sources.__name__, stored_views.__name__, keys.__name__)
@@ -180,7 +182,12 @@ class Question(ABC):
 
 @dataclass(frozen=True)
 class AnswerTask(Question):
-    """Ask methods, which share what is dear, where the robot was at each view of the query drive."""
+    """Ask methods, which share what is dear, where the robot was at each view of the query drive.
+
+    The views that methods are given have ``signal_faults``.
+    """
+
+    signal_faults: tuple[SignalFault, ...] = ()
 
     @cached_property
     def key(self) -> str:
@@ -196,6 +203,7 @@ class AnswerTask(Question):
             self.seed,
             self.merge if self.further else None,
             code_digest(answering.__name__, READER, alone=HANDS),
+            *((self.signal_faults, code_digest(signal_faults.__name__)) if self.signal_faults else ()),
         )
 
     @property
@@ -216,7 +224,8 @@ class AnswerTask(Question):
     def carry_out(self, store: Store) -> None:
         """Learn and ask."""
         references, query = self.learnt(store), asked_views(self, store)
-        kept = answered(AnswerRequest(self.methods, self.seed, self.merge), references, query.views)
+        given = tuple(with_signal_faults(query.views, self.signal_faults, self.seed))
+        kept = answered(AnswerRequest(self.methods, self.seed, self.merge), references, given)
         store.make(self.key, self.ending, lambda path: write_answers(path, query, kept))
 
 

@@ -22,6 +22,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.faults import CameraBlack
 from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.drives.signal_faults import SignalFault, SignalFaultKind
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.sim.sensors.laser import RangeMode
 
@@ -44,7 +45,40 @@ def only_case(folder: Path, text: str) -> Case:
     return case
 
 
+def with_signal(fault: str) -> str:
+    """A good scenario with a fault of a signal."""
+    return f"{GOOD}[localise]\nsignal_faults = [{{ {fault} }}]\n"
+
+
 BAD = {
+    "a signal's fault of no kind": (
+        with_signal('kind = "bored"'),
+        "localise.signal_faults.0.kind = 'bored' is not valid: input should be 'camera-blank', 'camera-frozen'",
+    ),
+    "a signal's fault with an unknown key": (
+        with_signal('kind = "laser-frozen", form = 1.0'),
+        "localise.signal_faults.0.form: is not known here; valid are kind, at, until, camera, other, bearing",
+    ),
+    "a signal's fault whose number is a text": (
+        with_signal('kind = "laser-frozen", at = "1.0"'),
+        "localise.signal_faults.0: at = '1.0' is not valid; it should be a number",
+    ),
+    "a signal's fault that ends before it begins": (
+        with_signal('kind = "laser-frozen", at = 5.0, until = 2.0'),
+        "fault laser-frozen: at = 5 m, until = 2 m; valid is 0 <= at < until",
+    ),
+    "a signal's fault that jumps for ever": (
+        with_signal('kind = "clock-jumping", seconds = inf'),
+        "fault clock-jumping: seconds = inf is not valid; it should be finite",
+    ),
+    "a signal's fault of no camera": (
+        with_signal('kind = "camera-blank"'),
+        "fault camera-blank: camera is missing; valid is the name of a camera",
+    ),
+    "a signal's fault of a camera that the robot lacks": (
+        with_signal('kind = "cameras-exchanged", camera = "forward", other = "behind"'),
+        "localise.signal_faults: ",
+    ),
     "nothing at all": ("", "title: is missing"),
     "TOML syntax": ("title = \n", "is no TOML: Invalid value (at line 1, column 9); valid is a scenario in TOML"),
     "not UTF-8": (b'title = "\xff"', "cannot be read: not UTF-8 text; valid is a scenario in TOML"),
@@ -498,3 +532,13 @@ def test_the_page_tells_all_that_can_be_expected_and_its_example_is_read(tmp_pat
     example = section.split("```toml\n")[1].split("```")[0]
     assert [case.name for case in load(written(tmp_path, example))] == ["mine/noon", "mine/18:00"]
     assert [name for name in FIGURES if f"`{name}`" not in section] == []
+
+
+def test_signal_faults_are_part_of_the_key_of_answers_and_of_nothing_else(tmp_path: Path) -> None:
+    ill = only_case(tmp_path, with_signal('kind = "laser-mirrored", at = 2.0'))
+    later = only_case(tmp_path, with_signal('kind = "laser-mirrored", at = 3.0'))
+    healthy = only_case(tmp_path, GOOD)
+    tasks = [answer_tasks(case)[1][0] for case in (healthy, ill, later)]
+    assert len({task.key for task in tasks}) == 3
+    assert len({(task.maps, task.sources) for task in tasks}) == 1
+    assert tasks[1].signal_faults == (SignalFault(SignalFaultKind.LASER_MIRRORED, at=2.0),)

@@ -11,13 +11,14 @@ from refseq.view import LASER, View
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, AbsentError, Log
-from refseq_bench.scenarios.campaign.run import answering
+from refseq_bench.scenarios.campaign.run import answering, tasks
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, RecordTask, answers_of, distinct, perform
 from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
 from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import Reference
 from refseq_bench.scenarios.methods.plugins import MisbehavedError
+from refseq_bench.sim.drives.signal_faults import SignalFault, SignalFaultKind
 from refseq_bench.sim.errors import SimError, StuckError
 from refseq_bench.worlds.errors import WorldsError
 from tests.scenarios.campaign.chores import Chore
@@ -91,6 +92,28 @@ def test_answers_have_another_key_as_soon_as_anything_differs_that_has_a_part_in
     ]
     assert len({one.key for one in (asks, *others)}) == 1 + len(others)
     assert replace(asks, limit=1.0).key == asks.key
+
+
+def test_methods_are_given_the_query_with_its_signal_faults(
+    asks: AnswerTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: dict[str, list[View]] = {}
+
+    class SeenError(Exception):
+        """What is given is known."""
+
+    def see(_request: object, references: Mapping[str, Reference], views: Sequence[View]) -> None:
+        given["query"], given["reference"] = list(views), [view for one in references.values() for view in one.views]
+        raise SeenError
+
+    monkeypatch.setattr(tasks, "answered", see)
+    lost = SignalFault(SignalFaultKind.ODOMETRY_LOST, at=1.5)
+    for task in (asks, replace(asks, signal_faults=(lost,))):
+        with pytest.raises(SeenError):
+            task.carry_out(Store(tmp_path))
+        assert all(view.has_odometry for view in given["reference"])
+        assert all(view.has_odometry for view in given["query"]) is (task is asks)
+    assert given["query"][0].has_odometry
 
 
 def test_a_map_is_shared_by_all_who_learn_the_same(asks: AnswerTask) -> None:
