@@ -103,7 +103,7 @@ print(json.dumps({
     "geoms": [robots.load(name).spec.compile().ngeom for name in robots.names()],
     "camera": str(load_camera("fire-i")),
     "page": bool(page),
-    "template": MY_LOCALISER.is_file(),
+    "template": all(one.is_file() for one in MY_LOCALISER.values()),
     "ids": [name for name in gymnasium.registry if name.lower().startswith("refseq/")],
 }))
 """

@@ -211,7 +211,6 @@ DAMAGED = [
     ({"behaviours": [], "doors": {}}, "annotations: doors are no list"),
     ({"behaviours": [], "doors": [{}]}, "annotations: a door is no table of along, side, width and passable"),
     (door(along="far"), "annotations: a door's along and width are no numbers"),
-    (door(along=math.nan), "annotations: a door's along and width are no numbers"),
     (door(width=10**400), "annotations: a door's along and width are no numbers"),
     (door(width=None), "annotations: a door's along and width are no numbers"),
     (door(side="up"), "'up' is not a valid DoorSide"),
@@ -226,3 +225,10 @@ def test_damaged_annotations(learnt: Map, tmp_path: Path, value: object, told: s
     learnt.save(path)
     rewritten(path, value)
     assert error_of(path) == f"{path}: map.json and arrays do not make a map: {told}"
+
+
+def test_a_number_that_json_does_not_have_is_told_of(learnt: Map, tmp_path: Path) -> None:
+    path = tmp_path / "map.refseq"
+    learnt.save(path)
+    rewritten(path, door(along=math.nan))
+    assert error_of(path) == f"{path}: is not a .refseq map: map.json is missing or no JSON"

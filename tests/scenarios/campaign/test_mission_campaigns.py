@@ -70,7 +70,7 @@ BAD = {
     ),
     "file of a mission": (
         HEAD + DRIVES + '[mission]\nstring = "none.toml"\n',
-        "none.toml: cannot be read: No such file or directory; valid is a mission (.toml)",
+        "none.toml: cannot be read: No such file or directory; valid is a mission in TOML",
     ),
     "landmark's name": (
         HEAD + DRIVES + MISSION + "[mission.landmarks]\nLX = 3.0\n",

@@ -63,7 +63,9 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 def test_only_the_places_asked_for_are_learnt(logs: tuple[Path, Path]) -> None:
     steps: list[str] = []
     contest = Benchmark(pairs_of(logs), ("thesis/uniform",), places="3:9", start="2")
-    [found] = run_benchmark(contest, steps.append)
+    failures: list[str] = []
+    [found] = run_benchmark(contest, steps.append, failures.append)
+    assert failures == []
     assert steps == ["pair 1 of 1"]
     assert len(found.reference_views) == 6
     assert len(found.query_views) == 10
@@ -74,5 +76,5 @@ def test_only_the_places_asked_for_are_learnt(logs: tuple[Path, Path]) -> None:
 def test_a_missing_file_is_told_before_the_first_step(logs: tuple[Path, Path]) -> None:
     steps: list[str] = []
     with pytest.raises(ScenarioError, match=r"none.mcap: is no file; valid is a recording"):
-        run_benchmark(Benchmark(pairs_of([*logs, logs[0], Path("none.mcap")])), steps.append)
+        run_benchmark(Benchmark(pairs_of([*logs, logs[0], Path("none.mcap")])), steps.append, steps.append)
     assert steps == []

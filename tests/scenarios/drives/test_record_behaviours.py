@@ -76,7 +76,7 @@ def test_from_the_command_line(plan: str, tmp_path: Path, refseq: Refseq) -> Non
     path = tmp_path / "drive.mcap"
     answer = refseq("record", plan, "--renderer", "none", "--behaviours", " MN:1  MT:90 ", "-o", path)
     assert answer.code == 0, answer.err
-    assert [view.behaviour for view in read_recording(tmp_path / "drive.partial.mcap").views if view.behaviour] == [
+    assert [view.behaviour for view in read_recording(path).views if view.behaviour] == [
         "MN:1",
         "MT:90",
     ]
