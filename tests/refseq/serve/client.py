@@ -4,8 +4,10 @@ import json
 import struct
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from mcap.reader import make_reader
 from websockets.sync.client import ClientConnection, connect
 
 
@@ -69,3 +71,13 @@ class Robot:
 
     def close(self) -> None:
         self._open.close()
+
+
+def in_log(path: Path) -> list[Sent]:
+    """The messages of an MCAP file, as they are; a robot tells no truth."""
+    with path.open("rb") as file:
+        return [
+            Sent(channel.topic, channel.message_encoding, schema.name, message.data)
+            for schema, channel, message in make_reader(file).iter_messages()
+            if schema is not None and schema.name != "foxglove.PoseInFrame"
+        ]

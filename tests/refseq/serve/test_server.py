@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from foxglove.messages import PoseInFrame
-from mcap.reader import make_reader
 from mcap.records import Schema
 from mcap_protobuf.decoder import DecoderFactory
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -37,7 +36,7 @@ from refseq.serve.session import ServeOptions
 from tests.pages import ROOT, Page, pages
 from tests.refseq.logs.foreign import RosMessages, RosSetup, Stores, write_rosbag2
 from tests.refseq.logs.robot_drive import RobotDrive
-from tests.refseq.serve.client import Robot, Sent
+from tests.refseq.serve.client import Robot, Sent, in_log
 from tests.support import corridor_drive
 
 COUNT = 12
@@ -86,16 +85,6 @@ def serving(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Serving]:
     yield Serving(process, address, map_, folder / "query.mcap")
     process.kill()
     process.communicate()
-
-
-def in_log(path: Path) -> list[Sent]:
-    """The messages of an MCAP file, as they are; a robot tells no truth."""
-    with path.open("rb") as file:
-        return [
-            Sent(channel.topic, channel.message_encoding, schema.name, message.data)
-            for schema, channel, message in make_reader(file).iter_messages()
-            if schema is not None and schema.name != "foxglove.PoseInFrame"
-        ]
 
 
 def check_equal(answers: Sequence[dict[str, Any]], beliefs: Sequence[Belief]) -> None:

@@ -1,0 +1,166 @@
+"""A robot's drive without a socket: answers are those of a localiser that reads the log."""
+
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from refseq.belief import Belief
+from refseq.errors import RefseqError
+from refseq.logs import RecordingWriter, read_recording
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
+from refseq.serve.answers import BeliefAnswer
+from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
+from refseq.serve.session import RobotSession, ServeOptions, spacing
+from tests.refseq.serve.client import Sent, in_log
+from tests.support import corridor_drive
+
+COUNT = 6
+EACH = ServeOptions(distance=0)
+
+
+@pytest.fixture(scope="module")
+def map_() -> Map:
+    return learn(corridor_drive(np.random.default_rng(0), COUNT, size=120))
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("session") / "query.mcap"
+    with RecordingWriter(path, {}) as writer:
+        for view in corridor_drive(np.random.default_rng(1), COUNT, size=120):
+            writer.write(replace(view, time=view.time + 100), view.truth)
+    return path
+
+
+@pytest.fixture(scope="module")
+def true(map_: Map, log: Path) -> list[Belief]:
+    localiser = Localiser(map_, seed=1)
+    return [localiser.update(view) for view in read_recording(log).views]
+
+
+def told_of(session: RobotSession, messages: Iterable[Sent]) -> dict[str, int]:
+    """Tell a session of the channels of messages; gives their numbers."""
+    channels = dict.fromkeys((one.topic, one.encoding, one.schema) for one in messages)
+    session.advertise(ClientChannel(number, *channel) for number, channel in enumerate(channels))
+    return {topic: number for number, (topic, _, _) in enumerate(channels)}
+
+
+def answered(session: RobotSession, numbers: dict[str, int], messages: Iterable[Sent]) -> Iterator[BeliefAnswer]:
+    for one in messages:
+        yield from session.take(numbers[one.topic], one.data)
+
+
+def same(answers: Iterable[BeliefAnswer], beliefs: Iterable[Belief]) -> bool:
+    """Bit for bit, but for timings."""
+    return [(one.belief.places.tolist(), one.belief.lost, one.belief.best) for one in answers] == [
+        (one.places.tolist(), one.lost, one.best) for one in beliefs
+    ]
+
+
+def test_beliefs_are_those_on_the_log_s_views(map_: Map, log: Path, true: list[Belief]) -> None:
+    session, messages = RobotSession(map_, EACH), in_log(log)
+    numbers = told_of(session, messages)
+    answers = [*answered(session, numbers, messages), *session.end()]
+    assert same(answers, true)
+    assert [one.number for one in answers] == list(range(COUNT))
+    assert session.views == COUNT
+    assert [note.partition(":")[0] for note in session.told()] == ["a drive begins"]
+    assert session.told() == []
+
+
+def test_a_clock_that_goes_back_begins_a_drive_that_knows_nothing_of_the_last(
+    map_: Map, log: Path, true: list[Belief]
+) -> None:
+    session, messages = RobotSession(map_, EACH), in_log(log)
+    numbers = told_of(session, messages)
+    first = list(answered(session, numbers, messages))
+    session.told()
+    again = [*answered(session, numbers, messages), *session.end()]
+    assert 0 < len(first) <= COUNT
+    assert same(again, true)
+    back, begun = session.told()
+    assert back.endswith("; a new drive begins")
+    assert begun.startswith("a drive begins: ")
+
+
+def test_nothing_comes_of_a_drive_that_has_not_begun(map_: Map) -> None:
+    session = RobotSession(map_, EACH)
+    assert session.end() == []
+    assert session.take(0, b"of a channel that nobody told of") == []
+
+
+def test_channels_of_other_kinds_and_late_ones_are_told_and_the_forgotten_are_passed_over(map_: Map, log: Path) -> None:
+    session, messages = RobotSession(map_, EACH), in_log(log)
+    session.advertise([ClientChannel(90, "/map", "protobuf", "foxglove.Grid")])
+    (note,) = session.told()
+    assert note.startswith("topic /map: foxglove.Grid in protobuf is passed over; valid are ")
+    numbers = told_of(session, messages)
+    list(answered(session, numbers, messages[:1]))
+    session.told()
+    session.advertise([ClientChannel(91, "/late", "json", "foxglove.LaserScan")])
+    assert session.told() == ["topic /late: told of after the first message; it is used in the next drive"]
+    session.unadvertise([*numbers.values(), 4711])
+    assert list(answered(session, numbers, messages)) == []
+    assert session.end() == []
+
+
+@pytest.mark.parametrize("encoding", ["protobuf", "json", "cdr"])
+def test_bytes_that_are_no_such_message_are_told_with_their_topic(map_: Map, encoding: str) -> None:
+    session = RobotSession(map_, EACH)
+    schema = "sensor_msgs/msg/LaserScan" if encoding == "cdr" else "foxglove.LaserScan"
+    session.advertise([ClientChannel(1, "/scan", encoding, schema)])
+    with pytest.raises(FoxgloveProtocolError, match="/scan"):
+        session.take(1, b"\xff\xff\xff")
+
+
+def test_a_scan_in_json_is_read_as_one_in_protobuf(log: Path, true: list[Belief]) -> None:
+    """A robot with a laser alone: scans are written anew as JSON."""
+    views = [replace(view, images={}) for view in read_recording(log).views]
+    laser = learn(views)
+    session = RobotSession(laser, EACH)
+    session.advertise([ClientChannel(1, "/scan", "json", "foxglove.LaserScan")])
+    answers = []
+    for view in views:
+        assert view.scan is not None
+        content = {
+            "timestamp": {"sec": int(view.time), "nsec": round(view.time % 1 * 1e9)},
+            "frame_id": "",
+            "start_angle": float(-np.pi / 2),
+            "end_angle": float(np.pi / 2),
+            "ranges": [float(one) for one in view.scan.ranges],
+            "intensities": [],
+        }
+        answers += session.take(1, json.dumps(content).encode())
+    answers += session.end()
+    localiser = Localiser(laser, seed=1)
+    assert [one.belief.best for one in answers] == [localiser.update(view).best for view in views]
+
+
+@pytest.mark.parametrize("name", ["distance", "tolerance"])
+@pytest.mark.parametrize("value", [-0.1, float("inf"), float("nan")])
+def test_settings_that_are_none_are_told(name: str, value: float) -> None:
+    with pytest.raises(RefseqError) as caught:
+        ServeOptions(**{name: value})  # type: ignore[arg-type]
+    assert str(caught.value) == f"{name} {value:g} is not valid; valid is a number of 0 or more"
+
+
+def test_a_leading_sensor_is_one_of_the_map_or_named(map_: Map) -> None:
+    with pytest.raises(RefseqError) as caught:
+        RobotSession(map_, ServeOptions(leading="sonar"))
+    assert str(caught.value) == "leading sensor 'sonar' is none of the map; valid are forward, laser, lateral"
+    RobotSession(map_, ServeOptions(leading="laser"))
+    RobotSession(map_, ServeOptions(leading="/scan", names={"/scan": "laser"}))
+
+
+def test_views_are_as_far_apart_as_the_map_s_places(map_: Map) -> None:
+    assert spacing(map_) == pytest.approx(0.85)
+    wider = [
+        replace(view, distance=2 * view.distance) for view in corridor_drive(np.random.default_rng(0), 3, size=120)
+    ]
+    assert spacing(learn(wider)) == pytest.approx(1.7)
