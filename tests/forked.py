@@ -1,4 +1,4 @@
-"""Call a function in a forked child: what it does to its process ends with it, and its lines are counted all the same."""
+"""Call a function in a forked child: what it does to its process ends with it, its lines are counted all the same."""
 
 import json
 import os

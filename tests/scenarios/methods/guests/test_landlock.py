@@ -1,7 +1,6 @@
 import ctypes
 import os
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -35,7 +34,7 @@ class Kernel:
                 assert not self.restricted
                 rule = given[2]._obj
                 assert rule.rights & ~self.handled[0] == 0  # the kernel says EINVAL to rights that are not handled
-                self.allowed[os.readlink(f"/proc/self/fd/{rule.folder}")] = rule.rights
+                self.allowed[str(Path(f"/proc/self/fd/{rule.folder}").readlink())] = rule.rights
                 return 0
             case 446:
                 self.restricted = True
@@ -44,18 +43,18 @@ class Kernel:
 
 
 @pytest.fixture(params=range(1, 9))
-def kernel(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Kernel]:
+def kernel(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Kernel:
     """Kernels of all versions, one by one."""
     made = Kernel(request.param)
     monkeypatch.setattr(landlock, "_library", lambda: made)
-    yield made
+    return made
 
 
 @LINUX
 def test_each_version_is_asked_for_all_that_it_knows(kernel: Kernel, tmp_path: Path) -> None:
     (tmp_path / "own").mkdir()
     (tmp_path / "file").touch()
-    open_before = len(os.listdir("/proc/self/fd"))
+    open_before = len(list(Path("/proc/self/fd").iterdir()))
     landlock.restrict(
         [str(tmp_path), str(tmp_path / "file"), str(tmp_path / "absent")], [str(tmp_path / "own")], ["/dev/null"]
     )
@@ -71,7 +70,7 @@ def test_each_version_is_asked_for_all_that_it_knows(kernel: Kernel, tmp_path: P
         str(tmp_path / "own"): every & ~1,
         "/dev/null": device,
     }
-    assert len(os.listdir("/proc/self/fd")) == open_before
+    assert len(list(Path("/proc/self/fd").iterdir())) == open_before
 
 
 @LINUX
