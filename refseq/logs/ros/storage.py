@@ -1,7 +1,7 @@
 """Files of bags as streams of serialised messages: SQLite and ROS 1 through ``rosbags``, each opened by its content."""
 
 import bz2
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -101,6 +101,7 @@ class SqliteBag:
         with _plain_tables():
             reader.open()
         try:
+            _check_texts(map(_bag_topic, reader.connections))
             yield reader
         finally:
             reader.close()
@@ -116,6 +117,14 @@ class SqliteBag:
                 found = unpacked_message(data)
                 unpacked.add(len(found))
                 yield StoredMessage(connection.topic, connection.msgtype, logged, found)
+
+
+def _check_texts(topics: Iterable[BagTopic]) -> None:
+    """Raise ``ValueError`` where a column of texts holds something else: SQLite keeps whatever it is given."""
+    for one in topics:
+        for text in (one.topic, one.type, one.serialization, one.digest):
+            if not isinstance(text, str):
+                raise ValueError(f"a topic has {text!r:.40} where a text belongs")
 
 
 @contextmanager

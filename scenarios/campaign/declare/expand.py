@@ -10,7 +10,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from copy import deepcopy
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -134,8 +134,11 @@ def _word(value: Any) -> str:
 
 
 def put(table: Mapping[str, Any], values: Values) -> dict[str, Any]:
-    """The table of a file with other values. Raises ``ScenarioError`` for a key that leads through no table."""
-    changed: dict[str, Any] = deepcopy(dict(table))
+    """The table of a file with other values, which shares with it all that stays the same.
+
+    Raises ``ScenarioError`` for a key that leads through no table.
+    """
+    changed: dict[str, Any] = dict(table)
     for key, value in values.items():
         *path, last = key.split(".")
         inner: Any = changed
@@ -150,8 +153,15 @@ def put(table: Mapping[str, Any], values: Values) -> dict[str, Any]:
 
 
 def _inside(table: Any, part: str) -> Any:
-    """Content of a table under a key, or of a list under a number from 0; None where there is no such number."""
+    """A copy of what a table has under a key, or a list under a number from 0, put in its place; None: no such number.
+
+    A key that a table does not have leads to a new table.
+    """
     if isinstance(table, dict):
-        return table.setdefault(part, {})
+        table[part] = copy(table.get(part, {}))
+        return table[part]
     is_number = part.isdecimal() and len(part) < 10  # a key may be any text, and a number without end is none
-    return table[int(part)] if is_number and int(part) < len(table) else None
+    if not is_number or int(part) >= len(table):
+        return None
+    table[int(part)] = copy(table[int(part)])
+    return table[int(part)]

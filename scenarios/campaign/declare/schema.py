@@ -215,7 +215,7 @@ class Declared(Table):
     note: str = ""
     tags: tuple[Line, ...] = ()
     blocking: Flag = True
-    seeds: Annotated[tuple[Seed, ...], Field(min_length=1)] = (1, 2, 3, 4, 5)
+    seeds: Annotated[tuple[Seed, ...], Field(min_length=1, max_length=1000)] = (1, 2, 3, 4, 5)
     reference: SourceTable
     further: tuple[SourceTable, ...] = ()
     query: SourceTable

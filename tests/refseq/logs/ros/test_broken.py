@@ -339,3 +339,12 @@ def ros1() -> Any:
     from rosbags.typesys import Stores
 
     return Stores.ROS1_NOETIC
+
+
+@pytest.mark.parametrize("column", ["name", "type", "serialization_format"])
+def test_a_topic_of_bytes_in_sqlite(tmp_path: Path, column: str) -> None:
+    path = write_rosbag2(tmp_path / "bag", DRIVE, SMALL, StoragePlugin.SQLITE3)
+    with sqlite3.connect(path / "bag.db3") as database:
+        database.execute(f"UPDATE topics SET {column} = x'00ff' WHERE id = 1")
+    database.close()
+    assert "a topic has b'\\x00\\xff' where a text belongs" in refusal(path)

@@ -1,10 +1,11 @@
-"""Random variations are drawn from where they are said to be, and the same each time."""
+"""Variations of a scenario: drawn from where they are said to be, the same each time; the file stays as it was."""
 
+import copy
 import math
 
 import pytest
 
-from refseq_bench.scenarios.campaign.declare.expand import Values, expanded
+from refseq_bench.scenarios.campaign.declare.expand import Values, expanded, put
 
 KEY = "query.light"
 
@@ -31,3 +32,17 @@ def test_what_is_drawn_follows_from_the_seed_alone() -> None:
     ranges = {"a": {"from": 0, "to": 1}, KEY: {"from": "08:00", "to": "18:00"}}
     assert drawn(5, 1, **ranges) == drawn(5, 1, **ranges) == drawn(9, 1, **ranges)[:5]
     assert drawn(5, 1, **ranges) != drawn(5, 2, **ranges)
+
+
+def test_a_case_shares_with_the_file_all_but_what_it_changes():
+    table = {"seeds": [1, 2], "query": {"light": "08:00", "cameras": {"left": "a"}}, "further": [{"light": "1"}, {}]}
+    before = copy.deepcopy(table)
+    changed = put(table, {"query.light": "16:00", "query.cameras.right": "b", "further.0.light": "2", "new.key": 3})
+    assert changed == {
+        "seeds": [1, 2],
+        "query": {"light": "16:00", "cameras": {"left": "a", "right": "b"}},
+        "further": [{"light": "2"}, {}],
+        "new": {"key": 3},
+    }
+    assert table == before
+    assert changed["seeds"] is table["seeds"]
