@@ -4,11 +4,13 @@ import json
 import os
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from pathlib import Path
 from typing import Any
 
 from coverage import Coverage, CoverageData
+
+from tests.pages import ROOT
 
 
 def in_child(function: Callable[[], Any], folder: Path) -> Any:
@@ -49,8 +51,9 @@ def measured(path: Path) -> Iterator[None]:
         yield
         return
     parent.stop()
-    own = Coverage(data_file=path)
-    own.start()
+    with chdir(ROOT):  # the settings are there, and folders are named from there
+        own = Coverage(data_file=path)
+        own.start()
     try:
         yield
     finally:

@@ -1,10 +1,14 @@
+import ctypes
+import errno
 import os
 from collections.abc import Callable
+from contextlib import nullcontext
+from itertools import islice
 from pathlib import Path
 
 import pytest
 
-from refseq.files import check_input, open_input, put_folder, replace_bytes, replace_text, replacing
+from refseq.files import check_input, free_names, open_input, put_folder, replace_bytes, replace_text, replacing, sync
 
 
 def test_replaces_the_whole_file(tmp_path: Path) -> None:
@@ -118,3 +122,82 @@ def test_a_folder_takes_the_place_of_an_older_one(
     assert (tmp_path / "old" / "file").read_text() == "new"
     assert (tmp_path / "new" / "file").read_text() == "old"
     assert {path.name for path in tmp_path.iterdir()} == {"old", "new"}
+
+
+def test_where_the_new_folder_cannot_be_put_the_older_one_comes_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("new", "old"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file").write_text(name)
+    rename = Path.rename
+
+    def refusing(path: Path, target: Path) -> Path:
+        if path.name == "new":
+            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), str(path))
+        return rename(path, target)
+
+    monkeypatch.setattr("refseq.files._exchanged", lambda one, other: False)
+    monkeypatch.setattr(Path, "rename", refusing)
+    with pytest.raises(OSError, match="cross-device"):
+        put_folder(tmp_path / "new", tmp_path / "old")
+    assert {path.name: (path / "file").read_text() for path in tmp_path.iterdir()} == {"new": "new", "old": "old"}
+
+
+class Renaming:
+    """A C library whose call to exchange names fails with an error."""
+
+    def __init__(self, code: int) -> None:
+        self.code = code
+
+    def renameat2(self, *_: object) -> int:
+        ctypes.set_errno(self.code)
+        return -1
+
+
+@pytest.mark.parametrize("library", [object(), Renaming(errno.ENOSYS), Renaming(errno.EINVAL)])
+def test_a_system_that_exchanges_no_names_takes_two_steps(
+    library: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("new", "old"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / name).touch()
+    with monkeypatch.context() as patch:
+        patch.setattr(ctypes, "CDLL", lambda *_, **__: library)
+        put_folder(tmp_path / "new", tmp_path / "old")
+    assert (tmp_path / "old" / "new").exists()
+    assert (tmp_path / "new" / "old").exists()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_other_errors_of_the_exchange_leave_both_as_they_were(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("new", "old"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / name).touch()
+    with monkeypatch.context() as patch:
+        patch.setattr(ctypes, "CDLL", lambda *_, **__: Renaming(errno.EACCES))
+        with pytest.raises(PermissionError):
+            put_folder(tmp_path / "new", tmp_path / "old")
+    assert (tmp_path / "old" / "old").exists()
+    assert (tmp_path / "new" / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("code", "folder", "bad"),
+    [(errno.EINVAL, True, False), (errno.ENOTSUP, True, False), (errno.EIO, True, True), (errno.EINVAL, False, True)],
+)
+def test_a_disk_that_fails_is_told_and_a_file_system_that_syncs_no_folders_is_not(
+    code: int, folder: bool, bad: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(descriptor: int) -> None:
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(os, "fsync", failing)
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError, match=os.strerror(code)) if bad else nullcontext():
+        sync(tmp_path if folder else tmp_path / "file")
+
+
+def test_names_for_what_lies_beside_all_else_are_counted(tmp_path: Path) -> None:
+    names = [path.name for path in islice(free_names(tmp_path / "a map.refseq"), 3)]
+    assert names == ["a map.refseq", "a map-2.refseq", "a map-3.refseq"]

@@ -1,3 +1,4 @@
+import os
 import sys
 from pathlib import Path
 
@@ -6,9 +7,10 @@ import pytest
 
 from refseq.belief import Belief, Timings, belief_from
 from refseq.view import View
-from refseq_bench.scenarios.methods.guests.host import _Host
+from refseq_bench.scenarios.methods.guests.host import _Host, serve
 from refseq_bench.scenarios.methods.guests.wire import Kind, Message, belief_of, packed, parsed, view_message
 from refseq_bench.scenarios.methods.plugins import check_plugin
+from tests.forked import in_child
 from tests.scenarios.methods.folder import GOOD, written
 
 
@@ -171,3 +173,33 @@ def test_global_generators_are_seeded(here: Path, views: list[View]) -> None:
         asked.ask(Kind.RESET)
         drawn.append(asked.belief(views[0]).places)
     assert drawn[0].tobytes() == drawn[1].tobytes()
+
+
+def test_it_serves_over_the_standard_streams_and_what_the_user_prints_does_not_get_in_between(
+    here: Path, views: list[View]
+) -> None:
+    written(
+        here,
+        "print('a word on import')\n" + GOOD.format(answer="print('and one each view') or belief_from(np.ones(5))"),
+    )
+    asked = [packed(Kind.HELLO, {"seed": 1})]
+    asked += [view_message(Kind.LEARN, number, view, None) for number, view in enumerate(views)]
+    asked += [packed(Kind.LEARNT, {}), packed(Kind.RESET, {}), view_message(Kind.LOCALISE, 0, views[1], None)]
+    (here / "asked").write_bytes(b"".join(bytes(piece) for pieces in asked for piece in pieces))
+
+    def guest() -> None:
+        sys.path.append(str(here))
+        for number, name, mode in ((0, "asked", os.O_RDONLY), (1, "told", os.O_WRONLY), (2, "printed", os.O_WRONLY)):
+            os.dup2(os.open(here / name, mode | os.O_CREAT), number)
+        serve("mine:Mine", 1)
+        os.write(1, b"behind it\n")
+
+    in_child(guest, here)
+    data, answers = (here / "told").read_bytes(), []
+    while data:
+        header, payload = np.frombuffer(data, "<u4", 2).tolist()
+        answers.append(parsed(data[8 : 8 + header], data[8 + header : 8 + header + payload]))
+        data = data[8 + header + payload :]
+    assert [one.kind for one in answers] == [Kind.HELLO, Kind.OK, Kind.OK, Kind.BELIEF]
+    assert belief_of(answers[-1], len(views)).places == pytest.approx([0.2] * 5)
+    assert (here / "printed").read_text().splitlines()[-1] == "behind it"

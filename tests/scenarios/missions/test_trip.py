@@ -1,0 +1,111 @@
+"""Trips that cannot be made are told before anything is opened, and what is left out comes from the map."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from refseq.errors import MapError
+from refseq.map.learning import learn
+from refseq.map.map import Map
+from refseq.missions.path import path_along
+from refseq.missions.plan import as_learnt
+from refseq.planar import Pose
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.missions import trip as trips
+from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of
+from refseq_bench.sim.rendering.renderer import RendererKind
+from tests.support import corridor_drive
+
+TOLD = {"world": "hallway", "light": "16:00", "robot": "robuter", "renderer": "classic"}
+VIEWS = [
+    replace(view, behaviour="" if number else "MN:0")
+    for number, view in enumerate(corridor_drive(np.random.default_rng(0), 5, size=96))
+]
+
+
+def learnt(told: dict[str, str], *, laser: bool = False) -> Map:
+    return learn(VIEWS, sensors=["laser"] if laser else ["forward"], metadata=told)
+
+
+def test_what_is_left_out_is_the_map_s() -> None:
+    trip = MissionTrip.from_map(learnt(TOLD), robot="segway_rmp", at=2.0, seed=7, every=0.5)
+    drive = trip.drive
+    assert (drive.world, drive.light, drive.robot, drive.renderer) == ("hallway", "16:00", "segway_rmp", "classic")
+    assert (drive.seed, drive.trigger.distance, trip.at, trip.strip) == (7, 0.5, 2.0, None)
+
+
+@pytest.mark.parametrize(
+    ("laser", "given", "kind"),
+    [
+        (False, {}, RendererKind.CLASSIC),
+        (False, {"odometry": True}, RendererKind.NONE),  # it looks at nothing
+        (False, {"odometry": True, "strip": 2.0}, RendererKind.CLASSIC),  # but somebody looks at it
+        (True, {}, RendererKind.NONE),
+        (True, {"strip": 2.0}, RendererKind.CLASSIC),
+        (True, {"renderer": "filament"}, RendererKind.FILAMENT),
+    ],
+)
+def test_pictures_are_drawn_only_where_somebody_looks(laser: bool, given: dict[str, Any], kind: RendererKind) -> None:
+    assert MissionTrip.from_map(learnt(TOLD, laser=laser), **given).drive.renderer is kind
+
+
+@pytest.mark.parametrize("name", ["world", "light", "robot"])
+def test_what_the_map_does_not_tell_must_be_said(name: str) -> None:
+    map_ = learnt({key: value for key, value in TOLD.items() if key != name}, laser=True)
+    with pytest.raises(ScenarioError) as caught:
+        MissionTrip.from_map(map_)
+    assert str(caught.value) == f"the map does not tell its {name}; valid is to say it: --{name}"
+    given: dict[str, Any] = {name: "annex"}
+    assert getattr(MissionTrip.from_map(map_, **given).drive, name) == "annex"
+
+
+def test_renderers_that_are_none_and_strips_without_one_are_told() -> None:
+    map_ = learnt(TOLD, laser=True)
+    with pytest.raises(ScenarioError, match="renderer 'crayon' is unknown; valid are "):
+        MissionTrip.from_map(map_, renderer="crayon")
+    with pytest.raises(ScenarioError, match="a strip needs a renderer"):
+        MissionTrip.from_map(map_, renderer="none", strip=1.0)
+
+
+@pytest.mark.parametrize(
+    ("at", "told"),
+    [(-0.1, "start -0.1 m is not on the way"), (3.4, "valid is 0 to 3.4 m, less than that"), (float("nan"), "not on")],
+)
+def test_a_start_beside_the_way_is_told(at: float, told: str) -> None:
+    map_ = learnt(TOLD, laser=True)
+    plan = as_learnt(path_along(map_))
+    with pytest.raises(ScenarioError, match=told):
+        bench_on_way(MissionTrip.from_map(map_, at=at), poses_of(map_, plan), plan)
+
+
+def test_it_is_set_down_at_the_last_place_before_its_start_and_looks_along_the_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    opened: list[Any] = []
+
+    class Opened:
+        def place(self, pose: Pose) -> None:
+            opened.append(pose)
+
+    def opens(drive: Any, *, watched: bool) -> Opened:
+        opened.extend([drive.waypoints, watched])
+        return Opened()
+
+    monkeypatch.setattr(trips, "open_bench", opens)
+    map_ = learnt(TOLD, laser=True)
+    plan = as_learnt(path_along(map_))
+    poses = poses_of(map_, plan)
+    bench_on_way(MissionTrip.from_map(map_, at=1.75), poses, plan)
+    first, second = poses[2], poses[3]  # at 1.7 m and 2.55 m
+    assert opened == [((first.x, first.y), (second.x, second.y)), False, first]
+    turning = [*poses[:2], *[poses[2]] * 3]  # from there on it turns about itself
+    with pytest.raises(ScenarioError, match="the way is at its end"):
+        bench_on_way(MissionTrip.from_map(map_, at=1.75), turning, plan)
+
+
+def test_a_map_of_a_real_drive_knows_no_poses() -> None:
+    map_ = learn([replace(view, truth=None) for view in VIEWS], sensors=["laser"], metadata=TOLD)
+    with pytest.raises(MapError, match="does not know the true poses of its places"):
+        poses_of(map_, as_learnt(path_along(map_)))
