@@ -7,6 +7,7 @@ rebinding), the third everybody else.
 
 import hmac
 import ipaddress
+import re
 import secrets
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
@@ -19,6 +20,9 @@ LOOPBACK = "127.0.0.1"
 SHORTEST_TOKEN = 16
 """Fewest characters of a token: guessed at 1000 tries a second, one of 16 hexadecimal digits lasts for ever."""
 
+ORIGIN = re.compile(r"[a-z][a-z0-9+.-]*://[^/?#@\sA-Z]+")
+"""A page's origin as browsers send it: no path, not even a stroke at its end, and small letters."""
+
 
 def random_token() -> str:
     """A token that nobody guesses."""
@@ -30,8 +34,8 @@ class AccessPolicy:
     """Address of a server, and who may come in.
 
     ``token`` is asked for in every request; without one it is drawn, where only this machine comes to. ``origins`` are
-    web pages that are let in beside the server's own. Raises ``RefseqError`` for a token that is short, and for an
-    address that other machines reach without one.
+    web pages that are let in beside the server's own. Raises ``RefseqError`` for a token that is short, for an address
+    that other machines reach without one, and for an origin that no browser sends.
     """
 
     host: str = LOOPBACK
@@ -51,6 +55,9 @@ class AccessPolicy:
             raise RefseqError(
                 f"token of {len(self.token)} characters: valid are {SHORTEST_TOKEN} or more, letters and digits"
             )
+        for origin in self.origins:
+            if not ORIGIN.fullmatch(origin):
+                raise RefseqError(f"origin {origin!r:.100} is not valid; valid is one as https://example.org, no path")
 
     @property
     def on_loopback(self) -> bool:

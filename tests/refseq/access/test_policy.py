@@ -63,3 +63,22 @@ def test_pages_of_others_do_not_come_in(origins: list[str]) -> None:
     assert access.reason_against(["localhost:8765"], origins, [TOKEN]).startswith("pages of ")
     for own in ("https://own.example", "http://localhost:8765"):
         assert access.reason_against(["localhost:8765"], [own], [TOKEN]) == ""
+
+
+@pytest.mark.parametrize(
+    "origin",
+    ["", "example.org", "https://", "https://a.example/", "https://a.example/page", "https://A.example", "null", "*"],
+)
+def test_an_origin_that_no_browser_sends_is_told(origin: str) -> None:
+    with pytest.raises(RefseqError) as caught:
+        AccessPolicy(token=TOKEN, origins=("http://good.example:8080", origin))
+    assert str(caught.value) == f"origin {origin!r} is not valid; valid is one as https://example.org, no path"
+
+
+@pytest.mark.parametrize(
+    "origin", ["https://a.example", "http://[::1]:9090", "http://localhost:3000", "app://foxglove"]
+)
+def test_an_origin_that_is_one_lets_its_page_in(origin: str) -> None:
+    access = AccessPolicy(token=TOKEN, origins=(origin,))
+    assert access.reason_against(["127.0.0.1:1"], [origin], [TOKEN]) == ""
+    assert access.reason_against(["127.0.0.1:1"], [f"{origin}x"], [TOKEN]) != ""

@@ -1,0 +1,89 @@
+"""Warnings about offsets, other clocks and pairing, on findings that are laid out by hand."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from refseq_bench.scenarios.log_tools.offsets import ClockOffset
+from refseq_bench.scenarios.log_tools.warnings import times, warnings_of
+
+
+def topic(name: str, *, delay: float = 0.0, count: int = 100, rate: float = 10.0) -> Any:
+    timing = SimpleNamespace(
+        delay=delay, count=count, rate=rate, zeros=0, backwards=0, duplicates=0, longest_gap=None, gaps=()
+    )
+    return SimpleNamespace(name=name, timing=timing, channel=SimpleNamespace(role="a sensor's"))
+
+
+def told(
+    offset: ClockOffset | None = None, *, left: int = 0, scans: Any = None, damage: str = "", **findings: Any
+) -> list[str]:
+    """Warnings about a log of a camera, which leads, a laser and odometry."""
+    topics = (topic("/odom"), topic("/camera"), scans or topic("/scan"))
+    source = SimpleNamespace(complete=not damage, damage=damage)
+    found: Any = SimpleNamespace(source=source, topics=topics, start=0.0)
+    plain = {
+        "sensors": {"/camera": "camera", "/scan": "laser"},
+        "odometry": "/odom",
+        "truth": "",
+        "leading": "/camera",
+        "tolerance": 0.05,
+        "unpaired": {"laser": left},
+        "without_odometry": 0,
+        "notes": (),
+    }
+    plan: Any = SimpleNamespace(findings=SimpleNamespace(**plain | findings))
+    return list(warnings_of(found, plan, {"laser": offset, "camera": None}))
+
+
+def test_of_a_log_without_fault_nothing_is_told() -> None:
+    assert told() == []
+    assert told(ClockOffset(0.04, 0.9, 1.2)) == []
+
+
+@pytest.mark.parametrize(
+    ("offset", "words"),
+    [
+        (ClockOffset(0.2, 0.9, 1.0), ["0.20 s late", "--late laser=0.20"]),
+        (ClockOffset(-0.2, 0.9, 1.0), ["0.20 s early", "--late laser=-0.20"]),
+        (ClockOffset(0.2, -0.8, 1.0), ["turn the other way than /odom", "correlation -0.80"]),
+        (ClockOffset(0.0, 0.9, 0.5), ["sees 50 % of the turns that /odom tells"]),
+        (ClockOffset(0.0, 0.9, 1.4), ["sees 140 % of the turns"]),
+    ],
+)
+def test_an_offset_is_told_with_what_sets_it_right(offset: ClockOffset, words: list[str]) -> None:
+    (line,) = told(offset)
+    assert line.startswith("/scan: ")
+    assert all(word in line for word in words), line
+
+
+def test_late_and_of_a_false_gain_are_two_faults() -> None:
+    assert len(told(ClockOffset(0.2, 0.9, 2.0))) == 2
+
+
+def test_another_clock_is_told_by_how_much() -> None:
+    (line,) = told(scans=topic("/scan", delay=-1.5))
+    assert line == "/scan: stamped by another clock than /odom: +1.50 s by the times of logging"
+    assert told(scans=topic("/scan", delay=0.2)) == []
+
+
+def test_samples_without_a_view_are_told_unless_the_sensor_is_faster_than_views_are() -> None:
+    (line,) = told(left=11)
+    assert line == "/scan: 11 of 100 messages are within 0.050 s of no view"
+    assert told(left=10) == []
+    assert told(left=70, scans=topic("/scan", rate=40.0)) == []
+
+
+def test_what_is_told_of_a_log_comes_in_the_order_of_weight() -> None:
+    lines = told(damage="cut in a chunk", without_odometry=1, notes=("a note",), left=50)
+    assert lines[:3] == [
+        "the log is incomplete: cut in a chunk; what lies before is read",
+        "a note",
+        "1 moment without odometry: no view",
+    ]
+    assert len(lines) == 4
+
+
+def test_counts() -> None:
+    assert [times(count, "pause") for count in (0, 1, 2)] == ["0 pauses", "1 pause", "2 pauses"]
