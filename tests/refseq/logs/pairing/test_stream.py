@@ -18,6 +18,7 @@ from refseq.logs.pairing.plan import plan_views
 from refseq.logs.pairing.stream import ClockSetBackError, StreamTopics, ViewStream, topics_for
 from refseq.logs.picture import CompressedPicture
 from refseq.logs.source import Channel, Content, Role, Sample
+from refseq.logs.transforms import Transform
 from refseq.planar import Pose
 from refseq.view import Scan, View
 
@@ -178,3 +179,51 @@ def test_topics_are_named_as_in_a_log_or_as_told() -> None:
         topics_for(roles, {"cam0"}, {"/cam1/image_raw": "cam0"})
     with pytest.raises(LogError, match="odometry topic '/wheels' is not told of; valid are /odom"):
         topics_for(roles, {"cam0"}, {}, "/wheels")
+
+
+@pytest.mark.parametrize("time", [float("nan"), float("inf")])
+def test_a_stamp_that_is_no_number_is_told(time: float) -> None:
+    stream = ViewStream(TOPICS, 0.0)
+    with pytest.raises(LogError, match=f"topic /scan: a stamp is {time} s; valid is a finite number"):
+        stream.take(sample("/scan", time, Scan(np.ones(3, np.float32))))
+
+
+def test_topics_that_are_not_taken_change_nothing() -> None:
+    samples = drive(7, 3.0)
+    others = [sample("/cam9/image_raw", one.time, picture(9)) for one in samples]
+    mixed = [one for pair in zip(others, samples, strict=True) for one in pair]
+    assert list(map(shown, streamed(mixed, 0.3))) == list(map(shown, streamed(samples, 0.3)))
+
+
+def test_samples_of_a_topic_in_a_wrong_order_are_put_in_theirs() -> None:
+    samples = drive(8, 4.0)
+    odometry = [number for number, one in enumerate(samples) if one.topic == "/odom"]
+    swapped = list(samples)
+    for one, other in zip(odometry[1::2], odometry[2::2], strict=False):
+        swapped[one], swapped[other] = samples[other], samples[one]
+    assert swapped != samples
+    assert list(map(shown, streamed(swapped, 0.0)))[5:] == list(map(shown, streamed(samples, 0.0)))[5:]
+
+
+def test_a_picture_that_is_broken_is_told_with_its_topic() -> None:
+    broken = [
+        sample(one.topic, one.time, CompressedPicture(b"no picture", "png")) if one.topic == "/cam1/image_raw" else one
+        for one in drive(9, 3.0)
+    ]
+    with pytest.raises(LogError, match=r"^topic /cam1/image_raw: "):
+        streamed(broken, 0.0)
+
+
+def test_a_laser_is_turned_as_it_hangs() -> None:
+    """On its head, as a transform that came before tells: its beams come from the other side."""
+    upside_down = Transform("base_link", "laser", (0.2, 0.0, 0.3), (1.0, 0.0, 0.0, 0.0), static=True)
+    samples = [
+        Sample(one.topic, one.time, one.time, "laser", Scan(np.array([1.0, 2.0, 3.0], np.float32)))
+        if one.topic == "/scan"
+        else one
+        for one in drive(10, 3.0)
+    ]
+    for hung, ranges in (([], [1.0, 2.0, 3.0]), ([sample("/tf_static", 0.0, (upside_down,))], [3.0, 2.0, 1.0])):
+        seen = [view.scan.ranges.tolist() for view in streamed([*hung, *samples], 0.0) if view.scan is not None]
+        assert len(seen) > 10
+        assert all(one == ranges for one in seen)
