@@ -224,7 +224,9 @@ class AnswerTask(Question):
     def carry_out(self, store: Store) -> None:
         """Learn and ask."""
         references, query = self.learnt(store), asked_views(self, store)
-        given = tuple(with_signal_faults(query.views, self.signal_faults, self.seed))
+        given = query.views
+        if self.signal_faults:
+            given = tuple(with_signal_faults(given, self.signal_faults, self.seed))
         kept = answered(AnswerRequest(self.methods, self.seed, self.merge), references, given)
         store.make(self.key, self.ending, lambda path: write_answers(path, query, kept))
 
