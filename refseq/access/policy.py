@@ -1,4 +1,4 @@
-"""Who may come in: the token of an address, the ``Host`` and ``Origin`` of a request.
+"""Rules of who may come in: the token of an address, the ``Host`` and ``Origin`` of a request.
 
 All servers ask ``AccessPolicy``. A request comes in when it names this machine, comes from no foreign web page, and has
 the token. The first two hold off pages that a browser shows (also those that give this machine a name of their own: DNS

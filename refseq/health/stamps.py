@@ -11,7 +11,7 @@ RANGE = 20.0
 """Logarithm of the range of lengths that a jump may have: from a second to decades."""
 
 LONG = 10.0
-"""What takes less than so many times the usual time is a slow stretch."""
+"""Factor of the usual time below which a stretch is only a slow one."""
 
 SPEEDS = 5.0
 """A robot does not go so many times as fast as it has gone so far."""

@@ -32,7 +32,7 @@ class DeclaredArray:
 
     @property
     def nbytes(self) -> int:
-        """What its numbers take [bytes]."""
+        """Size of its numbers [bytes]."""
         return math.prod(self.shape) * int(self.type[1:])
 
     def __str__(self) -> str:

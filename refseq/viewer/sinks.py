@@ -39,7 +39,7 @@ PROGRAM = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import mai
 """Rerun's program. ``python -m rerun`` imports the library first, which takes seconds; ``-m rerun_cli`` exits with 0
 whatever happens."""
 READ = "/rerun.sdk_comms.v1alpha1.MessageProxyService/ReadMessages"
-"""What Rerun's page asks its server for; it never writes."""
+"""The call by which Rerun's page asks its server; it never writes."""
 
 
 @contextmanager

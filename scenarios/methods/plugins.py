@@ -125,7 +125,7 @@ def plugin_digest(name: str) -> str:
 
 
 def _code(name: str) -> GuestCode:
-    """What the guest runs, and the files that it may read: those that its digest is made of."""
+    """Code that the guest runs, and the files that it may read: those that its digest is made of."""
     check_plugin(name)
     if is_program(name):
         return GuestCode("", program_of(name), program_files(name))

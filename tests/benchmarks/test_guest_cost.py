@@ -1,4 +1,4 @@
-"""What a view costs a guest beside the same call in this process: two VGA cameras and a scan go through a pipe."""
+"""Cost of a view to a guest beside the same call in this process: two VGA cameras and a scan go through a pipe."""
 
 import time
 from pathlib import Path

@@ -14,7 +14,7 @@ from refseq_bench.scenarios.campaign.store.keys import key_of
 KEPT = "contents"
 """Folder of the user's own store in which digests are kept, one file for each path."""
 SETTLED = 2_000_000_000
-"""How long the tick of a file system's dates may be [ns]: within one, a file may change and its dates may not."""
+"""Longest tick of a file system's dates [ns]: within one, a file may change and its dates may not."""
 
 State = Sequence[tuple[str, int, int, int, int]]
 """Name, inode, size, and the times of the last change [ns] of a file's content and of anything else, by file."""

@@ -46,7 +46,7 @@ def recording_key(drive: Drive) -> str:
 
 @cache
 def _device(renderer: RendererKind) -> GlDevice | VulkanDriver | None:
-    """What draws for a renderer, asked once a process; None where it draws nothing or has no device."""
+    """The device that draws for a renderer, asked once a process; None where it draws nothing or has no device."""
     match renderer:
         case RendererKind.FILAMENT:
             return vulkan_driver()

@@ -55,7 +55,7 @@ def holds() -> tuple[Hold, ...]:
 
 
 def in_words(found: Sequence[Hold]) -> str:
-    """What is in force, and what is not, in one line."""
+    """A line that tells what is in force, and what is not."""
     kept = "; ".join(f"{one.kept_from}: {one.by}" for one in found if one.by)
     missing = ", ".join(one.kept_from for one in found if not one.by)
     return "; ".join(filter(None, (kept, f"not kept from {missing}" if missing else "")))

@@ -23,7 +23,7 @@ SHARED = (Path("/usr"), Path("/usr/local"), Path("/"))
 
 @dataclass(frozen=True)
 class GuestCode:
-    """What is run: a ``localiser`` in Python by ``package.module:Class``, or the ``program`` of another language.
+    """A guest's code: a ``localiser`` in Python by ``package.module:Class``, or the ``program`` of another language.
 
     ``files`` are the user's own that it needs, by their names below the folder where the guest finds them.
     """

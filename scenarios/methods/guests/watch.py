@@ -66,7 +66,7 @@ class Watch(Thread):
 
 
 def _sizes(folder: Path) -> Iterator[int]:
-    """What each file and folder below one takes up [bytes]."""
+    """Space that each file and folder below one takes up [bytes]."""
     left = [str(folder)]
     while left:
         with suppress(FileNotFoundError), os.scandir(left.pop()) as entries:  # it may remove them meanwhile

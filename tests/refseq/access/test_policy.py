@@ -1,4 +1,4 @@
-"""Who may come in, by the headers of a request."""
+"""Strangers and guests at the door, by the headers of a request."""
 
 import pytest
 

@@ -69,7 +69,7 @@ def token_words(command: Command) -> tuple[str, list[str]]:
 
 
 def opens(command: Command) -> bool:
-    """Whether somebody who has the address comes in."""
+    """Tell whether somebody who has the address comes in."""
     path, headers = token_words(command)
     with line_to(command) as line, suppress(ConnectionError, TimeoutError):
         line.sendall(request(command, "GET", path, headers))
@@ -78,7 +78,7 @@ def opens(command: Command) -> bool:
 
 
 def after(command: Command, before: float) -> Attempt:
-    """How a server is after an attack: it opens, says nothing, and has not grown."""
+    """State of a server after an attack: it opens, says nothing, and has not grown."""
     grown = command.memory() - before
     figures = {"MB kept": max(grown, 0.0)}
     if not until(lambda: opens(command), 60.0):

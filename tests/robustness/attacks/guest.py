@@ -25,7 +25,7 @@ from refseq_bench.scenarios.methods.plugins import MisbehavedError, PluginLocali
 from tests.robustness.attack import Attempt, attack
 
 TRUTH, WORLD = 1234.56789, "secret-garden-at-dusk"
-"""What a guest must never find: the coordinate of a true pose, and the name of a world."""
+"""Texts that a guest must never find: the coordinate of a true pose, and the name of a world."""
 PLACES, VIEWS = 3, 2
 LOCALISER = """
 import ctypes, gc, mmap, os, signal, socket, subprocess, sys, threading, time
@@ -91,7 +91,7 @@ def standing_in(folder: Path, limits: str) -> Iterator[None]:
 
 
 def outcome(folder: Path, name: str = "mine:Mine", limits: str = "start=30,learn=5,view=5") -> tuple[str, str]:
-    """How asking it ended, empty for well, and the last that it said."""
+    """The end of asking it, empty for well, and the last that it said."""
     with standing_in(folder, limits), redirect_stderr(StringIO()):
         try:
             localiser = PluginLocaliser(name, views(PLACES))

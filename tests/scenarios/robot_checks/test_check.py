@@ -47,7 +47,7 @@ SOUND: dict[str, Any] = {
     "first_move": -0.02,
     "times_real_time": 35.0,
 }
-"""What trials of a sound robot measure, one that balances."""
+"""Measurements of trials of a sound robot, one that balances."""
 
 
 @pytest.fixture

@@ -100,7 +100,7 @@ def test_methods_are_given_the_query_with_its_signal_faults(
     given: dict[str, list[View]] = {}
 
     class SeenError(Exception):
-        """What is given is known."""
+        """Known: all that is given."""
 
     def see(_request: object, references: Mapping[str, Reference], views: Sequence[View]) -> None:
         given["query"], given["reference"] = list(views), [view for one in references.values() for view in one.views]

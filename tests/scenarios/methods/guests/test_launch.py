@@ -11,7 +11,7 @@ from refseq_bench.scenarios.methods.guests.limits import GuestLimits
 
 @pytest.fixture
 def done(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, ...]]:
-    """What the entry does, in its order, in place of doing it to this process."""
+    """Steps of the entry, in its order, in place of doing it to this process."""
     steps: list[tuple[Any, ...]] = []
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(confinement, "confine", lambda *given: steps.append(("confine", *given)))
