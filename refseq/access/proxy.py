@@ -67,7 +67,7 @@ QUIET.propagate = False
 
 @dataclass(frozen=True, slots=True)
 class ProxyRoute:
-    """A request that passes: a ``method``, a ``path`` or pattern of paths, to a server behind. ``socket``: as a WebSocket."""
+    """A request that passes: a ``method``, a ``path`` or pattern of paths, to a server behind, maybe as a WebSocket."""
 
     path: str
     behind: str
