@@ -3,7 +3,7 @@
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,34 +27,22 @@ HOURS = 7200.0
 SIZE = 120
 """Height of the cameras' pictures [pixels]: small ones, so that 10 000 take minutes."""
 
+soak = partial(attack, family="soak", tries=1, short=0, limit=HOURS)
 
-@attack(
-    family="soak", promise="10 000 views leave no memory behind in a localiser of best", tries=1, short=0, limit=HOURS
-)
+
+@soak(promise="10 000 views leave no memory behind in a localiser of best")
 def soak_best(seed: int, _folder: Path) -> Attempt:
     """Localise for long."""
     return _soaked(_localised(_learnt("best"), seed))
 
 
-@attack(
-    family="soak",
-    promise="10 000 views leave no memory behind in a localiser of the thesis",
-    tries=1,
-    short=0,
-    limit=HOURS,
-)
+@soak(promise="10 000 views leave no memory behind in a localiser of the thesis")
 def soak_thesis(seed: int, _folder: Path) -> Attempt:
     """Localise for long."""
     return _soaked(_localised(_learnt("thesis"), seed))
 
 
-@attack(
-    family="soak",
-    promise="10 000 views leave no memory behind in a localiser with an atlas",
-    tries=1,
-    short=0,
-    limit=HOURS,
-)
+@soak(promise="10 000 views leave no memory behind in a localiser with an atlas")
 def soak_atlas(seed: int, _folder: Path) -> Attempt:
     """Localise for long in the map of two drives that were merged."""
     from refseq.atlas.merge import merge_maps
@@ -65,13 +53,7 @@ def soak_atlas(seed: int, _folder: Path) -> Attempt:
     return _soaked(_localised(atlas, seed))
 
 
-@attack(
-    family="soak",
-    promise="10 000 views to a live viewer leave no memory behind in their sender",
-    tries=1,
-    short=0,
-    limit=HOURS,
-)
+@soak(promise="10 000 views to a live viewer leave no memory behind in their sender")
 def soak_viewer(seed: int, _folder: Path) -> Attempt:
     """Localise for long and show it in a page on this machine."""
     from refseq.access.listener import free_port
@@ -87,13 +69,7 @@ def soak_viewer(seed: int, _folder: Path) -> Attempt:
         return _soaked(_localised(map_, seed, lambda view, belief: logger.update(view, {"own": {"chain": belief}})))
 
 
-@attack(
-    family="soak",
-    promise="10 000 steps with resets leave no memory behind in an environment",
-    tries=1,
-    short=0,
-    limit=HOURS,
-)
+@soak(promise="10 000 steps with resets leave no memory behind in an environment")
 def soak_environment(seed: int, _folder: Path) -> Attempt:
     """Act at random, and begin anew whenever an episode is over."""
     return _soaked(itertools.islice(acted(seed), VIEWS), "MB a 1000 steps")
