@@ -17,7 +17,7 @@ from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.matching.log_ratio import LogRatioSettings
 from refseq.inference.matching.mixture import MixtureSettings
-from refseq.map.parameters import RANGES, Range
+from refseq.map.format.parameters import RANGES, Range
 
 
 class Matching(StrEnum):

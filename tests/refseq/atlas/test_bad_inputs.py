@@ -14,7 +14,7 @@ import pytest
 from refseq.atlas.merge import Decision, added, merge_maps
 from refseq.atlas.similarity import view_similarity
 from refseq.errors import MapError
-from refseq.map.archive import encode
+from refseq.map.format.archive import encode
 from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.map.profile import BEST, THESIS, Profile

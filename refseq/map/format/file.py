@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from refseq.errors import MapError
 from refseq.features import Extractor
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.map.archive import HEADER, Arrays, MapArchive, check_total
 from refseq.map.extractors import make_extractor
-from refseq.map.header import MapHeader, PathTable, SequenceTable, parse_header
-from refseq.map.layout import check_declared, check_values, rules_of
+from refseq.map.format.archive import HEADER, Arrays, MapArchive, check_total
+from refseq.map.format.header import MapHeader, PathTable, SequenceTable, parse_header
+from refseq.map.format.layout import check_declared, check_values, rules_of
 from refseq.map.path import MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from refseq.belief import Stage
 from refseq.errors import MapError
 from refseq.inference.matching.mixture import MixtureSettings
-from refseq.map import archive as archive_module
 from refseq.map.extractors import FEATURES
+from refseq.map.format import archive as archive_module
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.map.map import Map

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from refseq.features.hu import MOMENTS
 from refseq.features.sift import DESCRIPTOR_SIZE
 from refseq.limits import MAP_METRES, MAP_PLACES
-from refseq.map.header import MapHeader
-from refseq.map.npy import DeclaredArray
+from refseq.map.format.header import MapHeader
+from refseq.map.format.npy import DeclaredArray
 
 
 @dataclass(frozen=True, slots=True)

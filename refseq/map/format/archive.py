@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from refseq.errors import MapError
 from refseq.files import open_input, replace_bytes
 from refseq.limits import MAP_BYTES, MAP_DIRECTORY_BYTES, MAP_HEADER_BYTES
-from refseq.map.npy import DeclaredArray, read_declared, read_numbers
+from refseq.map.format.npy import DeclaredArray, read_declared, read_numbers
 
 FORMAT = "refseq-map"
 VERSION = 4
