@@ -1,5 +1,6 @@
 """All parameters of the localiser in one place; a map carries the profile that it was learnt with."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
@@ -100,10 +101,37 @@ PROFILES: Mapping[str, Profile] = MappingProxyType({"thesis": THESIS, "best": BE
 
 
 def profile_named(name: str) -> Profile:
-    """One of ``PROFILES``; ``MapError`` for another name."""
-    if name not in PROFILES:
-        raise MapError(f"profile {name!r} is unknown; valid are {', '.join(PROFILES)}")
-    return PROFILES[name]
+    """One of ``PROFILES``, with any setting changed behind a plus sign: ``thesis+chain.window=20+mixture.cost=0.9``.
+
+    Raises ``MapError`` for another name, for a setting that there is not, and for a value that is not valid.
+    """
+    base, *changes = name.split("+")
+    if base not in PROFILES:
+        raise MapError(f"profile {base!r} is unknown; valid are {', '.join(PROFILES)}")
+    if not changes:
+        return PROFILES[base]
+    content = PROFILES[base].to_dict()
+    for change in changes:
+        _change(content, change)
+    try:
+        return Profile.from_dict(content)
+    except ValueError as error:
+        raise MapError(str(error)) from None
+
+
+def _change(content: dict[str, Any], change: str) -> None:
+    """Set one setting, ``PART.SETTING=VALUE``, in a profile's ``content``."""
+    where, equals, text = change.partition("=")
+    part, _, setting = where.partition(".")
+    parts = {name: settings for name, settings in content.items() if isinstance(settings, dict)}
+    if part not in parts or not equals:
+        raise MapError(f"setting {change!r} is unknown; valid is PART.SETTING=VALUE with a part of {', '.join(parts)}")
+    if setting not in parts[part]:
+        raise MapError(f"setting {where!r} is unknown; valid are {', '.join(sorted(parts[part]))} of {part}")
+    try:
+        parts[part][setting] = json.loads(text)  # a number, true or false
+    except (ValueError, RecursionError):
+        parts[part][setting] = text
 
 
 def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:

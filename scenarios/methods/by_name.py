@@ -6,7 +6,7 @@ from typing import Self
 
 from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.map.localiser import localise, smoothed
-from refseq.map.profile import PROFILES
+from refseq.map.profile import PROFILES, profile_named
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
@@ -36,16 +36,42 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 
 
 FAMILIES: Mapping[str, tuple[str, ...]] = {
-    **{profile: GROUPS[profile] for profile in PROFILES},
     "words": ("fabmap-naive", "fabmap"),
     "vlad": ("vlad", "topological", "topometric", "sequence-graph"),
 }
 """Methods that are asked together, as they share what is dear."""
 
 
+def profile_of(method: str) -> str | None:
+    """The profile in the name of a stage of ours, or of its hindsight, with its settings: ``thesis+chain.window=20``.
+
+    None: the method is another. The settings are not looked at.
+    """
+    profile, _, stage = method.rpartition("/")
+    ours = profile.partition("+")[0] in PROFILES and (stage in tuple(Stage) or stage == "hindsight")
+    return profile if ours else None
+
+
+def is_staged(method: str) -> bool:
+    """True for a stage of our own localiser, with any profile; hindsight is none."""
+    return profile_of(method) is not None and not is_hindsight(method)
+
+
+def is_hindsight(method: str) -> bool:
+    """True for the answers of a chain of ours in the light of the whole drive."""
+    return profile_of(method) is not None and method.endswith("/hindsight")
+
+
 def written_out(names: Iterable[str]) -> tuple[str, ...]:
     """Methods by name, each once, with groups written out; names that are not known are left as they are."""
-    return tuple(dict.fromkeys(name for one in names for name in GROUPS.get(one, (one,))))
+    return tuple(dict.fromkeys(name for one in names for name in _members(one)))
+
+
+def _members(name: str) -> tuple[str, ...]:
+    profile, plus, _ = name.partition("+")
+    if plus and profile in PROFILES and "/" not in name:
+        return tuple(f"{name}/{stage}" for stage in Stage)
+    return GROUPS.get(name, (name,))
 
 
 def methods_named(names: Sequence[str] | None) -> tuple[str, ...]:
@@ -56,17 +82,21 @@ def methods_named(names: Sequence[str] | None) -> tuple[str, ...]:
 
 
 def check_methods(names: Iterable[str]) -> None:
-    """Raise ``ScenarioError`` for the first name that is no method's."""
+    """Raise ``ScenarioError`` for the first name that is no method's, ``MapError`` for a setting that is not valid."""
     for name in names:
         if is_plugin(name):
             check_plugin(name)
-        elif name not in (*METHODS, *HINDSIGHT):
+        elif (profile := profile_of(name)) is not None:
+            profile_named(profile)
+        elif name not in METHODS:
             valid = ", ".join((*METHODS, *GROUPS, *HINDSIGHT, *installed(), "package.module:Class"))
             raise ScenarioError(f"method {name!r} is unknown; valid are {valid}, ./program")
 
 
 def family(name: str) -> str:
     """Name the family that a method shares its dear steps with: a profile's stages, those on VLAD; else itself."""
+    if is_staged(name):
+        return name.rpartition("/")[0]
     return next((shared for shared, members in FAMILIES.items() if name in members), name)
 
 
@@ -139,12 +169,12 @@ class Learnt:
         self._methods, self._seed = methods, seed
         first, *further = drives.values()
         drive = first if not further else Reference([view for one in drives.values() for view in one.views])
-        profiles = dict.fromkeys(name.split("/")[0] for name in methods if name in (*STAGED, *HINDSIGHT))
+        profiles = dict.fromkeys(profile for name in methods if (profile := profile_of(name)))
         self.ours = {profile: InMap(profile, drives, merging=merging) for profile in profiles}
         self.localisers: dict[str, LocaliserProtocol] = {
             name: PluginLocaliser(name, drive.views) if is_plugin(name) else BASELINES[name](drive)
             for name in methods
-            if name not in (*STAGED, *HINDSIGHT)
+            if profile_of(name) is None
         }
 
     def __enter__(self) -> Self:

@@ -15,7 +15,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
-from refseq_bench.scenarios.methods.by_name import STAGED
+from refseq_bench.scenarios.methods.by_name import is_staged
 from refseq_bench.scenarios.methods.plugins import PluginLocaliser, is_plugin
 from refseq_bench.scenarios.scoring.merging import merged_drives
 
@@ -75,7 +75,7 @@ def along_reference(method: str, drive: Reference, *, localised: bool, seed: int
     ground = GroundTruth(path_along(map_), positions(drive.views))
     if not localised:
         return Leader(ground, None, map_)
-    if method in STAGED:
+    if is_staged(method):
         return Leader(ground, _staged(method, map_, seed), map_)
     return Leader(ground, _of_views(method, drive), map_)
 
@@ -112,7 +112,7 @@ def over_several(
     ground = GroundTruth(path_of(map_, route), places)
     if not localised:
         return Leader(ground, None, map_)
-    if method in STAGED:
+    if is_staged(method):
         return Leader(ground, _staged(method, map_, seed), map_)
     every = Reference([view for of_drive in views for view in of_drive])
     return Leader(ground, InPlaces(_of_views(method, every), held, len(map_)), map_)
@@ -148,7 +148,7 @@ def positions(views: Sequence[View]) -> NDArray[np.float64]:
 
 
 def _profile(method: str) -> str:
-    return method.partition("/")[0] if method in STAGED else PROFILE
+    return method.partition("/")[0] if is_staged(method) else PROFILE
 
 
 def _staged(method: str, map_: Map, seed: int) -> Localiser:

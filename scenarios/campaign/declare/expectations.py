@@ -54,7 +54,7 @@ class Expectation:
 
 
 _NAME = r"[a-z_0-9]+"
-_METHOD = r"[^\s*<>≤≥=]+"
+_METHOD = r"[^\s*<>≤≥]+"
 _TERM = rf"({_NAME})(?:\s+of\s+({_METHOD}))?"
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
 _FORM = re.compile(

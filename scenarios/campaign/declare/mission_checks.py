@@ -11,7 +11,7 @@ from refseq_bench.scenarios.campaign.declare.assignment import LAMP, LEADERS, Ta
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable, MissionScenario, MissionTable
 from refseq_bench.scenarios.campaign.declare.sources import Source, names_of
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import HINDSIGHT, check_methods
+from refseq_bench.scenarios.methods.by_name import check_methods, is_hindsight
 from refseq_bench.scenarios.missions.file import Asked, asked_for, located
 from refseq_bench.scenarios.missions.lamp import read_program
 
@@ -62,7 +62,7 @@ def check_leaders(names: Sequence[str], *, programmed: bool) -> None:
     for name in names:
         if name == LAMP and not programmed:
             raise ScenarioError(f"localise.methods: {LAMP!r} has no program here; valid is to name one: mission.lamp")
-        if name in HINDSIGHT:
+        if is_hindsight(name):
             raise ScenarioError(f"localise.methods: {name!r} knows a place when the drive is over; valid are others")
         if name not in LEADERS:
             try:

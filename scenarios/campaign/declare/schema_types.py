@@ -17,7 +17,7 @@ from refseq_bench.scenarios.campaign.declare.mission_figures import MISSION_FIGU
 from refseq_bench.scenarios.campaign.declare.schema import Declared, MissionScenario, Scenario
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.by_name import HINDSIGHT, check_methods
+from refseq_bench.scenarios.methods.by_name import check_methods, is_hindsight
 from refseq_bench.sim.missions.mission import EVERY
 
 
@@ -88,7 +88,7 @@ class LocalisingSchema(SchemaType):
             raise ScenarioError(
                 f"localise.places = {scenario.localise.places!r}; valid with [[further]] is to learn all"
             )
-        for method in set(scenario.methods) & set(HINDSIGHT):
+        for method in filter(is_hindsight, scenario.methods):
             raise ScenarioError(f"localise: {method!r} knows one reference only; valid are methods without hindsight")
 
 

@@ -34,6 +34,7 @@ from refseq_bench.scenarios.campaign.store.views import read_views, recording_ke
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import input_errors
 from refseq_bench.scenarios.methods.baselines import Reference
+from refseq_bench.scenarios.methods.by_name import profile_of
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
 from refseq_bench.sim.drives import signal_faults
 from refseq_bench.sim.drives.signal_faults import SignalFault, with_signal_faults
@@ -173,7 +174,8 @@ class Question(ABC):
     def maps(self) -> tuple[str, ...]:
         """Keys of the maps that it may learn, or find in the store."""
         sources = self.sources[: len(self.references)]
-        return tuple(self._map_key(source, profile) for profile in PROFILES for source in sources)
+        profiles = dict.fromkeys((*PROFILES, *filter(None, map(profile_of, self.methods))))
+        return tuple(self._map_key(source, profile) for profile in profiles for source in sources)
 
     def _map_key(self, source: str, profile: str) -> str:
         code = code_digest(learning.__name__, READER, alone=HANDS)

@@ -127,7 +127,13 @@ Drives = Annotated[
     ),
 ]
 Seed = Annotated[int, SEED]
-Profile = Annotated[str, option("PROFILE", "thesis: the method of 2008, with its values; best: ours.")]
+Profile = Annotated[
+    str,
+    option(
+        "PROFILE",
+        "thesis: the method of 2008, with its values; best: ours; thesis+chain.window=20: with a setting of yours.",
+    ),
+]
 Features = Annotated[
     str | None,
     option(

@@ -140,3 +140,32 @@ def test_values_of_the_wrong_kind_are_named(part: str, key: str, value: object, 
     with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
         Profile.from_dict(content)
     assert str(caught.value) == message
+
+
+def test_a_name_may_change_settings() -> None:
+    changed = profile_named("thesis+chain.window=20+mixture.cost=0.9+sift.root=true+method.decoding=forward")
+    assert (changed.chain.window, changed.mixture.cost, changed.sift.root) == (20, 0.9, True)
+    assert changed.method.decoding is Decoder.FORWARD
+    plain = replace(changed, chain=THESIS.chain, mixture=THESIS.mixture, sift=THESIS.sift, method=THESIS.method)
+    assert plain == THESIS, "nothing else is another"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ("chain.window", "setting 'chain.window' is unknown; valid is PART.SETTING=VALUE with a part of method, "),
+        ("features=sift", "setting 'features=sift' is unknown; valid is PART.SETTING=VALUE with a part of method, "),
+        ("motion.speed=1", "setting 'motion.speed' is unknown; valid are drift, interpolated, regularisation, "),
+        ("chain.window=0", "profile.chain.window is 0; valid is a whole number from 1 to 10000"),
+        ("chain.window=NaN", "profile.chain.window is nan; valid is a whole number from 1 to 10000"),
+        ("chain.window=" + "9" * 5000, "profile.chain.window is '999"),
+        ("chain.noise=" + "[" * 99999, "profile.chain.noise is '[[["),
+        ("method.decoding=guess", "profile.method.decoding is 'guess'; valid are viterbi, forward"),
+        ("mixture.limit=0.5", "mixture.limit is 0.5; valid is at least 0.0 and less than 0.5"),
+    ],
+)
+def test_a_wrong_change_is_one_line_that_names_it(changes: str, message: str) -> None:
+    with pytest.raises(MapError) as caught:
+        profile_named(f"thesis+{changes}")
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)

@@ -2,12 +2,13 @@ import numpy as np
 import pytest
 
 from refseq.belief import Belief, Stage
+from refseq.errors import MapError
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
-from refseq_bench.scenarios.methods.by_name import METHODS, answers, methods_named, run
+from refseq_bench.scenarios.methods.by_name import METHODS, answers, family, methods_named, run
 from tests.support import certain, corridor_drive
 
 
@@ -42,6 +43,20 @@ def test_answers_are_those_of_each_method_alone(drives: tuple[list[View], list[V
     for name in ("vlad", "topometric"):
         localiser = BASELINES[name](Reference(reference))
         assert same(found[name], [localiser.update(view) for view in query])
+
+
+def test_a_profile_with_other_settings_is_a_method_of_its_own(drives: tuple[list[View], list[View]]) -> None:
+    reference, query = drives
+    changed = "thesis+chain.window=2"
+    assert methods_named([changed]) == tuple(f"{changed}/{stage}" for stage in Stage)
+    assert family(f"{changed}/chain") == family(f"{changed}/prior") == changed
+    found = answers(("thesis/chain", f"{changed}/chain"), reference, query, seed=3)
+    map_ = learn(reference, profile=changed)
+    assert map_.profile.chain.window == 2
+    assert same(found[f"{changed}/chain"], localise(map_, query, stages=(Stage.CHAIN,), seed=3)[Stage.CHAIN])
+    assert not same(found[f"{changed}/chain"], found["thesis/chain"])
+    with pytest.raises(MapError, match=r"^profile\.chain\.window is 0; valid is "):
+        methods_named(["thesis+chain.window=0/chain"])
 
 
 def test_hindsight_is_asked_for_by_its_name_only_and_knows_what_came_after(

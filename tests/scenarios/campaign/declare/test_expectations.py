@@ -17,7 +17,9 @@ from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import Figures, figures
 from tests.support import certain
 
-METHODS = st.sampled_from(["thesis/chain", "best/uniform", "topometric", "my.own:Localiser"])
+METHODS = st.sampled_from(
+    ["thesis/chain", "best/uniform", "thesis+chain.window=20/chain", "topometric", "my.own:Localiser"]
+)
 NUMBERS = st.floats(-1e6, 1e6, allow_nan=False).map(lambda value: value + 0.0)
 LEFT = st.builds(Term, st.sampled_from(sorted(FIGURES)), st.none() | METHODS)
 RIGHT = st.builds(Term, st.sampled_from(sorted(FIGURES)), st.none() | METHODS, NUMBERS)
