@@ -18,6 +18,7 @@ from refseq.missions.plan import Errand, Landmarks, Order, Plan, as_learnt, comp
 from refseq.missions.progress import Estimate, ProgressFilter, ProgressSettings
 from refseq.missions.status import Status
 from refseq.missions.tasks import Call, Photograph, Task, Wait
+from refseq.missions.true_way import TrueWay
 
 __all__ = [
     "ADMITTED",
@@ -44,6 +45,7 @@ __all__ = [
     "Status",
     "Step",
     "Task",
+    "TrueWay",
     "Wait",
     "as_learnt",
     "compiled",

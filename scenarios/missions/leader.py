@@ -10,7 +10,7 @@ from refseq.atlas.routes import shortest_route
 from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
-from refseq.missions import MissionPath, Plan, path_along, path_of
+from refseq.missions import TrueWay, path_along, path_of
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
@@ -23,48 +23,11 @@ PROFILE = "best"
 """Whose map tells the way where a method has no profile: behaviours, doors and lengths are the same in all."""
 
 
-AHEAD = 0.5
-"""Distance behind and ahead of a place that gives the direction of a way there [m]."""
-
-
-@dataclass(frozen=True)
-class GroundTruth:
-    """A ``way``, and where its places really are, (n, 2) [m]: for scoring only."""
-
-    way: MissionPath
-    places: NDArray[np.float64]
-
-    def position(self, along: float) -> NDArray[np.float64]:
-        """The true place so far along the way, (2,) [m]."""
-        return np.array([np.interp(along, self.way.along, self.places[:, axis]) for axis in (0, 1)])
-
-    def stretch(self, start: float, end: float) -> NDArray[np.float64]:
-        """The true places from one to another, (m, 2) [m]; one where they are the same."""
-        between = self.places[(self.way.along > start) & (self.way.along < end)]
-        ends = [self.position(start)] if end <= start else [self.position(start), *between, self.position(end)]
-        return np.array(ends)
-
-    def where(self, plan: Plan, number: int) -> NDArray[np.float64]:
-        """Where an order of a plan may begin: what lasts until a place is reached on all of its stretch."""
-        order = plan.orders[number]
-        return self.stretch(order.at, plan.end_of(number) if order.travels else order.at)
-
-    def pose(self, along: float) -> Pose:
-        """The true place so far along the way, looking along it."""
-        x, y = self.position(along)
-        behind, ahead = self.position(along - AHEAD), self.position(along + AHEAD)
-        return Pose(float(x), float(y), float(np.arctan2(*(ahead - behind)[::-1])))
-
-    def nearest(self, pose: Pose) -> float:
-        """Distance along the way of the place nearest to a pose [m]."""
-        return float(self.way.along[int(np.hypot(*(self.places - (pose.x, pose.y)).T).argmin())])
-
-
 @dataclass(frozen=True)
 class Leader:
     """A method as a leader: the ground truth, and its localiser, None without one. ``map`` is what it keeps."""
 
-    ground: GroundTruth
+    ground: TrueWay
     localiser: LocaliserProtocol | None
     map: Map
 
@@ -72,7 +35,7 @@ class Leader:
 def along_reference(method: str, drive: Reference, *, localised: bool, seed: int) -> Leader:
     """Along one reference drive, from its start to its end."""
     map_ = drive.map(_profile(method))
-    ground = GroundTruth(path_along(map_), positions(drive.views))
+    ground = TrueWay(path_along(map_), positions(drive.views))
     if not localised:
         return Leader(ground, None, map_)
     if is_staged(method):
@@ -109,7 +72,7 @@ def over_several(
     route = shortest_route(map_, int(held[_nearest(views, journey.start)]), goal)
     legs = [positions(views[names.index(leg.path)][leg.first : leg.last + 1]) for leg in route.legs]
     places = np.concatenate([leg[min(n, 1) :] for n, leg in enumerate(legs)]) if legs else _at(journey.start)
-    ground = GroundTruth(path_of(map_, route), places)
+    ground = TrueWay(path_of(map_, route), places)
     if not localised:
         return Leader(ground, None, map_)
     if is_staged(method):

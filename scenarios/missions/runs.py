@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import Belief, LocaliserProtocol
-from refseq.missions import Executor, Plan, Status
+from refseq.missions import Executor, Plan, Status, TrueWay
 from refseq.missions.behaviour_codes import code_of
 from refseq.missions.lamp import LampStage
 from refseq.planar import Pose
@@ -17,7 +17,7 @@ from refseq_bench.robots.behaviours.written import parse_behaviour
 from refseq_bench.robots.motion import Limits
 from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.drives.selection import only
-from refseq_bench.scenarios.missions.leader import GroundTruth, Leader
+from refseq_bench.scenarios.missions.leader import Leader
 from refseq_bench.scenarios.scoring.missions import MissionLogLine, MissionRun, Ordered
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.contacts import ContactLog
@@ -69,7 +69,7 @@ class SensorFilter:
 class _Watcher:
     """Watches a robot on its mission: what befalls it on its way, and how often it begins to say that it is lost."""
 
-    def __init__(self, bench: Bench, ground: GroundTruth, faults: Sequence[Fault]) -> None:
+    def __init__(self, bench: Bench, ground: TrueWay, faults: Sequence[Fault]) -> None:
         self._way = _OnItsWay(bench, ground)
         self._agenda = FaultSchedule(faults, bench, self._way)
         self._agenda.look()
@@ -93,7 +93,7 @@ class _OnItsWay(Traveller):
 
     length = math.inf  # whoever declared the faults was told what is beyond the route
 
-    def __init__(self, bench: Bench, ground: GroundTruth) -> None:
+    def __init__(self, bench: Bench, ground: TrueWay) -> None:
         self._bench, self._ground, self._last = bench, ground, bench.pose
         self._progress = ground.nearest(bench.pose)
 
@@ -155,7 +155,7 @@ def run_plan(
     return MissionResult(run, tuple(seen.belief for seen in mission.seen), mission.photographs)
 
 
-def _given(plan: Plan, ground: GroundTruth) -> tuple[Ordered, ...]:
+def _given(plan: Plan, ground: TrueWay) -> tuple[Ordered, ...]:
     """The orders of a plan, each with the true places where it may begin."""
     orders = enumerate(plan.orders)
     return tuple(Ordered(one.at, one.behaviour, one.why, ground.where(plan, number)) for number, one in orders)
@@ -163,7 +163,7 @@ def _given(plan: Plan, ground: GroundTruth) -> tuple[Ordered, ...]:
 
 def run_program(
     bench: Bench,
-    ground: GroundTruth,
+    ground: TrueWay,
     plan: Plan,
     goal: tuple[float, float] | None,
     *,
@@ -207,7 +207,7 @@ def refused_run(bench: Bench, why: str, goal: tuple[float, float] | None) -> Mis
     return MissionResult(run)
 
 
-def mission_bounds(plan: Plan, ground: GroundTruth, bench: Bench, goal: tuple[float, float]) -> MissionBounds:
+def mission_bounds(plan: Plan, ground: TrueWay, bench: Bench, goal: tuple[float, float]) -> MissionBounds:
     """Bound a mission from where the robot stands to the goal.
 
     The way is that of the plan from the place nearest to the robot on, and straight from the plan's end to a goal that
@@ -238,7 +238,7 @@ def turn_of(behaviour: str) -> float:
             return 0.0
 
 
-def _pair(ground: GroundTruth, along: float) -> tuple[float, float]:
+def _pair(ground: TrueWay, along: float) -> tuple[float, float]:
     x, y = ground.position(along).tolist()
     return x, y
 

@@ -11,7 +11,7 @@ from refseq.errors import MapError
 from refseq.files import replace_bytes, replace_text, replacing_at
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
-from refseq.missions import Entry, Executor, Plan
+from refseq.missions import Entry, Executor, Plan, TrueWay
 from refseq.planar import Pose
 from refseq.view import LASER
 from refseq.viewer.mission.record import MissionRecord, Recorder
@@ -22,7 +22,7 @@ from refseq_bench.scenarios.drives.record import Drive, open_bench, plan_of
 from refseq_bench.scenarios.drives.viewer_recording import RECORD
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions.filmstrip import Bystander, MissionFrame, filmstrip_of
-from refseq_bench.scenarios.missions.leader import GroundTruth, Leader
+from refseq_bench.scenarios.missions.leader import Leader
 from refseq_bench.scenarios.missions.runs import NOWHERE, MissionResult, run_plan
 from refseq_bench.scenarios.report.plots.mission import mission_plan
 from refseq_bench.scenarios.scoring.missions import score_mission
@@ -110,7 +110,7 @@ def run_trip(trip: MissionTrip, map_: Map, plan: Plan, tell: Callable[[Entry], N
         told = len(executor.log)
 
     poses = poses_of(map_, plan)
-    ground = GroundTruth(plan.path, np.array([(pose.x, pose.y) for pose in poses]))
+    ground = TrueWay(plan.path, np.array([(pose.x, pose.y) for pose in poses]))
     localiser = None if trip.odometry else recorder.heard(Localiser(map_))
     leader = Leader(ground, localiser, map_)
     goal = None if plan.orders[-1].travels else NOWHERE

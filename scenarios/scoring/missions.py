@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.missions.true_way import distance_to
 from refseq_bench.scenarios.scoring.proportion import Proportion
 
 BARN_FAST, BARN_SLOW = 4.0, 8.0
@@ -127,16 +128,6 @@ def _wrong(run: MissionRun, within: float) -> tuple[bool, ...] | None:
         return None
     places = ((run.orders[number].where, run.position(time)) for number, time in run.switches)
     return tuple(distance_to(line, place) > within for line, place in places)
-
-
-def distance_to(line: NDArray[np.float64], point: NDArray[np.float64]) -> float:
-    """From a point (2,) to a line (m, 2) of one point or more [m]."""
-    if len(line) == 1:
-        return float(np.hypot(*(line[0] - point)))
-    legs = np.diff(line, axis=0)
-    share = np.einsum("ij,ij->i", point - line[:-1], legs) / np.maximum((legs**2).sum(axis=1), 1e-12)
-    nearest = line[:-1] + np.clip(share, 0.0, 1.0)[:, None] * legs
-    return float(np.hypot(*(nearest - point).T).min())
 
 
 def barn(time: float, optimal: float, *, success: bool) -> float:

@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 from junitparser import JUnitXml
 
-from refseq.missions.path import MissionPath
-from refseq.missions.plan import Order, Plan
-from refseq.planar import Pose
 from refseq_bench.scenarios.campaign.campaign import Watcher, run_campaign
 from refseq_bench.scenarios.campaign.declare.cases import LIBRARY, Case, load
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict
@@ -32,7 +29,6 @@ from refseq_bench.scenarios.campaign.store.missions import read_mission
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, read_result
 from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.missions.leader import GroundTruth
 from refseq_bench.scenarios.missions.runs import turn_of
 from refseq_bench.sim.bench.faults import Kidnap
 from refseq_bench.sim.missions.mission import EVERY
@@ -237,20 +233,6 @@ def test_a_program_on_another_machine_needs_no_file_but_a_world_does(tmp_path: P
 def test_turns_that_an_ideal_robot_makes_too() -> None:
     turns = {"MT:-90": 90, "MC:left": 90, "MC:ahead": 0, "MC": 0, "MN:3": 0, "MA:2,1,45": 45, "MA:3,0": 0, "MN": 0}
     assert {words: round(math.degrees(turn_of(words))) for words in turns} == turns
-
-
-def test_where_an_order_may_begin_is_told_by_where_the_reference_really_was() -> None:
-    """A way round a corner, driven with an odometer that counts a tenth too much."""
-    places = np.array([[0.0, 0], [2, 0], [4, 0], [4, 2]])
-    way = MissionPath(np.arange(4), np.array([0, 2.2, 4.4, 6.6]), ("MN", "", "MT:90", "MN"), ())
-    ground = GroundTruth(way, places)
-    plan = Plan(way, (Order(0.0, "MN", ""), Order(4.4, "MT:90", ""), Order(4.4, "MN", "")), 6.6)
-    assert ground.where(plan, 0).tolist() == [[0, 0], [2, 0], [4, 0]]
-    assert ground.where(plan, 1).tolist() == [[4, 0]]
-    assert ground.where(plan, 2).tolist() == [[4, 0], [4, 2]]
-    assert ground.nearest(Pose(2.4, 0.3, 0.0)) == 2.2
-    assert ground.pose(2.2).heading == pytest.approx(0.0)
-    assert ground.pose(5.5).heading == pytest.approx(math.pi / 2)
 
 
 # --- a campaign, laser only ---

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from refseq.belief import Belief, belief_from
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import as_learnt
+from refseq.missions.true_way import TrueWay
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import Reference
 from refseq_bench.scenarios.missions.leader import (
-    GroundTruth,
     InPlaces,
     Journey,
     along_reference,
@@ -49,11 +49,11 @@ def drives(views: list[View]) -> list[Reference]:
     return [Reference(views), Reference(away)]
 
 
-def bent(told: dict[int, str] | None = None) -> GroundTruth:
+def bent(told: dict[int, str] | None = None) -> TrueWay:
     """A way of 10 m that goes 5 m east, then north, odometry 2 % too long."""
     found = way(10.0, told=told)
     places = np.stack([np.minimum(found.along, 5.0), np.maximum(found.along - 5.0, 0.0)], axis=1)
-    return GroundTruth(MissionPath(found.places, found.along * 1.02, found.behaviours, found.doors), places)
+    return TrueWay(MissionPath(found.places, found.along * 1.02, found.behaviours, found.doors), places)
 
 
 def test_true_places_lie_on_the_way_at_its_own_metres() -> None:

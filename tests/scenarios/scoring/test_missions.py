@@ -5,15 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from refseq_bench.scenarios.scoring.missions import (
     MissionFigures,
     MissionRun,
     Ordered,
     barn,
-    distance_to,
     mission_record,
     outcome_words,
     score_mission,
@@ -146,16 +143,3 @@ def test_without_a_completed_mission_there_is_no_time() -> None:
 def test_outcomes_in_words(changed: dict[str, object], told: str) -> None:
     run = replace(RUN, **changed)  # type: ignore[arg-type]
     assert outcome_words(run, score_mission(run, 1.5, 0.5)) == told
-
-
-@given(st.lists(st.tuples(*[st.floats(-9, 9)] * 2), min_size=1, max_size=5), st.tuples(*[st.floats(-9, 9)] * 2))
-def test_the_distance_to_a_line_is_that_to_the_nearest_of_many_points_on_it(
-    line: list[tuple[float, float]], point: tuple[float, float]
-) -> None:
-    ends = np.array(line)
-    steps = np.linspace(0, max(len(line) - 1, 0), 2001)
-    dense = np.stack([np.interp(steps, np.arange(len(line)), ends[:, axis]) for axis in (0, 1)], axis=1)
-    nearest = float(np.hypot(*(dense - point).T).min())
-    found = distance_to(ends, np.array(point))
-    assert found <= nearest + 1e-9
-    assert found == pytest.approx(nearest, abs=0.06)
