@@ -59,6 +59,9 @@ class Belief:
     robot is on it. ``lost`` is the probability that it is not. ``best`` is the most probable place; ``path`` the best
     places for the last views up to now, oldest first, ``LOST`` where they are at a Lost_Place. ``entropy`` is that of
     ``places`` [nats]. ``faults`` of sensors stand at this view: what they make useless has no part in the belief.
+
+    ``lost_after`` is (K,) float64, the probability of the Lost_Place behind each place: lost, and last sure there
+    (3.3.1). What it lacks of ``lost`` is at Lost_0, where nothing is known. None: the method has no Lost_Places.
     """
 
     places: NDArray[np.float64]
@@ -68,6 +71,17 @@ class Belief:
     entropy: float
     timings: Timings = Timings()
     faults: tuple[DeclaredFault, ...] = ()
+    lost_after: NDArray[np.float64] | None = None
+
+    @property
+    def last_sure(self) -> int | None:
+        """The place behind which a robot that says lost most probably got lost.
+
+        None where it does not say lost, or more probably than not nothing is known of where it was (Lost_0).
+        """
+        if self.lost_after is None or self.lost <= LOST_ABOVE or 2 * self.lost_after.sum() <= self.lost:
+            return None
+        return int(np.argmax(self.lost_after))
 
 
 def belief_from(
@@ -77,10 +91,12 @@ def belief_from(
     best: int | None = None,
     path: tuple[int, ...] | None = None,
     timings: Timings | None = None,
+    lost_after: NDArray[np.float64] | None = None,
 ) -> Belief:
     """A belief from weights of the places (K,), which need not sum to 1, and the probability of being lost.
 
     ``best`` is by default the place that weighs most, the first of several; ``path`` by default ends there and then.
+    ``lost_after`` is taken as it is.
     Raises ``RefseqError`` for weights that make no probabilities (negative, not finite, all 0), and for ``lost``
     outside 0 to 1.
     """
@@ -96,7 +112,8 @@ def belief_from(
     scaled = given / largest  # so that the sum of large weights cannot overflow
     places = scaled / scaled.sum()
     top = int(np.argmax(given)) if best is None else best
-    return Belief(places, float(lost), top, (top,) if path is None else path, entropy(places), timings or Timings())
+    way = (top,) if path is None else path
+    return Belief(places, float(lost), top, way, entropy(places), timings or Timings(), lost_after=lost_after)
 
 
 def entropy(distribution: NDArray[np.float64]) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from refseq.belief import LOST, Belief, Stage, Timings
 from refseq.errors import LogError
@@ -44,9 +45,10 @@ SCHEMA = pa.schema(
         ("true_heading_rad", pa.float64()),
         *((cost, pa.float64()) for cost in COSTS),
         ("faults", pa.list_(FAULT)),
+        ("lost_after", pa.list_(pa.float64())),
     ]
 )
-OPTIONAL = ("faults",)
+OPTIONAL = ("faults", "lost_after")
 """Columns that tables of earlier versions lack."""
 
 FAR = float(METRES)
@@ -58,13 +60,14 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "entropy_nats": (-1e-9, 50.0),
     "path": (LOST, 2**31 - 1),
     "places": (0.0, 1.0 + 1e-9),
+    "lost_after": (0.0, 1.0 + 1e-9),
     "true_x_m": (-FAR, FAR),
     "true_y_m": (-FAR, FAR),
     "true_heading_rad": (-FAR, FAR),
     **dict.fromkeys(COSTS, (0.0, 1e9)),
 }
 """Least and largest value of each column of numbers."""
-MAY_LACK = ("true_x_m", "true_y_m", "true_heading_rad")
+MAY_LACK = ("true_x_m", "true_y_m", "true_heading_rad", "lost_after")
 ROUNDING = 1e-6
 """The probabilities of the places may sum to so much more or less than 1."""
 
@@ -106,6 +109,7 @@ def _row(method: str, index: int, view: View, belief: Belief) -> dict[str, objec
         **dict(zip(("true_x_m", "true_y_m", "true_heading_rad"), truth, strict=True)),
         **dict(zip(COSTS, astuple(belief.timings), strict=True)),
         "faults": [dict(zip(FAULT.names, astuple(fault), strict=True)) for fault in belief.faults],
+        "lost_after": belief.lost_after,
     }
 
 
@@ -178,7 +182,20 @@ def _belief(row: Mapping[str, Any], where: str) -> Belief:
             raise LogError(f"{where}: {name} is place {number}; valid are 0 to {len(places) - 1}")
     timings = Timings(*(row[cost] for cost in COSTS))
     faults = tuple(_fault(told, row["view"], where) for told in row.get("faults", ()))
-    return Belief(places, row["lost"], row["best"], path, row["entropy_nats"], timings, faults)
+    lost_after = _lost_after(row, len(places), where)
+    return Belief(places, row["lost"], row["best"], path, row["entropy_nats"], timings, faults, lost_after)
+
+
+def _lost_after(row: Mapping[str, Any], places: int, where: str) -> NDArray[np.float64] | None:
+    """The Lost_Places of a row. Raises ``LogError`` where they are not one a place, or hold more than ``lost``."""
+    if row.get("lost_after") is None:
+        return None
+    found = np.array(row["lost_after"], np.float64)
+    if len(found) != places:
+        raise LogError(f"{where}: lost_after has {len(found)} numbers; valid is {places}, one a place")
+    if found.sum() > row["lost"] + ROUNDING:
+        raise LogError(f"{where}: lost_after sums to {found.sum():g}; valid is at most lost, {row['lost']:g}")
+    return found
 
 
 def _fault(told: Mapping[str, Any], view: int, where: str) -> DeclaredFault:

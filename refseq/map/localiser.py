@@ -6,7 +6,7 @@ from refseq.belief import Belief, Stage
 from refseq.inference.chain.forward import smooth
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
-from refseq.map.stages import ChainTracker, decoded_belief
+from refseq.map.stages import ChainTracker
 from refseq.map.trackers import tracker_for
 from refseq.view import View
 
@@ -90,4 +90,4 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     guard = SensorGuard(map_, sensors=sensors, seed=seed)
     measured = [guard.match(view)[0] for view in views]
     posteriors = smooth([tracker.observation(one) for one in measured], tracker.chain)
-    return [decoded_belief(*pair) for pair in zip(posteriors, (one.timings for one in measured), strict=True)]
+    return [tracker.belief(*pair) for pair in zip(posteriors, (one.timings for one in measured), strict=True)]

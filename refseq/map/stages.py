@@ -125,7 +125,11 @@ class ChainTracker:
         """Decode the views up to this measured."""
         start = time.perf_counter()
         decoded = self.decode(self.observation(measured))
-        return decoded_belief(decoded, replace(measured.timings, chain=time.perf_counter() - start))
+        return self.belief(decoded, replace(measured.timings, chain=time.perf_counter() - start))
+
+    def belief(self, decoded: Decoding | StatePosterior, timings: Timings) -> Belief:
+        """What was decoded, as a belief."""
+        return decoded_belief(decoded, self.chain.lost_after(decoded.lost), timings)
 
     def decode(self, observation: Observation) -> Decoding | StatePosterior:
         """Take the next view as the chain sees it."""
@@ -139,10 +143,11 @@ class ChainTracker:
         return Observation(measured.distance, places, lost)
 
 
-def decoded_belief(decoded: Decoding | StatePosterior, timings: Timings) -> Belief:
+def decoded_belief(decoded: Decoding | StatePosterior, lost_after: NDArray[np.float64], timings: Timings) -> Belief:
     """The chain's answer as a belief: places given that the robot is at one, and the share of the Lost_Places.
 
-    The forward filter knows no best path; its path is the best state of the view alone.
+    ``lost_after`` (K,) are the Lost_Places, each by the place that it lies behind (``Chain.lost_after``). The forward
+    filter knows no best path; its path is the best state of the view alone.
     """
     on_path = float(decoded.places.sum())
     K = len(decoded.places)
@@ -154,4 +159,4 @@ def decoded_belief(decoded: Decoding | StatePosterior, timings: Timings) -> Beli
         path = tuple(state if state < K else LOST for state in decoded.path)
     else:
         path = (best if lost <= LOST_ABOVE else LOST,)
-    return Belief(places, lost, best, path, entropy(places), timings)
+    return Belief(places, lost, best, path, entropy(places), timings, lost_after=lost_after)

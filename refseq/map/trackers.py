@@ -14,6 +14,7 @@ from dataclasses import fields, replace
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from refseq.belief import Belief, Stage, Timings, belief_from, normalised_entropy
@@ -82,7 +83,14 @@ class SurestSequence:
         weights = [one / total if total > 0 else 1 / len(sure) for one in sure]
         places = np.concatenate([w * belief.places for w, belief in zip(weights, beliefs, strict=True)])
         lost = math.fsum(w * belief.lost for w, belief in zip(weights, beliefs, strict=True))
-        return belief_from(places, min(lost, 1.0), timings=added_up(belief.timings for belief in beliefs))
+        timings = added_up(belief.timings for belief in beliefs)
+        return belief_from(places, min(lost, 1.0), timings=timings, lost_after=_weighed_lost(weights, beliefs))
+
+
+def _weighed_lost(weights: Sequence[float], beliefs: Sequence[Belief]) -> NDArray[np.float64] | None:
+    """The Lost_Places of all sequences, each weighed by its P(s); None where they have none."""
+    parts = [w * b.lost_after for w, b in zip(weights, beliefs, strict=True) if b.lost_after is not None]
+    return np.concatenate(parts) if parts else None
 
 
 class SureView:
@@ -121,7 +129,7 @@ class SurePath:
         self._window.append(observation)
         decoded = self._tracker.decode(observation)
         sure = sureness_of_path(self._window, self._tracker.chain)
-        return decoded_belief(decoded, replace(measured.timings, chain=time.perf_counter() - start)), sure
+        return self._tracker.belief(decoded, replace(measured.timings, chain=time.perf_counter() - start)), sure
 
 
 def sureness_of_path(window: Collection[Observation], chain: Chain) -> float:
@@ -155,10 +163,13 @@ class NetworkTracker:
         places = self._network.places
         log_ratio = np.concatenate([one.log_ratio for one in measured if one.log_ratio is not None])
         posterior = self._filter.update(Observation(measured[0].distance, log_ratio[places], 0.0))
-        at = np.asarray(np.bincount(places, posterior.places, self._count), np.float64)
+        at, lost_after = (
+            np.asarray(np.bincount(places, shares, self._count), np.float64)
+            for shares in (posterior.places, self._network.chain.lost_after(posterior.lost))
+        )
         spent = Timings(chain=time.perf_counter() - start)
         timings = added_up([spent, *(one.timings for one in measured)])
-        return decoded_belief(replace(posterior, places=at), timings)
+        return decoded_belief(replace(posterior, places=at), lost_after, timings)
 
 
 def added_up(timings: Iterable[Timings]) -> Timings:

@@ -8,6 +8,8 @@ transitions are those of ``refseq.missions.status``.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from refseq.belief import Belief
 from refseq.missions.agenda import Agenda
 from refseq.missions.behaviour_codes import lengthened
@@ -68,6 +70,7 @@ class Executor:
         self.why = ""
         self.log: list[Entry] = []
         self._time = self._travelled = self._since = 0.0
+        self._last_sure: int | None = None  # the place of which the last view says that it got lost behind it
         self._kidnapped = False  # while it stood, views agreed that it is elsewhere
         self._number = 0
         self._behaviour = ""
@@ -99,6 +102,7 @@ class Executor:
         if self.status.over:
             return
         estimate = self._progress.update(belief)
+        self._last_sure = belief.last_sure
         match self.status:
             case Status.LOCALISING | Status.LOST:
                 self._relocalise(estimate)
@@ -257,10 +261,20 @@ class Executor:
             self._tell(f"{views}: at {self.along:.1f} m", Level.WARN)
             self._resume_at(self.along)
         elif self._progress.lost:
-            self._become(Status.LOST, f"lost: {self._progress.doubts} views in a row do not agree; it stands")
+            lost = f"lost: {self._progress.doubts} views in a row do not agree; it stands{self._told_last_sure}"
+            self._become(Status.LOST, lost)
         elif estimate is not Estimate.AGREES and self._progress.doubts == 1:
             said = "says lost" if estimate is Estimate.LOST else "says elsewhere"
             self._tell(f"a view {said}; not believed yet", Level.WARN)
+
+    @property
+    def _told_last_sure(self) -> str:
+        """Where the chain was last sure (3.3.1), for the log; empty where it does not tell."""
+        if self._last_sure is None:
+            return ""
+        along = self.plan.path.along[self.plan.path.places == self._last_sure]
+        where = f", at {along[np.argmin(np.abs(along - self.along))]:.1f} m" if len(along) else ", off its way"
+        return f", last sure at place {self._last_sure}{where}"
 
     def _pass(self) -> None:
         """Note that a landmark is passed: the next order is in force, and has its own time."""

@@ -133,8 +133,13 @@ class BeliefLog:
                 )
 
     def _log_posterior(self, method: str, belief: Belief, truth: int | None) -> None:
-        """The belief of now as bars, a mark below them where the robot is, and all beliefs so far."""
+        """The belief of now as bars, a mark below them where the robot is, and all beliefs so far.
+
+        The Lost_Places are bars as well, each at the place that it lies behind.
+        """
         bars = self._layer.path("posterior", method)
+        if belief.lost_after is not None:
+            self._stream.log(f"{bars}/lost_after", rr.BarChart(belief.lost_after, color=colours.LOST))
         at = rr.Clear(recursive=False) if truth is None else _mark(truth, belief)
         self._stream.log(f"{bars}/belief", rr.BarChart(belief.places, color=colours.BELIEVED))
         self._stream.log(f"{bars}/truth", at)
@@ -174,7 +179,10 @@ class BeliefLog:
         self._faults = faults
 
     def _log_plan(self, belief: Belief, pose: Pose | None) -> None:
-        """Places that glow with their probability, a ring at the best one, and a line from there to the robot."""
+        """Places that glow with their probability, a ring at the best one, and a line from there to the robot.
+
+        Where it says lost, a ring of its own and a word are at the place where it was last sure.
+        """
         if not len(self._places.known):
             return
         dots = rr.Points2D(
@@ -187,6 +195,10 @@ class BeliefLog:
             strips.append(np.array([(at.x, at.y), (pose.x, pose.y)]))
         believed = rr.LineStrips2D([north_up(strip) for strip in strips], colors=[self._layer.ring], radii=[-1.5])
         self._stream.log(self._layer.path("plan", "believed"), believed)
+        sure = None if belief.last_sure is None else self._places.poses[belief.last_sure]
+        ring = [] if sure is None else [north_up(circle(RING, sure))]
+        last = rr.LineStrips2D(ring, colors=[colours.LOST], radii=[-2.5], labels=["last sure"] * len(ring))
+        self._stream.log(self._layer.path("plan", "last_sure"), last)
 
 
 def _mark(place: int, belief: Belief) -> rr.BarChart:

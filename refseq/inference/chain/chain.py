@@ -128,6 +128,17 @@ class Chain:
         behind[ends] = ends
         return behind
 
+    def lost_after(self, lost: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Probability of the Lost_Place behind each place, (K,), from that of each Lost_Place, (K,), without Lost_0.
+
+        A path's last Lost_Place lies behind its last place and behind the one before: it counts for the last one, since
+        a path is mostly left at its end.
+        """
+        after = np.where(self.behind > 0, lost[self.behind], 0.0)
+        ends = np.array(self.ends) % self.K
+        after[ends[self.behind[ends - 1] == ends] - 1] = 0.0
+        return after
+
     @cached_property
     def kernel(self) -> ExponentialKernel:
         """exp(−distance / ``relocalisation_range``) between places."""

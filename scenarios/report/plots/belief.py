@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from refseq.belief import LOST_ABOVE, Belief
 from refseq_bench.scenarios.report.plots.faults import mark_ends
 from refseq_bench.scenarios.report.plots.style import (
     BELIEF,
+    FAULTY,
     INK,
     TRUTH,
     LegendEntry,
@@ -39,6 +40,8 @@ FINEST = 200, 320
 """Rows and columns that a heat map has at most: more would be finer than what a screen shows."""
 SWATCHES = (0.01, 0.1, 0.5, 1.0)
 """Probabilities that a legend shows, as far as they can be seen."""
+LAST_SURE: Mapping[str, Any] = {"marker": "x", "markersize": 4, "linestyle": "none"}
+"""Mark at the place where a localiser that says lost was last sure."""
 OVER_PLACES = 0.5
 """Power of the colour: the square root, or a belief over hundreds of places could not be seen."""
 
@@ -69,7 +72,10 @@ def belief_heatmaps(
         _mark_drives(panels, comparison.drives)
     right = Patch(facecolor=TRUTH, alpha=0.35, edgecolor=TRUTH, linewidth=0.7, label="right answers")
     says_lost = Line2D([], [], color=INK, marker="v", markersize=4, linestyle="none", label="says lost")
-    legend = belief_legend("P(place | on the path)", OVER_PLACES, *([right] if path else []), says_lost)
+    told = any(belief.last_sure is not None for beliefs in comparison.beliefs.values() for belief in beliefs)
+    last_sure = Line2D([], [], color=FAULTY, label="lost: last sure here", **LAST_SURE)
+    marks = [*([right] if path else []), says_lost, *([last_sure] if told else [])]
+    legend = belief_legend("P(place | on the path)", OVER_PLACES, *marks)
     return Plot(as_svg(figure), coarser_note(places, len(comparison.query_views)), legend)
 
 
@@ -100,6 +106,8 @@ def _draw_beliefs(axes: Axes, beliefs: Sequence[Belief], places: int) -> None:
     draw_belief(axes, np.stack([belief.places for belief in beliefs], axis=1), OVER_PLACES)
     lost = [t for t, belief in enumerate(beliefs) if belief.lost > LOST_ABOVE]
     axes.plot(lost, [places * 1.025] * len(lost), "v", color=INK, markersize=3.5, markeredgewidth=0)
+    sure = [(t, belief.last_sure) for t, belief in enumerate(beliefs) if belief.last_sure is not None]
+    axes.plot(*zip(*sure, strict=True) if sure else ((), ()), color=FAULTY, **LAST_SURE)
 
 
 def draw_belief(axes: Axes, shares: NDArray[np.float64], power: float) -> None:

@@ -86,6 +86,7 @@ def test_what_is_like_no_place_is_lost_in_all_sequences() -> None:
             assert atlas.sequence_probabilities(belief)[0] > 0.99
             assert belief.lost < 0.01
     assert belief.lost > 0.95
+    assert belief.last_sure == 12
 
 
 def test_a_path_that_is_sure_has_all_of_sureness_and_one_that_knows_nothing_has_none() -> None:

@@ -23,7 +23,9 @@ def random_belief(rng: np.random.Generator) -> Belief:
     timings = Timings(*rng.random(4).tolist())
     ill = DeclaredFault("camera-1", FaultKind.BLANK, 0, 0.1, float(rng.random())), STAMPS
     faults = ill[: rng.integers(3)]
-    return Belief(places, float(rng.random()), int(np.argmax(places)), (3, LOST, 4), entropy, timings, faults)
+    lost = float(rng.random())
+    lost_after = (None, lost * rng.dirichlet(np.ones(8))[1:])[rng.integers(2)]
+    return Belief(places, lost, int(np.argmax(places)), (3, LOST, 4), entropy, timings, faults, lost_after)
 
 
 @pytest.fixture
@@ -45,12 +47,16 @@ def test_round_trip_is_exact(tmp_path: Path, drive: tuple[list[View], dict[Stage
             assert (ours.lost, ours.best, ours.path) == (theirs.lost, theirs.best, theirs.path)
             assert (ours.entropy, ours.timings) == (theirs.entropy, theirs.timings)
             assert ours.faults == theirs.faults
+            np.testing.assert_array_equal(ours.lost_after, theirs.lost_after)
+            assert ours.last_sure == theirs.last_sure
     assert {len(belief.faults) for belief in beliefs[Stage.CHAIN]} == {0, 1, 2}
 
 
-def test_a_table_of_an_earlier_version_tells_no_fault(tmp_path: Path, table: pa.Table) -> None:
-    pq.write_table(table.drop_columns("faults"), tmp_path / "b.parquet")
-    assert not any(belief.faults for belief in read_beliefs(tmp_path / "b.parquet")[Stage.CHAIN])
+def test_a_table_of_an_earlier_version_tells_no_fault_and_no_lost_place(tmp_path: Path, table: pa.Table) -> None:
+    pq.write_table(table.drop_columns(["faults", "lost_after"]), tmp_path / "b.parquet")
+    beliefs = read_beliefs(tmp_path / "b.parquet")[Stage.CHAIN]
+    assert not any(belief.faults for belief in beliefs)
+    assert {belief.lost_after is None for belief in beliefs} == {True}
 
 
 def test_columns_carry_units_and_truth(tmp_path: Path, drive: tuple[list[View], dict[Stage, list[Belief]]]) -> None:
@@ -156,6 +162,10 @@ TOLD = {"sensor": "laser", "kind": "blind", "since": 1, "time_s": 0.5, "evidence
         ("faults", [TOLD | {"since": None}], "a fault since view None; valid are 0 to 11"),
         ("faults", [TOLD | {"sensor": None}], "a fault lacks its sensor, time or evidence"),
         ("faults", [TOLD | {"time_s": float("nan")}], "a fault lacks its sensor, time or evidence"),
+        ("lost_after", [0.0] * 6, "lost_after has 6 numbers; valid is 7, one a place"),
+        ("lost_after", [1.0] * 7, "lost_after sums to 7; valid is at most lost, 0."),
+        ("lost_after", [float("nan")] * 7, "column 'lost_after' holds nan; valid are 0 to 1"),
+        ("lost_after", [None] * 7, "column 'lost_after' lacks a value; valid is one in every row"),
         ("view", 7000, "answers view 7000; valid is"),
         ("true_x_m", float("inf"), "column 'true_x_m' holds inf; valid are -1e+09 to 1e+09"),
     ],

@@ -190,6 +190,10 @@ def test_where_nothing_is_known_the_chain_becomes_lost_and_comes_back() -> None:
     assert beliefs[19].path[-1] == LOST
     assert max(lost[-6:]) < 0.5
     assert [belief.best for belief in beliefs[-6:]] == list(range(28, 34))
+    after = [belief.lost_after for belief in beliefs if belief.lost_after is not None]
+    assert len(after) == len(beliefs)
+    assert all(part.sum() <= share + 1e-12 for part, share in zip(after, lost, strict=True))
+    assert localise(bits_map(views), views[:1], stages=[Stage.PRIOR])[Stage.PRIOR][0].lost_after is None
 
 
 def test_a_standing_and_a_reversing_robot_are_not_lost(map_: Map, reference: list[View]) -> None:

@@ -1,5 +1,6 @@
 """The executor against scripted beliefs with every kind of error: what is run, where, and what is said of it."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -197,6 +198,15 @@ def test_a_mission_that_begins_with_a_turn_turns() -> None:
 
 
 # --- lost ---
+
+
+@pytest.mark.parametrize(("place", "where"), [(5, "place 5, at 5.0 m"), (COUNT, f"place {COUNT}, off its way")])
+def test_a_lost_mission_tells_where_the_chain_was_last_sure(place: int, where: str) -> None:
+    """The way is a part of the map, in which there may be other places."""
+    known = replace(lost(COUNT + 1), lost_after=np.eye(COUNT + 1)[place] * 0.6)
+    line = Line(learnt(), lambda number, x: seen_at(WAY.along, x) if number < 6 else known).run()
+    assert f"3 views in a row do not agree; it stands, last sure at {where}" in told(line)
+    assert line.executor.why == "lost for 30 s"
 
 
 def test_lost_for_ever() -> None:

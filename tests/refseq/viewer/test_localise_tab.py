@@ -218,6 +218,18 @@ def test_true_place_is_the_nearest_that_looks_the_same_way(tmp_path: Path) -> No
     assert [bar and bar[0]["buffer"] for bar in bars if bar] == [[1.0], [4.0]]
 
 
+def test_the_place_where_it_was_last_sure_is_shown_while_it_says_lost(tmp_path: Path) -> None:
+    line = [View(float(x), truth=Pose(float(x), 1.0, 0.0)) for x in range(6)]
+    behind = 0.7 * np.eye(6)[2]
+    answers = [replace(peaked(6, 1.0, 1.0, lost), lost_after=behind * lost) for lost in (0.1, 0.9, 0.2)]
+    write_recording(tmp_path / "a.rrd", [tab_of(line, line[:3], {Stage.CHAIN: answers})], name="lost")
+    bars = of_views(tmp_path / "a.rrd", "/posterior/one/chain/lost_after", "BarChart:values")
+    assert [bar[0]["buffer"] for bar in bars] == [answer.lost_after.tolist() for answer in answers]
+    rings = of_views(tmp_path / "a.rrd", "/plan/one/last_sure", "LineStrips2D:strips")
+    assert [len(ring) for ring in rings] == [0, 1, 0]
+    np.testing.assert_allclose(np.array(rings[1][0])[:-1].mean(axis=0), (2.0, -1.0), atol=0.05)
+
+
 def test_a_drive_alone_has_a_tab_of_its_own(tmp_path: Path, comparison: Any) -> None:
     tab = LocaliseTab(comparison.query_views)
     write_recording(tmp_path / "drive.rrd", [tab], name="drive")

@@ -6,9 +6,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refseq.inference.chain.chain import Chain, ChainSettings
+from refseq.inference.chain.forward import ForwardFilter
 from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.chain.network import APART
-from tests.refseq.chains import MOTION, SPREAD, THESIS, chain_settings, dense_transitions, distances, log, paths
+from tests.refseq.chains import (
+    MOTION,
+    SPREAD,
+    THESIS,
+    all_paths,
+    chain_settings,
+    dense_transitions,
+    distances,
+    drives,
+    log,
+    paths,
+)
 
 quick = settings(deadline=None, max_examples=150, derandomize=True)
 
@@ -117,3 +129,25 @@ def test_getting_lost_by_the_metre_does_not_depend_on_the_steps() -> None:
     assert (1 - settings.getting_lost(-3.0)) == pytest.approx(on_path)
     assert settings.getting_lost(0.0) == 0.0
     assert ChainSettings(lost=0.3).getting_lost(7.0) == 0.3
+
+
+@settings(deadline=None, max_examples=60, derandomize=True)
+@given(chains(4), st.data())
+def test_the_lost_places_tell_which_place_a_path_was_at_last(chain: Chain, data: st.DataObject) -> None:
+    """Of all paths that are lost now, and not by way of forgetting: the last place on each."""
+    K, observations = chain.K, data.draw(drives(chain.K, most=4, likelihood=3.0))
+    shares = all_paths(observations, chain)
+    shares = np.exp(shares - shares.max())
+    shares /= shares.sum()
+    expected = np.zeros(K)
+    for path in zip(*np.nonzero(shares), strict=True):
+        on_path = [state for state in path if state < K]
+        if path[-1] > K and on_path:
+            expected[on_path[-1]] += shares[path]
+    tracker = ForwardFilter(chain)
+    for observation in observations:
+        posterior = tracker.update(observation)
+    # A path's last Lost_Place lies behind its last two places and cannot tell them apart.
+    after = chain.lost_after(posterior.lost)
+    np.testing.assert_allclose(np.bincount(chain.behind, after, K), np.bincount(chain.behind, expected, K), atol=1e-12)
+    assert after.sum() == pytest.approx(posterior.lost[1:].sum(), abs=1e-12)

@@ -106,6 +106,11 @@ def test_lost_views_lead_to_a_lost_place_and_back() -> None:
     lost = [viterbi(observations[: t + 1], chain).lost.sum() for t in range(7)]
     assert max(lost[:3]) < 0.5 < min(lost[3:6])
     assert lost[6] < 0.5
+    # Behind place 4 it got lost: a window knows that as long as it holds a view from there.
+    for T, behind in ((5, 4), (2, None)):
+        decoder = SlidingViterbi(Chain(np.arange(float(K)), MOTION, ChainSettings(window=T)))
+        found = [decoder.update(o).lost for o in observations[:6]][-1]
+        assert (int(found.argmax()) - 1 if found.argmax() else None) == behind
 
 
 def test_the_chain_finds_the_place_on_a_grid_finer_than_the_views() -> None:
