@@ -141,6 +141,8 @@ def figures_record(one: Figures) -> dict[str, float | None]:
         "proven_bits": _finite(wide.proven_information),
         "harm_views": None if one.harm is None else one.harm.successes,
         "harm_of_views": None if one.harm is None else one.harm.trials,
+        "last_sure_median_m": _finite(wide.last_sure_median),
+        "last_sure_told_views": _scored(wide, int(np.isfinite(wide.last_sure).sum())),
         **_ways_record("first_fix", wide.first_fixes),
         **_ways_record("to_lost", wide.recovery.to_lost),
         **_ways_record("to_recover", wide.recovery.to_recover),

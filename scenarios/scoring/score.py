@@ -52,8 +52,10 @@ class Score:
     place is the very place nearest to the truth. ``places_off`` is by how many places an answer on the map is ahead of
     that one, ``nan`` as in ``errors``; ``entropies`` [nats] are those of the beliefs. ``posterior_bits`` is the
     information about the place that each posterior claims, ``proven_bits`` what the true place leaves of that, ``nan``
-    off the map. ``first_fixes`` [m] holds for each run the distance travelled to its first right answer, ``None`` where
-    there was none; ``recovery`` the distances of all runs.
+    off the map. ``last_sure`` [m] is how far the place at which a localiser that says lost off the map was last sure
+    lies from where it was on the map at last, ``nan`` elsewhere and where it does not tell. ``first_fixes`` [m] holds
+    for each run the distance travelled to its first right answer, ``None`` where there was none; ``recovery`` the
+    distances of all runs.
 
     Where several drives were learnt, these distances and numbers of places are along the one that the answer is on. If
     that does not come by, the error is the straight distance, and the number of places infinite.
@@ -71,6 +73,7 @@ class Score:
     entropies: NDArray[np.float64]
     posterior_bits: NDArray[np.float64]
     proven_bits: NDArray[np.float64]
+    last_sure: NDArray[np.float64]
     first_fixes: tuple[DistanceOrNever, ...]
     recovery: Recovery
 
@@ -92,6 +95,12 @@ class Score:
     def scored(self) -> int:
         """Number of views that could be judged: those with a true pose, where the reference drive has some."""
         return len(self.outcomes) - self.count(Outcome.UNSCORED)
+
+    @property
+    def last_sure_median(self) -> float:
+        """Median of ``last_sure`` [m], ``nan`` where it was never told."""
+        told = self.last_sure[np.isfinite(self.last_sure)]
+        return float(np.median(told)) if len(told) else math.nan
 
     @property
     def success(self) -> Proportion:
@@ -196,6 +205,7 @@ class _Row(NamedTuple):
     entropies: float
     posterior_bits: float
     proven_bits: float
+    last_sure: float = math.nan
 
 
 def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost_above: float = LOST_ABOVE) -> Score:
@@ -204,14 +214,16 @@ def score(comparison: Comparison, method: str, tolerance: Tolerance = WIDE, lost
         there = ", ".join(comparison.beliefs) or "none"
         raise ScenarioError(f"comparison {comparison.name!r} has no answers of {str(method)!r}; valid are {there}")
     path, held_by = path_of(comparison), comparison.held_by(method)
-    outcomes, rows = [], []
+    outcomes, rows, left = [], [], None
     for view, belief in zip(comparison.query_views, comparison.beliefs[method], strict=True):
         truth = view.truth if path.known else None
         near = path.within(truth, tolerance)
         rank = _rank(belief, near)
         outcome = judge(truth, bool(near.any()), belief.lost > lost_above, rank == 1)
         outcomes.append(outcome)
-        rows.append(_row(path, truth, belief, near, rank, outcome, held_by))
+        left = truth if outcome in ON_MAP else left
+        row = _row(path, truth, belief, near, rank, outcome, held_by)
+        rows.append(row._replace(last_sure=_last_sure(path, left, belief, outcome)))
     scored = any(outcome is not Outcome.UNSCORED for outcome in outcomes)
     return Score(
         tolerance=tolerance,
@@ -258,6 +270,13 @@ def _row(
         posterior_bits=posterior_information([belief.places]).bits,
         proven_bits=proven,
     )
+
+
+def _last_sure(path: ReferencePath, left: Pose | None, belief: Belief, outcome: Outcome) -> float:
+    """How far a robot that is rightly lost was last sure from where it ``left`` the map [m]."""
+    if outcome is not Outcome.REJECTED or left is None or belief.last_sure is None:
+        return math.nan
+    return path.apart(belief.last_sure, left)
 
 
 def _rank(belief: Belief, right: NDArray[np.bool_]) -> float:

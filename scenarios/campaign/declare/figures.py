@@ -114,6 +114,9 @@ FIGURES: Mapping[str, Figure[Figures]] = MappingProxyType(
         "error_median": _metres(lambda f: f.wide.error_quantile(0.5), "error along the path, median"),
         "error_p95": _metres(lambda f: f.wide.error_quantile(0.95), "error along the path, 95th percentile"),
         "worst_false_fix": _metres(lambda f: f.wide.worst_false_fix, "farthest that an answer off the map lay"),
+        "last_sure": _metres(
+            lambda f: f.wide.last_sure_median, "from where it says that it was last sure to where it left, median"
+        ),
         "to_lost": _metres(lambda f: _median(f.wide.recovery.to_lost), "way to say lost, median"),
         "to_recover": _metres(lambda f: _median(f.wide.recovery.to_recover), "way to be right again, median"),
         "to_first_fix": _metres(lambda f: _median(f.wide.first_fixes), "way to the first right answer, median"),

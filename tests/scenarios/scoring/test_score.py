@@ -236,6 +236,17 @@ def test_the_worst_false_fix_is_the_farthest_answer_off_the_map() -> None:
     assert math.isnan(judged(at(5.0), beliefs=[certain(PLACES, 9)]).worst_false_fix)
 
 
+def test_the_place_where_it_was_last_sure_is_held_against_where_it_left_the_map() -> None:
+    """Off the map and lost alone; which of the Lost_Places it is, is told by more than half of P(lost)."""
+    views = [at(0.0, 9.0), at(3.0), at(5.2), at(5.0, 9.0), at(5.0, 20.0), at(5.0, 30.0), at(5.0, 40.0), at(4.0)]
+    told = [(0.9, 2, 0.8), (0.1, 2, 0.1), (0.1, 2, 0.1), (0.9, 7, 0.5), (0.9, 5, 0.8), (0.9, 6, 0.4), (0.3, 6, 0.3)]
+    beliefs = [replace(certain(PLACES, 5, p), lost_after=share * np.eye(PLACES)[k]) for p, k, share in told]
+    result = judged(*views, beliefs=[*beliefs, certain(PLACES, 4, 0.9)])
+    assert result.last_sure == pytest.approx([*[math.nan] * 3, 1.8, 0.2, *[math.nan] * 3], nan_ok=True)
+    assert result.last_sure_median == pytest.approx(1.0)
+    assert math.isnan(judged(at(5.0), beliefs=[certain(PLACES, 9)]).last_sure_median)
+
+
 def test_reliability_of_lost_asks_for_views_off_the_map() -> None:
     views = [at(5.0), at(5.0), at(5.0, 9.0), View(0.0)]
     result = judged(*views, beliefs=[certain(PLACES, 5, lost=p) for p in (0.1, 0.6, 0.7, 0.9)])
@@ -308,7 +319,7 @@ def test_pooled_runs_keep_each_view_s_own() -> None:
     runs = [score(corridor_comparison(seed, count=12, size=24), Stage.UNIFORM) for seed in range(2)]
     whole = pool(runs)
     arrays = [field.name for field in fields(Score) if isinstance(getattr(whole, field.name), np.ndarray)]
-    assert len(arrays) == 10
+    assert len(arrays) == 11
     for name in arrays:
         parts = [getattr(run, name) for run in runs]
         np.testing.assert_array_equal(getattr(whole, name), np.concatenate(parts), err_msg=name)
