@@ -17,7 +17,7 @@ from refseq.features.walls import WallSettings
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.chain.motion import MotionSettings
 from refseq.inference.matching.log_ratio import LogRatioSettings
-from refseq.inference.matching.mixture import MixtureSettings
+from refseq.inference.matching.mixture import MixtureForm, MixtureSettings
 from refseq.map.format.parameters import RANGES, Range
 
 
@@ -96,7 +96,10 @@ BEST = Profile(
 )
 """Ours: every value was chosen on the world ``annex`` and on a real recording, see docs/best.md."""
 
-PROFILES: Mapping[str, Profile] = MappingProxyType({"thesis": THESIS, "best": BEST})
+COUNTING = Profile(mixture=MixtureSettings(form=MixtureForm.COUNTING))
+"""The thesis' localiser without EM: a place is as likely as it has visible features. What the mixture has to beat."""
+
+PROFILES: Mapping[str, Profile] = MappingProxyType({"thesis": THESIS, "counting": COUNTING, "best": BEST})
 """The named profiles."""
 
 

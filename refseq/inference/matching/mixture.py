@@ -1,4 +1,4 @@
-"""Comparing a view with all places by a Bernoulli mixture: the settings, the three forms, and the answer (2.3 to 2.15).
+"""Comparing a view with all places by a Bernoulli mixture: the settings, the forms, and the answer (2.3 to 2.15).
 
 Letters as in the thesis: K views V_k, C components Θ_c, hidden data Z (which share of a view is whose component),
 ``cost`` the price of a feature that differs.
@@ -9,7 +9,7 @@ from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 from refseq.inference.matching import bernoulli, hard_em
 from refseq.inference.matching.columns import Columns, Rows, distinct_columns
@@ -21,8 +21,12 @@ class MixtureForm(StrEnum):
     ``hard_em`` is (2.15), the thesis' degenerate mixture: components of zeros and ones, visible features only, one
     price for all. ``penalty`` is (2.14): components of zeros and ones, all features, a price each. ``bernoulli`` is
     (2.4): probabilities.
+
+    ``counting`` is (2.15) with a component of its own for each place, the place's view, and nothing to fit: the
+    likelihood is cost^(visible features that the place lacks). It is the yardstick of what EM brings.
     """
 
+    COUNTING = "counting"
     HARD_EM = "hard_em"
     PENALTY = "penalty"
     BERNOULLI = "bernoulli"
@@ -32,7 +36,7 @@ class MixtureForm(StrEnum):
 class MixtureSettings:
     """C is ``components`` · K, but at most ``most``; the share ``from_views`` of C starts as views.
 
-    ``cost`` between 0.8 and 0.95 is the hard form's price of a feature that differs (2.15).
+    ``cost`` between 0.8 and 0.95 is the price of a feature that differs (2.15), of the hard form and of counting.
 
     ``visible`` and ``invisible`` are the penalty form's cost_j of features that the view shows and does not (2.14).
     As printed, cost_j > ½ would reward features that differ, so cost_j is the probability that a feature is like the
@@ -92,10 +96,12 @@ def match_view(
     """
     rows = matrix if isinstance(matrix, Rows) else Rows.from_dense(matrix)
     v = np.ones(rows.n, np.bool_) if observed is None else observed
-    if settings.form is MixtureForm.HARD_EM and not v.all():
+    if settings.form in (MixtureForm.HARD_EM, MixtureForm.COUNTING) and not v.all():
         rows, v = rows.select(np.flatnonzero(v)), v[v]
     if not len(rows.places):
         return _nothing(rows.K, 0)
+    if settings.form is MixtureForm.COUNTING:
+        return _count_lacking(rows, settings.cost)
     columns = distinct_columns(rows)
     match settings.form:
         case MixtureForm.HARD_EM:
@@ -105,6 +111,12 @@ def match_view(
             return _match_hard(columns, v, odds[v.astype(int)], -1.0, settings, rng)
         case MixtureForm.BERNOULLI:
             return _match_soft(columns, v, settings, rng)
+
+
+def _count_lacking(rows: Rows, cost: float) -> Match:
+    """Each place's own view as its component: log P(v | V_k) is log ``cost`` times the features that place k lacks."""
+    lacking = rows.n - np.bincount(rows.places, minlength=rows.K)
+    return Match(softmax(np.log(cost) * lacking), failed=False, iterations=0)
 
 
 def _match_hard(

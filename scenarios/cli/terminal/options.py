@@ -131,7 +131,8 @@ Profile = Annotated[
     str,
     option(
         "PROFILE",
-        "thesis: the method of 2008, with its values; best: ours; thesis+chain.window=20: with a setting of yours.",
+        "thesis: the method of 2008, with its values; counting: it without EM; best: ours; "
+        "thesis+chain.window=20: with a setting of yours.",
     ),
 ]
 Features = Annotated[

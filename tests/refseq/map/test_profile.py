@@ -7,7 +7,7 @@ from refseq.errors import MapError
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.matching.mixture import MixtureSettings
 from refseq.map.extractors import FEATURES
-from refseq.map.profile import BEST, PROFILES, THESIS, Decoder, Matching, Profile, profile_named
+from refseq.map.profile import BEST, COUNTING, PROFILES, THESIS, Decoder, Matching, Profile, profile_named
 
 
 def test_round_trip_through_json() -> None:
@@ -78,8 +78,9 @@ def test_named_profiles_survive_json(name: str) -> None:
 
 
 def test_the_names_are_those_of_the_thesis_and_ours() -> None:
-    assert dict(PROFILES) == {"thesis": THESIS, "best": BEST}
+    assert dict(PROFILES) == {"thesis": THESIS, "counting": COUNTING, "best": BEST}
     assert Profile() == THESIS
+    assert replace(COUNTING, mixture=THESIS.mixture) == THESIS, "nothing but EM is left out"
     assert (THESIS.method.matching, THESIS.method.decoding) == (Matching.MIXTURE, Decoder.VITERBI)
     assert (BEST.method.matching, BEST.method.decoding) == (Matching.LOG_RATIO, Decoder.FORWARD)
     with pytest.raises(TypeError):
@@ -90,7 +91,7 @@ def test_the_names_are_those_of_the_thesis_and_ours() -> None:
 def test_another_name_is_refused(name: str) -> None:
     with pytest.raises(MapError) as caught:
         profile_named(name)
-    assert str(caught.value) == f"profile {name!r} is unknown; valid are thesis, best"
+    assert str(caught.value) == f"profile {name!r} is unknown; valid are thesis, counting, best"
 
 
 @pytest.mark.parametrize("features", [None, "sift", ["sift", 3], {"sift": 1}])

@@ -130,15 +130,26 @@ def test_the_penalty_form_of_visible_features_is_the_degenerate_form(
 
 
 @quick
-@given(matrices, st.integers(0, 99), st.data())
-def test_the_degenerate_form_looks_at_visible_features_only(matrix: np.ndarray, seed: int, data: st.DataObject) -> None:
-    n = len(matrix)
+@given(matrices, st.sampled_from([MixtureForm.HARD_EM, MixtureForm.COUNTING]), st.integers(0, 99), st.data())
+def test_these_forms_look_at_visible_features_only(
+    matrix: np.ndarray, form: MixtureForm, seed: int, data: st.DataObject
+) -> None:
+    n, s = len(matrix), MixtureSettings(form=form)
     observed = np.array(data.draw(st.lists(st.booleans(), min_size=n, max_size=n)), bool)
-    whole, reduced = (
-        match_view(matrix, DEFAULTS, rng(seed), observed),
-        match_view(matrix[observed], DEFAULTS, rng(seed)),
-    )
+    whole, reduced = match_view(matrix, s, rng(seed), observed), match_view(matrix[observed], s, rng(seed))
     np.testing.assert_array_equal(whole.likelihood, reduced.likelihood)
+
+
+@quick
+@given(matrices.filter(lambda matrix: matrix.any()), st.floats(0.8, 0.95), st.integers(0, 99))
+def test_counting_is_the_degenerate_form_with_every_view_a_component(
+    visible: np.ndarray, cost: float, seed: int
+) -> None:
+    counted = match_view(visible, MixtureSettings(MixtureForm.COUNTING, cost), rng(seed))
+    own = MixtureSettings(cost=cost, components=1.0, from_views=1.0)
+    np.testing.assert_allclose(counted.likelihood, match_view(visible, own, rng(seed)).likelihood, rtol=1e-9)
+    by_hand = np.array([cost ** sum(1 for seen in view if not seen) for view in visible.T])
+    np.testing.assert_allclose(counted.likelihood, by_hand / by_hand.sum(), rtol=1e-9)
 
 
 def test_penalty_of_three_places_by_hand() -> None:
@@ -180,7 +191,7 @@ def test_without_a_limit_the_bernoulli_form_calls_an_unseen_combination_impossib
     assert not match_view(visible, replace(s, limit=0.1), rng()).failed
 
 
-@pytest.mark.parametrize("form", MixtureForm)
+@pytest.mark.parametrize("form", [form for form in MixtureForm if form is not MixtureForm.COUNTING])
 def test_the_bound_on_components_binds_beyond_it_only(form: MixtureForm) -> None:
     visible = rng(4).random((30, 40)) < 0.3
     s = MixtureSettings(form=form, iterations=50)
