@@ -49,8 +49,16 @@ class ReferenceSequence:
         return frozenset(extractor.sensor for extractor in self.extractors)
 
     def match(self, ids: NDArray[np.intp], seed: tuple[int, ...]) -> Match:
-        """Compare features (rows of the matrix) with all places; ``seed`` starts the mixture's random components."""
-        return match_view(self.matrix.visible(ids), self.profile.mixture, np.random.default_rng(seed))
+        """Compare features (rows of the matrix) with all places; ``seed`` starts the mixture's random components.
+
+        With ``mixture.all_features`` what a sensor shows that the view lacks counts as not seen.
+        """
+        settings, rng = self.profile.mixture, np.random.default_rng(seed)
+        if not settings.all_features:
+            return match_view(self.matrix.visible(ids), settings, rng)
+        observed = np.zeros(self.matrix.N, np.bool_)
+        observed[ids] = True
+        return match_view(self.matrix.visible(np.arange(self.matrix.N)), settings, rng, observed)
 
     @cached_property
     def emissions(self) -> Emissions:

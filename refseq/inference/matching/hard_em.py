@@ -7,6 +7,7 @@ changes, and its Θ update averages the reference views.
 """
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,18 @@ EXACT = 1 << 22
 """Up to this, sums and differences of whole numbers are exact in single precision."""
 
 
+class Seeding(StrEnum):
+    """Choice of the views that components start from.
+
+    ``likeness`` takes those that share the most with the observed one: a view that shares little needs no component of
+    its own, for it differs little from an empty one. ``variety`` does not look at the observed one: after the richest
+    view each next one differs the most from those taken (the farthest-first traversal of Gonzalez, 1985).
+    """
+
+    LIKENESS = "likeness"
+    VARIETY = "variety"
+
+
 @dataclass(frozen=True, slots=True)
 class HardMixture:
     """The end of EM: components ``theta`` (C, n) of zeros and ones, and the ``owner`` of each distinct view (D,)."""
@@ -33,6 +46,11 @@ class HardMixture:
         """Weighted number of features in which ``v`` (n,) differs from each distinct view's component, (D,)."""
         differing = weights @ v + self.theta @ (weights * (1.0 - 2.0 * v))
         return np.asarray(differing[self.owner])
+
+    def sizes(self, columns: Columns) -> NDArray[np.float64]:
+        """Number of places in the component of each distinct view, K α_c, (D,)."""
+        sizes: NDArray[np.float64] = np.bincount(self.owner, columns.multiplicity)[self.owner].astype(float)
+        return sizes
 
 
 def fit(
@@ -93,18 +111,32 @@ def _majority(columns: Columns, owner: NDArray[np.intp], theta: NDArray[np.float
 
 
 def initial_components(
-    columns: Columns, v: NDArray[np.bool_], C: int, from_views: float, rng: np.random.Generator
+    columns: Columns, v: NDArray[np.bool_], C: int, from_views: float, seeds: Seeding, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Components to start from (C, n): copies of the views that share the most with the observed ``v``, the rest drawn.
-
-    A view that shares little needs no component of its own, for it differs little from an empty one.
-    """
+    """Components to start from (C, n): the share ``from_views`` copies of views, the rest drawn."""
     copies = min(round(from_views * C), columns.K)
     drawn = rng.integers(0, 2, size=(C - copies, len(v))).astype(float)
-    return np.concatenate([columns.views[most_shared(columns, v)[:copies]], drawn])
+    return np.concatenate([columns.views[seed_views(columns, v, copies, seeds)], drawn])
 
 
-def most_shared(columns: Columns, v: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """The distinct view of each place, those that share the most with ``v`` first, (K,)."""
-    richest = np.argsort(-(columns.views @ v), kind="stable")
-    return np.repeat(richest, columns.multiplicity[richest].astype(int))
+def seed_views(columns: Columns, v: NDArray[np.bool_], count: int, seeds: Seeding) -> NDArray[np.intp]:
+    """``count`` distinct views to start components from, one that several places have as often, at most K."""
+    order = _most_shared(columns, v) if seeds is Seeding.LIKENESS else _most_varied(columns, count)
+    return np.repeat(order, columns.multiplicity[order].astype(int))[:count]
+
+
+def _most_shared(columns: Columns, v: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Distinct views, those that share the most with ``v`` first, (D,)."""
+    return np.argsort(-(columns.views @ v), kind="stable")
+
+
+def _most_varied(columns: Columns, count: int) -> NDArray[np.intp]:
+    """Distinct views, each as different as can be from those before it, ``count`` of them at most."""
+    views, sizes = columns.views, columns.views.sum(axis=1)
+    order = [int(np.argmax(sizes))]
+    away = np.full(len(views), np.inf)
+    while len(order) < min(count, len(views)):
+        last = order[-1]
+        np.minimum(away, sizes + sizes[last] - 2 * views @ views[last], out=away)
+        order.append(int(np.argmax(away)))
+    return np.array(order)

@@ -13,6 +13,7 @@ from scipy.special import logsumexp, softmax
 
 from refseq.inference.matching import bernoulli, hard_em
 from refseq.inference.matching.columns import Columns, Rows, distinct_columns
+from refseq.inference.matching.hard_em import Seeding
 
 
 class MixtureForm(StrEnum):
@@ -34,7 +35,7 @@ class MixtureForm(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class MixtureSettings:
-    """C is ``components`` · K, but at most ``most``; the share ``from_views`` of C starts as views.
+    """C is ``components`` · K, but at most ``most``; the share ``from_views`` of C starts as views, as ``seeds`` says.
 
     ``cost`` between 0.8 and 0.95 is the price of a feature that differs (2.15), of the hard form and of counting.
 
@@ -48,6 +49,9 @@ class MixtureSettings:
     rules out a component, and nearly every view is impossible.
 
     EM stops when the mean residual changes by less than ``tolerance``, and has failed after ``iterations``.
+
+    Two for comparison. With ``as_printed`` α_c is in the answer, as (2.13) has it, and counts a component's size twice.
+    With ``all_features`` the features that the view does not show are compared as well (Fig. 2.6), at the same price.
     """
 
     form: MixtureForm = MixtureForm.HARD_EM
@@ -58,6 +62,9 @@ class MixtureSettings:
     components: float = 0.5
     most: int = 1000
     from_views: float = 0.8
+    seeds: Seeding = Seeding.LIKENESS
+    as_printed: bool = False
+    all_features: bool = False
     tolerance: float = 1e-3
     iterations: int = 20
 
@@ -96,12 +103,13 @@ def match_view(
     """
     rows = matrix if isinstance(matrix, Rows) else Rows.from_dense(matrix)
     v = np.ones(rows.n, np.bool_) if observed is None else observed
-    if settings.form in (MixtureForm.HARD_EM, MixtureForm.COUNTING) and not v.all():
+    visible_only = settings.form in (MixtureForm.HARD_EM, MixtureForm.COUNTING) and not settings.all_features
+    if visible_only and not v.all():
         rows, v = rows.select(np.flatnonzero(v)), v[v]
     if not len(rows.places):
         return _nothing(rows.K, 0)
     if settings.form is MixtureForm.COUNTING:
-        return _count_lacking(rows, settings.cost)
+        return _count_differing(rows, v, settings.cost)
     columns = distinct_columns(rows)
     match settings.form:
         case MixtureForm.HARD_EM:
@@ -113,10 +121,11 @@ def match_view(
             return _match_soft(columns, v, settings, rng)
 
 
-def _count_lacking(rows: Rows, cost: float) -> Match:
-    """Each place's own view as its component: log P(v | V_k) is log ``cost`` times the features that place k lacks."""
-    lacking = rows.n - np.bincount(rows.places, minlength=rows.K)
-    return Match(softmax(np.log(cost) * lacking), failed=False, iterations=0)
+def _count_differing(rows: Rows, v: NDArray[np.bool_], cost: float) -> Match:
+    """Each place's own view as its component: log P(v | V_k) is log ``cost`` times the features that differ."""
+    signs = (1.0 - 2.0 * v)[rows.numbers()]
+    differing = v.sum() + np.bincount(rows.places, signs, minlength=rows.K)
+    return Match(softmax(np.log(cost) * differing), failed=False, iterations=0)
 
 
 def _match_hard(
@@ -129,16 +138,19 @@ def _match_hard(
 ) -> Match:
     """Components of zeros and ones: log P(v | Θ_c) is ``price`` times the weights of the features that differ.
 
-    Each view belongs to one component, so (2.12)'s sum over components has one term. Its factor α_c is left out: Z
-    holds it already (docs/decisions/0002).
+    Each view belongs to one component, so (2.12)'s sum over components has one term. Its factor α_c is left out unless
+    ``as_printed``: Z holds it already (docs/decisions/0002).
     """
     if not weights.any():
         return _nothing(columns.K, 0)
-    start = hard_em.initial_components(columns, v, _count(columns.K, settings), settings.from_views, rng)
+    C = _count(columns.K, settings)
+    start = hard_em.initial_components(columns, v, C, settings.from_views, settings.seeds, rng)
     fit = hard_em.fit(columns, start, weights, settings.tolerance, settings.iterations)
     if fit is None:
         return _nothing(columns.K, settings.iterations)
     log_likelihood = (fit.differences(v, weights) * price)[columns.group]
+    if settings.as_printed:
+        log_likelihood += np.log(fit.sizes(columns) / columns.K)[columns.group]
     likelihood = np.exp(log_likelihood - logsumexp(log_likelihood))
     return Match(likelihood, failed=False, iterations=fit.iterations)
 
@@ -146,13 +158,13 @@ def _match_hard(
 def _match_soft(columns: Columns, v: NDArray[np.bool_], settings: MixtureSettings, rng: np.random.Generator) -> Match:
     """The full mixture, fitted to these features."""
     C = _count(columns.K, settings)
-    seeds = np.unique(hard_em.most_shared(columns, v)[: round(settings.from_views * C)])
+    seeds = np.unique(hard_em.seed_views(columns, v, round(settings.from_views * C), settings.seeds))
     start = bernoulli.soft_start(columns.views[seeds], C, rng)
     stopping = bernoulli.Stopping(settings.tolerance, int(settings.iterations), settings.limit)
     mixture = bernoulli.maximise(columns, start, stopping)
     record = mixture.convergence
     share = columns.multiplicity / columns.K
-    posterior = mixture.posterior(v, share)
+    posterior = mixture.posterior(v, share, as_printed=settings.as_printed)
     if not (record.settled and posterior.possible):
         return _nothing(columns.K, record.iterations)
     return Match((posterior.places / columns.multiplicity)[columns.group], failed=False, iterations=record.iterations)

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.special import logsumexp
 
-from refseq.inference.matching.columns import Rows
+from refseq.inference.matching.columns import Rows, distinct_columns
+from refseq.inference.matching.hard_em import Seeding, seed_views
 from refseq.inference.matching.mixture import Match, MixtureForm, MixtureSettings, match_view
 
 quick = settings(deadline=None, max_examples=120, derandomize=True)
@@ -28,6 +29,9 @@ any_form = st.builds(
     components=st.sampled_from([0.1, 0.5, 1.0]),
     most=st.sampled_from([1, 3, 1000]),
     from_views=st.sampled_from([0.0, 0.8, 1.0]),
+    seeds=st.sampled_from(Seeding),
+    as_printed=st.booleans(),
+    all_features=st.booleans(),
     iterations=st.integers(1, 40),
 )
 DEFAULTS = MixtureSettings()
@@ -101,6 +105,41 @@ def test_is_a_distribution_in_every_form_packed_or_not(
     assert (match.failed, match.iterations) == (packed.failed, packed.iterations)
     if match.failed:
         np.testing.assert_array_equal(match.likelihood, np.full(K, 1 / K))
+
+
+@quick
+@given(matrices, st.floats(0.8, 0.95), st.data())
+def test_counting_all_features_prices_those_that_only_the_place_has_as_well(
+    matrix: np.ndarray, cost: float, data: st.DataObject
+) -> None:
+    n = len(matrix)
+    observed = np.array(data.draw(st.lists(st.booleans(), min_size=n, max_size=n)), bool)
+    match = match_view(matrix, MixtureSettings(MixtureForm.COUNTING, cost, all_features=True), rng(), observed)
+    by_hand = np.array(
+        [cost ** sum(one != other for one, other in zip(view, observed, strict=True)) for view in matrix.T]
+    )
+    expected = by_hand / by_hand.sum() if matrix.any() else np.full(matrix.shape[1], 1 / matrix.shape[1])
+    np.testing.assert_allclose(match.likelihood, expected, rtol=1e-9)
+
+
+@quick
+@given(matrices.filter(lambda matrix: matrix.any()), st.integers(1, 14))
+def test_varied_seeds_are_each_as_far_as_can_be_from_those_before(visible: np.ndarray, count: int) -> None:
+    columns = distinct_columns(Rows.from_dense(visible))
+    order = seed_views(columns, np.ones(len(visible), bool), count, Seeding.VARIETY)
+    assert len(order) == min(count, visible.shape[1])
+    apart = np.abs(columns.views[:, None] - columns.views[None]).sum(axis=2)
+    taken = list(dict.fromkeys(order.tolist()))
+    assert columns.views[taken[0]].sum() == columns.views.sum(axis=1).max()
+    for number, seed in enumerate(taken[1:], start=1):
+        assert apart[seed, taken[:number]].min() == apart[:, taken[:number]].min(axis=1).max()
+
+
+def test_as_printed_by_hand() -> None:
+    """Three places of one kind, one of another: α is 3/4 and 1/4, and both explain half of what is seen."""
+    visible = np.array([[1, 1, 1, 0], [0, 0, 0, 1]], bool)
+    s = MixtureSettings(as_printed=True, components=0.5, from_views=1.0, seeds=Seeding.VARIETY)
+    np.testing.assert_allclose(match_view(visible, s, rng()).likelihood, np.array([3, 3, 3, 1]) / 10, rtol=1e-12)
 
 
 @quick

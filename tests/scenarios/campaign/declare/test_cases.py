@@ -179,7 +179,10 @@ BAD = {
         GOOD + "[limits]\nsteps = 10.5\n",
         "limits.steps = 10.5 is not valid: input should be a valid integer",
     ),
-    "profile": (GOOD + '[localise]\nprofile = "worst"\n', "profile 'worst' is unknown; valid are thesis, counting, best"),
+    "profile": (
+        GOOD + '[localise]\nprofile = "worst"\n',
+        "profile 'worst' is unknown; valid are thesis, counting, best",
+    ),
     "method": (
         GOOD + '[localise]\nmethods = ["magic"]\n',
         "localise: method 'magic' is unknown; valid are thesis/uniform",
