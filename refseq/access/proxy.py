@@ -1,4 +1,4 @@
-"""A proxy before page servers that ask nobody who they are.
+"""A proxy before page servers that ask nobody who they are, and before pages of this process' own.
 
 Only what a page needs passes: methods and paths of a list, headers of a list, bodies and messages up to a size, so many
 connections at a time. The address that is given out holds a token. Who comes by it gets a cookie and the page without
@@ -50,13 +50,13 @@ HEADERS = {
     "Content-Security-Policy": (
         "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; "
         "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; worker-src 'self' blob:; "
-        "connect-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+        "connect-src 'self' data: blob:; frame-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
     ),
     "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
 }
-"""Headers of all answers: the page loads from here alone, and no other page reads or frames it."""
+"""Headers of all answers: the page loads from here alone, and no page of elsewhere reads or frames it."""
 
 QUIET = logging.getLogger("refseq.access")
 """Nothing that strangers send is worth a line."""
@@ -66,11 +66,27 @@ QUIET.propagate = False
 
 
 @dataclass(frozen=True, slots=True)
+class OwnAnswer:
+    """An answer of this process' own; ``body`` is of this content type."""
+
+    body: bytes
+    content_type: str
+    status: int = 200
+
+
+OwnHandler = Callable[[web.BaseRequest, bytes], Awaitable[OwnAnswer]]
+"""Answers a request, whose body is given whole."""
+
+
+@dataclass(frozen=True, slots=True)
 class ProxyRoute:
-    """A request that passes: a ``method``, a ``path`` or pattern of paths, to a server behind, maybe as a WebSocket."""
+    """A request that passes: a ``method``, a ``path`` or pattern of paths, to what is ``behind``.
+
+    That is a server by its address, maybe as a WebSocket, or a function of this process.
+    """
 
     path: str
-    behind: str
+    behind: str | OwnHandler
     method: HTTPMethod = HTTPMethod.GET
     socket: bool = False
 
@@ -150,7 +166,10 @@ class PageProxy:
         if route is None:
             return _told(404, "there is nothing here")
         with suppress(ClientError, ConnectionError):
-            return await (self._bridged if route.socket else self._passed_on)(request, route)
+            if route.socket:
+                return await self._bridged(request, route)
+            body = await _body_of(request) if route.method is HTTPMethod.POST else b""
+            return await self._passed_on(request, route, body) if isinstance(body, bytes) else body
         return _told(502, "the page has ended")
 
     def _refusal(self, request: web.BaseRequest) -> web.Response | None:
@@ -195,17 +214,12 @@ class PageProxy:
                 return route if request.raw_path.startswith("/") and ".." not in request.path else None
         return None
 
-    async def _passed_on(self, request: web.BaseRequest, route: ProxyRoute) -> web.StreamResponse:
+    async def _passed_on(self, request: web.BaseRequest, route: ProxyRoute, body: bytes) -> web.StreamResponse:
         """Pass a request on, and its answer back piece by piece."""
-        try:
-            async with asyncio.timeout(PATIENCE):
-                body = await request.content.read(MOST_BODY + 1) if route.method is HTTPMethod.POST else b""
-                while body and len(body) <= MOST_BODY and not request.content.at_eof():
-                    body += await request.content.read(MOST_BODY + 1)
-        except TimeoutError:
-            return _told(408, "the request did not arrive")
-        if len(body) > MOST_BODY:
-            return _told(413, f"the request has more than {MOST_BODY} bytes")
+        if not isinstance(route.behind, str):
+            own = await route.behind(request, body)
+            headers = {**HEADERS, "Content-Type": own.content_type, "Cache-Control": "no-store"}
+            return web.Response(status=own.status, body=own.body, headers=headers)
         headers = {name: request.headers[name] for name in FORWARDED if name in request.headers}
         async with self._session.request(
             route.method, _address_of(route, request), headers=headers, data=body or None, allow_redirects=False
@@ -271,9 +285,21 @@ async def _carry(source: Any, sink: Any, each: Callable[[], None] = lambda: None
             return
 
 
+async def _body_of(request: web.BaseRequest) -> bytes | web.Response:
+    """The body of a request, or the answer to one that is too slow or too large."""
+    try:
+        async with asyncio.timeout(PATIENCE):
+            body = await request.content.read(MOST_BODY + 1)
+            while body and len(body) <= MOST_BODY and not request.content.at_eof():
+                body += await request.content.read(MOST_BODY + 1)
+    except TimeoutError:
+        return _told(408, "the request did not arrive")
+    return body if len(body) <= MOST_BODY else _told(413, f"the request has more than {MOST_BODY} bytes")
+
+
 def _address_of(route: ProxyRoute, request: web.BaseRequest) -> URL:
     """The address behind, with the path as it came: servers differ in what they take for the same path."""
-    return URL(route.behind + request.raw_path, encoded=True)
+    return URL(f"{route.behind}{request.raw_path}", encoded=True)
 
 
 def _headers(behind: Any) -> dict[str, str]:

@@ -39,6 +39,7 @@ def info(
 ) -> None:
     """Tell what is in logs: topics, rates, duration, and how they were made."""
     from refseq.logs import open_log
+    from refseq.logs.notes import NOTES
     from refseq_bench.scenarios.log_tools.facts import INFO_HEADINGS, head_line, info_row
     from refseq_bench.scenarios.log_tools.plain import info_record
     from refseq_bench.scenarios.log_tools.survey import survey
@@ -52,7 +53,11 @@ def info(
         for topic in one.topics:
             table.add_row(*info_row(topic))
         print_whole(out, table)
+        for line in one.source.metadata.get(NOTES, "").splitlines():
+            say(out, f"  {NOTES}: {line}")
         for key, value in sorted(one.source.metadata.items()):
+            if key == NOTES:
+                continue
             say(out, f"  {key}: {value if len(value) <= 100 else f'{value[:99]}…'}")
 
 

@@ -1,4 +1,4 @@
-"""The commands ``refseq mission plan | run | lamp``: compile missions, and have robots carry them out."""
+"""The commands ``refseq mission plan | run | page | lamp``: compile missions, and have robots carry them out."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +16,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     ROUTE,
     TIMEOUT,
     WORLD,
+    Access,
     MapFile,
     RendererName,
     Seed,
@@ -150,6 +151,33 @@ def run(
     if not made.done.run.completed:
         say(err, f"not completed: {made.done.run.why}")
         raise typer.Exit(BELOW)
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq mission page map.refseq`
+* `refseq mission page maps -o out`
+* `REFSEQ_TOKEN=3f9ab27c0d1e4856 refseq mission page maps --host 192.168.1.5`
+
+The last one is for a phone in the same network. Ctrl-C ends it.""",
+)
+@grouped
+def page(
+    maps: Annotated[Path, typer.Argument(metavar="MAPS", help="Map (.refseq), or a folder with some.")],
+    output: Annotated[Path | None, output("Folder to leave each mission in.", "FOLDER")] = None,
+    access: Access = Access(port=8090),
+) -> None:
+    """Serve a page on which missions are stated, run and watched."""
+    from refseq_bench.scenarios.missions.page.desk import MissionDesk
+    from refseq_bench.scenarios.missions.page.maps import MapShelf
+
+    if output is not None:
+        check_folder(output)
+    desk = MissionDesk(MapShelf(maps), output, lambda line: say(out, line))
+    count = desk.serve(access.policy, lambda address: say(out, f"{maps}: open {address}; Ctrl-C ends it"))
+    say(out, f"{maps}: {count} missions were asked for")
 
 
 @app.command(

@@ -8,6 +8,7 @@ from refseq_bench.scenarios.cli.terminal.bars import progress_bar, shown_bars
 from refseq_bench.scenarios.cli.terminal.console import out
 from refseq_bench.scenarios.cli.terminal.options import (
     FORMAT,
+    NOTES,
     RATE,
     RECORDING,
     SCRIPT,
@@ -75,6 +76,7 @@ def record(
     ] = None,
     script: Annotated[Path | None, SCRIPT] = None,
     name: Annotated[str | None, option("NAME", "With --script: name of the sequence. [default: the file's]")] = None,
+    notes: Annotated[str, NOTES] = "",
     form: Form = FormatName.MCAP,
     setting: Setting = Setting(),
     carrier: Carrier = Carrier(),
@@ -89,14 +91,16 @@ def record(
     only_one_of(behaviours=behaviours, script=script)
     drive = drive_in(world, setting, carrier, sampling, behaviours=tuple((behaviours or "").split()))
     if script is not None:
-        session = TeleopDrive(name or output.stem, drive, sampling.trigger_unless(on_request))
+        session = TeleopDrive(name or output.stem, drive, sampling.trigger_unless(on_request), notes)
         tell_of(_by_script(session, output, script, form), output)
         return
     for given, value in (("--name", name), ("--on-request", on_request)):
         if value:
             raise ScenarioError(f"{given} goes with --script; valid is to lead the robot by a script, or without it")
     with progress_bar(f"{world} at {setting.light}") as progress:
-        recording = record_drive(drive, output, progress, form=output_format(DriveFormat(form)), whole=False)
+        recording = record_drive(
+            drive, output, progress, form=output_format(DriveFormat(form)), notes=notes, whole=False
+        )
     say(out, f"{output}: {len(recording.views)} views of {', '.join(sorted(recording.sensors))}")
 
 

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from refseq_bench.scenarios.cli.terminal.console import err, out
-from refseq_bench.scenarios.cli.terminal.options import MapFile, Seed, Sensors, grouped, option
+from refseq_bench.scenarios.cli.terminal.options import Access, MapFile, Seed, Sensors, grouped, option
 from refseq_bench.scenarios.drives.inputs import assignments, load_map, stages, words
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from refseq.access.policy import AccessPolicy
     from refseq.serve.session import ServeOptions
 
 SERVE_HELP = """Examples:
@@ -20,37 +19,6 @@ SERVE_HELP = """Examples:
 
 Speaks the Foxglove WebSocket protocol: publish sensors as in a log, subscribe to `/belief`. One robot at a time. Ctrl-C
 ends it."""
-
-
-@dataclass(frozen=True)
-class Access:
-    """Where it is served, and to whom."""
-
-    panel: ClassVar[str] = "Access"
-    port: Annotated[int, option("PORT", "Port to listen at; 0: any that is free.", min=0, max=65535)] = 8765
-    host: Annotated[str, option("ADDRESS", "Address to listen at; other than this machine's, with --token only.")] = (
-        "127.0.0.1"
-    )
-    token: Annotated[
-        str | None,
-        option(
-            "TEXT",
-            "16 or more letters and digits, asked for in the address. [default: random]",
-            envvar="REFSEQ_TOKEN",
-            show_envvar=True,
-        ),
-    ] = None
-    origin: Annotated[
-        list[str] | None,
-        option("ORIGIN", "Web page that may connect, with the token: https://example.org; may be repeated."),
-    ] = None
-
-    @property
-    def policy(self) -> "AccessPolicy":
-        """The same for the library. Raises ``RefseqError`` for an address that is open to others."""
-        from refseq.access.policy import AccessPolicy
-
-        return AccessPolicy(self.host, self.port, self.token or "", tuple(self.origin or ()))
 
 
 @dataclass(frozen=True)

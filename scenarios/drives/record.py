@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.logs import Recording
 from refseq.logs.foxglove.writer import RecordingFormat
+from refseq.logs.notes import noted
 from refseq.logs.rig import SensorRig
 from refseq.logs.writing import DriveWriter, OutputFormat
 from refseq.view import LASER, View
@@ -183,9 +184,12 @@ def record(
     told: ViewCallback | None = None,
     form: OutputFormat = OWN_FORMAT,
     *,
+    notes: str = "",
     whole: bool = True,
 ) -> Recording:
     """Simulate the drive and write it to ``path``, None: nowhere; returns what was recorded. ``told`` hears of views.
+
+    Free ``notes`` are kept in its metadata.
 
     Unless ``whole`` the recording that is returned holds images and scan of its first view alone: those of a long drive
     fill the memory, half a gigabyte in 1000 views.
@@ -194,9 +198,10 @@ def record(
     lie at ``path``.
     """
     check_recording(path, form)
+    kept = noted(notes)
     with open_bench(drive) as bench:
         operator = operator_for(bench, drive.seed, drive.style)
-        metadata = dict(described(bench, drive, drive.trigger, drive.style))
+        metadata = {**described(bench, drive, drive.trigger, drive.style), **kept}
         if drive.faults:
             metadata |= {"faults": json.dumps([asdict(fault) for fault in drive.faults], sort_keys=True)}
         if drive.behaviours:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from refseq.logs import Recording, read_recording
+from refseq.logs.notes import noted
 from refseq.logs.writing import OutputFormat
 from refseq_bench.robots import Stop
 from refseq_bench.scenarios.drives.record import (
@@ -38,7 +39,7 @@ Controls = Callable[[Bench], AbstractContextManager[CommandSource]]
 
 @dataclass(frozen=True, slots=True)
 class TeleopDrive:
-    """A drive by hand: its name, and when views are taken; ``sampling`` None: on command only.
+    """A drive by hand: its name, free notes, and when views are taken; ``sampling`` None: on command only.
 
     Of the ``drive``'s route only the start counts.
     """
@@ -46,6 +47,7 @@ class TeleopDrive:
     name: str
     drive: Drive
     sampling: Trigger | None
+    notes: str = ""
 
 
 @dataclass
@@ -95,6 +97,7 @@ def record_by_hand(
             **described(bench, drive, session.sampling),
             "name": session.name,
             "route": f"by hand from {drive.start:g} m of {drive.route}",
+            **noted(session.notes),
         }
         recording = write_drive(
             path,

@@ -132,15 +132,23 @@ def landmark_named(name: str) -> Landmark:
 def read_mission(path: Path) -> Asked:
     """Read a mission file. Raises ``ScenarioError`` in one line that names the file, the key and what is valid."""
     try:
-        table = _MissionTable.model_validate(read_toml(path))
-        steps, errands = zip(*map(_step, range(1, len(table.step) + 1), table.step), strict=True)
-        return Asked(Mission(steps), located(table.landmarks), errands, table.title)
+        return mission_in(read_toml(path))
     except TextFileError as error:
         raise ScenarioError(f"{path}: {error}; valid is a mission in TOML") from None
-    except ValidationError as error:
-        raise ScenarioError(f"{path}: {_mistake(error)}") from error
-    except (MissionError, RobotsError, ValueError) as error:
+    except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
+
+
+def mission_in(tables: object) -> Asked:
+    """A mission from the tables of a file. Raises ``ScenarioError`` with the key and what is valid."""
+    try:
+        table = _MissionTable.model_validate(tables)
+        steps, errands = zip(*map(_step, range(1, len(table.step) + 1), table.step), strict=True)
+        return Asked(Mission(steps), located(table.landmarks), errands, table.title)
+    except ValidationError as error:
+        raise ScenarioError(_mistake(error)) from error
+    except (MissionError, RobotsError, ValueError) as error:
+        raise ScenarioError(str(error)) from error
 
 
 def _step(number: int, table: _StepTable) -> tuple[Step, Errand]:

@@ -3,18 +3,20 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 import cv2
 import numpy as np
 
+from refseq.belief import Belief
 from refseq.errors import MapError
 from refseq.files import replace_bytes, replace_text, replacing_at
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.missions import Entry, Executor, Plan, TrueWay
 from refseq.planar import Pose
-from refseq.view import LASER
-from refseq.viewer.mission.record import MissionRecord, Recorder
+from refseq.view import LASER, View
+from refseq.viewer.mission.record import HeardLocaliser, MissionRecord, Recorder
 from refseq.viewer.mission.tab import MissionTab
 from refseq.viewer.recording import write_recording
 from refseq.viewer.timelines import TIME
@@ -94,7 +96,23 @@ class TripResult:
     record: MissionRecord
 
 
-def run_trip(trip: MissionTrip, map_: Map, plan: Plan, tell: Callable[[Entry], None] | None = None) -> TripResult:
+class TripWatcher(Protocol):
+    """Whoever watches a mission while it runs."""
+
+    def saw(self, view: View, belief: Belief) -> None:
+        """A view was taken, and this is believed of it."""
+
+    def look(self, executor: Executor, bench: Bench) -> None:
+        """A control period has gone by; the mission may be paused or aborted."""
+
+
+def run_trip(
+    trip: MissionTrip,
+    map_: Map,
+    plan: Plan,
+    tell: Callable[[Entry], None] | None = None,
+    watcher: TripWatcher | None = None,
+) -> TripResult:
     """Run a mission; ``tell`` hears each line of its log as it comes. Raises the rooms' own errors."""
     told, bystander = 0, None if trip.strip is None else Bystander(trip.strip)
     recorder = Recorder()
@@ -104,6 +122,8 @@ def run_trip(trip: MissionTrip, map_: Map, plan: Plan, tell: Callable[[Entry], N
         recorder.note(executor, bench.pose)
         if bystander is not None:
             bystander(executor, bench)
+        if watcher is not None:
+            watcher.look(executor, bench)
         if tell is not None:
             for entry in executor.log[told:]:
                 tell(entry)
@@ -112,6 +132,8 @@ def run_trip(trip: MissionTrip, map_: Map, plan: Plan, tell: Callable[[Entry], N
     poses = poses_of(map_, plan)
     ground = TrueWay(plan.path, np.array([(pose.x, pose.y) for pose in poses]))
     localiser = None if trip.odometry else recorder.heard(Localiser(map_))
+    if watcher is not None and localiser is not None:
+        localiser = HeardLocaliser(localiser, watcher.saw)
     leader = Leader(ground, localiser, map_)
     goal = None if plan.orders[-1].travels else NOWHERE
     with bench_on_way(trip, poses, plan) as bench:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from refseq.files import replace_text
+from refseq.logs.notes import NOTES
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.page import rendered
 from refseq_bench.scenarios.report.plots.plan import FloorOutline
@@ -15,7 +16,7 @@ from refseq_bench.scenarios.scoring.tables.score_tables import NONE
 LONG_VALUE = 80
 """Metadata longer than this many characters are folded away."""
 
-FIRST_KEYS = ("world", "robot", "light", "seed", "truth")
+FIRST_KEYS = ("world", "robot", "light", "seed", "truth", NOTES)
 
 
 def write_report(
@@ -53,7 +54,7 @@ def facts(comparisons: Sequence[Comparison]) -> list[tuple[str, str, str]]:
     query = _values(comparison.query_metadata for comparison in comparisons)
     keys = sorted({*reference, *query}, key=_key_order)
     rows = [(key, ", ".join(reference.get(key, (NONE,))), ", ".join(query.get(key, (NONE,)))) for key in keys]
-    return [row for row in rows if max(map(len, row[1:])) <= LONG_VALUE]
+    return [row for row in rows if row[0] == NOTES or max(map(len, row[1:])) <= LONG_VALUE]
 
 
 def details(comparisons: Sequence[Comparison]) -> list[tuple[str, str]]:
@@ -61,7 +62,9 @@ def details(comparisons: Sequence[Comparison]) -> list[tuple[str, str]]:
     found: dict[str, str] = {}
     for side in ("reference", "query"):
         values = _values(getattr(comparison, f"{side}_metadata") for comparison in comparisons)
-        found |= {f"{side}: {k}": "\n".join(v) for k, v in values.items() if len(", ".join(v)) > LONG_VALUE}
+        found |= {
+            f"{side}: {k}": "\n".join(v) for k, v in values.items() if k != NOTES and len(", ".join(v)) > LONG_VALUE
+        }
     return sorted(found.items())
 
 

@@ -1,6 +1,6 @@
 """Record of a mission for the viewer: its state from moment to moment, its views, its log."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -107,7 +107,7 @@ class Recorder:
 
     def heard(self, localiser: LocaliserProtocol) -> LocaliserProtocol:
         """The localiser, of which each answer is heard."""
-        return _RecordingLocaliser(localiser, self)
+        return HeardLocaliser(localiser, self.saw)
 
     def saw(self, view: View, belief: Belief) -> None:
         """A view was taken, and this is believed of it."""
@@ -143,11 +143,11 @@ class Recorder:
         self._log += [LogLine(entry, executor.travelled, view) for entry in new]
 
 
-class _RecordingLocaliser:
-    """A localiser whose answers somebody hears."""
+class HeardLocaliser:
+    """A localiser of which ``hear`` is told each view with its answer."""
 
-    def __init__(self, inner: LocaliserProtocol, recorder: Recorder) -> None:
-        self._inner, self._recorder = inner, recorder
+    def __init__(self, inner: LocaliserProtocol, hear: Callable[[View, Belief], None]) -> None:
+        self._inner, self._hear = inner, hear
 
     def reset(self) -> None:
         """Forget all views seen."""
@@ -156,5 +156,5 @@ class _RecordingLocaliser:
     def update(self, view: View) -> Belief:
         """Take the next view and answer."""
         belief = self._inner.update(view)
-        self._recorder.saw(view, belief)
+        self._hear(view, belief)
         return belief

@@ -14,6 +14,7 @@ from refseq_bench.scenarios.drives.inputs import DriveSelection, assignments, wo
 from refseq_bench.scenarios.errors import ScenarioError
 
 if TYPE_CHECKING:
+    from refseq.access.policy import AccessPolicy
     from refseq_bench.scenarios.drives.record import Drive
     from refseq_bench.sim.drives.recorder import Trigger
 
@@ -104,6 +105,7 @@ REFERENCE = option("FILE", "First drive, which the map was learnt from, for its 
 CACHE = option("FOLDER", "Folder of recordings and answers that are kept. [default: the user's]")
 BELIEFS = output("Beliefs to write (.parquet).")
 SCRIPT = option("FILE", "Lead the robot by a script, or by a recording of `refseq drive`.")
+NOTES = option("TEXT", "Free notes, kept in the recording.")
 CASE = option("NAME", "Only this case or scenario; may be repeated. [default: all]")
 METHODS = option("NAMES", "Only these methods, commas between: PROFILE/STAGE, a baseline as topometric, baselines.")
 RECORDING = output("Recording to write (.mcap), or folder for a ROS 2 bag.")
@@ -336,6 +338,37 @@ class Screen:
             check_free(self.serve)
         else:
             check_display()
+
+
+@dataclass(frozen=True)
+class Access:
+    """Where it is served, and to whom."""
+
+    panel: ClassVar[str] = "Access"
+    port: Annotated[int, option("PORT", "Port to listen at; 0: any that is free.", min=0, max=65535)] = 8765
+    host: Annotated[str, option("ADDRESS", "Address to listen at; other than this machine's, with --token only.")] = (
+        "127.0.0.1"
+    )
+    token: Annotated[
+        str | None,
+        option(
+            "TEXT",
+            "16 or more letters and digits, asked for in the address. [default: random]",
+            envvar="REFSEQ_TOKEN",
+            show_envvar=True,
+        ),
+    ] = None
+    origin: Annotated[
+        list[str] | None,
+        option("ORIGIN", "Web page that may connect, with the token: https://example.org; may be repeated."),
+    ] = None
+
+    @property
+    def policy(self) -> "AccessPolicy":
+        """The same for the library. Raises ``RefseqError`` for an address that is open to others."""
+        from refseq.access.policy import AccessPolicy
+
+        return AccessPolicy(self.host, self.port, self.token or "", tuple(self.origin or ()))
 
 
 def drive_in(world: str, setting: Setting, carrier: Carrier, sampling: Sampling, **more: Any) -> "Drive":

@@ -60,6 +60,20 @@ def test_a_script_is_a_recording_as_any_other(plan: str, keys: Path, tmp_path: P
     assert set(told) == {*led, "name", "controls"}, "what a recording tells, and what is its own"
 
 
+def test_notes_are_kept_and_told_line_by_line(plan: str, keys: Path, tmp_path: Path, refseq: Refseq) -> None:
+    path = tmp_path / "drive.mcap"
+    notes = "wet floor, door 3 half open; " * 8 + "\nled by \N{GREEK SMALL LETTER ALPHA}"
+    answer = refseq("record", plan, "--script", keys, *LASER, "--notes", f" {notes}\n", "-o", path)
+    assert answer.code == 0, answer.err
+    assert read_recording(path).metadata["notes"].split("\n")[1] == "led by \N{GREEK SMALL LETTER ALPHA}"
+    told = [line.strip() for line in refseq("log", "info", path).out.splitlines() if line.strip().startswith("notes:")]
+    assert told == [f"notes: {line.strip()}" for line in notes.split("\n")]
+    answer = refseq("record", plan, *LASER, "--notes", "bell \a", "-o", tmp_path / "other.mcap")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.startswith("error: notes: '\\x07' is no character of a text; valid are ")
+    assert not (tmp_path / "other.mcap").exists()
+
+
 def test_the_same_script_is_the_same_file_and_a_recording_is_a_script(
     plan: str, keys: Path, tmp_path: Path, refseq: Refseq
 ) -> None:

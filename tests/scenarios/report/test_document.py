@@ -169,6 +169,17 @@ def test_long_metadata_is_folded_away(tmp_path: Path, runs: list[Comparison]) ->
     assert "config" not in [row[0] for row in Page(text).rows]
 
 
+def test_notes_stand_among_what_was_driven_however_long_they_are(tmp_path: Path, runs: list[Comparison]) -> None:
+    notes = "wet floor, " * 20 + "\n<b>door 3</b> half open"
+    noted = [replace(run, query_metadata={**run.query_metadata, "notes": notes}) for run in runs]
+    write_report(tmp_path / "report.html", noted, title="Noted")
+    page = (tmp_path / "report.html").read_text()
+    shown = notes.replace("<", "&lt;").replace(">", "&gt;")
+    assert '<tr class="written"><th>notes</th>' in page
+    assert f"<td>{shown}</td>" in page
+    assert "query: notes" not in page
+
+
 def test_cost_is_in_milliseconds(tmp_path: Path, runs: list[Comparison]) -> None:
     seconds = [replace(certain(COUNT, 0), timings=Timings(features=0.001 * t)) for t in range(COUNT)]
     page = Page(written(tmp_path, replace(runs[0], beliefs={Stage.CHAIN: seconds})))

@@ -1,0 +1,114 @@
+"""Maps that the page offers, and their drawings."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.logs.notes import NOTES
+from refseq.map.map import Map, MapFrame
+from refseq.map.path import MapPath
+from refseq_bench.scenarios.errors import ScenarioError, input_errors
+from refseq_bench.worlds.drawing.outline import outline_of
+from refseq_bench.worlds.plans.load import load_plan
+
+ENDING = ".refseq"
+APART = 3.0
+"""Distance between the straight lines as which paths are drawn whose places nobody knows [m]."""
+TOLD = ("world", "light", "robot", "seed", NOTES)
+"""Metadata that the page shows."""
+
+
+@dataclass
+class MapShelf:
+    """The maps of a folder, or a single one; the last that was read is kept."""
+
+    place: Path
+    _kept: tuple[Path, float, Map] | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.files():
+            raise ScenarioError(f"{self.place}: holds no map; valid is a map ({ENDING}), or a folder with some")
+
+    def files(self) -> dict[str, Path]:
+        """Files by the names that the page calls them."""
+        found = [self.place] if self.place.is_file() else self.place.glob(f"*{ENDING}")
+        return {path.name: path for path in sorted(found) if path.suffix == ENDING}
+
+    def listed(self) -> list[dict[str, Any]]:
+        """Names and sizes, for the page."""
+        return [{"name": name, "bytes": path.stat().st_size} for name, path in self.files().items()]
+
+    def load(self, name: object) -> Map:
+        """Read a map by its name on the page. Raises ``ScenarioError``, ``MapError``."""
+        files = self.files()
+        path = files.get(name) if isinstance(name, str) else None
+        if path is None:
+            raise ScenarioError(f"map {name!r:.80} is not here; valid are {', '.join(files)}")
+        written = path.stat().st_mtime
+        if self._kept is None or self._kept[:2] != (path, written):
+            self._kept = path, written, Map.load(path)
+        return self._kept[2]
+
+
+def drawn_map(map_: Map) -> dict[str, Any]:
+    """A map as the page draws it: its paths with their places and doors, walls where the world is known, facts."""
+    points = place_points(map_)
+    return {
+        "paths": [_path(map_, path, points) for path in map_.paths],
+        "places": _rounded(points),
+        "outline": [_rounded(line) for line in _outline(map_)],
+        "told": {key: map_.metadata[key] for key in TOLD if key in map_.metadata},
+        "sensors": sorted(map_.sensors),
+    }
+
+
+def place_points(map_: Map) -> NDArray[np.float64]:
+    """A point for each place, (K, 2) [m]: where it is; else on a straight line for each path."""
+    poses = map_.places_in_frame
+    if map_.frame is not MapFrame.NONE and all(pose is not None for pose in poses):
+        return np.array([(pose.x, pose.y) for pose in poses if pose is not None]).reshape(-1, 2)
+    points = np.zeros((len(map_), 2))
+    for number, path in reversed(list(enumerate(map_.paths))):
+        points[map_.numbered(path)] = np.stack([path.along, np.full(len(path), -APART * number)], axis=1)
+    return points
+
+
+def _path(map_: Map, path: MapPath, points: NDArray[np.float64]) -> dict[str, Any]:
+    places = map_.numbered(path)
+    doors = path.annotations.doors
+    at = [[float(np.interp(door.along, path.along, points[places, axis])) for axis in (0, 1)] for door in doors]
+    return {
+        "name": path.name,
+        "places": places.tolist(),
+        "length": round(float(path.along[-1]), 2),
+        "led": not any(path.annotations.behaviours),
+        "doors": [
+            {
+                "x": round(x, 2),
+                "y": round(y, 2),
+                "along": round(door.along, 1),
+                "beside": door.beside,
+                "open": door.passable,
+            }
+            for (x, y), door in zip(at, doors, strict=True)
+        ],
+    }
+
+
+def _outline(map_: Map) -> Sequence[NDArray[np.float64]]:
+    """Walls of the world, where the map tells which, and it is there."""
+    world = map_.sequences[0].metadata.get("world")
+    if world is not None and map_.frame is MapFrame.TRUTH:
+        with suppress(*input_errors()):
+            return outline_of(load_plan(world))
+    return ()
+
+
+def _rounded(points: NDArray[np.float64]) -> list[list[float]]:
+    found: list[list[float]] = np.round(points, 2).tolist()
+    return found
