@@ -12,6 +12,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     RATE,
     RECORDING,
     SCRIPT,
+    Access,
     Carrier,
     FormatName,
     Sampling,
@@ -110,7 +111,7 @@ def drive(
     output: Annotated[Path, RECORDING],
     name: Annotated[str | None, NAME] = None,
     form: Form = FormatName.MCAP,
-    port: Annotated[int, option("PORT", "Port of the page; 0: any free one.", min=0, max=65535)] = 0,
+    notes: Annotated[str, NOTES] = "",
     gamepad: Annotated[
         Path | None, option("DEVICE", "Joystick device. [default: /dev/input/js0 if there is one]")
     ] = None,
@@ -119,15 +120,26 @@ def drive(
     carrier: Carrier = Carrier(),
     sampling: Sampling = Sampling(),
     on_request: OnRequest = False,
+    access: Access = Access(port=0),
 ) -> None:
-    """Record a robot that you lead in the browser, by keys or a gamepad."""
+    """Record drives of a robot that you set up and lead in the browser."""
     from refseq.logs.formats import DriveFormat, output_format
-    from refseq_bench.scenarios.drives.teleop import TeleopDrive, by_viewer, record_by_hand
+    from refseq.logs.notes import checked_notes
+    from refseq_bench.scenarios.drives.capture import CaptureFiles, record_captures
+    from refseq_bench.scenarios.drives.record import check_recording, open_bench, sensors_of
+    from refseq_bench.sim.teleop.capture.setup import CaptureSetup
+    from refseq_bench.sim.teleop.viewer import ViewerSettings, capture_page
 
-    asked = drive_in(world, setting, carrier, sampling)
-    session = TeleopDrive(name or output.stem, asked, sampling.trigger_unless(on_request))
-    controls = by_viewer(session, page_told(session.name), port=port, gamepad=gamepad, rate=rate)
-    tell_of(record_by_hand(session, output, controls, form=output_format(DriveFormat(form))), output)
+    asked, kind = drive_in(world, setting, carrier, sampling), output_format(DriveFormat(form))
+    check_recording(output, kind)
+    with open_bench(asked, pictured=True):
+        pass  # what cannot be opened is told before a page is
+    files = CaptureFiles(output, name or output.stem)
+    first = CaptureSetup(files.name, checked_notes(notes), sensors_of(asked), sampling.trigger_unless(on_request))
+    settings = ViewerSettings(files.name, access.policy, rate, page_told(files.name))
+    with capture_page(settings, gamepad) as page:
+        for path, led in record_captures(page, asked, files, first, kind):
+            tell_of(led, path)
 
 
 def tell_of(led: "TeleopResult", output: Path) -> None:

@@ -1,8 +1,7 @@
 """Teleoperated drives, recorded as any other drive."""
 
-import math
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -83,8 +82,11 @@ def record_by_hand(
     controls: Controls,
     told: ViewCallback | None = None,
     form: OutputFormat = OWN_FORMAT,
+    notes: Callable[[], str] | None = None,
 ) -> TeleopResult:
     """Lead the robot by ``controls`` and record its views to ``path``, None: nowhere; ``told`` is called for each view.
+
+    ``notes`` are asked for when it has ended, None: they are the session's.
 
     Raises as ``refseq_bench.scenarios.drives.record.write_drive`` does, and ``AbortedError`` on the abort command.
     """
@@ -105,7 +107,7 @@ def record_by_hand(
             run_session(bench, stops, session.sampling),
             scanning=scans(drive),
             told=told,
-            afterwards=lambda: {CONTROLS: printed(commands.script)},
+            afterwards=lambda: {CONTROLS: printed(commands.script), **(noted(notes()) if notes else {})},
             form=form,
             rig=sensor_rig(bench),
             whole=False,
@@ -128,29 +130,16 @@ def controls_in(path: Path) -> tuple[TimedCommand, ...]:
     return parse(text, str(path))
 
 
-def by_viewer(
-    session: TeleopDrive,
-    told: Callable[[str], object],
-    *,
-    port: int = 0,
-    gamepad: Path | None = None,
-    rate: float = 1.0,
-) -> Controls:
-    """Open the controls on a page in the browser; ``told`` is called with its address."""
-    from refseq_bench.sim.teleop.viewer import ViewerSettings, opened
+def by_viewer(session: TeleopDrive, told: Callable[[str], object]) -> Controls:
+    """Open the controls of one drive on a page in the browser; ``told`` is called with its address."""
+    from refseq_bench.sim.teleop.capture.setup import CaptureSetup
+    from refseq_bench.sim.teleop.viewer import ViewerSettings, capture_page
 
-    sampling = sampling_in_words(session.sampling)
-    settings = ViewerSettings(session.name, sampling, sensors_of(session.drive), port, rate, told)
-    return lambda bench: opened(bench, settings, gamepad)
+    setup = CaptureSetup(session.name, session.notes, sensors_of(session.drive), session.sampling)
 
+    @contextmanager
+    def controls(bench: Bench) -> Iterator[CommandSource]:
+        with capture_page(ViewerSettings(session.name, told=told), setup=setup) as page, page.leading(bench) as source:
+            yield source
 
-def sampling_in_words(sampling: Trigger | None) -> str:
-    """Tell when a view is taken."""
-    if sampling is None:
-        return "by hand"
-    parts = [
-        f"every {sampling.time:g} s" if sampling.time is not None else "",
-        f"after {sampling.distance:g} m" if sampling.distance is not None else "",
-        f"after {math.degrees(sampling.turn):g}°" if sampling.turn is not None else "",
-    ]
-    return " or ".join(part for part in parts if part)
+    return controls

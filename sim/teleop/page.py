@@ -12,7 +12,7 @@ import threading
 import time
 import webbrowser
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from mujoco.studio import launch_thread, plugin, viewer_protocol, web_viewer
@@ -37,30 +37,39 @@ SOCKETS = (CONTROLS, "/state")
 
 @contextmanager
 def launched(
-    title: str, port: int, plugins: list[Any], told: Callable[[str], object]
+    title: str,
+    policy: AccessPolicy,
+    plugins: list[Any],
+    told: Callable[[str], object],
+    own: tuple[ProxyRoute, ...] = (),
 ) -> Iterator[tuple[Any, Callable[[], float]]]:
-    """Run a viewer on a page at a port (0: any that is free); ``told`` is called with its address.
+    """Run a viewer in a page of our ``own``, to be begun at ``/page``; ``told`` is called with its address.
 
     Gives the viewer's handle, and what tells when the page that leads the robot last sent something, by this machine's
     clock [s]; −∞: nobody has it open. Its errors, at the start or later, become one line: ``SimError``.
     """
     try:
-        with _in_browser(title, plugins) as (handle, inner):
-            page = ProxiedPage(
-                (
-                    *(ProxyRoute(path, f"http://{LOOPBACK}:{inner}") for path in FILES),
-                    *(ProxyRoute(path, f"http://{LOOPBACK}:{inner}", socket=True) for path in SOCKETS),
-                )
-            )
-            with proxied(page, AccessPolicy(port=port), () if port else USUAL_PORTS) as proxy:
-                told(proxy.address)
-                _open_browser(proxy)
-                yield handle, lambda: proxy.heard.get(CONTROLS, -math.inf)
-    except RefseqError as error:
-        raise SimError(f"the page {error}, or 0") from error
+        with _in_browser(title, plugins) as (handle, inner), _behind_door(inner, policy, own) as proxy:
+            told(proxy.address)
+            _open_browser(proxy)
+            yield handle, lambda: proxy.heard.get(CONTROLS, -math.inf)
     except RuntimeError as error:
         reason = " ".join(str(error).split())
         raise SimError(f"the viewer cannot go on: {reason}; valid without one is a script") from error
+
+
+@contextmanager
+def _behind_door(inner: int, policy: AccessPolicy, own: tuple[ProxyRoute, ...]) -> Iterator[PageProxy]:
+    """Serve the viewer at a port of this machine, and our own routes, to who may come in."""
+    files = [ProxyRoute(path, f"http://{LOOPBACK}:{inner}") for path in FILES]
+    sockets = [ProxyRoute(path, f"http://{LOOPBACK}:{inner}", socket=True) for path in SOCKETS]
+    page = ProxiedPage((*own, *files, *sockets), lambda _: "/page" if own else "/")
+    with ExitStack() as stack:
+        try:
+            proxy = stack.enter_context(proxied(page, policy, () if policy.port else USUAL_PORTS))
+        except RefseqError as error:
+            raise SimError(f"the page {error}, or 0") from error
+        yield proxy
 
 
 class GuardedViewer(web_viewer.WebViewer):  # type: ignore[misc]

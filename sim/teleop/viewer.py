@@ -8,40 +8,37 @@ closed commands stop.
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
+from refseq.access.policy import AccessPolicy
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.realtime import RealTimePacer
+from refseq_bench.sim.teleop.capture.desk import DEADMAN, SILENT, CaptureDesk
+from refseq_bench.sim.teleop.capture.setup import CaptureSetup
 from refseq_bench.sim.teleop.commands import Button, Commands, CommandSource, SessionStatus
-from refseq_bench.sim.teleop.form import Heading, StatusSnapshot, TeleopForm, ViewerInput
+from refseq_bench.sim.teleop.follow import FollowingView, LookEvent, RobotSnapshot, ViewerInput
 from refseq_bench.sim.teleop.gamepad import FIRST, Gamepad
-from refseq_bench.sim.teleop.keys import Keyboard
+from refseq_bench.sim.teleop.keys import OTHER_LOOK, Keyboard
 from refseq_bench.sim.teleop.mirror import WorldMirror
 from refseq_bench.sim.teleop.page import launched
 from refseq_bench.sim.teleop.pictures import Picture, pictures_of
 
-DEADMAN = 0.5
-"""Keys count as held for so long after the viewer reported them [s]; less stops the robot on a slow machine."""
-SILENT = 1.5
-"""A page is there for so long after it sent something [s]; a slow browser draws, and sends, once a second."""
 FRAME = 1 / 30
 """Period in which the viewer gets the status [s]."""
 
 
 @dataclass(frozen=True, slots=True)
 class ViewerSettings:
-    """The form's lines, the page's ``port`` (0: any free one), and ``rate``, simulated over real time (above 0).
+    """Who may come to the page (``policy``), and ``rate``, simulated over real time (above 0).
 
     ``told`` is called with the page's address.
     """
 
-    name: str
-    sampling: str
-    sensors: tuple[str, ...]
-    port: int = 0
+    title: str
+    policy: AccessPolicy = field(default_factory=AccessPolicy)
     rate: float = 1.0
     told: Callable[[str], object] = lambda address: None
 
@@ -59,27 +56,49 @@ class ViewerHandle(Protocol):
         """Send a message."""
 
 
-@contextmanager
-def opened(bench: Bench, settings: ViewerSettings, gamepad: Path | None = None) -> Iterator[CommandSource]:
-    """Open the viewer of a bench, and a gamepad: that one, or None, the first if there is one.
+@dataclass(frozen=True)
+class CapturePage:
+    """A page that is served: its desk, and the controls of one bench after another."""
 
-    Open one in a process: the thread of a second may not end (MuJoCo 4.0 waits in it for a browser, for ever). Raises
-    ``SimError`` where the viewer, its port or the gamepad cannot be opened.
+    desk: CaptureDesk
+    rate: float
+    _handle: ViewerHandle
+    _input: ViewerInput
+    _heard: Callable[[], float]
+    _pad: Gamepad | None
+
+    @contextmanager
+    def leading(self, bench: Bench) -> Iterator[CommandSource]:
+        """Lead the robot of a bench from the page."""
+        self._handle.send_to_viewer(RobotSnapshot(f"{bench.robot.name}/{bench.robot.base}", _cameras(bench)))
+        pacer = RealTimePacer(self.rate)
+        yield ViewerSource(self._handle, self._input, WorldMirror(bench), pacer, self._pad, self._heard, self.desk)
+
+
+@contextmanager
+def capture_page(
+    settings: ViewerSettings, gamepad: Path | None = None, setup: CaptureSetup | None = None
+) -> Iterator[CapturePage]:
+    """Serve the page of captures; with a gamepad: that one, or None, the first if there is one.
+
+    ``setup`` given: for one drive that has begun. Open one in a process: the thread of a second may not end (MuJoCo 4.0
+    waits in it for a browser, for ever). Raises ``SimError`` where viewer, port or gamepad cannot be opened.
     """
+    desk = CaptureDesk(setup)
     with ExitStack() as stack:
         pad = _pad(gamepad)
         if pad is not None:
             stack.enter_context(pad)
         input_ = ViewerInput()
-        heading = Heading(settings.name, settings.sampling, ", ".join(settings.sensors), str(pad.path) if pad else None)
-        form = TeleopForm(heading, f"{bench.robot.name}/{bench.robot.base}", _cameras(bench))
-        title = f"refseq drive: {settings.name}"
-        handle, heard = stack.enter_context(launched(title, settings.port, [form, input_], settings.told))
-        yield ViewerSource(handle, input_, WorldMirror(bench), RealTimePacer(settings.rate), pad, heard)
+        title = f"refseq drive: {settings.title}"
+        plugins = [FollowingView(), input_]
+        page = launched(title, settings.policy, plugins, settings.told, desk.routes())
+        handle, heard = stack.enter_context(page)
+        yield CapturePage(desk, settings.rate, handle, input_, heard, pad)
 
 
 class ViewerSource:
-    """Commands of a viewer's keys and a gamepad; the viewer shows the status.
+    """Commands of the keys of a viewer and of the page around it, and of a gamepad; the page shows the status.
 
     ``heard`` tells when its page last sent something, by this machine's clock [s].
     """
@@ -92,8 +111,9 @@ class ViewerSource:
         pacer: RealTimePacer,
         pad: Gamepad | None = None,
         heard: Callable[[], float] = time.monotonic,
+        desk: CaptureDesk | None = None,
     ) -> None:
-        self._heard = heard
+        self._heard, self._desk = heard, desk or CaptureDesk()
         self._handle, self._input, self._mirror, self._pacer, self._pad = handle, input_, mirror, pacer, pad
         self._keyboard = Keyboard()
         self._pictures: tuple[int, tuple[Picture, ...]] = (0, ())
@@ -116,15 +136,22 @@ class ViewerSource:
         )
 
     def _of_keys(self, status: SessionStatus) -> Commands:
-        pressed, self._input.pressed = self._input.pressed, []
-        commands = self._keyboard.commands(self._input.held.keys, pressed, status.phase)
+        by_page, pressed = self._desk.take()
+        pressed, self._input.pressed = self._input.pressed + pressed, []
+        if OTHER_LOOK in pressed:
+            self._handle.send_to_viewer(LookEvent())
+        by_view = self._held_in_view()
+        commands = self._keyboard.commands((by_page or frozenset()) | (by_view or frozenset()), pressed, status.phase)
+        return replace(commands, twist=None) if by_page is None and by_view is None else commands
+
+    def _held_in_view(self) -> frozenset[str] | None:
+        """Keys that are held in the view of the world; None where nobody is."""
         now = time.monotonic()
-        if now - self._input.held.at > DEADMAN or now - self._heard() > SILENT:
-            return replace(commands, twist=None)
-        return commands
+        there = now - self._input.held.at <= DEADMAN and now - self._heard() <= SILENT
+        return self._input.held.keys if there else None
 
     def _show(self, status: SessionStatus) -> None:
-        """Send the status to the viewer, at most once a frame; at the end in any case."""
+        """Show the status, and the world to the viewer, at most once a frame; at the end in any case."""
         now = time.monotonic()
         if now - self._shown < FRAME and not status.phase.over:
             return
@@ -132,7 +159,7 @@ class ViewerSource:
         if status.view is not None and status.count != self._pictures[0]:
             self._pictures = status.count, pictures_of(status.view)
         self._mirror.follow()
-        self._handle.send_to_viewer(StatusSnapshot(status, self._keyboard.speed, self._pictures[1]))
+        self._desk.show(status, self._keyboard.speed, self._pictures[1])
         self._handle.sync(self._mirror.model, self._mirror.data)
 
 

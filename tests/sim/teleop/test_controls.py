@@ -21,14 +21,15 @@ from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.realtime import RealTimePacer
 from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.teleop.capture.desk import DEADMAN, SILENT, CaptureDesk
 from refseq_bench.sim.teleop.commands import SPEED, TURN_RATE, Button, Commands, SessionPhase, SessionStatus
-from refseq_bench.sim.teleop.form import HeldSnapshot, StatusSnapshot, ViewerInput
+from refseq_bench.sim.teleop.follow import HeldSnapshot, LookEvent, ViewerInput
 from refseq_bench.sim.teleop.gamepad import AXIS, EVENT, FIRST_STATE, FULL, PRESS, Gamepad, PadState
-from refseq_bench.sim.teleop.keys import GO_ON, HELD, LEVELS, PRESSED, Keyboard
+from refseq_bench.sim.teleop.keys import GO_ON, HELD, LEVELS, OTHER_LOOK, PRESSED, Keyboard
 from refseq_bench.sim.teleop.mirror import WorldMirror
 from refseq_bench.sim.teleop.pictures import REACH, SIZE, pictures_of, scan_picture
 from refseq_bench.sim.teleop.session import run_session
-from refseq_bench.sim.teleop.viewer import DEADMAN, ViewerSettings, ViewerSource, opened
+from refseq_bench.sim.teleop.viewer import ViewerSettings, ViewerSource, capture_page
 from tests.sim.drives.behaving_in import corridor
 
 CAMERALESS = BenchSettings(RendererKind.NONE, cameras=())
@@ -198,7 +199,7 @@ class FakeViewer:
     """A viewer's handle: the viewer runs, unless it is told otherwise, and keeps what it is shown."""
 
     def __init__(self, keys: ViewerInput) -> None:
-        self.keys, self.running, self.shown = keys, True, list[StatusSnapshot]()
+        self.keys, self.running, self.sent = keys, True, list[Any]()
         self.poses: list[float] = []
         self.hold: frozenset[str] | None = frozenset()
 
@@ -212,8 +213,8 @@ class FakeViewer:
             self.keys.on_held(HeldSnapshot(self.hold, time.monotonic()))
         return model, data
 
-    def send_to_viewer(self, message: StatusSnapshot) -> None:
-        self.shown.append(message)
+    def send_to_viewer(self, message: Any) -> None:
+        self.sent.append(message)
 
 
 @pytest.fixture
@@ -227,8 +228,10 @@ def viewer() -> FakeViewer:
     return FakeViewer(ViewerInput())
 
 
-def source_of(bench: Bench, viewer: FakeViewer, pad: Gamepad | None = None) -> ViewerSource:
-    return ViewerSource(viewer, viewer.keys, WorldMirror(bench), RealTimePacer(1e6), pad)
+def source_of(
+    bench: Bench, viewer: FakeViewer, pad: Gamepad | None = None, desk: CaptureDesk | None = None
+) -> ViewerSource:
+    return ViewerSource(viewer, viewer.keys, WorldMirror(bench), RealTimePacer(1e6), pad, time.monotonic, desk)
 
 
 def test_what_is_pressed_in_a_viewer_is_asked_for_once(bench: Bench, viewer: FakeViewer) -> None:
@@ -253,6 +256,24 @@ def test_a_viewer_that_was_never_there_leads_nobody(bench: Bench, viewer: FakeVi
     assert source_of(bench, viewer).commands(SessionStatus()).twist is None
 
 
+def test_the_page_around_the_viewer_leads_as_well(
+    bench: Bench, viewer: FakeViewer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    desk = CaptureDesk()
+    source = source_of(bench, viewer, desk=desk)
+    viewer.hold = None
+    desk.press({"held": ["A"], "pressed": [GO_ON, OTHER_LOOK]})
+    assert source.commands(SessionStatus()) == Commands(Twist(0.0, TURN_RATE), (Button.START,))
+    assert [type(one) for one in viewer.sent] == [LookEvent]
+    began = time.monotonic()
+    monkeypatch.setattr(time, "monotonic", lambda: began + 1.1 * DEADMAN)
+    assert source.commands(SessionStatus()) == Commands(Twist()), "it is still there, and holds no key any more"
+    monkeypatch.setattr(time, "monotonic", lambda: began + 1.1 * SILENT)
+    assert source.commands(SessionStatus()).twist is None, "it is gone"
+    desk.news()
+    assert source.commands(SessionStatus()).twist == Twist(), "it asks for news, so that somebody looks on"
+
+
 def test_a_viewer_that_is_closed_asks_for_stop(bench: Bench, viewer: FakeViewer) -> None:
     viewer.running = False
     assert source_of(bench, viewer).commands(SessionStatus()) == Commands(None, (Button.STOP,))
@@ -271,13 +292,15 @@ def test_a_viewer_cannot_move_the_robot_by_itself(bench: Bench, viewer: FakeView
             buttons = {0: (Button.START,), 30: (Button.SAMPLE,), 50: (Button.STOP,)}
             return Commands(Twist(0.3, 0.1), buttons.get(round(status.time / 0.04), ()))
 
-    seen = [one.view for one in run_session(bench, Person(source_of(bench, viewer)), None)]
+    desk = CaptureDesk()
+    seen = [one.view for one in run_session(bench, Person(source_of(bench, viewer, desk=desk)), None)]
     with Bench(corridor(), robots.load("robuter"), seed=3, settings=CAMERALESS) as alone:
         unseen = [one.view for one in run_session(alone, Person(None), None)]
     assert len(seen) == 2
     assert [view.truth for view in seen] == [view.truth for view in unseen]
-    assert viewer.shown[-1].status.phase is SessionPhase.STOPPED, "the end is shown whenever it comes"
-    assert [picture.name for picture in viewer.shown[-1].pictures] == ["laser"]
+    shown = desk.news()
+    assert shown["status"]["phase"] == SessionPhase.STOPPED, "the end is shown whenever it comes"
+    assert shown["pictures"] == ["laser"]
     assert 77.0 not in viewer.poses
 
 
@@ -287,7 +310,8 @@ def test_a_gamepad_leads_before_keys_and_its_loss_is_told(
     path, write, unplug = device
     viewer.hold = frozenset("S")
     with Gamepad(path) as pad:
-        source = source_of(bench, viewer, pad)
+        desk = CaptureDesk()
+        source = source_of(bench, viewer, pad, desk)
         assert source.commands(SessionStatus()).twist == Twist(-SPEED, 0.0)
         write(event(PRESS, 4, 1) + event(AXIS, 1, -FULL) + event(PRESS, 7, 1))
         commands = source.commands(SessionStatus())
@@ -295,14 +319,13 @@ def test_a_gamepad_leads_before_keys_and_its_loss_is_told(
         assert commands.twist.linear == pytest.approx(SPEED)
         assert commands.buttons == (Button.START,)
         unplug()
-        viewer.shown.clear()
         source.commands(SessionStatus(phase=SessionPhase.STOPPED))
-        assert viewer.shown[-1].status.note == f"gamepad {path} is gone"
+        assert desk.news()["status"]["warnings"] == [f"gamepad {path} is gone"]
 
 
-def test_a_gamepad_that_is_asked_for_has_to_be_there(bench: Bench, tmp_path: Path) -> None:
-    look = ViewerSettings("x", "by hand", ("laser",))
-    with pytest.raises(SimError, match=r"^gamepad .*js7: cannot be opened"), opened(bench, look, tmp_path / "js7"):
+def test_a_gamepad_that_is_asked_for_has_to_be_there(tmp_path: Path) -> None:
+    look = ViewerSettings("x")
+    with pytest.raises(SimError, match=r"^gamepad .*js7: cannot be opened"), capture_page(look, tmp_path / "js7"):
         pass
 
 
