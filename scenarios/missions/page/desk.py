@@ -166,13 +166,7 @@ class MissionDesk:
     def _told(self, job: Job, made: TripResult) -> dict[str, Any]:
         run = made.done.run
         left = "" if self._output is None else self._leave(self._output, job, made)
-        return {
-            "completed": run.completed,
-            "why": run.why,
-            "touched": list(run.touched),
-            "lost": run.lost,
-            "left": left,
-        }
+        return {"completed": run.completed, "why": run.why, "touched": list(run.touched), "left": left}
 
     def _leave(self, output: Path, job: Job, made: TripResult) -> str:
         """Leave log, plan, record and photographs in the next folder that is free."""

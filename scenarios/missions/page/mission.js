@@ -266,7 +266,7 @@ function showSteps() {
       ...["", ...DO[step.at.slice(0, 2)]].map((code) => make("option", { value: code, textContent: WORDS[code] })));
     what.value = step.do || "";
     const place = step.at.startsWith("LA") || step.at.startsWith("LO")
-      ? [make("label", {}, "at [m] ", make("input", { type: "number", min: 0, step: 0.1, value: landmarks[step.at] ?? "",
+      ? [make("label", {}, "at [m] ", make("input", { type: "number", min: 0, step: "any", value: landmarks[step.at] ?? "",
         onchange: (event) => { landmarks[step.at] = event.target.value === "" ? "end" : event.target.valueAsNumber; replan(); } }))]
       : [];
     return make("li", {},

@@ -10,10 +10,10 @@ from refseq.errors import MapError
 from refseq.map.map import Map
 from refseq.missions import MissionPath, Plan, as_learnt, parse_mission, path_of
 from refseq_bench import robots
+from refseq_bench.scenarios.drives.record import plan_of
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions.file import Asked, mission_in
 from refseq_bench.scenarios.missions.trip import MissionTrip
-from refseq_bench.worlds.change.change import change_named
 from refseq_bench.worlds.light import light_named
 
 MOST_STEPS = 200
@@ -26,7 +26,6 @@ class _Part(BaseModel):
 class DriveRequest(_Part):
     """The drive of a mission; what is empty is the map's. ``speed`` is simulated over real time, 0: without a limit."""
 
-    world: str = ""
     light: str = ""
     change: str = "none"
     robot: str = ""
@@ -41,7 +40,6 @@ class DriveRequest(_Part):
         """The same for the library. Raises the rooms' errors for names that nobody knows."""
         trip = MissionTrip.from_map(
             map_,
-            world=self.world or None,
             light=self.light or None,
             change=self.change,
             robot=self.robot or None,
@@ -52,7 +50,7 @@ class DriveRequest(_Part):
             every=self.every,
         )
         light_named(trip.drive.light)
-        change_named(trip.drive.change)
+        plan_of(trip.drive)
         robots.load(trip.drive.robot)
         return trip
 

@@ -125,7 +125,7 @@ function showWorld(now) {
   const shown = at("view").querySelector("iframe");
   if (now && !shown) at("view").append(make("iframe", { src: "/", title: "The world" }));
   if (!now) shown?.remove();
-  at("view").hidden = !at("world").checked;
+  at("view").hidden = at("look").hidden = !at("world").checked;
   at("drive").classList.toggle("plain", !at("world").checked);
 }
 at("world").checked = matchMedia("(min-width: 52rem)").matches;

@@ -95,7 +95,7 @@ class CaptureDesk:
             self._status, self._speed = status, speed
             if status.count != self._pictured:
                 self._pictured = status.count
-                self._pictures = {one.name: bytes(cv2.imencode(".jpg", one.pixels)[1].tobytes()) for one in pictures}
+                self._pictures = {one.name: _jpeg(one) for one in pictures}
 
     # --- the page's thread ---
 
@@ -169,6 +169,10 @@ class CaptureDesk:
                 "notes": self.notes,
                 "legend": LEGEND,
             }
+
+
+def _jpeg(picture: Picture) -> bytes:
+    return bytes(cv2.imencode(".jpg", picture.pixels[..., ::-1])[1].tobytes())
 
 
 def _all_in(told: object, valid: Collection[str]) -> bool:

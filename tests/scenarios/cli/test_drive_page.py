@@ -1,4 +1,4 @@
-"""``refseq drive`` in the browser: its keys lead the robot, and what it senses is recorded. Needs Chromium."""
+"""``refseq drive`` in the browser: set up, led by keys and by touch, recorded, set up again. Needs Chromium."""
 
 import os
 import re
@@ -53,20 +53,32 @@ def opened(tab: Page, address: str) -> bool:
         return False
 
 
+def begun(tab: Page, address: str) -> None:
+    """Open the page and begin with the drive that is set up there."""
+    until(lambda: opened(tab, address))
+    tab.wait_for_selector("#setup:not([hidden])")
+    tab.click("#begin")
+    tab.wait_for_selector("#drive:not([hidden])")
+
+
 @pytest.mark.slow
-def test_keys_in_the_browser_lead_the_robot(
+def test_keys_in_the_browser_lead_the_robot_beside_the_view_of_the_world(
     browser: Browser, driven: tuple[subprocess.Popen[bytes], str, Path]
 ) -> None:
     process, address, path = driven
-    tab = browser.new_page(viewport={"width": 700, "height": 500})
-    until(lambda: opened(tab, address))
-    tab.mouse.click(600, 250)
+    tab = browser.new_page(viewport={"width": 1000, "height": 500})
+    tab.set_default_timeout(1000 * PATIENCE)
+    begun(tab, address)
+    until(lambda: len(tab.frames) == 2)
+    tab.frames[1].wait_for_selector("canvas")
     until(path.with_name("drive.partial.mcap").exists, lambda: tab.keyboard.press("Space"))
     tab.keyboard.down("w")
     tab.wait_for_timeout(4000)
     tab.keyboard.up("w")
     tab.keyboard.press("v")
-    until(lambda: process.poll() is not None, lambda: tab.keyboard.press("x"))
+    until(lambda: tab.is_visible("#setup"), lambda: tab.keyboard.press("x"))
+    tab.click("#finish")
+    until(lambda: process.poll() is not None)
     tab.close()
     assert process.returncode == 0
     read = read_recording(path)
@@ -75,3 +87,72 @@ def test_keys_in_the_browser_lead_the_robot(
     assert first is not None
     assert last is not None
     assert last.x > first.x + 0.15, "a view was taken after it had gone that far"
+
+
+@pytest.mark.slow
+def test_on_a_phone_drives_are_set_up_led_by_touch_noted_and_set_up_again(
+    browser: Browser, driven: tuple[subprocess.Popen[bytes], str, Path]
+) -> None:
+    process, address, path = driven
+    phone = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    tab = phone.new_page()
+    tab.set_default_timeout(1000 * PATIENCE)
+    until(lambda: opened(tab, address))
+    tab.wait_for_selector("#setup:not([hidden])")
+    assert tab.input_value("#distance") == "0.2", "the command's options are filled in"
+    assert fits(tab)
+    tab.fill("#name", "../x")
+    tab.tap("#begin")
+    tab.wait_for_selector("#mistake:not([hidden])")
+    assert tab.inner_text("#mistake").startswith("name '../x' is not valid; valid are up to 60 letters, ")
+    tab.fill("#name", "drive")
+    tab.fill("#notes", "before")
+    tab.fill("#distance", "0.1")
+    tab.tap("#begin")
+    tab.wait_for_selector("#go:visible")
+    assert len(tab.frames) == 1, "a phone does not draw the world unless that is asked for"
+    tab.tap("#go")
+    tab.wait_for_selector("#phase:text-is('sampling')")
+    touched(tab, "touchStart")
+    tab.wait_for_function("Number.parseInt(document.querySelector('#figures td:nth-child(2)').textContent) >= 4")
+    touched(tab, "touchEnd")
+    assert fits(tab)
+    tab.fill("#while", "before\nand afterwards")
+    tab.tap("text=Stop, keep it")
+    tab.wait_for_selector("#setup:not([hidden])")
+    assert re.match(r"drive.mcap: [0-9]+ views, ", tab.inner_text("#last"))
+    assert (tab.input_value("#name"), tab.input_value("#notes")) == ("drive-2", "before\nand afterwards")
+    tab.fill("#name", "drive")
+    tab.tap("#begin")
+    tab.wait_for_selector("#mistake:not([hidden])")
+    assert tab.inner_text("#mistake").endswith("is there already; valid is another name, as 'drive-2'")
+    tab.fill("#name", "again")
+    tab.tap("#begin")
+    tab.tap("#go")
+    tab.wait_for_selector("#phase:text-is('sampling')")
+    tab.tap("text=Stop, keep it")
+    tab.wait_for_selector("#setup:not([hidden])")
+    tab.tap("#finish")
+    until(lambda: process.poll() is not None)
+    phone.close()
+    assert process.returncode == 0
+    first, second = read_recording(path), read_recording(path.with_name("again.mcap"))
+    assert (first.metadata["name"], first.metadata["notes"]) == ("drive", "before\nand afterwards")
+    assert len(first.views) >= 4
+    assert all(view.distance < 0.16 for view in first.views), "views are as far apart as was filled in"
+    assert (second.metadata["name"], len(second.views)) == ("again", 1)
+
+
+def fits(tab: Page) -> bool:
+    """Tell whether nothing has to be scrolled sideways."""
+    return bool(tab.evaluate("document.documentElement.scrollWidth <= innerWidth"))
+
+
+def touched(tab: Page, kind: str) -> None:
+    """Put a finger on the button that leads ahead, or lift it."""
+    tab.locator("#up").scroll_into_view_if_needed()
+    box = tab.locator("#up").bounding_box()
+    assert box
+    point = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
+    fingers = tab.context.new_cdp_session(tab)
+    fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [point] if kind == "touchStart" else []})

@@ -1,0 +1,126 @@
+"""``refseq mission page`` in the browser, by mouse on a desk and by touch on a phone. Needs Chromium."""
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from refseq.map.learning import learn
+from refseq.map.profile import BEST
+from refseq_bench.scenarios.drives.record import Drive, record
+from refseq_bench.sim.rendering.renderer import RendererKind
+
+BY_LASER = Drive(world="offices", renderer=RendererKind.NONE, behaviours=("MN:14",))
+PATIENCE = 120_000.0
+"""Time for a mission on a busy machine [ms]."""
+
+
+class Served(NamedTuple):
+    """A page that is served, and the folder in which missions are left."""
+
+    address: str
+    folder: Path
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory, browser: Browser) -> Iterator[Served]:
+    """The page of a map of the offices, past the first two doors."""
+    folder = tmp_path_factory.mktemp("maps")
+    drive = record(BY_LASER, folder / "offices.mcap", notes="door 1 <b>closed</b>")
+    learn(drive.views, profile=BEST, metadata=drive.metadata).save(folder / "offices.refseq")
+    words = ["mission", "page", folder, "--port", "0", "-o", folder / "out"]
+    command = [sys.executable, "-c", "from refseq_bench.scenarios.cli.app import main; main()", *map(str, words)]
+    with subprocess.Popen(command, env=dict(os.environ), stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        address = re.search(rb"http://[^ ;]+", process.stdout.readline())
+        assert address
+        yield Served(address[0].decode(), folder)
+        process.kill()
+
+
+@pytest.fixture(params=["desk", "phone"])
+def tab(request: pytest.FixtureRequest, browser: Browser, served: Served) -> Iterator[Page]:
+    small = request.param == "phone"
+    size = {"width": 390, "height": 844} if small else {"width": 1280, "height": 800}
+    context = browser.new_context(viewport=size, has_touch=small, is_mobile=small)  # type: ignore[arg-type]
+    tab = context.new_page()
+    tab.set_default_timeout(PATIENCE)
+    mistakes: list[str] = []
+    tab.on("pageerror", lambda error: mistakes.append(str(error)))
+    tab.goto(served.address)
+    tab.wait_for_selector("#orders li")
+    yield tab
+    assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth"), "nothing is scrolled sideways"
+    context.close()
+    assert mistakes == []
+
+
+def press(tab: Page, where: str) -> None:
+    """Click, or tap where there is no mouse."""
+    if tab.evaluate("navigator.maxTouchPoints > 0"):
+        tab.tap(where)
+    else:
+        tab.click(where)
+
+
+def press_plan(tab: Page, share: float) -> None:
+    """Press the way so far along what is drawn of it."""
+    box = tab.locator("#drawing .way").bounding_box()
+    assert box
+    x, y = box["x"] + share * box["width"], box["y"] + box["height"] / 2
+    if tab.evaluate("navigator.maxTouchPoints > 0"):
+        tab.touchscreen.tap(x, y)
+    else:
+        tab.mouse.click(x, y)
+
+
+@pytest.mark.slow
+def test_a_mission_is_stated_on_the_map_run_and_watched(tab: Page, served: Served) -> None:
+    assert "“door 1 <b>closed</b>”" in tab.inner_text("#facts"), "text never becomes markup"
+    press(tab, "#door")
+    press(tab, "text=+ wait 5 s")
+    tab.wait_for_function("document.querySelector('#told').textContent.startsWith('[LD] ')")
+    press(tab, "#steps button[title=remove]")
+    tab.wait_for_function("document.querySelector('#told').textContent.startsWith('The way as it was learnt')")
+    press_plan(tab, 0.5)
+    press(tab, "text=Do something here")
+    tab.wait_for_function("document.querySelector('#told').textContent.startsWith('[LA1] ')")
+    stop = float(tab.input_value("#steps input[type=number]"))
+    assert stop == pytest.approx(7.0, abs=1.0), "half of 14 m"
+    press(tab, "#go")
+    tab.wait_for_selector("#drawing .ring")
+    press(tab, "#pause")
+    tab.wait_for_selector("#status:text-is('paused')")
+    press(tab, "#pause")
+    tab.wait_for_selector("#status:text-is('completed')")
+    assert tab.inner_text("#log li:last-child").endswith("the mission is completed")
+    left = Path(tab.inner_text("#doing").removeprefix("left in "))
+    assert left.parent == served.folder / "out"
+    assert (left / "log.txt").read_text().splitlines()[-1].split()[2] == f"{stop:.1f}"
+    assert tab.locator("#belief rect").count() > 0
+    press(tab, "#again")
+    tab.wait_for_selector("#go:visible")
+
+
+@pytest.mark.slow
+def test_mistakes_are_a_line_and_a_mission_is_aborted(tab: Page) -> None:
+    tab.fill("#text", "[LD_LD_LD_LD_LD]")
+    tab.press("#text", "Enter")
+    tab.wait_for_selector("#mistake:not([hidden])")
+    assert "step 3: no door behind" in tab.inner_text("#mistake")
+    assert tab.is_disabled("#go")
+    tab.fill("#text", "[LD_LDMC]")
+    tab.press("#text", "Enter")
+    tab.wait_for_selector("#mistake", state="hidden")
+    tab.select_option("#speed", "1")
+    press(tab, "#go")
+    tab.wait_for_selector("#status:text-is('travelling')")
+    press(tab, "#abort")
+    tab.wait_for_selector("#status:text-is('not completed')")
+    assert tab.inner_text("#doing").startswith("aborted: somebody asked for it")
