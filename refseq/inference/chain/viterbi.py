@@ -59,14 +59,23 @@ def best_path(observations: Sequence[Observation], chain: Chain) -> tuple[int, .
     return viterbi(observations, chain).path
 
 
-def _decode(observations: Iterable[Observation], transitions: Callable[[int], Transitions], chain: Chain) -> Decoding:
-    """Viterbi, with view t's transitions from ``transitions(t)``."""
+def forward_scores(
+    observations: Iterable[Observation], transitions: Callable[[int], Transitions], chain: Chain
+) -> list[NDArray[np.float64]]:
+    """Scores of the best way to each state of each view, (2, K), the view's own likelihood among them."""
     scored: list[NDArray[np.float64]] = []
     for t, observation in enumerate(observations):
         scores = transitions(t).best(scored[-1]) if t else chain.start()
         scores[0] += observation.places
         scores[1] += observation.lost
         scored.append(scores)
+    return scored
+
+
+def _decode(observations: Iterable[Observation], transitions: Callable[[int], Transitions], chain: Chain) -> Decoding:
+    """Viterbi, with view t's transitions from ``transitions(t)``."""
+    scored = forward_scores(observations, transitions, chain)
+    scores = scored[-1]
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     path = [int(np.argmax(scores))]
