@@ -51,7 +51,9 @@ def _paths(observations: Sequence[Observation], chain: Chain, most: int) -> Iter
     moves = [chain.transitions(observation.distance) for observation in observations]
     scored = forward_scores(observations, moves.__getitem__, chain)
     number = count()  # of two ends with the same score the one found first goes on, and no paths are compared
-    ends = [(-score, next(number), len(scored) - 1, (state,), 0.0) for state, score in _best(scored[-1].ravel(), most)]
+    ends: list[tuple[float, int, int, tuple[int, ...], float]] = [
+        (-score, next(number), len(scored) - 1, (state,), 0.0) for state, score in _best(scored[-1].ravel(), most)
+    ]
     heapq.heapify(ends)
     while ends:
         score, _, t, states, later = heapq.heappop(ends)

@@ -77,7 +77,10 @@ def test_of_two_paths_the_one_whose_stays_are_usual_comes_first(uneven: tuple[Ch
     usual = RankedPath((0, 1, 1, 2, 2, 2, 2, 3, 3), -1.2)
     model = DurationModel.of(chain)
     assert rescored([hurried, usual]) == [hurried, usual]
-    assert [one.states for one in rescored([hurried, usual], model.term(observations))][0] == usual.states
+    assert [one.states for one in rescored([hurried, usual], model.term(observations))] == [
+        usual.states,
+        hurried.states,
+    ]
     learnt = model.learnt(RankedPath((0, 1, 1, 1, 2, 2, 2, 3, 4), 0.0), observations)
     assert learnt.spread == pytest.approx(np.std([1.5, 0.75, 0.25]))
     assert model.learnt(RankedPath((0,) * 9, 0.0), observations) is model
