@@ -1,4 +1,4 @@
-"""The commands ``refseq learn`` and ``refseq map merge | similarity | route | matrix``."""
+"""The commands ``refseq learn`` and ``refseq map merge | similarity | route | matrix | channel | paths``."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +15,7 @@ from refseq_bench.scenarios.cli.terminal.options import (
     MapFile,
     NoisySelection,
     Profile,
+    QueryFile,
     Seed,
     Sensors,
     flag,
@@ -255,3 +256,67 @@ def matrix(
     if output is not None:
         with wrote(output, quiet=as_json):
             draw(output, found, title)
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq map channel map.refseq query.mcap`
+* `refseq map channel map.refseq query.mcap --json`""",
+)
+def channel(
+    map_file: MapFile,
+    query: QueryFile,
+    seed: Seed = 1,
+    as_json: Json = False,
+    selection: NoisySelection = NoisySelection(),
+) -> None:
+    """Tell how a later drive sees a map's features again, and what they tell about the place at most."""
+    import numpy as np
+
+    from refseq.map.map import Map
+    from refseq_bench.scenarios.maps.channel import channel_summaries, channel_table, learnt_channels
+
+    map_ = Map.load(map_file)
+    views = read_drive(query, selection.with_noise(seed + 1)).views
+    found = channel_summaries(map_, learnt_channels(map_, views), np.random.default_rng(seed))
+    if as_json:
+        print_json({"places": len(map_), "kinds": found})
+    else:
+        out.print(channel_table(f"{map_file.name} ← {query.name}: features as channels", found))
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq map paths map.refseq query.mcap`
+* `refseq map paths map.refseq query.mcap --count 20 --durations 1 --second-order 1`""",
+)
+def paths(
+    map_file: MapFile,
+    query: QueryFile,
+    count: Annotated[int, option("N", "Number of paths.", min=1, max=1000)] = 5,
+    durations: Annotated[
+        float, option("WEIGHT", "Sort them anew by how long they stay at places.", min=0, max=100)
+    ] = 0.0,
+    second_order: Annotated[float, option("WEIGHT", "Sort anew by moves over two steps.", min=0, max=100)] = 0.0,
+    seed: Seed = 1,
+    as_json: Json = False,
+    selection: NoisySelection = NoisySelection(),
+) -> None:
+    """List the best paths of a whole drive through a map, and how many bits its views tell of the path."""
+    from refseq.map.map import Map
+    from refseq_bench.scenarios.maps.paths import best_paths, paths_table
+
+    map_ = Map.load(map_file)
+    views = read_drive(query, selection.with_noise(seed + 1)).views
+    found = best_paths(map_, views, count, durations=durations, second_order=second_order, seed=seed)
+    if as_json:
+        print_json(found)
+        return
+    out.print(paths_table(f"{map_file.name} ← {query.name}: the {len(found.paths)} best paths", found, len(map_)))
+    told = f"{len(views)} views tell {found.told:.1f} of {found.unknown:.1f} bits of the path"
+    shares = f"these paths are {100 * sum(found.shares):.2g} % of all"
+    say(out, f"{told}, {found.told / len(views):.2f} a view; {shares}")

@@ -30,6 +30,10 @@ class RankedPath:
     log_score: float
 
 
+_End = tuple[float, int, int, tuple[int, ...], float]
+"""Minus the best score of a path that ends so; number; view; states from it on; score of what comes after that view."""
+
+
 def n_best_paths(observations: Sequence[Observation], chain: Chain, most: int) -> list[RankedPath]:
     """The ``most`` best paths from Lost_0 (3.9), the best one first; fewer where there are no more.
 
@@ -51,9 +55,8 @@ def _paths(observations: Sequence[Observation], chain: Chain, most: int) -> Iter
     moves = [chain.transitions(observation.distance) for observation in observations]
     scored = forward_scores(observations, moves.__getitem__, chain)
     number = count()  # of two ends with the same score the one found first goes on, and no paths are compared
-    ends: list[tuple[float, int, int, tuple[int, ...], float]] = [
-        (-score, next(number), len(scored) - 1, (state,), 0.0) for state, score in _best(scored[-1].ravel(), most)
-    ]
+    last = _best(scored[-1].ravel(), most)
+    ends: list[_End] = [(-score, next(number), len(scored) - 1, (state,), 0.0) for state, score in last]
     heapq.heapify(ends)
     while ends:
         score, _, t, states, later = heapq.heappop(ends)

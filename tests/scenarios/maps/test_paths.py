@@ -1,0 +1,32 @@
+import numpy as np
+import pytest
+
+from refseq.map.profile import BEST, THESIS, Profile
+from refseq_bench.scenarios.maps.paths import best_paths, course
+from tests.refseq.rooms import bits_drive, bits_map
+
+
+@pytest.mark.parametrize(
+    ("states", "told"),
+    [
+        ((0, 1, 2, 5, 5, 6), "0-2, 5, 5-6"),
+        ((10, 10, 0, 14, 9), "lost 0 × 2, 0, lost 4, 9"),
+        ((3, 13, 4, 14, 15), "3, lost 3, 4, lost 4, lost 5"),
+    ],
+)
+def test_courses_in_words(states: tuple[int, ...], told: str) -> None:
+    assert course(states, 10) == told
+
+
+@pytest.mark.parametrize("profile", [THESIS, BEST])
+def test_a_drive_that_sees_what_was_learnt_is_told_from_all_others(profile: Profile) -> None:
+    """Nine views, each of its own place: the right path comes first, and little of it is left unknown."""
+    views = bits_drive({"camera": np.random.default_rng(1).random((12, 80)) < 0.3})
+    found = best_paths(bits_map(views, profile), views[2:11], 20)
+    assert found.paths[0].states == tuple(range(2, 11))
+    assert list(found.shares) == sorted(found.shares, reverse=True)
+    assert 0 < sum(found.shares) <= 1
+    assert 0.8 * found.unknown < found.told <= found.unknown
+    terms = best_paths(bits_map(views, profile), views[2:11], 20, durations=1.0, second_order=1.0)
+    assert terms.paths[0].states == found.paths[0].states
+    assert {one.states for one in terms.paths} == {one.states for one in found.paths}
