@@ -318,5 +318,5 @@ def paths(
         return
     out.print(paths_table(f"{map_file.name} ← {query.name}: the {len(found.paths)} best paths", found, len(map_)))
     told = f"{len(views)} views tell {found.told:.1f} of {found.unknown:.1f} bits of the path"
-    shares = f"these paths are {100 * sum(found.shares):.2g} % of all"
+    shares = f"these paths are {100 * sum(found.shares):.3g} % of all"
     say(out, f"{told}, {found.told / len(views):.2f} a view; {shares}")

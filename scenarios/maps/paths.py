@@ -59,7 +59,7 @@ def paths_table(title: str, found: BestPaths, places: int) -> TextTable:
     table = TextTable("path", ">nats", ">share", "places, by the views", title=title, wraps=("places, by the views",))
     for number, (path, share) in enumerate(zip(found.paths, found.shares, strict=True), start=1):
         less = path.log_score - found.paths[0].log_score
-        table.add_row(str(number), f"{less:.2f}", f"{100 * share:.2g} %", course(path.states, places))
+        table.add_row(str(number), f"{less:.2f}", f"{100 * share:.3g} %", course(path.states, places))
     return table
 
 
