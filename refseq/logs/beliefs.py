@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, fields
+from dataclasses import astuple, dataclass, fields
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -113,8 +113,21 @@ def _row(method: str, index: int, view: View, belief: Belief) -> dict[str, objec
     }
 
 
+@dataclass(frozen=True, slots=True)
+class LocalisedViews:
+    """A table of beliefs: by method one for each view, and the views' ``times`` [s]; the thesis' stages come first."""
+
+    times: tuple[float, ...]
+    beliefs: dict[str, list[Belief]]
+
+
 def read_beliefs(path: Path) -> dict[str, list[Belief]]:
-    """Read beliefs by method, in the order of views; the thesis' stages come first, in their order.
+    """The beliefs of ``read_localised_views``."""
+    return read_localised_views(path).beliefs
+
+
+def read_localised_views(path: Path) -> LocalisedViews:
+    """Read a table of beliefs.
 
     Raises ``LogError`` when the file is no table of beliefs, or holds what no belief is.
     """
@@ -127,12 +140,16 @@ def read_beliefs(path: Path) -> dict[str, list[Belief]]:
         told = getattr(error, "strerror", None) or (str(error).splitlines() or ["it takes too much memory"])[0]
         raise LogError(f"{path}: is no table of beliefs: {told:.200}") from error
     beliefs: dict[str, list[Belief]] = {stage: [] for stage in Stage}
+    times: dict[int, float] = {}
     for row in rows:
         answers = beliefs.setdefault(row["method"], [])
         if row["view"] != len(answers):
             raise LogError(f"{path}: method {row['method']!r:.80} answers view {row['view']}; valid is {len(answers)}")
-        answers.append(_belief(row, f"{path}: method {row['method']!r:.80}, view {row['view']}"))
-    return {method: answers for method, answers in beliefs.items() if answers}
+        where = f"{path}: method {row['method']!r:.80}, view {row['view']}"
+        if times.setdefault(row["view"], row["time_s"]) != row["time_s"]:
+            raise LogError(f"{where}: is of {row['time_s']} s; valid is another method's time, {times[row['view']]} s")
+        answers.append(_belief(row, where))
+    return LocalisedViews(tuple(times.values()), {method: answers for method, answers in beliefs.items() if answers})
 
 
 def _read_table(file: pq.ParquetFile, path: Path) -> pa.Table:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -51,6 +52,19 @@ def thinned(views: Sequence[View], distance: float, turn: float = math.inf) -> t
     thinner = Thinner(distance, turn)
     kept = [(number, one) for number, view in enumerate(views) if (one := thinner.take(view)) is not None]
     return [number for number, _ in kept], tuple(one for _, one in kept)
+
+
+def chosen(views: Sequence[View], kept: Sequence[int]) -> tuple[View, ...]:
+    """The views of some indices, in order; motion of the views between is added to the next of them.
+
+    The first one has not moved, as with ``every``.
+    """
+    found: list[View] = []
+    for before, number in pairwise([-1, *kept]):
+        steps = views[before + 1 : number + 1] if found else ()
+        moved, turned = sum(step.distance for step in steps), sum(step.turn for step in steps)
+        found.append(replace(views[number], distance=float(moved), turn=float(turned)))
+    return tuple(found)
 
 
 class Thinner:

@@ -1,15 +1,17 @@
 """A Rerun recording: one layout with a tab each, and the data of all tabs, streamed to wherever it goes."""
 
 import hashlib
+import os
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import IO, TypeVar
 
 import rerun as rr
 import rerun.blueprint as rrb
 
-from refseq.files import replacing_at
+from refseq.files import replacing
 from refseq.viewer.tab import Tab
 from refseq.viewer.timelines import VIEW
 
@@ -72,12 +74,47 @@ def send(stream: rr.RecordingStream, tabs: Sequence[Tab], *, name: str, active: 
 
 @contextmanager
 def saved(path: Path, recording: str) -> Iterator[rr.RecordingStream]:
-    """A stream into a ``.rrd`` file, which replaces ``path`` in one step when the block ends well."""
-    with replacing_at(path) as temporary, new_stream(recording) as stream:
-        stream.save(temporary)
-        yield stream
-        stream.flush()
-        stream.disconnect()
+    """A stream into a ``.rrd`` file, which replaces ``path`` in one step when the block ends well.
+
+    Raises ``OSError`` where the file cannot be written.
+    """
+    with replacing(path) as file, _pipe_into(file) as pipe, new_stream(recording) as stream:
+        stream.save(pipe)
+        try:
+            yield stream
+            stream.flush()
+        finally:
+            stream.disconnect()
+
+
+@contextmanager
+def _pipe_into(file: IO[bytes]) -> Iterator[str]:
+    """A path whose bytes are written to ``file``; at the end, raises the ``OSError`` that this met.
+
+    Rerun's own writer leaves half a file without a word when a disk is full at its end, and waits for ever where it is
+    full at its beginning. It never meets one here: what cannot be written is read on, and dropped.
+    """
+    output, entrance = os.pipe()
+    failure: list[OSError] = []
+
+    def copy() -> None:
+        while piece := os.read(output, 1 << 20):
+            if not failure:
+                try:
+                    file.write(piece)
+                except OSError as error:
+                    failure.append(error)
+
+    copier = threading.Thread(target=copy, daemon=True)
+    copier.start()
+    try:
+        yield f"/dev/fd/{entrance}"
+    finally:
+        os.close(entrance)  # the other end sees the end of it once Rerun has closed its own
+        copier.join()
+        os.close(output)
+    if failure:
+        raise failure[0]
 
 
 def write_recording(path: Path, tabs: Sequence[Tab], *, name: str, active: int = 0, timeline: str = VIEW) -> None:

@@ -5,6 +5,7 @@ interrupted. A command imports what it needs when it runs, so that ``refseq doct
 it is missing, and ``--help`` comes at once.
 """
 
+import errno
 import os
 import signal
 import sys
@@ -102,6 +103,9 @@ def exit_code(words: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BELOW
     except Exception as error:
+        # Whoever asks the system for a file by such a name is told so, even if only whether it is there.
+        if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+            return _told(f"error: {str(error.filename)[:80]!r}…: is too long for a file's name", BAD_INPUT)
         for module, (family, prefix) in FAILURES.items():
             # A module that was never imported has raised nothing.
             if module in sys.modules and isinstance(error, getattr(sys.modules[module], family)):

@@ -13,8 +13,8 @@ from refseq_bench.scenarios.cli.terminal.options import (
     Drives,
     GroundTruthRule,
     Json,
-    LogReading,
     Seed,
+    ThinnedReading,
     grouped,
     option,
     output,
@@ -54,7 +54,7 @@ def compare(
     ] = None,
     seed: Seed = 1,
     as_json: Json = False,
-    reading: LogReading = LogReading(),
+    reading: ThinnedReading = ThinnedReading(),
 ) -> None:
     """Compare methods on the same views, baselines among them."""
     from refseq_bench.scenarios.drives.benchmark import Benchmark, by_experiment, pairs_of, run_benchmark, tolerances_of

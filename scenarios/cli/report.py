@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from refseq_bench.scenarios.cli.terminal.console import out
-from refseq_bench.scenarios.cli.terminal.options import REFERENCE, MapFile, QueryFile, Selection, grouped, output
+from refseq_bench.scenarios.cli.terminal.options import REFERENCE, LogReading, MapFile, QueryFile, grouped, output
 from refseq_bench.scenarios.drives.inputs import check_output, read_comparison, writing
 from refseq_bench.scenarios.tables import say
 
@@ -22,7 +22,7 @@ def report(
     ],
     output: Annotated[Path, output("Page to write (.html).")],
     reference: Annotated[Path | None, REFERENCE] = None,
-    selection: Selection = Selection(),
+    reading: LogReading = LogReading(),
 ) -> None:
     """Write a page about a localised drive.
 
@@ -32,7 +32,7 @@ def report(
     from refseq_bench.scenarios.report.outline import outline_for
 
     check_output(output)
-    comparison = read_comparison(map_file, query, beliefs, reference, selection.chosen())
+    comparison = read_comparison(map_file, query, beliefs, reference, reading.chosen())
     with writing(output):
         write_report(output, [comparison], title=comparison.name, outline=outline_for([comparison]))
     say(out, f"{output}")

@@ -14,6 +14,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 if TYPE_CHECKING:
     from refseq.belief import Stage
     from refseq.logs import LogSource, PairingOptions, Recording, ViewPlan
+    from refseq.logs.beliefs import LocalisedViews
     from refseq.logs.trajectories import PoseTable
     from refseq.map.map import Map
     from refseq_bench.scenarios.scoring.comparison import Comparison
@@ -27,11 +28,12 @@ class DriveSelection:
     to the odometry. ``odometry`` and ``truth`` are a topic of the log, or a trajectory's file; behind a comma the file
     of its times. ``topics`` are pairs NAME=TOPIC, commas between: the names of sensors and their topics. Samples within
     ``tolerance`` [s] make one view; ``late`` are pairs NAME=SECONDS: how late a sensor's stamps are.
-    None leaves all as it is.
+    ``times`` [s] are those of the very views, as beliefs tell them. None leaves all as it is.
     """
 
     views: str | None = None
     thin: float | None = None
+    times: tuple[float, ...] | None = None
     noise_seed: int | None = None
     odometry: str | None = None
     truth: str | None = None
@@ -147,7 +149,8 @@ def thinned_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "Vi
         )
     if selection.odometry is None and source.metadata.get("odometry", "").startswith(ASSUMED):
         logging.getLogger(__name__).warning("%s has no odometry: %s", source.path, source.metadata["odometry"])
-    if selection.noise_seed is None and repeats_odometry(plan.views):
+    # What beliefs were made of, `localise` has said: it may have been noisy.
+    if selection.noise_seed is None and selection.times is None and repeats_odometry(plan.views):
         logging.getLogger(__name__).warning(
             "%s: its true poses are its odometry told twice; a score says how odometry agrees, unless a map corrected "
             "both",
@@ -166,6 +169,8 @@ def plan_drive(source: "LogSource", selection: DriveSelection = WHOLE) -> "ViewP
     if selection.thin is not None and not math.isfinite(selection.thin):
         raise ScenarioError(f"thin {selection.thin} is not valid; it should be a number of metres, 0 or more")
     plan = plan_views(source, _pairing(selection))
+    if selection.times is not None:
+        return plan.at(selection.times)
     return plan.between(stretch(selection.views, len(plan), source.path))
 
 
@@ -210,6 +215,18 @@ def _poses_of(asked: str | None, what: str) -> "str | PoseTable | None":
     return read_trajectory(*names)
 
 
+def read_answers(beliefs: Path) -> "LocalisedViews":
+    """A table of beliefs that holds at least one."""
+    from refseq.logs.beliefs import read_localised_views
+
+    if not beliefs.is_file():
+        raise ScenarioError(f"{beliefs}: is no file; valid is a table of beliefs (.parquet)")
+    found = read_localised_views(beliefs)
+    if not found.beliefs:
+        raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of the recording")
+    return found
+
+
 def read_comparison(
     map_file: Path,
     query: Path,
@@ -218,22 +235,18 @@ def read_comparison(
     selection: DriveSelection = WHOLE,
 ) -> "Comparison":
     """A localised drive put together again from its files."""
-    from refseq.logs.beliefs import read_beliefs
     from refseq.map.map import Map
     from refseq_bench.scenarios.drives.evaluate import comparison_of
 
-    if not beliefs.is_file():
-        raise ScenarioError(f"{beliefs}: is no file; valid is a table of beliefs (.parquet)")
     map_ = Map.load(map_file)
     if reference is not None and not map_.has_one_path:
         raise ScenarioError(
             f"{reference}: has the pictures of one drive, {map_file} is a map of several; valid is no reference"
         )
-    drive, answers = read_drive(query, selection), read_beliefs(beliefs)
-    if not answers:
-        raise ScenarioError(f"{beliefs}: holds no belief; valid is one a view of {query}")
+    found = read_answers(beliefs)
+    drive = read_drive(query, replace(selection, times=found.times))
     places = read_drive(reference).views if reference else None
     try:
-        return comparison_of(f"{map_file.name} ← {query.name}", map_, drive, answers, places)
+        return comparison_of(f"{map_file.name} ← {query.name}", map_, drive, found.beliefs, places)
     except ScenarioError as error:
         raise ScenarioError(f"{beliefs}: {error}") from error

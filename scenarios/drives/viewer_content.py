@@ -1,11 +1,11 @@
 """Tabs of the viewer made from files: recordings, maps, and tables of beliefs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, read_drive
+from refseq_bench.scenarios.drives.inputs import WHOLE, DriveSelection, read_answers, read_drive
 from refseq_bench.scenarios.drives.viewer_recording import is_recorded, name_of, record_at
 from refseq_bench.scenarios.errors import ScenarioError
 
@@ -102,9 +102,11 @@ def read_content(files: Sequence[Path], reference: Path | None, selection: Drive
     if not found.recordings:
         places = _places(found.maps[0], learnt[0], reference, first)
         return ViewerContent(files[0].name, [MapTab(learnt[0], places.views)])
-    drive = read_drive(found.recordings[0], selection)
     if not found.tables:
-        return ViewerContent(files[0].name, (), LocaliseTab(drive.views))
+        return ViewerContent(files[0].name, (), LocaliseTab(read_drive(found.recordings[0], selection).views))
+    if selection.views is not None or selection.thin is not None:
+        raise ScenarioError("--views and --thin: beliefs tell which views they are of; valid is without")
+    drive = read_drive(found.recordings[0], replace(selection, times=read_answers(found.tables[0]).times))
     name = f"{found.maps[0].name} ← {found.recordings[0].name}"
     return _localised(name, found, learnt, (reference, first), drive)
 
@@ -132,16 +134,13 @@ def _localised(
 
 def _beliefs(name: str, table: Path, learnt: "Map", drive: "Recording") -> "Mapping[str, Sequence[Belief]]":
     """The answers of a table. Raises ``ScenarioError`` for those that fit neither drive nor map."""
-    from refseq.logs.beliefs import read_beliefs
     from refseq_bench.scenarios.drives.evaluate import comparison_of
 
-    if not table.is_file():
-        raise ScenarioError(f"{table}: is no file; valid is a table of beliefs (.parquet)")
-    found = read_beliefs(table)
-    if not found:
-        raise ScenarioError(f"{table}: holds no belief; valid is one a view of the recording")
+    found = read_answers(table)
+    if [round(time, 6) for time in found.times] != [round(view.time, 6) for view in drive.views]:
+        raise ScenarioError(f"{table}: answers other views than the first table; valid is a table of the same views")
     try:
-        return comparison_of(name, learnt, drive, found).beliefs
+        return comparison_of(name, learnt, drive, found.beliefs).beliefs
     except ScenarioError as error:
         raise ScenarioError(f"{table}: {error}") from error
 

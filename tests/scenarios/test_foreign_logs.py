@@ -189,7 +189,9 @@ def lines(found: Localised) -> Iterator[str]:
     yield f"log info {found.second.path}"
     yield f"log check {log} -o {folder}/check.html"
     yield f"log convert {log} {folder}/ours.mcap"
-    yield f"report {folder}/map.refseq {found.second.path} {folder}/beliefs.parquet {options} -o {folder}/report.html"
+    localised = f"{folder}/map.refseq {found.second.path} {folder}/beliefs.parquet {found.second.options}"
+    yield f"report {localised} -o {folder}/report.html"
+    yield f"view {localised} -o {folder}/localised.rrd"
     yield f"view {log} -o {folder}/view.rrd"
     if not found.second.options:  # trajectories beside a log are of one drive
         methods = "thesis/chain" if found.first.learning else "thesis/chain,topometric"  # which lives by pictures

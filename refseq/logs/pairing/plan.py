@@ -1,6 +1,6 @@
 """Views of a log, planned by odometry before any picture is decoded, then read."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import cast
@@ -20,9 +20,12 @@ from refseq.logs.picture import LazyPicture
 from refseq.logs.recording import Recording, views_of
 from refseq.logs.scans import mounted
 from refseq.logs.source import LogSource
-from refseq.logs.thin import OdometryNoise, thinned, with_odometry_noise
+from refseq.logs.thin import OdometryNoise, chosen, thinned, with_odometry_noise
 from refseq.logs.transforms import TransformTree
 from refseq.view import LASER, Scan, View
+
+SAME_TIME = 1e-6
+"""Times [s] so near to each other are one: files keep whole nanoseconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,24 @@ class ViewPlan:
             )
         kept, views = thinned(self.views, distance, turn)
         return self._of(np.array(kept, np.intp), views)
+
+    def at(self, times: Sequence[float]) -> "ViewPlan":
+        """The plan of the views of some times [s], in order.
+
+        Raises ``LogError`` for a time at which there is none.
+        """
+        there = [view.time for view in self.views]
+        kept: list[int] = []
+        for time in times:
+            after = kept[-1] + 1 if kept else 0
+            found = next((n for n in range(after, len(there)) if abs(there[n] - time) <= SAME_TIME), None)
+            if found is None:
+                raise LogError(
+                    f"{self.source.path}: has no view {len(kept)} at {time:.6f} s; valid are beliefs of views of this "
+                    "log, read with the same topics, tolerance and delays"
+                )
+            kept.append(found)
+        return self._of(np.array(kept, np.intp), chosen(self.views, kept))
 
     def _of(self, kept: NDArray[np.intp], views: tuple[View, ...]) -> "ViewPlan":
         return replace(self, views=views, moments=self.moments.chosen(kept))

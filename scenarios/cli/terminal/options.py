@@ -251,7 +251,6 @@ class LogReading:
     """Choices on reading drives from their logs."""
 
     panel: ClassVar[str] = "Views"
-    thin: Annotated[float | None, option("METRES", "Keep one view every so far. [default: all]", min=0.0)] = None
     topics: Annotated[
         str | None,
         option(
@@ -279,7 +278,6 @@ class LogReading:
     def chosen(self) -> DriveSelection:
         """The same for the library."""
         return DriveSelection(
-            thin=self.thin,
             odometry=self.odometry,
             truth=self.truth,
             topics=self.topics,
@@ -289,7 +287,18 @@ class LogReading:
 
 
 @dataclass(frozen=True)
-class Selection(LogReading):
+class ThinnedReading(LogReading):
+    """The same, and how many of the views stay."""
+
+    thin: Annotated[float | None, option("METRES", "Keep one view every so far. [default: all]", min=0.0)] = None
+
+    def chosen(self) -> DriveSelection:
+        """The same for the library."""
+        return replace(super().chosen(), thin=self.thin)
+
+
+@dataclass(frozen=True)
+class Selection(ThinnedReading):
     """The part of a recording that is used."""
 
     views: Annotated[str | None, option("FROM:TO", "Only these views of the recording, TO not among them: 0:160.")] = (

@@ -1,3 +1,7 @@
+import resource
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -71,3 +75,27 @@ def test_a_tab_that_fails_leaves_the_old_file(tmp_path: Path) -> None:
         write_recording(path, [Failing("bad")], name="bad")
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("room", [0, 50, 4000, -200])  # [bytes]: before its header, behind it, in its data, in its end
+def test_file_that_a_disk_has_no_room_for_leaves_the_older_one(tmp_path: Path, room: int) -> None:
+    path, tabs = tmp_path / "a.rrd", [Numbers("one", 500)]
+    write_recording(path, tabs, name="full")
+    older = path.read_bytes()
+    with no_file_over(room % len(older)), pytest.raises(OSError, match="File too large"):
+        write_recording(path, tabs, name="full")
+    assert path.read_bytes() == older
+    assert [file.name for file in tmp_path.iterdir()] == ["a.rrd"]
+
+
+@contextmanager
+def no_file_over(size: int) -> Iterator[None]:
+    """Within it this process writes no file of more than ``size`` bytes."""
+    told = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, told)

@@ -71,7 +71,7 @@ def spoil(home: Path) -> None:
             new.writestr(name, json.dumps({**json.loads(content), "version": 9}) if name == "map.json" else content)
     table = pq.read_table(home / "beliefs.parquet")
     pq.write_table(pa.table({"a": [1]}), home / "other.parquet")
-    pq.write_table(table.slice(0, 5), home / "few.parquet")
+    pq.write_table(table.slice(0, 20), home / "few.parquet")
     pq.write_table(table.slice(0, 0), home / "none.parquet")
     numbers = pa.array([1] * table.num_rows)
     pq.write_table(table.set_column(table.column_names.index("method"), "method", numbers), home / "magic.parquet")
@@ -176,7 +176,7 @@ BAD_INPUT = [
     # files that do not fit each other
     ("compare run.mcap run.mcap cut.mcap", "cut.mcap: comes without a query; valid are pairs of a reference and a"),
     ("report map.refseq run.mcap few.parquet -o new.html", "few.parquet: comparison 'map.refseq ← run.mcap', stage"),
-    ("report map.refseq run.mcap beliefs.parquet --views 0:3 -o new.html", "15 answers; valid is one a query view, 3"),
+    ("report map.refseq run.mcap beliefs.parquet --views 0:3 -o new.html", "'--views' of 'refseq report' is unknown"),
     ("view map.refseq run.mcap few.parquet -o new.rrd", "5 answers; valid is one a query view, 15"),
     ("view run.mcap map.refseq -o new.rrd", "run.mcap map.refseq: valid is a recording, a map (.refseq), or map,"),
     # results that cannot be written
@@ -390,3 +390,10 @@ def test_a_killed_recording_is_readable_up_to_its_last_view(
     answer = refseq("view", tmp_path / "long.partial.mcap", "-o", tmp_path / "long.rrd")
     assert answer.code == 0
     assert "long.partial.mcap is incomplete (unexpected end of file); its" in answer.err
+
+
+@pytest.mark.parametrize("words", [["log", "info", "a" * 5000], ["record", "hallway", "-o", "9" * 300]])
+def test_name_that_no_file_can_have_is_told_in_one_line(refseq: Refseq, words: list[str]) -> None:
+    answer = refseq(*words)
+    assert (answer.code, answer.out, answer.err.count("\n")) == (2, "", 1)
+    assert "too long" in answer.err

@@ -15,7 +15,7 @@ from refseq.atlas.merge import merge_maps
 from refseq.belief import LOST_ABOVE, Stage
 from refseq.errors import MapError
 from refseq.logs import RecordingWriter, read_recording
-from refseq.logs.beliefs import read_beliefs
+from refseq.logs.beliefs import read_beliefs, read_localised_views
 from refseq.map.learning import learn
 from refseq.map.localiser import Localiser, localise
 from refseq.map.map import Map, beside
@@ -261,6 +261,22 @@ def test_without_truth_a_drive_is_localised_reported_and_shown(
     for command in (["report", *words, "b.parquet", "-o", "r.html"], ["view", *words, "b.parquet", "-o", "v.rrd"]):
         assert refseq(*command).code == 0
     assert f"No score: {missing}." in (blind / "r.html").read_text()
+
+
+def test_a_page_is_of_the_views_that_were_localised(refseq: Refseq, blind: Path) -> None:
+    """However they were chosen: here by thinning what noise was added to."""
+    thinned = ["--views", "1:10", "--thin", "0.2", "--odometry-noise", "--seed", "5"]
+    files = ["seen.refseq", "seen.mcap", "some.parquet"]
+    answer = refseq("localise", *files[:2], *thinned, "-o", files[2], "--json")
+    assert answer.code == 0
+    for command in (["report", *files, "-o", "some.html"], ["view", *files, "-o", "some.rrd"]):
+        assert refseq(*command).code == 0, command
+    views = json.loads(answer.out)["views"]
+    assert len(read_localised_views(blind / "some.parquet").times) == views < 10
+    answer = refseq("report", "seen.refseq", "other.mcap", "some.parquet", "-o", "none.html")
+    assert answer.code == 2
+    answer = refseq("view", *files, "--thin", "1", "-o", "none.rrd")
+    assert answer.err == "error: --views and --thin: beliefs tell which views they are of; valid is without\n"
 
 
 def test_no_share_of_right_answers_can_be_asked_for_without_truth(refseq: Refseq, blind: Path) -> None:

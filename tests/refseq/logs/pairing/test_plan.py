@@ -121,6 +121,30 @@ def test_thinning_the_plan_is_thinning_the_views(log: Path) -> None:
         np.testing.assert_array_equal(one.images["cam0"], other.images["cam0"])
 
 
+def test_views_are_found_again_by_their_times(log: Path) -> None:
+    plan = plan_views(open_log(log)).between(slice(5, 70))
+    thinned = plan.with_noise(np.random.default_rng(3)).thinned(0.7)  # not those that thinning alone would keep
+    kept = [plan.views.index(one) for view in thinned.views for one in plan.views if one.time == view.time]
+    found = plan_views(open_log(log)).at([view.time for view in thinned.views])
+    for number, view in enumerate(found.views):
+        between = plan.views[kept[number - 1] + 1 : kept[number] + 1] if number else ()
+        assert view.time == thinned.views[number].time
+        assert view.distance == pytest.approx(sum(one.distance for one in between))
+        assert view.turn == pytest.approx(sum(one.turn for one in between))
+    seen = [view.images["cam0"] for view in thinned.read()]
+    for view, image in zip(found.read(), seen, strict=True):
+        np.testing.assert_array_equal(view.images["cam0"], image)
+
+
+@pytest.mark.parametrize("times", [[-1.0], [1e9], "twice", "back"])
+def test_a_time_at_which_nothing_was_seen_is_refused(log: Path, times: list[float] | str) -> None:
+    plan = plan_views(open_log(log))
+    first, second = (view.time for view in plan.views[:2])
+    asked = {"twice": [first, first], "back": [second, first]}.get(times, times) if isinstance(times, str) else times
+    with pytest.raises(LogError, match=r"has no view \d at .* s; valid are beliefs of views of this log"):
+        plan.at(asked)
+
+
 def test_transforms_stand_for_odometry(tmp_path: Path) -> None:
     path = write_foxglove(tmp_path / "tf.mcap", DRIVE, FoxgloveSetup(tf=True))
     recording = read_recording(path)
