@@ -15,7 +15,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaln
 
 from refseq.belief import Belief, Stage, Timings, belief_from, normalised_entropy
 from refseq.inference.chain.chain import Chain, Observation
@@ -111,10 +110,14 @@ class SureView:
 
 
 class SurePath:
-    """A sequence's answer by the chain, and 1 − H(trajectory) / log binom(K_s, T) over the last T views (4.7)."""
+    """A sequence's answer by the chain, and how sure its trajectory over the last T views is (4.7).
+
+    That is asked of the views alone. The chain's own observations hold the odometer, and so become sure of some place
+    on a wrong path as well; and a chain that is sure to be lost is not sure of its path, so no view is the Lost View.
+    """
 
     def __init__(self, sequence: ReferenceSequence) -> None:
-        self._tracker = ChainTracker(sequence)
+        self._sequence, self._tracker = sequence, ChainTracker(sequence)
         self._window = deque[Observation](maxlen=int(sequence.profile.chain.window))
 
     def reset(self) -> None:
@@ -126,24 +129,25 @@ class SurePath:
         """Belief and sureness."""
         start = time.perf_counter()
         observation = self._tracker.observation(measured)
-        self._window.append(observation)
         decoded = self._tracker.decode(observation)
+        if measured.log_ratio is None:
+            likelihoods = self._sequence.emissions.log_likelihood_of_place(measured.likelihood)
+            observation = Observation(measured.distance, *likelihoods)
+        self._window.append(observation)
         sure = sureness_of_path(self._window, self._tracker.chain)
         return self._tracker.belief(decoded, replace(measured.timings, chain=time.perf_counter() - start)), sure
 
 
 def sureness_of_path(window: Collection[Observation], chain: Chain) -> float:
-    """1 − H(trajectory | views) / log binom(K, T) for T views (4.7), at least 0.
+    """1 − H(trajectory | views) / H(trajectory | motion alone), at least 0: (4.7) by what the motion window allows.
 
-    The normaliser counts the ways to choose T of K places, so that paths of all lengths compare. There are more
-    trajectories than that, through Lost_Places and standing still: what is as unsure as that is simply not sure. Where
-    there is one way or none, K ≤ T, it is that for half as many.
+    (4.7) divides by log binom(K, T), as if any T of K places made a trajectory. The motion window allows far fewer, so
+    that a path of which nothing is known would be nearly half as sure as one that is certain. The entropy that the same
+    moves leave before any view counts the allowed ones, each by its probability, and compares paths of all lengths.
     """
-    T = min(len(window), max(chain.K // 2, 1))
-    ways = float(gammaln(chain.K + 1) - gammaln(T + 1) - gammaln(chain.K - T + 1))
-    if ways <= 0:
-        return 1.0
-    return max(0.0, 1 - trajectory_entropy(window, chain) / ways)
+    unseen = [Observation(one.distance, np.zeros(chain.K), 0.0) for one in window]
+    most = trajectory_entropy(unseen, chain)
+    return max(0.0, 1 - trajectory_entropy(window, chain) / most) if most > 0 else 1.0
 
 
 class NetworkTracker:

@@ -7,8 +7,8 @@ place. A view that was taken out is rightly joined where the view that holds its
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from itertools import pairwise
-from typing import Any
+from itertools import chain, pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,21 @@ class JoinScore:
     seconds: float
 
 
+class SequenceShares(NamedTuple):
+    """P(s) of the drive that the robot is on and stays on, view by view: what (4.5) to (4.8) are to tell.
+
+    ``before`` it comes to the first stretch that several drives pass, ``on`` such stretches, and ``behind`` them. Where
+    maps are merged, all of a stretch's belief is at the drive that holds its places, whichever is driven.
+    """
+
+    before: tuple[float, ...] = ()
+    on: tuple[float, ...] = ()
+    behind: tuple[float, ...] = ()
+
+
+NO_SHARES = SequenceShares()
+
+
 @dataclass(frozen=True, slots=True)
 class AtlasScore:
     """Score of a method that has learnt several drives.
@@ -60,12 +75,13 @@ class AtlasScore:
     P(right), the probability of all places within the tolerance, is above ``SETTLED``; None where that never came, as
     long as it stayed on the map. ``jumps`` are answers farther from the last one than the robot can have come, by more
     than twice the tolerance, both of them given on the map, None without truth. ``joined`` is None of a method without
-    an atlas.
+    an atlas. ``shares`` are P(s) before, on and behind what drives share.
     """
 
     forks: tuple[DistanceOrNever, ...]
     jumps: int | None
     joined: JoinScore | None
+    shares: SequenceShares = NO_SHARES
 
 
 def atlas_score(comparison: Comparison, method: str, tolerance: Tolerance) -> AtlasScore:
@@ -78,6 +94,7 @@ def atlas_score(comparison: Comparison, method: str, tolerance: Tolerance) -> At
         forks=tuple(_forks(comparison, path, near, p_right(beliefs, near))),
         jumps=None if missing_truth(comparison) else _jumps(comparison, path, beliefs, near, tolerance),
         joined=None if merging is None else join_score(path, merging, tolerance),
+        shares=_sequence_shares(path, near, beliefs),
     )
 
 
@@ -107,6 +124,20 @@ def _forks(
         settled = np.flatnonzero(right[t:end] > SETTLED)
         found.append(float(travelled[t + settled[0]] - travelled[t]) if len(settled) else None)
     return found
+
+
+def _sequence_shares(path: ReferencePath, near: NDArray[np.bool_], beliefs: Sequence[Belief]) -> SequenceShares:
+    by = passing(path, near)
+    shared, alone = by.sum(axis=1) > 1, by.sum(axis=1) == 1
+    met = np.logical_or.accumulate(shared)
+    found: tuple[list[float], list[float], list[float]] = ([], [], [])
+    for t, belief in enumerate(beliefs):
+        later = np.flatnonzero(alone[t:])
+        if not len(later) or not (by[t] & by[t + later[0]]).any():
+            continue  # off all drives, or nobody knows which of them it stays on
+        drive = int(np.argmax(by[t + later[0]]))
+        found[1 if shared[t] else 2 * int(met[t])].append(float(belief.places[path.stretches[drive]].sum()))
+    return SequenceShares(*map(tuple, found))
 
 
 def _travelled(comparison: Comparison) -> NDArray[np.float64]:
@@ -207,6 +238,9 @@ def pool_atlas(scores: Sequence[AtlasScore]) -> AtlasScore:
         forks=tuple(way for score in scores for way in score.forks),
         jumps=_total([score.jumps for score in scores]),
         joined=_pool_joins(joined) if joined else None,
+        shares=SequenceShares(
+            *(tuple(chain.from_iterable(part)) for part in zip(*(s.shares for s in scores), strict=True))
+        ),
     )
 
 

@@ -186,7 +186,11 @@ def _success_record(pooled: Score, runs: Sequence[Score]) -> dict[str, float | N
 
 
 def _atlas_record(atlas: AtlasScore) -> dict[str, float | None]:
-    record = {**_ways_record("fork", atlas.forks), "jumps_views": atlas.jumps}
+    shares = {
+        f"sequence_{where}_mean": _finite(float(np.mean(part))) if part else None
+        for where, part in atlas.shares._asdict().items()
+    }
+    record = {**_ways_record("fork", atlas.forks), **shares, "jumps_views": atlas.jumps}
     if (joined := atlas.joined) is None:
         return record
     return record | {

@@ -51,9 +51,14 @@ class Emissions:
         The posterior is soft evidence on which of the views is seen, so a place's likelihood is the mean of its row
         under it; the thesis' hard symbol is the case of a posterior that is sure.
         """
-        K, s = len(posterior), self.settings
+        s = self.settings
         if is_lost_view(posterior, s):
-            return np.full(K, np.log(s.lost_view_at_place)), float(np.log(s.lost_view_at_lost))
+            return np.full(len(posterior), np.log(s.lost_view_at_place)), float(np.log(s.lost_view_at_lost))
+        return self.log_likelihood_of_place(posterior)
+
+    def log_likelihood_of_place(self, posterior: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+        """The same where none is too wide to be a place's: a view that says nothing is then no sign of being lost."""
+        K, s = len(posterior), self.settings
         alike = self.above @ posterior + self.floor * posterior.sum()
         seen = (1 - s.noise) * alike + s.noise / K
         return np.log((1 - s.lost_view_at_place) * seen), float(np.log((1 - s.lost_view_at_lost) / K))

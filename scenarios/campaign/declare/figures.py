@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from types import MappingProxyType
 from typing import Generic, TypeVar
 
@@ -67,6 +68,11 @@ def _joined(found: Figures, take: Callable[[JoinScore], float]) -> float:
     return take(found.atlas.joined) if found.atlas and found.atlas.joined else math.nan
 
 
+def _mean_share(where: str, found: Figures) -> float | None:
+    shares = getattr(found.atlas.shares, where) if found.atlas else ()
+    return float(np.mean(shares)) if shares else None
+
+
 def _share(take: Callable[[Figures], float], meaning: str) -> Figure[Figures]:
     return Figure(take, Unit.SHARE, meaning)
 
@@ -123,6 +129,14 @@ FIGURES: Mapping[str, Figure[Figures]] = MappingProxyType(
         "to_settle": _metres(
             lambda f: _median(f.atlas.forks) if f.atlas else math.nan, "way after a fork to P(right) > 0.9, median"
         ),
+        **{
+            f"sequence_{where}": _plain(partial(_mean_share, where), f"P(s) of the path driven, {meaning}, mean")
+            for where, meaning in (
+                ("before", "before it comes to a stretch that paths share"),
+                ("on", "on such a stretch"),
+                ("behind", "behind its fork"),
+            )
+        },
         "jumps": Figure(
             lambda f: math.nan if f.atlas is None or f.atlas.jumps is None else float(f.atlas.jumps),
             Unit.VIEWS,

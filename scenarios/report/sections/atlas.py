@@ -11,12 +11,13 @@ from refseq_bench.scenarios.report.words import counted, distances
 from refseq_bench.scenarios.scoring.comparison import Comparison, method_label
 from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.path_geometry import Tolerance
-from refseq_bench.scenarios.scoring.tables.score_tables import join_cells
+from refseq_bench.scenarios.scoring.tables.score_tables import join_cells, shares_cell
 from refseq_bench.scenarios.scoring.truth import has_truth
 
 HEADINGS = (
     "method",
     "way to P(right) > 0.9 after a fork",
+    "P(sequence) before / on / behind what paths share",
     "jumps",
     "joins (false)",
     "joined rightly, of views taken out [%]",
@@ -61,6 +62,7 @@ def atlas_part(
             method_label(one.method),
             (
                 distances(one.atlas.forks),
+                shares_cell(one.atlas.shares),
                 counted(one.atlas.jumps),
                 *join_cells(one.atlas.joined),
             ),

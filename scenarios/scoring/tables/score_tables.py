@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from refseq_bench.scenarios.scoring.atlas import JoinScore
+from refseq_bench.scenarios.scoring.atlas import JoinScore, SequenceShares
 from refseq_bench.scenarios.scoring.consistency.consistency import Consistency
 from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.proportion import Proportion
@@ -102,6 +102,11 @@ def join_cells(joined: JoinScore | None) -> list[str]:
         _count(joined.duplicates),
         f"{joined.bytes_after / 1000:.0f} of {joined.bytes_before / 1000:.0f}",
     ]
+
+
+def shares_cell(shares: SequenceShares) -> str:
+    """Mean P(s) of the path driven before, on and behind what paths share."""
+    return " / ".join(_number(float(np.mean(part)) if part else None) for part in shares)
 
 
 def consistency_table(kind: str, found: Sequence[tuple[str, Consistency]]) -> TextTable:

@@ -32,6 +32,7 @@ from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan
 
 THESIS = {
+    "fig-2.6-visible-features",
     "fig-2.7-laboratory",
     "fig-2.11-2.13-sensors",
     "fig-3.11-daylight",

@@ -268,6 +268,30 @@ def test_backing_is_a_way_too() -> None:
     assert jumps(AHEAD[:6], [0, 1, 2, 3, 7, 0]) == 1
 
 
+# --- P(s) ---
+
+
+def test_the_share_of_the_driven_sequence_before_on_and_behind_a_fork() -> None:
+    """The robot begins on the corridor of two drives and leaves it along the second; another is on the first alone."""
+    beliefs = [*(split({0: 0.5, 21: 0.3, 42: 0.2}),) * 11, *(split({12: 0.25, 33: 0.75}),) * 8]
+    shares = atlas_score(compared(PARTING, {"m": beliefs}), "m", WIDE).shares
+    # View 11 is 1 m behind the fork: the first drive is within the tolerance still.
+    assert shares.before == ()
+    assert shares.on == pytest.approx((0.3,) * 11 + (0.75,) * (len(shares.on) - 11))
+    assert len(shares.on) + len(shares.behind) == len(PARTING)
+    assert set(shares.behind) == {0.75}
+    beyond = views(*((float(x), 0.0, 0.0) for x in range(12, 21)))
+    alone = atlas_score(compared(beyond, {"m": [split({15: 0.9, 30: 0.1})] * 9}), "m", WIDE).shares
+    assert alone.before == pytest.approx((0.9,) * 9)
+    assert alone[1:] == ((), ())
+
+
+def test_a_shared_stretch_that_the_robot_never_leaves_has_no_share() -> None:
+    corridor = views(*((float(x), 0.0, 0.0) for x in range(9)))
+    shares = atlas_score(compared(corridor, {"m": known(*range(9))}), "m", WIDE).shares
+    assert shares == ((), (), ())
+
+
 # --- several runs, and the figures ---
 
 
@@ -324,7 +348,7 @@ def test_runs_are_added_up(run: Comparison) -> None:
     assert whole.atlas.joined.recall == Proportion(44, 44)
     assert other.atlas.joined is None
     assert pool_atlas([once, AtlasScore((None,), 3, None)]) == AtlasScore(
-        (*once.forks, None), once.jumps + 3, once.joined
+        (*once.forks, None), once.jumps + 3, once.joined, once.shares
     )
 
 
@@ -335,6 +359,8 @@ def test_the_record_and_the_table_tell_the_same(run: Comparison) -> None:
         "fork_median_m": 2.0,
         "fork_times": 1,
         "fork_never_times": 0,
+        "sequence_before_mean": None,
+        "sequence_on_mean": 0.0,
         "jumps_views": 2,
         "joins_precision_right_views": 11,
         "joins_precision_of_views": 12,
