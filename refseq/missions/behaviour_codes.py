@@ -8,6 +8,8 @@ GOING_ON = "MN"
 """Behaviour where nobody knows how the path was driven: carry on."""
 SHORTEST = 0.05
 """No way is told that is shorter than this [m]: robots take less for no way at all."""
+AHEAD = "ahead"
+"""Side of a door that is crossed where none is told."""
 LONGEST = 1000.0
 """Nor one that is longer [m]: it can be told again."""
 
@@ -37,6 +39,20 @@ def lengthened(behaviour: str, length: float) -> str:
             return f"MA:{way},0"
         case _:
             return f"{code}:{way}"
+
+
+def kind_of(behaviour: str) -> str:
+    """A behaviour in one spelling for all that lead the same way: lengths do not count, and 270 degrees are -90."""
+    code, _, rest = behaviour.partition(":")
+    if travels(behaviour):
+        return lengthened(behaviour, 1.0)
+    match code:
+        case "MT":
+            return f"MT:{float(rest) % 360:g}"
+        case "MC":
+            return f"MC:{rest or AHEAD}"
+        case _:
+            return behaviour
 
 
 def _straight(values: str) -> bool:

@@ -27,6 +27,7 @@ TASKS: Mapping[str, tuple[float, Mapping[str, Any]]] = MappingProxyType(
         "CrossDoor": (60.0, {"task": "cross-door", "world": ROOMS}),
         "ReachPlace": (120.0, {"task": "reach-place", "world": "laboratory", "route": "round"}),
         "Recover": (120.0, {"task": "recover", "world": "laboratory", "route": "round"}),
+        "Mission": (180.0, {"task": "run-mission", "world": "offices"}),
     }
 )
 """The time limit of each task [s], if all actions last as long as they may, and what makes it; choices."""

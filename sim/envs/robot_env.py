@@ -8,15 +8,19 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.belief import Belief
+from refseq.map.map import Map
+from refseq.missions.behaviour_codes import kind_of
+from refseq.missions.plan import Plan
 from refseq_bench import robots
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.behaviour_runner import description_of
 from refseq_bench.sim.drives.chase_camera import ChaseCamera
 from refseq_bench.sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
-from refseq_bench.sim.envs.episodes.episode import BenchEpisode, EpisodeSetting
+from refseq_bench.sim.envs.episodes.episode import BenchEpisode, EpisodeSetting, ground_of
 from refseq_bench.sim.envs.episodes.localising import familiar
 from refseq_bench.sim.envs.episodes.observations import Arrays, Known, Sensing
-from refseq_bench.sim.envs.tasks.by_name import checked_task, task_named
+from refseq_bench.sim.envs.tasks.by_name import made_task
 from refseq_bench.sim.envs.tasks.task import Judgement, Task
 from refseq_bench.sim.envs.worlds.named import check_light, plan_named, world_named
 from refseq_bench.sim.errors import SimError
@@ -73,6 +77,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         belief: str = "summary",
         renderer: str = "filament",
         render_mode: str | None = None,
+        **asked: Any,
     ) -> None:
         _check("actions", actions, ACTIONS)
         _check("robot", robot, robots.names())
@@ -80,8 +85,8 @@ class RobotEnv(gym.Env[Arrays, Any]):
         if render_mode is not None:
             _check("render mode", render_mode, self.metadata["render_modes"])
         check_light(light)
-        made = task_named(task) if isinstance(task, str) else checked_task(task)
-        self._task, self._robot, self._light, self._route = made(), robots.load(robot), light, route
+        self._task = made_task(task, asked)
+        self._robot, self._light, self._route = robots.load(robot), light, route
         self._worlds = _checked_worlds(world, route, self._task)
         for camera in cameras:
             _check(f"camera of robot {robot!r}", camera, self._robot.cameras)
@@ -90,11 +95,18 @@ class RobotEnv(gym.Env[Arrays, Any]):
         self._settings = BenchSettings(renderer=drawing, cameras=self._cameras)
         self._acting = self._actions(actions)
         self.metadata = self.metadata | {"render_fps": round(1 / self._acting.period)}
-        self._map = familiar(self._worlds[0], light, robot, route) if self._task.mapped else None
+        self._map = self._learnt() if self._task.mapped else None
         self._sensing = self._observations(belief)
         self.action_space, self.observation_space = self._acting.space, self._sensing.space
         self._run: BenchEpisode | None = None
         self._display: EpisodeDisplay | None = None
+
+    def _learnt(self) -> Map:
+        """The map of the one world, which the task fits."""
+        (world,) = self._worlds
+        map_ = familiar(world, self._light, self._robot.name, self._route)
+        self._task.check(ground_of(plan_named(world), self._route, self._robot.shape, map_))
+        return map_
 
     def _actions(self, form: str) -> Acting:
         if form == "twist":
@@ -109,12 +121,34 @@ class RobotEnv(gym.Env[Arrays, Any]):
             places=None if self._map is None else len(self._map),
             belief=belief,
             goal=self._task.goes_to_place,
+            behaviours=len(self._task.behaviours) if self._task.asks else 0,
         )
 
     @property
     def behaviours(self) -> tuple[str, ...]:
         """The behaviours that actions choose from, as they are written, by their numbers."""
         return self._task.behaviours
+
+    @property
+    def plan(self) -> Plan | None:
+        """The plan of the mission of this episode; None for tasks without one."""
+        return self._running.episode.plan
+
+    @property
+    def belief(self) -> Belief | None:
+        """The localiser's answer to its last view, the same object until the next one; None for tasks without a map."""
+        following = self._running.following
+        return None if following is None else following.belief
+
+    @property
+    def motion(self) -> tuple[float, float, float]:
+        """Motion that the odometer counted in the last action: ahead, to the left, about itself [m, m, rad]."""
+        return self._running.motion
+
+    @property
+    def chooses_behaviours(self) -> bool:
+        """True if actions are behaviours."""
+        return isinstance(self._acting, ByBehaviour)
 
     @property
     def places(self) -> NDArray[np.float64] | None:
@@ -171,9 +205,15 @@ class RobotEnv(gym.Env[Arrays, Any]):
         run = self._running
         belief = None
         if run.following is not None and self._map is not None:
-            belief = run.following.belief, Known(self._map.sequence.along, run.episode.goal)
+            asked = [(one.at, self.number_of(one.behaviour)) for one in run.episode.asked]
+            belief = run.following.belief, Known(self._map.sequence.along, run.episode.goal, asked, run.following.gone)
         images = run.bench.sense().images if self._cameras else None
-        return self._sensing.observed(run.bench.scan(), run.bench.state, run.motion, belief=belief, images=images)
+        scan, state, going = run.bench.scan(), run.bench.state, self._acting.going
+        return self._sensing.observed(scan, state, run.motion, belief=belief, images=images, going=going)
+
+    def number_of(self, behaviour: str) -> int:
+        """The number of the action that is a behaviour of a plan."""
+        return [kind_of(one) for one in self.behaviours].index(kind_of(behaviour))
 
     def _told(self, judged: Judgement) -> dict[str, Any]:
         run, pose = self._running, self._running.bench.pose
@@ -192,7 +232,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         if run.following is not None and (places := self.places) is not None:
             x, y, _ = places[run.following.belief.best]
             told["place_error"] = math.hypot(x - pose.x, y - pose.y)
-        return told
+        return told | dict(run.episode.told)
 
     def render(self) -> NDArray[np.uint8] | None:
         """A picture of the robot from behind and above, (480, 640, 3).

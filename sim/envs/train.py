@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from refseq_bench.sim.envs.learning.evaluation import PLAYERS, evaluate, margin, returns
+from refseq_bench.sim.envs.learning.evaluation import evaluate, margin, returns
 from refseq_bench.sim.envs.learning.files import write
 from refseq_bench.sim.envs.learning.ppo import learn, stable_baselines
 from refseq_bench.sim.envs.learning.training_config import TrainingConfig
@@ -31,10 +31,13 @@ def train(
     world: Annotated[list[str] | None, typer.Option(help="Learn in this one; may be repeated.")] = None,
     held_out: Annotated[list[str] | None, typer.Option(help="Try it in this one; may be repeated.")] = None,
     episodes: Annotated[int, typer.Option(help="Try so many.")] = 16,
+    taught: Annotated[int, typer.Option(help="In missions: imitate the executor in so many episodes first.")] = 0,
     at_least: Annotated[float | None, typer.Option(help="Exit with 1 below this margin over chance.")] = None,
 ) -> None:
     """Learn a task with PPO; then what was learnt, chance, and going ahead play the same episodes in other worlds."""
-    config = TrainingConfig(task, seconds, steps, robots, seed, tuple(world or ()), tuple(held_out or ()), episodes)
+    config = TrainingConfig(
+        task, seconds, steps, robots, seed, tuple(world or ()), tuple(held_out or ()), episodes, taught
+    )
     stable_baselines()
     _make(output)
     policy = output / "policy.zip"
@@ -43,9 +46,9 @@ def train(
     evaluated = evaluate(config, policy)
     write(output, config, learnt, evaluated)
     played = returns(evaluated)
-    for name in PLAYERS:
+    for name, returned in played.items():
         goals = sum(one.success for one in evaluated if one.player == name)
-        print(f"{name:8s} mean return {played[name].mean():7.2f}, {goals} of {episodes} at the goal")
+        print(f"{name:8s} mean return {returned.mean():7.2f}, {goals} of {episodes} at the goal")
     found = margin(played["learnt"], played["random"])
     print(f"margin over random: {found.mean:.2f}, 95 % from {found.low:.2f} to {found.high:.2f}")
     if at_least is not None and found.mean < at_least:

@@ -32,7 +32,7 @@ def some(quick: tuple[str, ...]) -> pytest.MarkDecorator:
 
 def test_there_is_something_to_try() -> None:
     assert set(IDS) >= set(refseq_bench.sim.envs.IDS) >= {*BALANCING, *IN_WORKERS}
-    tasks = ("FollowCorridor", "CrossDoor", "ReachPlace", "Recover")
+    tasks = ("FollowCorridor", "CrossDoor", "ReachPlace", "Recover", "Mission")
     assert set(refseq_bench.sim.envs.IDS) == {f"refseq/{task}{form}-v0" for task in tasks for form in ("", "Twist")}
 
 

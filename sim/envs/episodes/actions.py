@@ -28,6 +28,14 @@ class Acting(Protocol):
     def doing(self) -> str:
         """The chosen action in words; empty before the first action."""
 
+    @property
+    def behaviour(self) -> str:
+        """The chosen behaviour; empty before the first action, and where actions are none."""
+
+    @property
+    def going(self) -> int | None:
+        """The number of the behaviour that goes on, None where there is none."""
+
     def reset(self) -> None:
         """Begin an episode."""
 
@@ -63,6 +71,13 @@ class ByBehaviour:
         """The behaviour chosen last."""
         return "" if self._chosen is None else self._choices[self._chosen].text
 
+    behaviour = doing
+
+    @property
+    def going(self) -> int | None:
+        """The number of the behaviour that goes on."""
+        return None if self._behaviour is None else self._chosen
+
     def reset(self) -> None:
         """No behaviour goes on."""
         self._chosen: int | None = None
@@ -92,6 +107,7 @@ class ByTwist:
     """
 
     period = 0.2
+    behaviour, going = "", None
 
     def __init__(self, limits: Limits) -> None:
         self.space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (2,), np.float32)

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from refseq.map.map import Map
+from refseq.missions.path import path_along
 from refseq.planar import Pose, relative_pose, wrap
 from refseq_bench import robots
 from refseq_bench.robots import Twist
 from refseq_bench.robots.behaviours import BehaviourOutcome, Senses
+from refseq_bench.robots.behaviours.halt import STANDS
+from refseq_bench.robots.robot import Shape
 from refseq_bench.robots.state import LATCHED
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.contacts import ContactLog
@@ -22,6 +25,7 @@ from refseq_bench.sim.envs.tasks.task import Episode, Judgement, Situation, Task
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.physics import Due
 from refseq_bench.worlds.build import World
+from refseq_bench.worlds.plans.schema import FloorPlan
 
 SETTLING = 10
 """Control periods that a robot stands before its first observation, until all sonars have fired once."""
@@ -56,8 +60,8 @@ class BenchEpisode:
             setting.world, robot, route=setting.route, seed=int(rng.integers(2**32)), settings=setting.settings
         )
         self._contacts = ContactLog(self.bench)
-        places = None if setting.map is None else places_of(setting.map)
-        ground = TaskGround(setting.world.plan, setting.world.routes[setting.route], robot.shape, places)
+        self._looking, self.behaviour = task.looking, ""
+        ground = ground_of(setting.world.plan, setting.route, robot.shape, setting.map)
         self.episode = self._with_room(task, ground, rng)
         self.following = self._led(setting.map)
         self.motion = (0.0, 0.0, 0.0)
@@ -92,7 +96,7 @@ class BenchEpisode:
             return None
         if self.episode.led is None:
             self._stand()
-            return Following(map_, self.bench)
+            return Following(map_, self.bench, self._looking)
         following = self._lead(map_, *self.episode.led)
         self.bench.place(self.episode.start)
         self._stand()
@@ -102,7 +106,7 @@ class BenchEpisode:
     def _lead(self, map_: Map, begin: float, end: float) -> Following:
         operator = operator_for(self.bench, 0, OperatorStyle(strength=0.0))
         self.bench.place(operator.carried(begin))
-        following, until = Following(map_, self.bench), self.bench.time + LEAD_TIME
+        following, until = Following(map_, self.bench, self._looking), self.bench.time + LEAD_TIME
         while operator.progress < end and not operator.finished and self.bench.time < until:
             self.bench.drive(operator.command(self.bench.time, self.bench.pose))
             following.after_period()
@@ -116,7 +120,12 @@ class BenchEpisode:
     def situation(self) -> Situation:
         """The truth now; touches are those since the last action began."""
         belief = None if self.following is None else self.following.belief
-        return Situation(self.bench.pose, self.touches, self._down, belief)
+        return Situation(self.bench.pose, self.touches, self._down, belief, self.behaviour, self._stands)
+
+    @property
+    def _stands(self) -> bool:
+        twist = self.bench.state.twist
+        return max(abs(twist.linear), abs(twist.angular)) < STANDS
 
     @property
     def _down(self) -> str:
@@ -130,7 +139,7 @@ class BenchEpisode:
         Steps of the physics are left to the caller, who takes each that is due.
         """
         before = self.bench.odometry
-        self.touches = False
+        self.touches, self.behaviour = False, acting.behaviour
         for _ in range(periods(acting, CONTROL_PERIOD)):
             step = acting.step(Senses(self.bench.state, self.bench.scan(), self.bench.time))
             yield from self.bench.driving(step.twist)
@@ -141,6 +150,8 @@ class BenchEpisode:
                 break
         self.outcome, self.why = step.outcome, step.why
         self.motion = _motion(before, self.bench.odometry)
+        if self.following is not None and self._looking.standing and self._stands:
+            self.following.look()
         judged = self.episode.judge(self.situation)
         self.remaining = judged.remaining
         return judged
@@ -148,6 +159,14 @@ class BenchEpisode:
     def close(self) -> None:
         """Give the bench back."""
         self.bench.close()
+
+
+def ground_of(plan: FloorPlan, route: str, shape: Shape, map_: Map | None) -> TaskGround:
+    """Ground of a task in a world, with what is known of its map."""
+    points = np.array(plan.routes[route], np.float64)
+    if map_ is None:
+        return TaskGround(plan, points, shape)
+    return TaskGround(plan, points, shape, places_of(map_), path_along(map_))
 
 
 def _motion(before: Pose, after: Pose) -> tuple[float, float, float]:

@@ -19,13 +19,12 @@ from refseq_bench import robots
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.recorder import Moved, Trigger, drive_and_sense, operator_for
+from refseq_bench.sim.envs.tasks.task import Looking
 from refseq_bench.sim.envs.worlds.named import world_named
 from refseq_bench.sim.rendering.renderer import RendererKind
 
 LEARNING = Trigger()
 """When views are taken on the drive that is learnt."""
-LOCALISING = Trigger(distance=0.85, turn=np.pi / 4)
-"""When the localiser is given a view: as often, and where the robot looks somewhere else; the turn is a choice."""
 FAMILIAR_SEED = 20080
 """The seed of the drive that is learnt, so that all environments have the same map; any number will do."""
 
@@ -51,8 +50,9 @@ def places_of(map_: Map) -> NDArray[np.float64]:
 class Following:
     """A localiser that is given views as the robot goes; ``belief`` is its answer to the last one."""
 
-    def __init__(self, map_: Map, bench: Bench) -> None:
+    def __init__(self, map_: Map, bench: Bench, looking: Looking) -> None:
         self._localiser, self._bench = Localiser(map_), bench
+        self._trigger = Trigger(distance=looking.distance, turn=looking.turn)
         self._last: Pose | None = None
         self._odometry, self._moved = bench.odometry, Moved()
         self.look()
@@ -61,8 +61,13 @@ class Following:
         """Note what the odometer counted in a control period, and look where it is time to."""
         before, self._odometry = self._odometry, self._bench.odometry
         self._moved.add(before, self._odometry, CONTROL_PERIOD)
-        if LOCALISING.fires(self._moved):
+        if self._trigger.fires(self._moved):
             self.look()
+
+    @property
+    def gone(self) -> float:
+        """Way of the odometer since the last view [m]."""
+        return self._moved.distance
 
     def look(self) -> None:
         """Give the localiser a view of here and now."""

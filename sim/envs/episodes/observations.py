@@ -25,15 +25,25 @@ FASTEST = np.array([3.0, 6.0, 3.0, 3.0, math.pi], np.float32)
 """Odometry is cut off at these [m/s, rad/s, m, m, rad]: three times what any robot is let, by choice."""
 IMAGE = (480, 640)
 """Rows and columns of a camera's image."""
+SHOWN = 3
+"""Of what a mission asks for, so much is seen: what is due, and what comes next; a choice."""
+FARTHEST = 100.0
+"""Ways to what comes next are cut off at this [m]; a choice, longer than most paths."""
 Arrays = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """The map that a belief is about: ``along`` (K,) [m] of its places, and the ``goal`` among them, if any."""
+    """The map that a belief is about: ``along`` (K,) [m] of its places, and the ``goal`` among them, if any.
+
+    ``asked`` is what is to be done along it, each from so many metres on, by the behaviour's number; ``gone`` [m] is
+    the odometer's way since the view that was believed.
+    """
 
     along: NDArray[np.float64]
     goal: int | None = None
+    asked: Sequence[tuple[float, int]] = ()
+    gone: float = 0.0
 
 
 class Sensing:
@@ -41,7 +51,8 @@ class Sensing:
 
     ``sonars`` is how many the robot has, ``max_range`` [m] that of its laser, ``cameras`` the names of those that give
     images. ``places`` is how many the map has, None without one; ``belief`` one of ``BELIEFS``; ``goal`` says whether
-    the task has one. Raises ``SimError`` for an unknown form of belief.
+    the task has one. A task that asks for ``behaviours``, so many, tells which are due, and which one goes on. Raises
+    ``SimError`` for an unknown form of belief.
     """
 
     def __init__(
@@ -53,11 +64,12 @@ class Sensing:
         places: int | None = None,
         belief: str = "summary",
         goal: bool = False,
+        behaviours: int = 0,
     ) -> None:
         if belief not in BELIEFS:
             raise SimError(f"belief {belief!r} is unknown: valid are {', '.join(BELIEFS)}")
         self._max_range, self._farthest = np.float32(max_range), np.float32(SonarModel().max_range)
-        self._belief, self._sonars = belief, sonars
+        self._belief, self._sonars, self._behaviours = belief, sonars, behaviours
         parts: dict[str, spaces.Space[Any]] = {
             "scan": spaces.Box(0.0, self._max_range, (BEAMS,), np.float32),
             "odometry": spaces.Box(-FASTEST, FASTEST, dtype=np.float32),
@@ -69,6 +81,9 @@ class Sensing:
             parts["belief"] = spaces.Box(0.0, 1.0, (5 if belief == "summary" else places + 1,), np.float32)
         if goal:
             parts["goal"] = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        if behaviours:
+            parts["asked"] = spaces.Box(-FARTHEST, FARTHEST, (SHOWN, 1 + behaviours), np.float32)
+            parts["doing"] = spaces.Box(0.0, 1.0, (behaviours,), np.float32)
         for name in cameras:
             parts[name] = spaces.Box(0, 255, IMAGE, np.uint8)
         self.space: spaces.Space[Any] = spaces.Dict(parts)
@@ -81,8 +96,12 @@ class Sensing:
         *,
         belief: tuple[Belief, Known] | None = None,
         images: Mapping[str, NDArray[np.uint8]] | None = None,
+        going: int | None = None,
     ) -> Arrays:
-        """An observation; ``motion`` is the odometer's since the last one, in the robot's frame then [m, m, rad]."""
+        """An observation; ``motion`` is the odometer's since the last one, in the robot's frame then [m, m, rad].
+
+        ``going`` is the number of the behaviour that goes on, if any.
+        """
         ahead, left, turn = motion
         seen: Arrays = {
             "scan": ranges(scan.ranges, self._max_range),
@@ -97,6 +116,9 @@ class Sensing:
             seen["belief"] = summary(held) if self._belief == "summary" else by_place(held)
             if known.goal is not None:
                 seen["goal"] = goal(held, known)
+            if self._behaviours:
+                seen["asked"] = asked(held, known, self._behaviours)
+                seen["doing"] = one_hot(going, self._behaviours)
         return seen | {name: np.array(image) for name, image in (images or {}).items()}
 
 
@@ -144,3 +166,22 @@ def goal(belief: Belief, known: Known) -> NDArray[np.float32]:
     to_go = float(belief.places @ (known.along[known.goal] - known.along))
     shares = [known.goal / max(len(known.along) - 1, 1), to_go / max(float(known.along[-1]), 1e-9)]
     return np.clip(np.array(shares, np.float32), -1.0, 1.0)
+
+
+def asked(belief: Belief, known: Known, behaviours: int) -> NDArray[np.float32]:
+    """What is due where the robot expects to be, and what comes next, (SHOWN, 1 + behaviours); 0 where nothing does.
+
+    A row has the way to where it begins [m], negative behind the robot, and a 1 at the number of the behaviour.
+    """
+    here = float(belief.places @ known.along) + known.gone
+    due = max((number for number, (at, _) in enumerate(known.asked) if at <= here), default=0)
+    rows = np.zeros((SHOWN, 1 + behaviours), np.float32)
+    for row, (at, behaviour) in zip(rows, known.asked[due : due + SHOWN], strict=False):
+        row[0] = np.clip(at - here, -FARTHEST, FARTHEST)
+        row[1 + behaviour] = 1.0
+    return rows
+
+
+def one_hot(number: int | None, count: int) -> NDArray[np.float32]:
+    """A 1 at a number, (count,); all 0 where there is none."""
+    return (np.arange(count) == (-1 if number is None else number)).astype(np.float32)

@@ -9,24 +9,29 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
 from refseq.children import follow_parent
+from refseq_bench.sim.envs.learning.executor_policy import ExecutorPolicy
 from refseq_bench.sim.envs.learning.ppo import stable_baselines
-from refseq_bench.sim.envs.learning.training_config import FIRST_TRIED, TrainingConfig, environment
+from refseq_bench.sim.envs.learning.training_config import FIRST_TRIED, MISSIONS, TrainingConfig, environment
+from refseq_bench.sim.envs.robot_env import RobotEnv
 
-Player = Callable[[Any], Any]
-"""From an observation to an action."""
+Player = Callable[[Any, dict[str, Any]], Any]
+"""From an observation and its info to an action."""
 PLAYERS = ("learnt", "random", "ahead")
 """The learnt policy, without chance; any action at any time; and always full speed ahead, or the first behaviour."""
+EXECUTOR = "executor"
+"""In missions a fourth: the Tactical layer (``ExecutorPolicy``)."""
 CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True, slots=True)
 class EvaluationEpisode:
-    """An episode by one of ``PLAYERS``, in a ``world``, drawn by a ``seed``; ``success``: it got to the goal."""
+    """An episode by one of ``players``, in a ``world``, drawn by a ``seed``; ``success``: it got to the goal."""
 
     player: str
     world: str
@@ -58,40 +63,52 @@ def evaluate(config: TrainingConfig, policy: Path) -> tuple[EvaluationEpisode, .
     ) as workers:
         episodes = [
             workers.submit(_tried, config.task, policy, player, world, seed)
-            for player, (world, seed) in product(PLAYERS, numbered)
+            for player, (world, seed) in product(players(config.task), numbered)
         ]
         return tuple(episode.result() for episode in episodes)
 
 
+def players(task: str) -> tuple[str, ...]:
+    """Everyone who plays the same episodes of a task."""
+    return (*PLAYERS, EXECUTOR) if task == MISSIONS else PLAYERS
+
+
 def _tried(task: str, policy: Path, player: str, world: str, seed: int) -> EvaluationEpisode:
     env = environment(task, (world,))
-    play = _player(player, policy, env.action_space, seed)
     seen, info = env.reset(seed=seed)
+    play = _player(player, policy, env, seed)
     total, length, over = 0.0, 0, False
     while not over:
-        seen, reward, ended, cut, info = env.step(play(seen))
+        seen, reward, ended, cut, info = env.step(play(seen, info))
         total, length, over = total + float(reward), length + 1, ended or cut
     env.close()
     return EvaluationEpisode(player, world, seed, total, length, bool(info["success"]))
 
 
-def _player(name: str, policy: Path, actions: spaces.Space[Any], seed: int) -> Player:
+def _player(name: str, policy: Path, env: gym.Env[Any, Any], seed: int) -> Player:
+    """A player of the episode that an environment has just begun."""
+    actions = env.action_space
+    if name == EXECUTOR:
+        unwrapped = env.unwrapped
+        assert isinstance(unwrapped, RobotEnv)
+        return ExecutorPolicy(unwrapped)
     if name == "learnt":
         import torch
 
         torch.set_num_threads(1)
         learner = stable_baselines().PPO.load(policy, device="cpu")
-        return lambda seen: learner.predict(seen, deterministic=True)[0]
+        return lambda seen, _: learner.predict(seen, deterministic=True)[0]
     if name == "random":
         actions.seed(seed)
-        return lambda _: actions.sample()
+        return lambda _seen, _info: actions.sample()
     ahead: Any = np.array([1.0, 0.0], np.float32) if isinstance(actions, spaces.Box) else 0
-    return lambda _: ahead
+    return lambda _seen, _info: ahead
 
 
 def returns(episodes: tuple[EvaluationEpisode, ...]) -> Mapping[str, NDArray[np.float64]]:
     """The returns of each player, in the order of the episodes."""
-    return {name: np.array([one.returned for one in episodes if one.player == name]) for name in PLAYERS}
+    names = dict.fromkeys(one.player for one in episodes)
+    return {name: np.array([one.returned for one in episodes if one.player == name]) for name in names}
 
 
 def margin(better: NDArray[np.float64], worse: NDArray[np.float64]) -> Margin:

@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from refseq.files import replace_text, replacing_at
-from refseq_bench.sim.envs.learning.evaluation import PLAYERS, EvaluationEpisode, margin, returns
+from refseq_bench.sim.envs.learning.evaluation import EXECUTOR, EvaluationEpisode, margin, returns
 from refseq_bench.sim.envs.learning.ppo import TrainedPolicy
 from refseq_bench.sim.envs.learning.training_config import TASKS, TrainingConfig
 
 RUNNING = 10
 """The curve is the mean of so many episodes, one after the other."""
-LEARNT, CHANCE, PLAIN = "#d55e00", "#8a8a8a", "#2a8fd4"
+LEARNT, CHANCE, PLAIN, TACTICAL = "#d55e00", "#8a8a8a", "#2a8fd4", "#009e73"
 
 
 def result(config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[EvaluationEpisode, ...]) -> dict[str, Any]:
@@ -34,10 +34,12 @@ def result(config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[Evalua
         "episodes": len(learnt.practice),
         "learnt_in": config.learnt_in,
         "tried_in": config.tried_in,
-        "mean_return": {name: float(played[name].mean()) for name in PLAYERS},
-        "goals": {name: sum(one.success for one in episodes if one.player == name) for name in PLAYERS},
+        "mean_return": {name: float(returned.mean()) for name, returned in played.items()},
+        "goals": {name: sum(one.success for one in episodes if one.player == name) for name in played},
         "of": config.episodes,
-        "margin_over": {name: asdict(margin(played["learnt"], played[name])) for name in PLAYERS[1:]},
+        "margin_over": {
+            name: asdict(margin(played["learnt"], returned)) for name, returned in played.items() if name != "learnt"
+        },
         "evaluation": [asdict(one) for one in episodes],
     }
 
@@ -80,6 +82,8 @@ def _draw(
     low, high = np.quantile(played["random"], [0.05, 0.95])
     axes.axhspan(low, high, color=CHANCE, alpha=0.3, label="random, other worlds: 90 % of episodes")
     axes.axhline(played["ahead"].mean(), color=PLAIN, linestyle="--", label="always ahead, other worlds: mean")
+    if EXECUTOR in played:
+        axes.axhline(played[EXECUTOR].mean(), color=TACTICAL, linestyle=":", label="the executor: mean")
     axes.plot(when, returned, ".", color=LEARNT, alpha=0.5, markersize=5, label="an episode learnt from")
     if len(returned) >= RUNNING:
         means = np.convolve(returned, np.full(RUNNING, 1 / RUNNING), "valid")

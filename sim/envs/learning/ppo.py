@@ -13,6 +13,7 @@ from typing import Any
 
 from refseq.children import follow_parent
 from refseq.files import replacing_at
+from refseq_bench.sim.envs.learning.imitation import examples, imitate
 from refseq_bench.sim.envs.learning.training_config import TrainingConfig, check_worlds, environment
 from refseq_bench.sim.errors import SimError
 
@@ -79,7 +80,10 @@ def learn(config: TrainingConfig, policy: Path) -> TrainedPolicy:
     try:
         rollout = BATCH * max(min(ROLLOUT, config.steps) // config.robots // BATCH, 1)
         learner = learners.PPO("MultiInputPolicy", robots, n_steps=rollout, seed=config.seed, device="cpu", **SETTINGS)
-        learner.learn(config.steps, callback=after_step)
+        if config.taught:
+            imitate(learner.policy, examples(config), config.seed)
+        if config.steps:
+            learner.learn(config.steps, callback=after_step)
         with replacing_at(policy) as path:
             learner.save(path)
     finally:

@@ -21,8 +21,8 @@ class Sectors(gym.ObservationWrapper[Arrays, Any, Arrays], RecordConstructorArgs
     """Keeps of what is observed the part that driving needs; it looks at nothing else, and at no truth.
 
     ``scan`` (36,) becomes the nearest range of each sector, from the right to the left, as a share of ``LASER_REACH``;
-    ``sonar`` its ranges as shares of ``SONAR_REACH``; ``odometry`` (2,) the speed [m/s] and the turn rate [rad/s].
-    Everything else stays as it is.
+    ``sonar`` its ranges as shares of ``SONAR_REACH``; ``odometry`` (2,) the speed [m/s] and the turn rate [rad/s];
+    ``asked`` has its ways as shares of ``LASER_REACH``, too. Everything else stays as it is.
     """
 
     def __init__(self, env: gym.Env[Arrays, Any]) -> None:
@@ -36,6 +36,8 @@ class Sectors(gym.ObservationWrapper[Arrays, Any, Arrays], RecordConstructorArgs
         }
         if "sonar" in given.spaces:
             parts["sonar"] = spaces.Box(0.0, 1.0, given["sonar"].shape, np.float32)
+        if "asked" in given.spaces:
+            parts["asked"] = spaces.Box(-1.0, 1.0, given["asked"].shape, np.float32)
         self.observation_space: spaces.Space[Arrays] = spaces.Dict({**given.spaces, **parts})
 
     def observation(self, observation: Arrays) -> Arrays:
@@ -46,6 +48,9 @@ class Sectors(gym.ObservationWrapper[Arrays, Any, Arrays], RecordConstructorArgs
         }
         if "sonar" in fewer:
             fewer["sonar"] = shares(fewer["sonar"], SONAR_REACH)
+        if "asked" in fewer:
+            ways, behaviours = np.split(fewer["asked"], [1], axis=1)
+            fewer["asked"] = np.hstack([np.clip(ways / np.float32(LASER_REACH), -1.0, 1.0), behaviours])
         return fewer
 
 

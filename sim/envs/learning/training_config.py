@@ -14,6 +14,8 @@ TASKS = {name.removeprefix("refseq/").removesuffix("-v0"): name for name in IDS}
 """Tasks that can be learnt, by the ids' middle parts."""
 HELD_OUT = tuple(f"corridor:{seed}" for seed in range(100, 108))
 """Corridors that nobody learns in. Tasks elsewhere are tried where they were learnt, in episodes of their own."""
+MISSIONS = "Mission"
+"""The task that the missions' executor plays, too."""
 FIRST_TRIED = 1_000_000
 """The seed of the first episode that is tried; learners are seeded with smaller ones."""
 
@@ -25,7 +27,8 @@ class TrainingConfig:
     It ends after ``seconds`` by the clock, start-up counted in, or after ``steps`` of all robots together, rounded up
     to what is learnt from at once, whichever comes first. Robot i is seeded with ``seed`` + i. ``worlds`` are learnt
     in, those of the task itself where none are given; so many ``episodes`` are then tried in the worlds of ``held_out``
-    by turns. Raises ``SimError`` for values that cannot be.
+    by turns. In missions the policy first imitates the executor in so many episodes, ``taught``; ``steps`` may be 0
+    then. Raises ``SimError`` for values that cannot be.
     """
 
     task: str
@@ -36,13 +39,24 @@ class TrainingConfig:
     worlds: tuple[str, ...] = ()
     held_out: tuple[str, ...] = ()
     episodes: int = 16
+    taught: int = 0
 
     def __post_init__(self) -> None:
         if self.task not in TASKS:
             raise SimError(f"unknown task {self.task!r}: valid are {', '.join(TASKS)}")
-        for name, least in (("seconds", 1), ("steps", 1), ("robots", 1), ("seed", 0), ("episodes", 2)):
+        fewest = 0 if self.taught else 1
+        for name, least in (
+            ("seconds", 1),
+            ("steps", fewest),
+            ("robots", 1),
+            ("seed", 0),
+            ("episodes", 2),
+            ("taught", 0),
+        ):
             if not getattr(self, name) >= least:
                 raise SimError(f"{name} = {getattr(self, name)} is not valid; valid are {least} or more")
+        if self.taught and self.task != MISSIONS:
+            raise SimError(f"taught = {self.taught} is not valid for {self.task}: the executor plays {MISSIONS} alone")
         if self.seed + self.robots > FIRST_TRIED:
             raise SimError(f"seed = {self.seed} is not valid; valid are 0 to {FIRST_TRIED - self.robots}")
 

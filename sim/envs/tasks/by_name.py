@@ -3,11 +3,13 @@
 import inspect
 from collections.abc import Mapping
 from pkgutil import resolve_name
+from typing import Any
 
 from refseq_bench.sim.envs.tasks.cross_door import CrossDoorTask
 from refseq_bench.sim.envs.tasks.follow_corridor import FollowCorridorTask
 from refseq_bench.sim.envs.tasks.reach_place import ReachPlaceTask
 from refseq_bench.sim.envs.tasks.recover import RecoverTask
+from refseq_bench.sim.envs.tasks.run_mission import RunMissionTask
 from refseq_bench.sim.envs.tasks.task import Task
 from refseq_bench.sim.errors import SimError
 
@@ -16,6 +18,7 @@ TASKS: Mapping[str, type[Task]] = {
     "cross-door": CrossDoorTask,
     "reach-place": ReachPlaceTask,
     "recover": RecoverTask,
+    "run-mission": RunMissionTask,
 }
 
 
@@ -41,6 +44,15 @@ def checked_task(task: object) -> type[Task]:
     if not getattr(task, "behaviours", ()):
         raise SimError(f"task {task.__name__} has no behaviours; valid is a tuple such as ('MN:1000', 'MT:90', 'stop')")
     return task
+
+
+def made_task(task: str | type[Task], asked: Mapping[str, Any]) -> Task:
+    """A task with the keywords that it takes itself. Raises ``SimError`` for others."""
+    kind = task_named(task) if isinstance(task, str) else checked_task(task)
+    for name in asked:
+        if name not in kind.keywords:
+            raise SimError(f"unknown keyword {name!r}: {kind.__name__} takes {', '.join(kind.keywords) or 'none'}")
+    return kind(**asked)
 
 
 def name_of(task: type[Task]) -> str:

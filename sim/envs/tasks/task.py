@@ -4,14 +4,19 @@ Nothing here knows Gymnasium or a bench. Whoever runs robots, one or many at onc
 it after every step what is true.
 """
 
+import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import Belief
+from refseq.missions.path import MissionPath
+from refseq.missions.plan import Plan
 from refseq.planar import Pose
 from refseq_bench.robots.robot import Shape
 from refseq_bench.sim.envs.tasks.path import Polyline
@@ -25,13 +30,15 @@ SUCCESS, FAILURE = 5.0, -5.0
 class TaskGround:
     """Where a task is set: the floor ``plan``, the ``route`` (n, 2) [m], the robot's ``shape``.
 
-    ``places`` (K, 2) [m] is where the places of the reference sequence truly are; none are there without a map.
+    ``places`` (K, 2) [m] is where the places of the reference sequence truly are, ``learnt`` what the map itself knows
+    of the way along them; both are None without a map.
     """
 
     plan: FloorPlan
     route: NDArray[np.float64]
     shape: Shape
     places: NDArray[np.float64] | None = None
+    learnt: MissionPath | None = None
 
     @cached_property
     def way(self) -> Polyline:
@@ -49,13 +56,36 @@ class TaskGround:
 class Situation:
     """True situation of a robot: where it is, whether it ``touches`` anything but the floor, why it goes no more.
 
-    ``down`` is one line, empty while all is well. ``belief`` is the localiser's, where the task has one.
+    ``down`` is one line, empty while all is well. ``belief`` is the localiser's, where the task has one. ``behaviour``
+    is the one that was chosen last, empty with other actions; ``stands`` tells whether the robot does.
     """
 
     pose: Pose
     touches: bool = False
     down: str = ""
     belief: Belief | None = None
+    behaviour: str = ""
+    stands: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Looking:
+    """Rhythm of the localiser's views: each ``distance`` [m], each ``turn`` [rad], None: turns do not count.
+
+    With ``standing`` it is also given one after each action that leaves the robot standing.
+    """
+
+    distance: float = 0.85
+    turn: float | None = math.pi / 4
+    standing: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What a task asks for from a place of the map on: ``at`` [m along its path] the robot is to do ``behaviour``."""
+
+    at: float
+    behaviour: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +120,10 @@ class Episode(ABC):
     """The place of the reference sequence to go to, if any."""
     led: tuple[float, float] | None = None
     """From where to where along the route [m] the robot is led before it is carried to the start, if it is."""
+    plan: Plan | None = None
+    """What a mission asks for, where there is one."""
+    asked: tuple[Asked, ...] = ()
+    """What is asked for along the path, where the task says so place by place."""
 
     def begin(self, situation: Situation) -> float:
         """Look at the robot before its first step; returns what remains."""
@@ -102,7 +136,17 @@ class Episode(ABC):
         failure = situation.down or ("collision" if situation.touches else "")
         success = not failure and self.reached(situation)
         end = SUCCESS if success else FAILURE if failure else 0.0
-        return Judgement(before - self._remaining + end, self._remaining, success, failure)
+        reward = before - self._remaining + end - self.fee(situation)
+        return Judgement(reward, self._remaining, success, failure)
+
+    def fee(self, situation: Situation) -> float:
+        """Reward that is taken away for the step; called once a step, after ``remaining`` and ``reached``."""
+        return 0.0
+
+    @property
+    def told(self) -> Mapping[str, Any]:
+        """What else ``info`` is to hold; the same keys each time."""
+        return {}
 
     @abstractmethod
     def remaining(self, situation: Situation) -> float:
@@ -117,14 +161,22 @@ class Task(ABC):
     """A kind of episodes.
 
     ``behaviours`` are what there is to choose from, as they are written; ``mapped`` says whether a localiser runs
-    along, ``goes_to_place`` whether an episode's goal is a place of its map, ``turns`` whether the robot is to have
-    room for a turn on the spot where it is set down.
+    along, ``goes_to_place`` whether an episode's goal is a place of its map, ``asks`` whether it tells what it asks for
+    along the path, ``turns`` whether the robot is to have room for a turn on the spot where it is set down.
+    ``looking`` is when the localiser gets a view. ``keywords`` are those of ``gym.make`` that the class itself takes.
     """
 
     behaviours: tuple[str, ...]
     mapped: bool = False
     goes_to_place: bool = False
+    asks: bool = False
     turns: bool = False
+    looking: Looking = Looking()
+    keywords: tuple[str, ...] = ()
+
+    def check(self, ground: TaskGround) -> None:
+        """Raise ``SimError`` for a ground on which no episode can be drawn; called once for a task with a map."""
+        self.episode(ground, np.random.default_rng(0))
 
     @abstractmethod
     def episode(self, ground: TaskGround, rng: np.random.Generator) -> Episode:

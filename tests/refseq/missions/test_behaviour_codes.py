@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.missions.behaviour_codes import SHORTEST, code_of, lengthened, travels
+from refseq.missions.behaviour_codes import SHORTEST, code_of, kind_of, lengthened, travels
 from refseq_bench.robots.behaviours.written import KINDS, parse_behaviour
 
 GO = ["MN:8", "MW:left,0.6", "MW:right,1.25,5", "MA:3,0", "MA:0.5,0.0"]
@@ -65,3 +65,23 @@ def test_a_set_point_travels_when_it_is_straight_ahead(x: float, y: float) -> No
 def test_it_still_travels_when_it_is_told_how_far(length: float) -> None:
     for words in GO + FROM_STRINGS:
         assert travels(lengthened(words, length))
+
+
+ALIKE = [
+    {"MN", "MN:8", "MN:1000"},
+    {"MA", "MA:3,0", "MA:0.5,0.0"},
+    {"MA:3,0,90"},
+    {"MW:right,1", "MW:right,1,7.5"},
+    {"MW:left,1"},
+    {"MT:90", "MT:-270"},
+    {"MT:-90", "MT:270"},
+    {"MC", "MC:ahead"},
+    {"MC:left"},
+    {"stop"},
+]
+
+
+def test_behaviours_are_of_one_kind_where_they_lead_the_same_way() -> None:
+    kinds = [{kind_of(words) for words in alike} for alike in ALIKE]
+    assert all(len(kind) == 1 for kind in kinds)
+    assert len(set.union(*kinds)) == len(ALIKE)

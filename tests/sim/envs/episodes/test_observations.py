@@ -9,7 +9,18 @@ from gymnasium import spaces
 from refseq.belief import belief_from
 from refseq.view import Scan
 from refseq_bench.robots import Blocked, Cause, RobotState, Stop, Twist
-from refseq_bench.sim.envs.episodes.observations import Known, Sensing, by_place, goal, odometry, ranges, stops, summary
+from refseq_bench.sim.envs.episodes.observations import (
+    Known,
+    Sensing,
+    asked,
+    by_place,
+    goal,
+    odometry,
+    one_hot,
+    ranges,
+    stops,
+    summary,
+)
 
 ALONG = np.array([0.0, 1.0, 2.0, 4.0])
 
@@ -79,3 +90,19 @@ def test_a_robot_that_was_not_heard_yet_hears_nothing() -> None:
     seen = sensing.observed(Scan(np.full(361, np.inf, np.float32)), RobotState(), (0.0, 0.0, 0.0))
     assert seen["sonar"].tolist() == pytest.approx([10.668] * 3)
     assert seen["scan"].max() == 80.0
+
+
+def test_what_is_asked_begins_with_what_is_due_where_the_robot_expects_to_be() -> None:
+    plan = [(0.0, 0), (1.5, 2), (3.0, 1), (3.5, 3)]
+    held = belief_from(np.array([0.0, 0.5, 0.5, 0.0]))  # at 1.5 m
+    seen = asked(held, Known(ALONG, asked=plan), 4)
+    assert seen.dtype == np.float32
+    assert seen.tolist() == [[0.0, 0, 0, 1, 0], [1.5, 0, 1, 0, 0], [2.0, 0, 0, 0, 1]]
+    gone = asked(held, Known(ALONG, asked=plan, gone=1.5), 4)  # at 3 m by now
+    assert gone.tolist() == [[0.0, 0, 1, 0, 0], [0.5, 0, 0, 0, 1], [0.0, 0, 0, 0, 0]]
+    assert asked(belief_from(np.eye(4)[0]), Known(ALONG, asked=plan), 4)[:, 0].tolist() == [0.0, 1.5, 3.0]
+
+
+def test_one_hot_has_one_place_or_none() -> None:
+    assert one_hot(2, 4).tolist() == [0, 0, 1, 0]
+    assert one_hot(None, 4).tolist() == [0, 0, 0, 0]

@@ -1,0 +1,67 @@
+"""The executor plays missions in the environment, by what the robot itself knows."""
+
+import gymnasium as gym
+import pytest
+
+import refseq_bench.sim.envs  # noqa: F401 - registers the ids
+from refseq.missions import Status
+from refseq_bench.sim.envs.learning.executor_policy import ExecutorPolicy
+from refseq_bench.sim.envs.learning.sectors import Sectors
+from refseq_bench.sim.envs.robot_env import RobotEnv
+from refseq_bench.sim.envs.tasks.task import SUCCESS
+from refseq_bench.sim.errors import SimError
+
+
+def unwrapped(env: gym.Env) -> RobotEnv:  # type: ignore[type-arg]
+    inner = env.unwrapped
+    assert isinstance(inner, RobotEnv)
+    return inner
+
+
+def played(env: gym.Env, seed: int) -> tuple[float, ExecutorPolicy, dict[str, object]]:  # type: ignore[type-arg]
+    """Return of the executor's episode, the executor, and the last info with the way at the start."""
+    seen, info = env.reset(seed=seed)
+    policy, way = ExecutorPolicy(unwrapped(env)), info["distance_to_goal"]
+    total, over = 0.0, False
+    while not over:
+        seen, reward, ended, cut, info = env.step(policy(seen, info))
+        total, over = total + float(reward), ended or cut
+    return total, policy, info | {"way": way}
+
+
+slow = pytest.mark.slow
+
+
+MISSIONS = ["[LD]", pytest.param("[LI5MT270]", marks=slow), pytest.param("[LD_LDMC]", marks=slow)]
+
+
+@pytest.mark.parametrize("mission", MISSIONS)
+def test_the_executor_carries_missions_out_and_is_paid_for_the_way(mission: str) -> None:
+    env = gym.make("refseq/Mission-v0", mission=mission)
+    total, policy, info = played(env, 3)
+    assert (info["success"], info["wrong_switches"], info["mission"]) == (True, 0, mission)
+    assert total == pytest.approx(info["way"] - info["distance_to_goal"] + SUCCESS)  # type: ignore[operator]
+    assert policy.executor.status in (Status.COMPLETED, Status.MANOEUVRING)
+
+
+@slow
+def test_a_wrapper_that_changes_what_is_seen_changes_nothing_for_it() -> None:
+    plain, fewer = (
+        played(wrap(gym.make("refseq/Mission-v0", mission="[LD]")), 4) for wrap in (lambda env: env, Sectors)
+    )
+    assert plain[0] == fewer[0]
+    assert [str(entry) for entry in plain[1].executor.log] == [str(entry) for entry in fewer[1].executor.log]
+
+
+@slow
+def test_it_carries_out_most_missions_that_are_drawn() -> None:
+    env = gym.make("refseq/Mission-v0")
+    assert sum(bool(played(env, seed)[2]["success"]) for seed in range(12)) >= 10
+
+
+def test_it_plays_missions_with_behaviours_only() -> None:
+    for name in ("refseq/CrossDoor-v0", "refseq/MissionTwist-v0"):
+        env = gym.make(name)
+        env.reset(seed=0)
+        with pytest.raises(SimError, match="the executor needs a mission and behaviours as actions"):
+            ExecutorPolicy(unwrapped(env))
