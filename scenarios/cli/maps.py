@@ -265,6 +265,7 @@ def matrix(
 * `refseq map channel map.refseq query.mcap`
 * `refseq map channel map.refseq query.mcap --json`""",
 )
+@grouped
 def channel(
     map_file: MapFile,
     query: QueryFile,
@@ -294,6 +295,7 @@ def channel(
 * `refseq map paths map.refseq query.mcap`
 * `refseq map paths map.refseq query.mcap --count 20 --durations 1 --second-order 1`""",
 )
+@grouped
 def paths(
     map_file: MapFile,
     query: QueryFile,
