@@ -56,7 +56,19 @@ def test_while_all_is_well_it_is_mujocos_own_step(falling: tuple[mujoco.MjModel,
         mujoco.mj_step(model, twin, nstep=4)
     assert physics.fault is None
     assert np.array_equal(data.qpos, twin.qpos)
-    assert data.time == twin.time
+    assert data.time == pytest.approx(twin.time, rel=1e-12)
+
+
+def test_clock_is_exact_after_hours(falling: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
+    """MuJoCo adds up its steps, and their rounding; here time is a whole number of steps."""
+    model, data = falling
+    physics, hours = Physics(model, data), 5_000_000
+    step = model.opt.timestep
+    data.time = hours * step
+    for number in range(1, 2001):
+        physics.step(5)
+        assert data.time == (hours + 5 * number) * step
+    assert data.time != sum([step] * 10_000, hours * step), "rounding that this test would see"
 
 
 def test_what_mujoco_does_by_itself(falling: tuple[mujoco.MjModel, mujoco.MjData]) -> None:
