@@ -13,6 +13,7 @@ from refseq.map.annotations import annotations_of
 from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
 from refseq.map.profile import THESIS, Profile, profile_named
+from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence
 from refseq.planar import Pose, after_motion
 from refseq.view import View
@@ -26,17 +27,21 @@ def learn(
     features: Sequence[str] | None = None,
     metadata: Mapping[str, str] | None = None,
     name: str = "",
+    most_informative: int | None = None,
 ) -> Map:
     """Make a map of a drive: one path, one place a view.
 
     ``profile`` is one of ``refseq.map.profile.PROFILES`` by its name, or one of your own. ``sensors`` are those to
     learn, by default all that a view has; ``features`` names of ``refseq.map.extractors.FEATURES``, by default the
-    profile's. ``metadata`` say which drive it was, ``name`` is the path's; a path without one takes its file's.
+    profile's. ``metadata`` say which drive it was, ``name`` is the path's; a path without one takes its file's. With
+    ``most_informative`` only so many words are kept, those that tell most about the place (2.6).
 
-    Raises ``MapError`` where there is no view, where a sensor asked for is in none of them, and where the profile or a
-    feature is unknown or no feature fits the sensors; also where the views are one place, or the odometry does not tell
-    them apart.
+    Raises ``MapError`` where there is no view, where no word is to be kept, where a sensor asked for is in none of the
+    views, and where the profile or a feature is unknown or no feature fits the sensors; also where the views are one
+    place, or the odometry does not tell them apart.
     """
+    if most_informative is not None and most_informative < 1:
+        raise MapError(f"{most_informative} words are to be kept; valid is at least 1")
     chosen = profile_named(profile) if isinstance(profile, str) else profile
     extractors = make_extractors(features or chosen.features, check_sensors(views, sensors, "the drive"), chosen)
     check_way(views)
@@ -49,6 +54,8 @@ def learn(
     poses = tuple(view.truth for view in views)
     notes = MappingProxyType(dict(metadata or {}))
     sequence = ReferenceSequence(matrix, extractors, along, poses, chosen, notes, dead_reckoned(views))
+    if most_informative is not None:
+        sequence = with_most_informative(sequence, most_informative)
     return Map.of(sequence, name, annotations_of(views))
 
 

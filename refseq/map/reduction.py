@@ -1,4 +1,4 @@
-"""A reference sequence without some of its places, and without the words that only they showed."""
+"""A reference sequence without some of its places or words, and without the words that no place shows any more."""
 
 from dataclasses import replace
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features import Extractor
+from refseq.inference.matching.information import feature_information, neighbour_noise
 from refseq.map.extractors import make_extractor
 from refseq.map.sequence import ReferenceSequence
 
@@ -15,23 +16,52 @@ def reduced(sequence: ReferenceSequence, places: NDArray[np.intp]) -> ReferenceS
 
     Words that none of them showed are forgotten; bits of fixed tables stay.
     """
-    matrix, extractors, rows, sizes = sequence.matrix, [], [], {}
-    seen = np.zeros(matrix.N, np.bool_)
-    seen[np.concatenate(matrix.columns_of(places))] = True
+    matrix = sequence.matrix
+    sizes = {key: len(block) for key, block in matrix.blocks.items()}
+    return without_unseen(
+        replace(
+            sequence,
+            matrix=matrix.kept(np.arange(matrix.N), places, sizes),
+            along=sequence.along[places],
+            poses=tuple(sequence.poses[place] for place in places),
+            odometry=sequence.odometry[places] if len(sequence.odometry) else sequence.odometry,
+        )
+    )
+
+
+def without_unseen(sequence: ReferenceSequence) -> ReferenceSequence:
+    """The sequence without words that no place shows."""
+    return _with_features(sequence, np.diff(sequence.matrix.pointers) > 0)
+
+
+def with_most_informative(sequence: ReferenceSequence, count: int) -> ReferenceSequence:
+    """The sequence with the ``count`` words that tell most about the place (2.2.1, 2.6), of equal ones the first.
+
+    A word's worth is its mutual information with the place (``feature_information``), given how often its extractor's
+    features are seen again at the next place. Bits of fixed tables stay: they are few, and their number is the table's.
+    """
+    matrix = sequence.matrix
+    told = np.full(matrix.N, -1.0)
     for extractor in sequence.extractors:
         block = matrix.blocks[extractor.key]
-        kept = np.flatnonzero(seen[block.start : block.stop]) if extractor.state() else np.arange(len(block))
+        if extractor.state():
+            told[block.start : block.stop] = feature_information(matrix, block, neighbour_noise(matrix, block))
+    chosen = np.zeros(matrix.N, np.bool_)
+    chosen[np.argsort(-told, kind="stable")[:count]] = True
+    return _with_features(sequence, chosen)
+
+
+def _with_features(sequence: ReferenceSequence, chosen: NDArray[np.bool_]) -> ReferenceSequence:
+    """The sequence with the chosen words, by a mask (N,), and all bits of fixed tables."""
+    matrix, extractors, rows, sizes = sequence.matrix, [], [], {}
+    for extractor in sequence.extractors:
+        block = matrix.blocks[extractor.key]
+        kept = np.flatnonzero(chosen[block.start : block.stop]) if extractor.state() else np.arange(len(block))
         extractors.append(_with_words(extractor, kept, sequence))
         rows.append(block.start + kept)
         sizes[extractor.key] = len(kept)
-    return replace(
-        sequence,
-        matrix=matrix.kept(np.concatenate(rows), places, sizes),
-        extractors=tuple(extractors),
-        along=sequence.along[places],
-        poses=tuple(sequence.poses[place] for place in places),
-        odometry=sequence.odometry[places] if len(sequence.odometry) else sequence.odometry,
-    )
+    left = matrix.kept(np.concatenate(rows), np.arange(matrix.K), sizes)
+    return replace(sequence, matrix=left, extractors=tuple(extractors))
 
 
 def _with_words(extractor: Extractor, kept: NDArray[np.intp], sequence: ReferenceSequence) -> Extractor:

@@ -1,4 +1,4 @@
-"""The commands ``refseq learn`` and ``refseq map merge | similarity | route | matrix | channel | paths``."""
+"""The commands ``refseq learn`` and ``refseq map merge | compact | similarity | route | matrix | channel | paths``."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -37,9 +37,10 @@ LEARN_HELP = """Examples:
 
 * `refseq learn reference.mcap -o map.refseq`
 * `refseq learn reference.mcap --sensors camera-1 -o one-camera.refseq`
+* `refseq learn reference.mcap --most-informative 1000 -o small.refseq`
 * `refseq learn robot.log --views 0:160 --thin 0.5 --features walls,boundary,sectors -o laser.refseq`"""
 
-app = group("Merge and compare maps, find routes in them, look into them.")
+app = group("Merge, compact and compare maps, find routes in them, look into them.")
 
 MinOverlap = Annotated[float, option("METRES", "Shortest stretch that is joined.")]
 
@@ -51,6 +52,9 @@ def learn(
     sensors: Sensors = None,
     profile: Profile = "thesis",
     features: Features = None,
+    most_informative: Annotated[
+        int | None, option("N", "Keep the N words that tell most about the place. [default: all]", min=1)
+    ] = None,
     seed: Seed = 1,
     selection: NoisySelection = NoisySelection(),
 ) -> None:
@@ -62,7 +66,14 @@ def learn(
     chosen, wanted, extracted = profile_named(profile), words(sensors, "sensors"), words(features, "features")
     drive = read_drive(recording, selection.with_noise(seed))
     metadata = {**drive.metadata, "source": recording.name}
-    map_ = learn_map(drive.views, sensors=wanted, features=extracted, profile=chosen, metadata=metadata)
+    map_ = learn_map(
+        drive.views,
+        sensors=wanted,
+        features=extracted,
+        profile=chosen,
+        metadata=metadata,
+        most_informative=most_informative,
+    )
     if not map_.sequence.matrix.N:
         raise ScenarioError(
             f"{recording}: no feature is found in what {', '.join(sorted(map_.sensors))} sees; valid are larger "
@@ -132,6 +143,46 @@ def ask(decision: "Decision") -> "Decision":
     )
     joined = typer.confirm("join them?", default=decision.joined)
     return decision if joined is decision.joined else replace(decision, joined=joined, why=BY_A_PERSON)
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq map compact map.refseq -o small.refseq`
+* `refseq map compact map.refseq --alike 0.8 --within 3 -o smaller.refseq`""",
+)
+def compact(
+    map_file: MapFile,
+    output: Annotated[Path, output("Map to write (.refseq).")],
+    alike: Annotated[
+        float,
+        option("SHARE", "Join places that differ by at most this share of what places far apart do.", min=0, max=1),
+    ] = 0.5,
+    within: Annotated[float, option("METRES", "Join no places that are farther apart along the path.", min=0)] = 2.0,
+    as_json: Json = False,
+) -> None:
+    """Make neighbouring places that cannot be told apart show the same, and forget the words that none shows."""
+    from refseq.map.compact import compact as compact_map
+    from refseq.map.map import Map
+    from refseq_bench.scenarios.maps.sizes import size_of, size_table
+
+    check_output(output)
+    whole = Map.load(map_file)
+    made = compact_map(whole, alike, within)
+    told = f"places at most {alike:g} apart, within {within:g} m"
+    small = made.map.noted({"compacted": told})
+    before, after = size_of(whole), replace(size_of(small), distinct=sum(map(len, made.runs)))
+    small.save(output)
+    if as_json:
+        print_json({"before": before, "after": after})
+        return
+    out.print(size_table({map_file.name: before, output.name: after}))
+    say(
+        out,
+        f"{output}: {after.distinct} of {after.places} places are told apart, "
+        f"{100 * after.bytes / before.bytes:.0f} % of the bytes",
+    )
 
 
 @app.command(

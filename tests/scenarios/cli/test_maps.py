@@ -1,5 +1,6 @@
-"""``refseq map merge | similarity | route``: joins, a person's decisions, legs, and mistakes in one line."""
+"""``refseq map merge | compact | similarity | route``: joins, a person's decisions, legs, and mistakes in one line."""
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -53,6 +54,28 @@ DECISIONS: Sequence[Decision] = (
     Decision("a", 'b "quoted"', (0, 5), (3, 8), (4.25, 4.5), True, "6 views lead to each other"),
     Decision("a", "c", (1, 1), (0, 0), (0.0, 0.0), False, "only 0.0 m long"),
 )
+
+
+def test_a_compact_map_is_smaller_and_says_so(refseq: Refseq, here: Path) -> None:
+    answer = refseq("map", "compact", "west.refseq", "-o", "small.refseq", "--alike", "1")
+    assert (answer.code, answer.err) == (0, "")
+    small, whole = Map.load(here / "small.refseq"), Map.load(here / "west.refseq")
+    assert len(small) == len(whole)
+    assert small.metadata["compacted"] == "places at most 1 apart, within 2 m"
+    share = round(100 * (here / "small.refseq").stat().st_size / len(whole.to_bytes()))
+    assert share < 95
+    assert re.fullmatch(
+        rf"small\.refseq: \d+ of 28 places are told apart, {share} % of the bytes", answer.out.splitlines()[-1]
+    )
+    sizes = json.loads(refseq("map", "compact", "west.refseq", "-o", "small.refseq", "--alike", "0", "--json").out)
+    assert sizes["before"]["distinct"] == sizes["after"]["distinct"] == 28
+
+
+@pytest.mark.parametrize("wrong", [["--alike", "1.5"], ["--within", "-1"], ["--alike", "nan"]])
+def test_shares_and_metres_that_are_none(refseq: Refseq, here: Path, wrong: list[str]) -> None:
+    answer = refseq("map", "compact", "west.refseq", "-o", "none.refseq", *wrong)
+    assert answer.code == 2
+    assert not (here / "none.refseq").exists()
 
 
 def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
