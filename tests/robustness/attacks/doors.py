@@ -79,9 +79,12 @@ def opens(command: Command) -> bool:
 
 def after(command: Command, before: float) -> Attempt:
     """State of a server after an attack: it opens, says nothing, and has not grown."""
+    back = until(lambda: opens(command), 60.0)
+    # What is still on its way through, or waits to be collected, is not kept.
+    until(lambda: command.memory() - before <= KEPT, 10.0)
     grown = command.memory() - before
     figures = {"MB kept": max(grown, 0.0)}
-    if not until(lambda: opens(command), 60.0):
+    if not back:
         return Attempt("nobody comes in any more", figures)
     if said := command.said():
         return Attempt(f"it complained: {said[:200]}", figures)
