@@ -137,11 +137,21 @@ def _change(content: dict[str, Any], change: str) -> None:
         parts[part][setting] = text
 
 
+LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
+    {"mixture": {"seeds": "likeness", "as_printed": False, "all_features": False}}
+)
+"""Settings that maps of earlier versions lack, with the values that do as those versions did."""
+
+
 def _part(name: str, kind: Any, content: Mapping[str, Any]) -> Any:
-    values = content.get(name)
+    given = content.get(name)
     types = get_type_hints(kind)
-    if not isinstance(values, dict) or set(values) != set(types):
-        raise ValueError(f"profile.{name} is {values!r:.60}; valid is a table of {', '.join(sorted(types))}")
+    if not isinstance(given, dict):
+        raise ValueError(f"profile.{name} is {given!r:.60}; valid is a table of {', '.join(sorted(types))}")
+    values = {**LATER.get(name, {}), **given}
+    if other := sorted(set(values) ^ set(types)):
+        told = "unknown" if other[0] in values else "missing"
+        raise ValueError(f"profile.{name}.{other[0]:.60} is {told}; valid are {', '.join(sorted(types))}")
     ranges = RANGES.get(name, {})
     return kind(
         **{key: _value(f"profile.{name}.{key}", value, types[key], ranges.get(key)) for key, value in values.items()}

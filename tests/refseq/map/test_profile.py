@@ -7,7 +7,7 @@ from refseq.errors import MapError
 from refseq.inference.chain.chain import ChainSettings
 from refseq.inference.matching.mixture import MixtureSettings
 from refseq.map.extractors import FEATURES
-from refseq.map.profile import BEST, COUNTING, PROFILES, THESIS, Decoder, Matching, Profile, profile_named
+from refseq.map.profile import BEST, COUNTING, LATER, PROFILES, THESIS, Decoder, Matching, Profile, profile_named
 
 
 def test_round_trip_through_json() -> None:
@@ -39,7 +39,7 @@ MOTION_PARTS = "valid is a table of drift, interpolated, regularisation, slack, 
         (
             "motion",
             {"slack": 1, "drift": 1, "tail": 1},
-            f"profile.motion is {{'slack': 1, 'drift': 1, 'tail': 1}}; {MOTION_PARTS}",
+            "profile.motion.interpolated is missing; valid are drift, interpolated, regularisation, slack, tail",
         ),
         (
             "motion",
@@ -62,8 +62,16 @@ def test_wrong_parts_are_named(part: str, value: object, message: str) -> None:
 def test_an_unknown_parameter_is_refused() -> None:
     content = Profile().to_dict()
     content["chain"]["speed"] = 1.0
-    with pytest.raises(ValueError, match=r"profile\.chain is .*; valid is a table of "):
+    with pytest.raises(ValueError, match=r"profile\.chain\.speed is unknown; valid are "):
         Profile.from_dict(content)
+
+
+def test_maps_that_lack_later_settings_do_as_they_did() -> None:
+    content = Profile().to_dict()
+    for part, settings in LATER.items():
+        for name in settings:
+            del content[part][name]
+    assert Profile.from_dict(content) == Profile()
 
 
 @pytest.mark.parametrize("name", PROFILES)
