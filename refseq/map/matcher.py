@@ -27,13 +27,15 @@ class Measurement:
 
     ``distance`` is the motion since the last view [m], NaN where nobody measured it; ``timings`` what matching cost.
     ``log_ratio`` (K,) is the log-likelihood ratio of each place against being elsewhere, ``None`` where the matching
-    does not tell; the likelihood is then the same but for a factor.
+    does not tell; the likelihood is then the same but for a factor. ``log_average`` is the log-likelihood of the
+    average feature combination on the scale of ``likelihood`` (``mixture.Match``), of the mixture alone.
     """
 
     likelihood: NDArray[np.float64]
     distance: float
     timings: Timings
     log_ratio: NDArray[np.float64] | None = None
+    log_average: float = -math.inf
 
 
 class Matcher:
@@ -84,15 +86,16 @@ def compare(
     ``seed`` starts the mixture's random components; ``spent`` is what finding the features took.
     """
     start = time.perf_counter()
-    log_ratio = None
+    log_ratio, log_average = None, -math.inf
     if sequence.profile.method.matching is Matching.LOG_RATIO:
         log_ratio = sequence.log_ratio_model.log_ratios(seen)
         likelihood = softmax(log_ratio)
     else:
         rows = [sequence.matrix.blocks[key].start + ids for key, ids in seen.items()]
-        likelihood = sequence.match(np.concatenate([*rows, np.zeros(0, np.intp)]), seed).likelihood
+        match = sequence.match(np.concatenate([*rows, np.zeros(0, np.intp)]), seed)
+        likelihood, log_average = match.likelihood, match.log_average
     timings = Timings(spent.features, spent.matching, mixture=time.perf_counter() - start)
-    return Measurement(likelihood, distance, timings, log_ratio)
+    return Measurement(likelihood, distance, timings, log_ratio, log_average)
 
 
 def check_among(wanted: Iterable[str], there: Iterable[str]) -> None:

@@ -138,7 +138,10 @@ def _change(content: dict[str, Any], change: str) -> None:
 
 
 LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
-    {"mixture": {"seeds": "likeness", "as_printed": False, "all_features": False}}
+    {
+        "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
+        "chain": {"lost_view": "entropy", "observation": "posterior"},
+    }
 )
 """Settings that maps of earlier versions lack, with the values that do as those versions did."""
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from refseq.errors import MapError
 from refseq.features import Extractor
 from refseq.inference.chain.emissions import Emissions
+from refseq.inference.chain.lost_view import HeldOutViews, LostView
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.log_ratio import LogRatioModel
 from refseq.inference.matching.mixture import Match, match_view
@@ -66,7 +67,9 @@ class ReferenceSequence:
         posteriors = (
             self.match(ids, (EMISSION_SEED, place)).likelihood for place, ids in enumerate(self.matrix.columns())
         )
-        return Emissions.from_posteriors(posteriors, self.profile.chain)
+        learnt = self.profile.chain.lost_view is LostView.LEARNT
+        held_out = HeldOutViews(self.along, self.profile.log_ratio.apart) if learnt else None
+        return Emissions.from_posteriors(posteriors, self.profile.chain, held_out)
 
     @cached_property
     def log_ratio_model(self) -> LogRatioModel:

@@ -1,5 +1,6 @@
 """The thesis' three stages over one reference sequence: a single view, the motion prior, the hidden Markov chain."""
 
+import math
 import time
 from dataclasses import replace
 from typing import Protocol
@@ -9,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.special import expit, logit, logsumexp
 
 from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings, entropy
-from refseq.inference.chain.chain import Chain, ChainSettings, Observation
+from refseq.inference.chain.chain import Chain, ChainSettings, Observation, ObservedDistribution
+from refseq.inference.chain.emissions import Seen
 from refseq.inference.chain.forward import ForwardFilter, StatePosterior
 from refseq.inference.chain.motion import motion_prior
 from refseq.inference.chain.viterbi import Decoding, SlidingViterbi
@@ -75,19 +77,24 @@ class MotionFilter:
 
     def update(self, measured: Measurement) -> Belief:
         """Prior times likelihood, normalised (2.12)."""
-        posterior = measured.likelihood
-        if self._last is not None:
-            prior = motion_prior(self._last, self._along, measured.distance, self._settings)
-            posterior = under_prior(posterior, prior)
-        self._last = posterior
+        posterior, _ = self.filter(measured)
         return posterior_belief(posterior, measured.timings)
 
+    def filter(self, measured: Measurement) -> tuple[NDArray[np.float64], float]:
+        """The posterior (K,), and the view's evidence Σ_k L(k) P(k): 1 / K under a uniform prior."""
+        posterior, evidence = measured.likelihood, 1 / len(self._along)
+        if self._last is not None:
+            prior = motion_prior(self._last, self._along, measured.distance, self._settings)
+            posterior, evidence = under_prior(posterior, prior)
+        self._last = posterior
+        return posterior, evidence
 
-def under_prior(likelihood: NDArray[np.float64], prior: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Posterior of a likelihood under a prior (2.12), (K,)."""
+
+def under_prior(likelihood: NDArray[np.float64], prior: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Posterior of a likelihood under a prior (2.12), (K,), and the sum that it was divided by."""
     joint = likelihood * prior
-    posterior: NDArray[np.float64] = joint / joint.sum()
-    return posterior
+    evidence = float(joint.sum())
+    return joint / evidence, evidence
 
 
 def posterior_belief(posterior: NDArray[np.float64], timings: Timings) -> Belief:
@@ -103,8 +110,8 @@ def posterior_belief(posterior: NDArray[np.float64], timings: Timings) -> Belief
 class ChainTracker:
     """The hidden Markov chain (H1 to H4), decoded as the profile says, from the views up to now.
 
-    Over the mixture it observes, as in Fig. 3.11c, the posterior under the motion prior, not the bare likelihood. That
-    prior must not come from the chain's own answer: a wrong answer would then confirm itself. Log-ratios need
+    Over the mixture it observes what ``chain.observation`` says, as in Fig. 3.11c the posterior under the motion prior.
+    That prior must not come from the chain's own answer: a wrong answer would then confirm itself. Log-ratios need
     no such detour: they weigh the places against being lost already. ``settings`` are by default the profile's.
     """
 
@@ -139,8 +146,16 @@ class ChainTracker:
         """A measurement as the chain sees it."""
         if measured.log_ratio is not None:
             return Observation(measured.distance, measured.log_ratio, 0.0)
-        places, lost = self._sequence.emissions.log_likelihood(self._filter.update(measured).places)
+        places, lost = self._sequence.emissions.log_likelihood(self._seen(measured))
         return Observation(measured.distance, places, lost)
+
+    def _seen(self, measured: Measurement) -> Seen:
+        if self.chain.settings.observation is ObservedDistribution.LIKELIHOOD:
+            return Seen(measured.likelihood, measured.likelihood, measured.log_average)
+        posterior, evidence = self._filter.filter(measured)
+        # The average features are as likely as before; the places, where the robot is expected, more than on average.
+        log_average = measured.log_average - math.log(evidence * len(posterior))
+        return Seen(posterior, measured.likelihood, log_average)
 
 
 def decoded_belief(decoded: Decoding | StatePosterior, lost_after: NDArray[np.float64], timings: Timings) -> Belief:

@@ -122,6 +122,7 @@ def figures_record(one: Figures) -> dict[str, float | None]:
     record |= {f"recall_at_{n}_percent": _finite(100 * wide.recall(n).value) for n in RANKS}
     return record | {
         "failures_views": _scored(wide, wide.failures),
+        "accuracy_percent": _finite(100 * wide.accuracy.value),
         "off_map_views": _scored(wide, int(wide.off_map.sum())),
         "false_fixes_views": _scored(wide, false_fixes),
         "worst_false_fix_m": _finite(wide.worst_false_fix),

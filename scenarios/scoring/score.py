@@ -108,6 +108,11 @@ class Score:
         return Proportion(self.count(Outcome.RIGHT), int(self.on_map.sum()))
 
     @property
+    def accuracy(self) -> Proportion:
+        """Right answers on the map and rejected views off it, among all: a false fix counts as much as a failure."""
+        return Proportion(self.count(Outcome.RIGHT, Outcome.REJECTED), self.scored)
+
+    @property
     def failures(self) -> int:
         """Failures as the thesis counts them: wrong and missed."""
         return self.count(Outcome.WRONG, Outcome.MISSED)

@@ -7,6 +7,7 @@ its structure, and a step costs O(K log W), where W is how many places the motio
 
 import math
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
@@ -14,8 +15,20 @@ from numpy.typing import NDArray
 from scipy.special import xlogy
 
 from refseq.inference.chain.exponential_kernel import ExponentialKernel
+from refseq.inference.chain.lost_view import LostView
 from refseq.inference.chain.motion import MotionSettings, motion_model, usual_step
 from refseq.inference.chain.paths import PathBounds
+
+
+class ObservedDistribution(StrEnum):
+    """Distributions over the places, of a view that is compared with them, that the chain can observe.
+
+    ``posterior`` is the mixture's under the motion prior, as in Fig. 3.11c: the odometer then counts twice, in that
+    prior and in the chain's own moves. ``likelihood`` is the mixture's alone.
+    """
+
+    POSTERIOR = "posterior"
+    LIKELIHOOD = "likelihood"
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +50,10 @@ class ChainSettings:
     ``kidnap_probability`` is the share of a Lost_Place's way out that leads to Lost_0 instead of to near places ahead:
     the robot forgets where it got lost, and may turn up anywhere, as after being carried off or turned round.
 
-    ``noise`` makes the places' emissions non-zero. A posterior whose entropy is above ``lost_view_entropy`` · log K is
-    the Lost View; a place emits it with probability ``lost_view_at_place``, a Lost_Place with ``lost_view_at_lost``,
-    and any view of the sequence alike (3.8).
+    ``observation`` is what of a view the chain observes. ``noise`` makes the places' emissions non-zero. ``lost_view``
+    says which views are the Lost View: by ``entropy`` those whose distribution over the places has one above
+    ``lost_view_entropy`` · log K. A place emits it with probability ``lost_view_at_place``, a Lost_Place with
+    ``lost_view_at_lost``, and any view of the sequence alike (3.8); where it is learnt, or none, they are not used.
 
     The thesis gives only ``lost`` and ``window``, T, the number of observations; the others are choices, and the
     defaults of ``lost_per_metre``, ``exit_at_ends`` and ``kidnap_probability`` leave them out.
@@ -53,7 +67,9 @@ class ChainSettings:
     lost_at_start: float = 0.5
     kidnap_probability: float = 0.0
     relocalisation_range: float = 10.0
+    observation: ObservedDistribution = ObservedDistribution.POSTERIOR
     noise: float = 0.1
+    lost_view: LostView = LostView.ENTROPY
     lost_view_entropy: float = 0.8
     lost_view_at_place: float = 0.1
     lost_view_at_lost: float = 0.5

@@ -7,9 +7,24 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
+from scipy.special import expit
 
-from refseq.belief import normalised_entropy
 from refseq.inference.chain.chain import ChainSettings
+from refseq.inference.chain.lost_view import NO_SYMBOL, HeldOutViews, LostView, LostViewSymbol, is_above
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """A view as the emissions take it: distributions over the K places, (K,) and of sum 1.
+
+    ``observed`` is the one that the chain observes, ``likelihood`` the view's alone. ``log_average`` is the log-odds of
+    the Lost View, as the average features, against all places together.
+    """
+
+    observed: NDArray[np.float64]
+    likelihood: NDArray[np.float64]
+    log_average: float = -np.inf
+
 
 MOST_ALIKE = 256
 """Most places that a row of the similarity keeps: enough to be exact for paths as long as the thesis'."""
@@ -21,23 +36,34 @@ class Emissions:
 
     The symbols are the K views and the Lost View. Row i of the similarity is the mixture's posterior of reference view
     i: few places stand out from a level ``floor`` (K,) that the others have, so ``above`` (K, K) holds sparsely by
-    how much they do. Rows sum to 1.
+    how much they do. Rows sum to 1. ``symbol`` is the Lost View where it is learnt.
     """
 
     above: Any
     floor: NDArray[np.float64]
     settings: ChainSettings
+    symbol: LostViewSymbol = NO_SYMBOL
 
     @classmethod
-    def from_posteriors(cls, rows: Iterable[NDArray[np.float64]], settings: ChainSettings) -> Self:
-        """Take the K posteriors (K,) one by one, so that no matrix of K² numbers is needed."""
-        kept = [_peaks(row) for row in rows]
+    def from_posteriors(
+        cls, rows: Iterable[NDArray[np.float64]], settings: ChainSettings, held_out: HeldOutViews | None = None
+    ) -> Self:
+        """Take the K posteriors (K,) one by one, so that no matrix of K² numbers is needed.
+
+        With ``held_out`` they also go there, to learn the Lost View from.
+        """
+        kept = []
+        for place, row in enumerate(rows):
+            kept.append(_peaks(row))
+            if held_out is not None:
+                held_out.add(place, row)
         K = len(kept)
         floor = np.array([level for _, _, level in kept])
         pointers = np.cumsum([0, *(len(places) for places, _, _ in kept)])
         places = np.concatenate([places for places, _, _ in kept])
         heights = np.concatenate([heights for _, heights, _ in kept])
-        return cls(csr_array((heights, places, pointers), shape=(K, K)), floor, settings)
+        symbol = NO_SYMBOL if held_out is None else held_out.symbol()
+        return cls(csr_array((heights, places, pointers), shape=(K, K)), floor, settings, symbol)
 
     @property
     def similarity(self) -> NDArray[np.float64]:
@@ -45,16 +71,30 @@ class Emissions:
         dense: NDArray[np.float64] = self.above.toarray() + self.floor[:, None]
         return dense
 
-    def log_likelihood(self, posterior: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-        """Of an observed view's posterior (K,): the log-likelihood of each place (K,), and of any Lost_Place.
+    def log_likelihood(self, seen: Seen) -> tuple[NDArray[np.float64], float]:
+        """Of a view: the log-likelihood of each place (K,), and of any Lost_Place.
 
-        The posterior is soft evidence on which of the views is seen, so a place's likelihood is the mean of its row
-        under it; the thesis' hard symbol is the case of a posterior that is sure.
+        The distribution that is observed is soft evidence on which of the views is seen, so a place's likelihood is the
+        mean of its row under it; the thesis' hard symbol is the case of a distribution that is sure. So is the Lost
+        View by its average features: the likelihoods are means of it and the others.
         """
-        s = self.settings
-        if is_lost_view(posterior, s):
-            return np.full(len(posterior), np.log(s.lost_view_at_place)), float(np.log(s.lost_view_at_lost))
-        return self.log_likelihood_of_place(posterior)
+        K, s = len(seen.observed), self.settings
+        alike = self.above @ seen.observed + self.floor * seen.observed.sum()
+        places = (1 - s.noise) * alike + s.noise / K
+        match s.lost_view:
+            case LostView.NONE:
+                return np.log(places), -float(np.log(K))
+            case LostView.LEARNT:
+                at_place, at_lost = self.symbol.log_likelihoods(seen.likelihood)
+                return np.log(places) + at_place, at_lost - float(np.log(K))
+            case LostView.ENTROPY:
+                share = float(is_above(s.lost_view_entropy, seen.observed))
+            case LostView.AVERAGE:
+                share = float(expit(seen.log_average))
+        places = (1 - share) * (1 - s.lost_view_at_place) * places + share * s.lost_view_at_place
+        lost = (1 - share) * (1 - s.lost_view_at_lost) / K + share * s.lost_view_at_lost
+        with np.errstate(divide="ignore"):  # a Lost View that is never shown at places rules them out
+            return np.log(places), float(np.log(lost))
 
     def log_likelihood_of_place(self, posterior: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
         """The same where none is too wide to be a place's: a view that says nothing is then no sign of being lost."""
@@ -62,11 +102,6 @@ class Emissions:
         alike = self.above @ posterior + self.floor * posterior.sum()
         seen = (1 - s.noise) * alike + s.noise / K
         return np.log((1 - s.lost_view_at_place) * seen), float(np.log((1 - s.lost_view_at_lost) / K))
-
-
-def is_lost_view(posterior: NDArray[np.float64], settings: ChainSettings) -> bool:
-    """True where the posterior says too little to be any view of the sequence."""
-    return normalised_entropy(posterior) > settings.lost_view_entropy
 
 
 def _peaks(row: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.float64], float]:

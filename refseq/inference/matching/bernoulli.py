@@ -49,10 +49,14 @@ class Convergence:
 
 
 class MixturePosterior(NamedTuple):
-    """A distribution over places (K,). Where the view is not ``possible``, it tells nothing: this is then the prior."""
+    """A distribution over places (K,). Where the view is not ``possible``, it tells nothing: this is then the prior.
+
+    ``log_evidence`` is log P(v), of the view at any place, under the prior.
+    """
 
     places: NDArray[np.float64]
     possible: bool
+    log_evidence: float = -np.inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +130,7 @@ class BernoulliMixture:
         if evidence == -np.inf:
             return MixturePosterior(prior / total, possible=False)
         places = np.exp(joint - evidence)
-        return MixturePosterior(places / places.sum(), possible=True)
+        return MixturePosterior(places / places.sum(), possible=True, log_evidence=float(evidence))
 
 
 class Start(NamedTuple):

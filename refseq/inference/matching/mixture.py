@@ -79,12 +79,15 @@ class MixtureSettings:
 class Match:
     """Likelihood of the view at each place: ``likelihood`` (K,) sums to 1, uniform when EM ``failed``.
 
-    It is the posterior under a uniform prior; with any other prior, multiply and normalise (2.12).
+    It is the posterior under a uniform prior; with any other prior, multiply and normalise (2.12). ``log_average`` is
+    the log-likelihood of the average feature combination of all places (1.4.3), on the same scale: 0 would be as
+    likely as all places together.
     """
 
     likelihood: NDArray[np.float64]
     failed: bool
     iterations: int
+    log_average: float
 
 
 def match_view(
@@ -125,7 +128,10 @@ def _count_differing(rows: Rows, v: NDArray[np.bool_], cost: float) -> Match:
     """Each place's own view as its component: log P(v | V_k) is log ``cost`` times the features that differ."""
     signs = (1.0 - 2.0 * v)[rows.numbers()]
     differing = v.sum() + np.bincount(rows.places, signs, minlength=rows.K)
-    return Match(softmax(np.log(cost) * differing), failed=False, iterations=0)
+    log_likelihood = np.log(cost) * differing
+    average = np.diff(rows.pointers) / rows.K
+    log_average = float(np.log(cost) * np.abs(v - average).sum() - logsumexp(log_likelihood))
+    return Match(softmax(log_likelihood), failed=False, iterations=0, log_average=log_average)
 
 
 def _match_hard(
@@ -151,8 +157,9 @@ def _match_hard(
     log_likelihood = (fit.differences(v, weights) * price)[columns.group]
     if settings.as_printed:
         log_likelihood += np.log(fit.sizes(columns) / columns.K)[columns.group]
-    likelihood = np.exp(log_likelihood - logsumexp(log_likelihood))
-    return Match(likelihood, failed=False, iterations=fit.iterations)
+    log_sum = logsumexp(log_likelihood)
+    log_average = float(weights @ np.abs(v - _average(columns)) * price - log_sum)
+    return Match(np.exp(log_likelihood - log_sum), failed=False, iterations=fit.iterations, log_average=log_average)
 
 
 def _match_soft(columns: Columns, v: NDArray[np.bool_], settings: MixtureSettings, rng: np.random.Generator) -> Match:
@@ -167,7 +174,16 @@ def _match_soft(columns: Columns, v: NDArray[np.bool_], settings: MixtureSetting
     posterior = mixture.posterior(v, share, as_printed=settings.as_printed)
     if not (record.settled and posterior.possible):
         return _nothing(columns.K, record.iterations)
-    return Match((posterior.places / columns.multiplicity)[columns.group], failed=False, iterations=record.iterations)
+    likelihood = (posterior.places / columns.multiplicity)[columns.group]
+    average = np.clip(_average(columns), stopping.limit, 1 - stopping.limit)
+    log_average = float(bernoulli.log_probabilities(v[None].astype(float), average[None])[0, 0])
+    log_sum = posterior.log_evidence + np.log(columns.K)
+    return Match(likelihood, failed=False, iterations=record.iterations, log_average=log_average - log_sum)
+
+
+def _average(columns: Columns) -> NDArray[np.float64]:
+    """The average feature combination: the share of the places that show each feature, (n,)."""
+    return np.asarray(columns.multiplicity @ columns.views / columns.K)
 
 
 def _count(K: int, settings: MixtureSettings) -> int:
@@ -177,4 +193,4 @@ def _count(K: int, settings: MixtureSettings) -> int:
 
 def _nothing(K: int, iterations: int) -> Match:
     """The answer to a view that tells nothing."""
-    return Match(np.full(K, 1 / K), failed=True, iterations=iterations)
+    return Match(np.full(K, 1 / K), failed=True, iterations=iterations, log_average=-float(np.log(K)))

@@ -100,6 +100,7 @@ FIGURES: Mapping[str, Figure[Figures]] = MappingProxyType(
         "within_1_place": _share(lambda f: f.wide.within_places(1).value, "at most one place from the right one"),
         "within_2_places": _share(lambda f: f.wide.within_places(2).value, "at most two places from the right one"),
         "within_5_places": _share(lambda f: f.wide.within_places(5).value, "at most five places from the right one"),
+        "accuracy": _share(lambda f: f.wide.accuracy.value, "right on the map or said to be lost off it, of all views"),
         "failures": _views(lambda f: f.wide.failures, "wrong and missed"),
         "failures_narrow": _views(lambda f: f.narrow.failures, "the same within score.narrow"),
         "wrong": _views(lambda f: f.wide.count(Outcome.WRONG), "answered elsewhere, on the map"),

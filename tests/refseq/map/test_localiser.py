@@ -6,10 +6,14 @@ import pytest
 
 from refseq.belief import LOST, Belief, Stage
 from refseq.errors import MapError
+from refseq.inference.chain.chain import Observation
+from refseq.inference.chain.lost_view import LostView
 from refseq.inference.matching.mixture import MixtureSettings
 from refseq.map.localiser import Localiser, localise, smoothed
 from refseq.map.map import Map
-from refseq.map.profile import BEST, THESIS, Profile
+from refseq.map.matcher import Matcher
+from refseq.map.profile import BEST, THESIS, Profile, profile_named
+from refseq.map.stages import ChainTracker
 from refseq.view import View
 from tests.refseq.rooms import bits_drive, bits_map, without
 
@@ -211,6 +215,41 @@ def test_a_map_of_one_place() -> None:
         for belief in beliefs:
             assert list(belief.places) == [1.0]
             assert (belief.best, belief.entropy) == (0, 0.0)
+
+
+# --- choices of the chain over the mixture: its observation, and the Lost View ---
+
+
+def observations(profile: str, views: Sequence[View], query: Sequence[View]) -> list[Observation]:
+    map_ = bits_map(views, profile_named(profile))
+    tracker, matcher = ChainTracker(map_.sequence), Matcher(map_)
+    return [tracker.observation(matcher.match(view)[0]) for view in query]
+
+
+def test_a_likelihood_knows_no_odometer_and_no_view_before() -> None:
+    views, query = noisy_drives(3)
+    far = [replace(view, distance=5.0 * view.distance) for view in query]
+    for observed, same in (("posterior", False), ("likelihood", True)):
+        given, other = (observations(f"thesis+chain.observation={observed}", views, q) for q in (query, far))
+        pairs = list(zip(given, other, strict=True))[2:]
+        assert all(np.allclose(one.places, two.places) for one, two in pairs) is same
+
+
+@pytest.mark.parametrize("observed", ["posterior", "likelihood"])
+@pytest.mark.parametrize("rule", list(LostView))
+def test_every_rule_finds_the_drive_and_says_more_often_lost_off_it(rule: LostView, observed: str) -> None:
+    """18 views of features seen on the path, in no such company, after 16 of the path."""
+    profile = profile_named(f"thesis+chain.lost_view={rule}+chain.observation={observed}")
+    on, off = [], []
+    for seed in range(3):
+        views, query = noisy_drives(seed, features=200, flips=0.2)
+        strange = np.random.default_rng(seed).random((18, 200)) < 0.12
+        drive = bits_drive({"camera": np.concatenate([images(query)[:16], strange])})
+        beliefs = run(Localiser(bits_map(views, profile)), drive)
+        assert sum(abs(belief.best - k) <= 1 for k, belief in enumerate(beliefs[:16])) >= 12
+        on += [belief.lost for belief in beliefs[5:16]]
+        off += [belief.lost for belief in beliefs[22:]]
+    assert np.mean(off) > np.mean(on) + 0.05
 
 
 # --- the second way to match: evidence, and the forward filter (profile best) ---

@@ -50,6 +50,7 @@ def test_each_outcome_has_its_case() -> None:
         Outcome.UNSCORED,
     )
     assert result.success == Proportion(1, 3)
+    assert result.accuracy == Proportion(2, 5), "right on the map, rejected off it"
     assert result.failures == 2
 
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.special import logsumexp
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
-from refseq.inference.chain.emissions import Emissions
+from refseq.inference.chain.emissions import Emissions, Seen
 from refseq.inference.chain.forward import ForwardFilter, StatePosterior, log_moved, smooth
 from tests.refseq.chains import MOTION, THESIS, all_paths, chain_settings, dense_transitions, drives, marginal, paths
 
@@ -53,7 +53,10 @@ def test_they_agree_with_hmmlearn(seed: int, distance: float) -> None:
     emissions = Emissions.from_posteriors(rng.dirichlet(np.full(K, 0.2), K), settings)
     symbols = rng.integers(0, K + 1, T)
     posteriors = np.vstack([np.eye(K), np.full(K, 1 / K)])
-    observations = [Observation(distance, *emissions.log_likelihood(posteriors[symbol])) for symbol in symbols]
+    observations = [
+        Observation(distance, *emissions.log_likelihood(Seen(posteriors[symbol], posteriors[symbol])))
+        for symbol in symbols
+    ]
 
     A = dense_transitions(chain, distance)
     seen = (1 - settings.noise) * emissions.similarity + settings.noise / K

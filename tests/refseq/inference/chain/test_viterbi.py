@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation
-from refseq.inference.chain.emissions import Emissions
+from refseq.inference.chain.emissions import Emissions, Seen
 from refseq.inference.chain.viterbi import Decoding, SlidingViterbi, best_path, viterbi
 from tests.refseq.chains import (
     MOTION,
@@ -100,7 +100,7 @@ def test_lost_views_lead_to_a_lost_place_and_back() -> None:
     K = 10
     emissions = Emissions.from_posteriors(np.eye(K), THESIS)
     posteriors = [np.eye(K)[k] for k in (2, 3, 4)] + [np.full(K, 1 / K)] * 3 + [np.eye(K)[8]]
-    observations = [Observation(1.0, *emissions.log_likelihood(p)) for p in posteriors]
+    observations = [Observation(1.0, *emissions.log_likelihood(Seen(p, p))) for p in posteriors]
     chain = Chain(np.arange(float(K)), MOTION, THESIS)
     assert best_path(observations, chain) == (2, 3, 4, K + 5, K + 5, K + 5, 8)
     lost = [viterbi(observations[: t + 1], chain).lost.sum() for t in range(7)]

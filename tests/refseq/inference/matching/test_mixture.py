@@ -316,3 +316,27 @@ def test_the_same_seed_gives_the_same_answer_and_random_components_depend_on_it(
     np.testing.assert_array_equal(first.likelihood, again.likelihood)
     others = [match_view(visible, s, rng(seed)).likelihood for seed in range(2, 6)]
     assert any(not np.array_equal(first.likelihood, other) for other in others)
+
+
+def test_the_average_view_is_compared_as_places_are() -> None:
+    """Each place its own component: the likelihoods are cost^(features that differ), the average's too (1.4.3)."""
+    visible = rng(2).random((9, 6)) < 0.4
+    places = DEFAULTS.cost ** (~visible).sum(axis=0).astype(float)
+    average = DEFAULTS.cost ** (1 - visible.mean(axis=1)).sum()
+    for form in (MixtureForm.HARD_EM, MixtureForm.COUNTING):
+        match = match_view(visible, replace(DEFAULTS, form=form, components=1.0, from_views=1.0), rng())
+        np.testing.assert_allclose(match.likelihood, places / places.sum())
+        assert np.exp(match.log_average) == pytest.approx(average / places.sum())
+
+
+def test_one_bernoulli_component_is_the_average_view() -> None:
+    """All places are then as likely as it is."""
+    visible, K = rng(4).random((7, 10)) < 0.5, 10
+    one = MixtureSettings(form=MixtureForm.BERNOULLI, components=0.01, limit=0.01, iterations=200)
+    match = match_view(visible, one, rng(), rng(5).random(7) < 0.5)
+    assert not match.failed
+    assert match.log_average == pytest.approx(-np.log(K))
+
+
+def test_of_a_view_without_features_the_average_is_as_likely_as_a_place() -> None:
+    assert match_view(np.zeros((0, 5), np.bool_), DEFAULTS, rng()).log_average == pytest.approx(-np.log(5))
