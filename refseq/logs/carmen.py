@@ -265,9 +265,7 @@ def _flaser(line: _CarmenLine) -> _LaserLine:
     n = line.count(1)
     line.expect(n + 11, n)
     truth, odometry = line.floats(n + 2, n + 5), line.floats(n + 5, n + 8)
-    # The message has no angles: 360 beams and more come every half degree, fewer every degree.
-    step = HALF_DEGREE if n >= 360 else 2 * HALF_DEGREE
-    scan = _scan(line.floats(2, n + 2), -math.pi / 2, step, NO_RETURN)
+    scan = _scan(line.floats(2, n + 2), -math.pi / 2, _flaser_step(n), NO_RETURN)
     return _timed(line, n + 8, scan, truth=_pose(truth), odometry=_pose(odometry))
 
 
@@ -323,7 +321,9 @@ def _scan(ranges: NDArray[np.float64], start: float, step: float, max_range: flo
 
 
 def write_carmen(path: Path, views: Sequence[View], metadata: Mapping[str, str] | None = None) -> None:
-    """Write the scans of ``views`` as a CARMEN log of FLASER lines, replacing ``path`` in one step.
+    """Write the scans of ``views`` as a CARMEN log, replacing ``path`` in one step.
+
+    Lines are FLASER, which has no angles; for scans of other angles than it stands for they are ROBOTLASER1.
 
     Images have no place in the format, nor spaces and line ends in a metadata value: they become underscores. The
     odometer pose is the sum of the views' motions from the first one's truth.
@@ -339,13 +339,30 @@ def write_carmen(path: Path, views: Sequence[View], metadata: Mapping[str, str] 
         if index:
             odometry = after_motion(odometry, view.distance, view.turn)
         if view.scan is not None:
-            lines.append(_flaser_text(view, view.scan, odometry))
+            lines.append(_laser_text(view, view.scan, odometry))
     replace_text(path, "\n".join(lines) + "\n")
 
 
-def _flaser_text(view: View, scan: Scan, odometry: Pose) -> str:
-    reach = np.where(np.isfinite(scan.ranges), scan.ranges, NO_RETURN)
+def _laser_text(view: View, scan: Scan, odometry: Pose) -> str:
+    reach = np.where(np.isfinite(scan.ranges), scan.ranges, max(scan.max_range, NO_RETURN))
     ranges = " ".join(f"{r:.2f}" for r in reach)
     truth = view.truth or odometry
     poses = " ".join(f"{value:.6f}" for p in (truth, odometry) for value in (p.x, p.y, p.heading))
-    return f"FLASER {len(reach)} {ranges} {poses} {view.time:.6f} refseq {view.time:.6f}"
+    stamps = f"{view.time:.6f} refseq {view.time:.6f}"
+    if _as_flaser_says(scan):
+        return f"FLASER {len(reach)} {ranges} {poses} {stamps}"
+    width = scan.step * (len(reach) - 1)
+    head = f"0 {scan.start:.9f} {width:.9f} {scan.step:.9f} {scan.max_range:g} 0.01 0"
+    return f"ROBOTLASER1 {head} {len(reach)} {ranges} 0 {poses} 0 0 0 0 0 {stamps}"
+
+
+def _flaser_step(n: int) -> float:
+    """FLASER has no angles: 360 beams and more come every half degree, fewer every degree [rad]."""
+    return HALF_DEGREE if n >= 360 else 2 * HALF_DEGREE
+
+
+def _as_flaser_says(scan: Scan) -> bool:
+    """True where a reader of FLASER takes each beam for the direction that it has, within a tenth of a step."""
+    n, step = len(scan.ranges), _flaser_step(len(scan.ranges))
+    farthest = abs(scan.start + math.pi / 2) + abs(scan.step - step) * n
+    return farthest < step / 10

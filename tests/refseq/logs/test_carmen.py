@@ -174,6 +174,23 @@ def test_round_trip(tmp_path: Path, beams: int) -> None:
         assert (read.distance, read.turn) == pytest.approx((view.distance, view.turn), abs=1e-5)
 
 
+@pytest.mark.parametrize(("beams", "start", "step"), [(1081, -0.75 * math.pi, math.pi / 720), (180, -1.0, 0.01)])
+def test_scans_of_other_angles_keep_them(tmp_path: Path, beams: int, start: float, step: float) -> None:
+    views = [
+        replace(view, scan=Scan(view.scan.ranges, start, step, 30.0) if view.scan else None) for view in drive(beams)
+    ]
+    write_carmen(tmp_path / "a.log", views)
+    read, written = read_recording(tmp_path / "a.log").views, [view for view in views if view.scan]
+    for found, view in zip(read, written, strict=True):
+        assert found.scan
+        assert view.scan
+        assert found.scan.bearings == pytest.approx(view.scan.bearings, abs=1e-5)
+        near = view.scan.ranges < 30
+        np.testing.assert_array_equal(found.scan.ranges[near], view.scan.ranges[near])
+        assert np.isinf(found.scan.ranges[~near]).all()
+        assert (found.truth, found.time, found.scan.max_range) == (view.truth, view.time, 30.0)
+
+
 def test_motion_of_a_view_without_scan_is_not_lost(tmp_path: Path) -> None:
     views = [replace(view, distance=0.5, turn=0.0) for view in drive(181)]
     write_carmen(tmp_path / "a.log", views)
