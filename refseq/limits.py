@@ -47,9 +47,9 @@ class Share:
     unit: str
     why: str
 
-    def of(self, path: Path) -> "Meter":
+    def of(self, path: Path) -> "TotalSize":
         """Begin to count what a file gives."""
-        return Meter(self, path)
+        return TotalSize(self, path)
 
     @property
     def text(self) -> str:
@@ -58,7 +58,7 @@ class Share:
         return f"{_grouped(self.free)}, and {more} of the file"
 
 
-class Meter:
+class TotalSize:
     """Count of what a file has given so far."""
 
     def __init__(self, share: Share, path: Path) -> None:

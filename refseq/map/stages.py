@@ -135,7 +135,7 @@ class ChainTracker:
         return self.belief(decoded, replace(measured.timings, chain=time.perf_counter() - start))
 
     def belief(self, decoded: Decoding | StatePosterior, timings: Timings) -> Belief:
-        """What was decoded, as a belief."""
+        """The decoded path and its probabilities, as a belief."""
         return decoded_belief(decoded, self.chain.lost_after(decoded.lost), timings)
 
     def decode(self, observation: Observation) -> Decoding | StatePosterior:

@@ -37,28 +37,28 @@ class ChannelSummary:
 
 
 @dataclass(frozen=True)
-class PlacedView:
+class ViewAtPlace:
     """A view of a later drive, and the place where it was taken."""
 
     view: View
     place: int
 
 
-def placed(map_: Map, views: Sequence[View]) -> Iterator[PlacedView]:
+def placed(map_: Map, views: Sequence[View]) -> Iterator[ViewAtPlace]:
     """The views that were taken at a place of the map, by true poses; where those lack, by the chain in hindsight."""
     path = ReferencePath([View(0.0, truth=pose) for pose in map_.poses])
     if path.known and any(view.truth is not None for view in views):
         for view in views:
             if path.within(view.truth, WIDE).any() and (place := path.nearest(view.truth)) is not None:
-                yield PlacedView(view, place)
+                yield ViewAtPlace(view, place)
         return
     for view, belief in zip(views, smoothed(map_, views), strict=True):
         if belief.lost <= LOST_ABOVE:
-            yield PlacedView(view, belief.best)
+            yield ViewAtPlace(view, belief.best)
 
 
 def learnt_channels(map_: Map, views: Sequence[View]) -> Mapping[str, FeatureCounts]:
-    """How each extractor's features are seen again in a drive. Raises ``ScenarioError`` where no view is at a place."""
+    """Channels of each extractor's features in a drive. Raises ``ScenarioError`` where no view is at a place."""
     at = list(placed(map_, views))
     if not at:
         raise ScenarioError(f"none of {len(views)} views is at a place of the map; valid is a drive along its path")

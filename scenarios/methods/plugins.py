@@ -26,8 +26,8 @@ from refseq_bench.scenarios.methods.guests.limits import limits_here
 from refseq_bench.scenarios.methods.guests.process import Guest, GuestError
 from refseq_bench.scenarios.methods.guests.wire import (
     PROTOCOL,
+    GuestMessage,
     Kind,
-    Message,
     WireError,
     belief_of,
     packed,
@@ -192,11 +192,13 @@ class PluginLocaliser:
         """End its process; nothing can be asked any more."""
         self._guest.close()
 
-    def _asked(self, where: str, message: Sequence[memoryview], due: Kind, seconds: float, most: int = 0) -> Message:
+    def _asked(
+        self, where: str, message: Sequence[memoryview], due: Kind, seconds: float, most: int = 0
+    ) -> GuestMessage:
         with self._guarded(where):
             return self._guest.ask(message, due, seconds, most)
 
-    def _capabilities(self, answer: Message) -> tuple[frozenset[str] | None, bool]:
+    def _capabilities(self, answer: GuestMessage) -> tuple[frozenset[str] | None, bool]:
         """Sensors that it wants, None: all, and whether it can tell what it keeps."""
         with self._guarded("hello"):
             version, sensors = answer.header.get("protocol"), answer.header.get("sensors")

@@ -278,7 +278,7 @@ def _row(
 
 
 def _last_sure(path: ReferencePath, left: Pose | None, belief: Belief, outcome: Outcome) -> float:
-    """How far a robot that is rightly lost was last sure from where it ``left`` the map [m]."""
+    """Distance [m] between where a robot that is rightly lost was last sure and where it ``left`` the map."""
     if outcome is not Outcome.REJECTED or left is None or belief.last_sure is None:
         return math.nan
     return path.apart(belief.last_sure, left)

@@ -42,7 +42,7 @@ class ViewLocaliser(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class MissionView:
     """A view on the way: when [s], the true pose and what was believed; images are gone."""
 
     view: View
@@ -60,7 +60,7 @@ class DrivenMission:
 
     executor: Executor
     track: NDArray[np.float64]
-    seen: tuple[Seen, ...]
+    seen: tuple[MissionView, ...]
     touched: tuple[str, ...]
     photographs: Mapping[str, Mapping[str, NDArray[np.uint8]]]
 
@@ -118,7 +118,7 @@ class _MissionRun:
         self._running: tuple[int, Behaviour] | None = None
         self._moved, self._began = Moved(), bench.time
         self._start = bench.state.distance
-        self._seen: list[Seen] = []
+        self._seen: list[MissionView] = []
         self._track: list[tuple[float, ...]] = []
 
     def until_over(self, timeout: float, each: Callable[[Executor, Bench], None] | None) -> DrivenMission:
@@ -179,7 +179,7 @@ class _MissionRun:
         view = self._bench.sense()
         if self._localiser is not None:
             belief = self._localiser.update(replace(view, truth=None))
-            self._seen.append(Seen(replace(view, images={}), belief))
+            self._seen.append(MissionView(replace(view, images={}), belief))
             self._executor.believe(belief)
         return view
 

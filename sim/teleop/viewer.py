@@ -32,7 +32,7 @@ FRAME = 1 / 30
 
 @dataclass(frozen=True, slots=True)
 class ViewerSettings:
-    """Who may come to the page (``policy``), and ``rate``, simulated over real time (above 0).
+    """Settings of the page: its ``policy`` says who may come in, ``rate``, simulated over real time (above 0).
 
     ``told`` is called with the page's address.
     """

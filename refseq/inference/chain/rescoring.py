@@ -33,7 +33,7 @@ def rescored(paths: Iterable[RankedPath], *terms: Term) -> list[RankedPath]:
 
 @dataclass(frozen=True)
 class DurationModel:
-    """How far the robot goes while it is at a place, beside how far one expects: a gamma distribution of their ratio.
+    """Distance gone while at a place over the one expected: a gamma distribution of their ratio.
 
     ``usual`` (K,) [m] is half the way to the place before and half that to the one behind, ``spread`` the ratio's
     standard deviation; its mean is 1. A compact sequence has places of all lengths, whose stays a chain of one state a

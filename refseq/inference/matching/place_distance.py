@@ -49,6 +49,6 @@ class PlaceDistances:
 
 
 def nats_a_difference(noise: Noise) -> float:
-    """What one feature that only one of two places has adds to their distance [nats], by the rates of its extractor."""
+    """Share of a feature that only one of two places has in their distance [nats], by the rates of its extractor."""
     p, q = noise.detection, noise.false_alarm
     return (p - q) * math.log(p * (1 - q) / (q * (1 - p))) / 2

@@ -13,7 +13,7 @@ from mcap.records import Channel, Chunk, Footer, Header, Message, Metadata, Sche
 from mcap.stream_reader import StreamReader
 
 from refseq.files import open_input
-from refseq.limits import CHUNK_BYTES, MESSAGES, TOPICS, UNPACKED_BYTES, Meter
+from refseq.limits import CHUNK_BYTES, MESSAGES, TOPICS, UNPACKED_BYTES, TotalSize
 from refseq.logs.unpacking import WholeReads, translating, unpack_lz4, unpack_zstd
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -70,7 +70,7 @@ def records(path: Path) -> Iterator[Header | Metadata | Footer | Schema | Channe
                     yield record
 
 
-def _plain_records(file: WholeReads, unpacked: Meter) -> Iterator[object]:
+def _plain_records(file: WholeReads, unpacked: TotalSize) -> Iterator[object]:
     """Records of the file, those of its chunks in their place."""
     for record in StreamReader(file, validate_crcs=True, emit_chunks=True).records:
         if isinstance(record, Chunk):
@@ -79,7 +79,7 @@ def _plain_records(file: WholeReads, unpacked: Meter) -> Iterator[object]:
             yield record
 
 
-def _unpacked(chunk: Chunk, unpacked: Meter) -> bytes:
+def _unpacked(chunk: Chunk, unpacked: TotalSize) -> bytes:
     """The bytes of a chunk, no more of them than it declares and the file may give."""
     size = chunk.uncompressed_size
     CHUNK_BYTES.check(size, "a chunk declares", McapError)

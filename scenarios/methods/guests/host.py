@@ -19,8 +19,8 @@ from refseq.view import View
 from refseq_bench.scenarios.methods.guests.wire import (
     LENGTHS,
     PROTOCOL,
+    GuestMessage,
     Kind,
-    Message,
     belief_message,
     packed,
     parsed,
@@ -65,7 +65,7 @@ class _Host:
         self._maker: Callable[[Sequence[View]], LocaliserProtocol] | None = None
         self._inner: LocaliserProtocol | None = None
 
-    def reply(self, message: Message) -> list[memoryview]:
+    def reply(self, message: GuestMessage) -> list[memoryview]:
         """The answer to a message, no piece where none is due; whatever the user's code raises is an answer too."""
         try:
             return self._mishap or self._reply(message)
@@ -77,7 +77,7 @@ class _Host:
         self._mishap = packed(Kind.ERROR, {"reason": reason})
         return [] if message.kind == Kind.LEARN else self._mishap  # the bench reads nothing while it sends views
 
-    def _reply(self, message: Message) -> list[memoryview]:
+    def _reply(self, message: GuestMessage) -> list[memoryview]:
         match message.kind:
             case Kind.HELLO:
                 self._load(message.header["seed"])

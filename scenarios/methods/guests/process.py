@@ -17,7 +17,7 @@ from refseq_bench.scenarios.methods.guests.folder import GuestCode, GuestFolder
 from refseq_bench.scenarios.methods.guests.limits import GuestLimits
 from refseq_bench.scenarios.methods.guests.said import Said, printable
 from refseq_bench.scenarios.methods.guests.watch import Watch
-from refseq_bench.scenarios.methods.guests.wire import Incoming, Kind, Message, WireError
+from refseq_bench.scenarios.methods.guests.wire import GuestMessage, Incoming, Kind, WireError
 
 PIPE_BYTES = 1 << 20
 """Size of the pipe to a guest, where the system lets us: a view of two cameras fits and is handed over at once."""
@@ -81,7 +81,7 @@ class Guest:
         """Send a message to which there is no answer."""
         self._exchange(message, None, seconds)
 
-    def ask(self, message: Sequence[memoryview], due: Kind, seconds: float, most: int = 0) -> Message:
+    def ask(self, message: Sequence[memoryview], due: Kind, seconds: float, most: int = 0) -> GuestMessage:
         """Send a message and wait for the answer ``due``, whose payload has at most so many bytes."""
         if self._out in self._ready(0, writing=False, reading=True):
             raise self.failed("sent something before it was asked" if os.read(self._out, 1) else "")

@@ -46,7 +46,7 @@ class WireError(Exception):
 
 
 @dataclass(frozen=True)
-class Message:
+class GuestMessage:
     """A message as it came: its header and the bytes behind it."""
 
     header: Mapping[str, Any]
@@ -66,7 +66,7 @@ def packed(kind: Kind, header: Mapping[str, object], arrays: Sequence[NDArray[An
     return [memoryview(lengths + text), *payload]
 
 
-def parsed(header: bytes, payload: bytes) -> Message:
+def parsed(header: bytes, payload: bytes) -> GuestMessage:
     """A message from the bytes of its parts. Raises ``WireError``."""
     try:
         found = json.loads(header)
@@ -74,7 +74,7 @@ def parsed(header: bytes, payload: bytes) -> Message:
         raise WireError(f"sent {header[:40]!r} as a header; valid is a JSON object") from None
     if not isinstance(found, dict):
         raise WireError(f"sent {header[:40]!r} as a header; valid is a JSON object")
-    return Message(found, payload)
+    return GuestMessage(found, payload)
 
 
 def lengths_of(prefix: bytes | bytearray, most: int) -> tuple[int, int]:
@@ -107,7 +107,7 @@ class Incoming:
             self._got.clear()
 
     @property
-    def message(self) -> Message:
+    def message(self) -> GuestMessage:
         """The whole of it. Raises ``WireError``."""
         assert self._lengths is not None
         return parsed(bytes(self._got[: self._lengths[0]]), bytes(self._got[self._lengths[0] :]))
@@ -140,7 +140,7 @@ def _scan_header(scan: Scan) -> dict[str, float]:
     return {"beams": len(scan.ranges), "start": scan.start, "step": scan.step, "max_range": scan.max_range}
 
 
-def view_of(message: Message) -> View:
+def view_of(message: GuestMessage) -> View:
     """The inverse; arrays cannot be written to."""
     header, images, at = message.header, {}, 0
     for one in header["images"]:
@@ -173,7 +173,7 @@ def belief_message(belief: Belief) -> list[memoryview]:
     return packed(Kind.BELIEF, header, [np.ascontiguousarray(belief.places, "<f8")])
 
 
-def belief_of(message: Message, places: int) -> Belief:
+def belief_of(message: GuestMessage, places: int) -> Belief:
     """The belief of so many ``places`` in a message, unchecked; what it leaves out follows from its places.
 
     Raises ``WireError`` where the payload is not so long as it should be.

@@ -28,7 +28,7 @@ WIDTH = 480
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class BeliefSeen:
     """Belief of a view: when, the probability of each place that has some, and of being lost; ends of its beams."""
 
     time: float
@@ -51,7 +51,7 @@ class MissionWatch:
         self._wanted = ""
         self._log: list[list[Any]] = []
         self._track: list[list[float]] = []
-        self._seen: list[Seen] = []
+        self._seen: list[BeliefSeen] = []
         self._pictures: dict[str, bytes] = {}
         self._now: dict[str, Any] = {}
         self._began: float | None = None
@@ -62,7 +62,7 @@ class MissionWatch:
         """Keep what a view shows and what is believed of it."""
         self._began = view.time if self._began is None else self._began
         likely = np.flatnonzero(belief.places >= LEAST)
-        seen = Seen(
+        seen = BeliefSeen(
             time=round(view.time - self._began, 2),
             places=[[int(place), round(float(belief.places[place]), 3)] for place in likely],
             lost=round(float(belief.lost), 3),

@@ -169,7 +169,7 @@ def goal(belief: Belief, known: Known) -> NDArray[np.float32]:
 
 
 def asked(belief: Belief, known: Known, behaviours: int) -> NDArray[np.float32]:
-    """What is due where the robot expects to be, and what comes next, (SHOWN, 1 + behaviours); 0 where nothing does.
+    """The order due where the robot expects to be and those next, (SHOWN, 1 + behaviours); 0 where there is none.
 
     A row has the way to where it begins [m], negative behind the robot, and a 1 at the number of the behaviour.
     """

@@ -16,7 +16,7 @@ Examples = tuple[list[Arrays], list[int]]
 
 
 def examples(config: TrainingConfig) -> Examples:
-    """What the executor sees and does in ``config.taught`` episodes, seeded from the training's seed on."""
+    """The executor's observations and actions in ``config.taught`` episodes, seeded from the training's seed on."""
     env = environment(config.task, config.learnt_in)
     unwrapped = env.unwrapped
     assert isinstance(unwrapped, RobotEnv)

@@ -15,7 +15,7 @@ from refseq.missions.true_way import TrueWay, distance_to
 from refseq_bench.sim.envs.tasks.mission_draw import draw_mission
 from refseq_bench.sim.envs.tasks.mission_goal import WITHIN, doorway_near, goal_of
 from refseq_bench.sim.envs.tasks.path import Polyline
-from refseq_bench.sim.envs.tasks.task import Asked, Episode, Looking, Situation, Task, TaskGround
+from refseq_bench.sim.envs.tasks.task import AskedOrder, Episode, Looking, Situation, Task, TaskGround
 from refseq_bench.sim.errors import SimError
 
 WRONG = 1.0
@@ -84,14 +84,14 @@ class OnMission(Episode):
         return {"mission": str(self._mission), "wrong_switches": self._wrong}
 
 
-def asked_by(plan: Plan) -> tuple[Asked, ...]:
+def asked_by(plan: Plan) -> tuple[AskedOrder, ...]:
     """Behaviours of a plan in their order, without those that only go on; the last is to stand, if nothing else is."""
-    found: list[Asked] = []
+    found: list[AskedOrder] = []
     for order in plan.orders:
         if not (found and order.travels and kind_of(order.behaviour) == kind_of(found[-1].behaviour)):
-            found.append(Asked(order.at, order.behaviour))
+            found.append(AskedOrder(order.at, order.behaviour))
     if plan.orders[-1].travels:
-        found.append(Asked(plan.goal, STOP))
+        found.append(AskedOrder(plan.goal, STOP))
     return tuple(found)
 
 

@@ -81,8 +81,8 @@ class Looking:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
-    """What a task asks for from a place of the map on: ``at`` [m along its path] the robot is to do ``behaviour``."""
+class AskedOrder:
+    """A task's order from a place of the map on: ``at`` [m along its path] the robot is to do ``behaviour``."""
 
     at: float
     behaviour: str
@@ -122,7 +122,7 @@ class Episode(ABC):
     """From where to where along the route [m] the robot is led before it is carried to the start, if it is."""
     plan: Plan | None = None
     """What a mission asks for, where there is one."""
-    asked: tuple[Asked, ...] = ()
+    asked: tuple[AskedOrder, ...] = ()
     """What is asked for along the path, where the task says so place by place."""
 
     def begin(self, situation: Situation) -> float:
@@ -145,7 +145,7 @@ class Episode(ABC):
 
     @property
     def told(self) -> Mapping[str, Any]:
-        """What else ``info`` is to hold; the same keys each time."""
+        """Further entries of ``info``; the same keys each time."""
         return {}
 
     @abstractmethod

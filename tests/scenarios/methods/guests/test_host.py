@@ -8,13 +8,13 @@ import pytest
 from refseq.belief import Belief, Timings, belief_from
 from refseq.view import View
 from refseq_bench.scenarios.methods.guests.host import _Host, serve
-from refseq_bench.scenarios.methods.guests.wire import Kind, Message, belief_of, packed, parsed, view_message
+from refseq_bench.scenarios.methods.guests.wire import GuestMessage, Kind, belief_of, packed, parsed, view_message
 from refseq_bench.scenarios.methods.plugins import check_plugin
 from tests.forked import in_child
 from tests.scenarios.methods.folder import GOOD, written
 
 
-def sent(pieces: list[memoryview]) -> Message:
+def sent(pieces: list[memoryview]) -> GuestMessage:
     data = b"".join(pieces)
     header, payload = np.frombuffer(data, "<u4", 2)
     assert len(data) == 8 + header + payload
@@ -29,10 +29,10 @@ class Asked:
         sys.path.append(str(here))
         self.host, self.places = _Host("mine:Mine", 1), 0
 
-    def ask(self, kind: Kind, **header: object) -> Message:
+    def ask(self, kind: Kind, **header: object) -> GuestMessage:
         return sent(self.host.reply(sent(packed(kind, header))))
 
-    def learn(self, views: list[View]) -> Message:
+    def learn(self, views: list[View]) -> GuestMessage:
         if (answer := self.ask(Kind.HELLO, seed=1)).kind == Kind.ERROR:
             return answer
         for number, view in enumerate(views):
@@ -40,7 +40,7 @@ class Asked:
         self.places = len(views)
         return self.ask(Kind.LEARNT)
 
-    def update(self, number: int, view: View) -> Message:
+    def update(self, number: int, view: View) -> GuestMessage:
         return sent(self.host.reply(sent(view_message(Kind.LOCALISE, number, view, None))))
 
     def belief(self, view: View) -> Belief:

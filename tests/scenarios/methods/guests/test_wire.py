@@ -10,9 +10,9 @@ from refseq.belief import Belief, Timings, belief_from
 from refseq.view import Scan, View
 from refseq_bench.scenarios.methods.guests.wire import (
     MOST_HEADER,
+    GuestMessage,
     Incoming,
     Kind,
-    Message,
     WireError,
     belief_message,
     belief_of,
@@ -27,7 +27,7 @@ scans = st.builds(Scan, arrays(np.float32, st.integers(0, 9)), numbers, numbers,
 views = st.builds(View, numbers, pictures, st.none() | scans, numbers, numbers, st.none(), st.text(), st.booleans())
 
 
-def received(pieces: list[memoryview], most: int = 1 << 20, cut: int = 7) -> Message:
+def received(pieces: list[memoryview], most: int = 1 << 20, cut: int = 7) -> GuestMessage:
     """The message, which comes in small pieces."""
     data, incoming = b"".join(pieces), Incoming(most)
     while incoming.missing:
@@ -132,5 +132,5 @@ def test_what_is_no_message_is_told(data: bytes, told: str) -> None:
 )
 def test_places_of_another_length_are_refused(header: dict[str, object], size: int, told: str) -> None:
     with pytest.raises(WireError) as caught:
-        belief_of(Message(header, bytes(size)), 3)
+        belief_of(GuestMessage(header, bytes(size)), 3)
     assert str(caught.value) == told

@@ -15,7 +15,7 @@ from refseq_bench.sim.envs.tasks.by_name import made_task
 from refseq_bench.sim.envs.tasks.mission_draw import NEAREST, draw_mission
 from refseq_bench.sim.envs.tasks.mission_goal import ARRIVED, WITHIN
 from refseq_bench.sim.envs.tasks.run_mission import WRONG, RunMissionTask
-from refseq_bench.sim.envs.tasks.task import FAILURE, SUCCESS, Asked, Episode, Situation, TaskGround
+from refseq_bench.sim.envs.tasks.task import FAILURE, SUCCESS, AskedOrder, Episode, Situation, TaskGround
 from refseq_bench.sim.envs.worlds.rooms import two_rooms
 from refseq_bench.sim.errors import SimError
 from tests.refseq.missions.on_a_line import way
@@ -119,8 +119,8 @@ def test_a_collision_is_a_failure_as_in_all_tasks() -> None:
 
 def test_what_is_asked_leaves_out_landmarks_that_are_only_passed() -> None:
     asked = begun(CROSS).asked
-    assert asked == (Asked(0.0, "MN"), Asked(8.8, "MC:right"))
-    assert begun("[LD_LD]").asked == (Asked(0.0, "MN"), Asked(10.0, "stop"))
+    assert asked == (AskedOrder(0.0, "MN"), AskedOrder(8.8, "MC:right"))
+    assert begun("[LD_LD]").asked == (AskedOrder(0.0, "MN"), AskedOrder(10.0, "stop"))
 
 
 # --- what is drawn ---
@@ -175,4 +175,5 @@ def test_behaviours_of_a_mission_are_actions_where_it_asks_for_them() -> None:
     assert "MW:right,1" not in RunMissionTask(CROSS).behaviours
     task = RunMissionTask("[LD_LA1MW]", {"LA1": 7.0})
     assert "MW:right,1" in task.behaviours
-    assert task.episode(GROUND, np.random.default_rng(0)).asked[1:] == (Asked(7.0, "MW:right,1"), Asked(20.0, "stop"))
+    asked = task.episode(GROUND, np.random.default_rng(0)).asked
+    assert asked[1:] == (AskedOrder(7.0, "MW:right,1"), AskedOrder(20.0, "stop"))
