@@ -97,9 +97,13 @@ class InPlaces:
     def update(self, view: View) -> Belief:
         """Answer with the belief of all views of a place summed up at the place."""
         belief = self._inner.update(view)
-        places = np.bincount(self._held, weights=belief.places, minlength=self._places).astype(np.float64)
         path = tuple(int(self._held[view]) if view >= 0 else view for view in belief.path)
-        return replace(belief, places=places, best=int(self._held[belief.best]), path=path)
+        lost_after = None if belief.lost_after is None else self._summed(belief.lost_after)
+        best = int(self._held[belief.best])
+        return replace(belief, places=self._summed(belief.places), best=best, path=path, lost_after=lost_after)
+
+    def _summed(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.bincount(self._held, weights=shares, minlength=self._places).astype(np.float64)
 
 
 def positions(views: Sequence[View]) -> NDArray[np.float64]:

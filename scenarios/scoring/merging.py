@@ -67,8 +67,14 @@ def merged_drives(maps: Sequence[Map], merging: bool) -> tuple[Map, Merging]:
 
 def by_views(map_: Map, belief: Belief) -> Belief:
     """A belief about a map's places as one about all views that were learnt: those that were taken out have none."""
-    views = map_.learnt
-    places = np.zeros(sum(map(len, map_.paths)))
-    places[views] = belief.places
+    views, count = map_.learnt, sum(map(len, map_.paths))
+
+    def spread(shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        found = np.zeros(count)
+        found[views] = shares
+        return found
+
     path = tuple(place if place == LOST else int(views[place]) for place in belief.path)
-    return replace(belief, places=places, best=int(views[belief.best]), path=path)
+    lost_after = None if belief.lost_after is None else spread(belief.lost_after)
+    best = int(views[belief.best])
+    return replace(belief, places=spread(belief.places), best=best, path=path, lost_after=lost_after)

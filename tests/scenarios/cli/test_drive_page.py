@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Error, Page
+from playwright.sync_api import Browser, CDPSession, Error, Page
 
 from refseq.logs import read_recording
 from tests.worlds.conftest import SMALL
@@ -113,9 +113,10 @@ def test_on_a_phone_drives_are_set_up_led_by_touch_noted_and_set_up_again(
     assert len(tab.frames) == 1, "a phone does not draw the world unless that is asked for"
     tab.tap("#go")
     tab.wait_for_selector("#phase:text-is('sampling')")
-    touched(tab, "touchStart")
+    fingers = tab.context.new_cdp_session(tab)  # the session that puts one down has to lift it
+    touched(tab, fingers, "touchStart")
     tab.wait_for_function("Number.parseInt(document.querySelector('#figures td:nth-child(2)').textContent) >= 4")
-    touched(tab, "touchEnd")
+    touched(tab, fingers, "touchEnd")
     assert fits(tab)
     tab.fill("#while", "before\nand afterwards")
     tab.tap("text=Stop, keep it")
@@ -148,11 +149,10 @@ def fits(tab: Page) -> bool:
     return bool(tab.evaluate("document.documentElement.scrollWidth <= innerWidth"))
 
 
-def touched(tab: Page, kind: str) -> None:
+def touched(tab: Page, fingers: CDPSession, kind: str) -> None:
     """Put a finger on the button that leads ahead, or lift it."""
     tab.locator("#up").scroll_into_view_if_needed()
     box = tab.locator("#up").bounding_box()
     assert box
     point = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
-    fingers = tab.context.new_cdp_session(tab)
     fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [point] if kind == "touchStart" else []})

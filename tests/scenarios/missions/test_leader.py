@@ -126,12 +126,14 @@ class Fixed:
 
 def test_beliefs_of_views_are_summed_up_at_their_places(views: list[View]) -> None:
     held = np.array([0, 1, 2, 1, 0, 4], np.intp)  # nothing was learnt of place 3 alone
-    inner = Fixed(replace(belief_from(np.arange(1.0, 7.0)), path=(5, 3, -1)))
+    after = np.array([0.01, 0.0, 0.0, 0.0, 0.02, 0.03])
+    inner = Fixed(replace(belief_from(np.arange(1.0, 7.0)), path=(5, 3, -1), lost_after=after))
     found = InPlaces(inner, held, 5).update(views[0])
     own = inner.belief.places
     assert found.places == pytest.approx([own[0] + own[4], own[1] + own[3], own[2], 0.0, own[5]])
     assert found.places.sum() + found.lost == pytest.approx(1.0)
     assert (found.best, found.path) == (4, (4, 1, -1))
+    assert found.lost_after == pytest.approx([0.03, 0.0, 0.0, 0.0, 0.03])
     InPlaces(inner, held, 5).reset()
     assert inner.resets == 1
 

@@ -130,6 +130,11 @@ def test_a_belief_keeps_all_that_it_says(found: Found, seed: int, path: list[int
     assert sorted(belief.places[belief.places > 0]) == sorted(given_.places[given_.places > 0])
     assert belief.places[belief.best] == given_.places[given_.best]
     assert (belief.lost, belief.entropy) == (given_.lost, given_.entropy)
+    shares = rng.random(len(atlas)) * lost / len(atlas)
+    after = by_views(atlas, replace(given_, lost_after=shares)).lost_after
+    assert after is not None
+    assert np.array_equal(after[atlas.learnt], shares)
+    assert after.sum() == pytest.approx(shares.sum())
     true = atlas.poses
     ahead = dict(zip(atlas.learnt.tolist(), true, strict=True))
     assert [None if step == LOST else ahead[step] for step in belief.path] == [

@@ -191,11 +191,11 @@ def test_a_page_tells_of_the_joins_of_who_is_judged(run: Comparison) -> None:
     assert shown.plan is not None
     assert "joined with another place (5)" in texts(shown.plan)
     ours, other = shown.table.rows
-    assert (ours.label, ours.cells[:2]) == ("best/chain", ("0.00 m", "0"))
-    assert ours.cells[2] == "2 (1)"
-    assert ours.cells[5:] == ("31 of 47", "0", "4 of 5")
-    assert (other.label, other.cells[:2]) == ("vlad", (f"{NONE} (1 never)", "0"))
-    assert other.cells[2:] == (NONE,) * 6
+    assert (ours.label, ours.cells[:3]) == ("best/chain", ("0.00 m", "n/a / 0.000 / 1.000", "0"))
+    assert ours.cells[3] == "2 (1)"
+    assert ours.cells[6:] == ("31 of 47", "0", "4 of 5")
+    assert (other.label, other.cells[:3]) == ("vlad", (f"{NONE} (1 never)", "n/a / 0.250 / 0.250", "0"))
+    assert other.cells[3:] == (NONE,) * 6
 
 
 def test_who_has_no_atlas_shows_no_joins_and_one_drive_shows_nothing(run: Comparison) -> None:
