@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from refseq.belief import Belief
     from refseq.logs import Recording
+    from refseq.logs.beliefs import LocalisedViews
     from refseq.map.map import Map
     from refseq.view import View
     from refseq.viewer.localise_tab import LocaliseTab
@@ -106,15 +107,16 @@ def read_content(files: Sequence[Path], reference: Path | None, selection: Drive
         return ViewerContent(files[0].name, (), LocaliseTab(read_drive(found.recordings[0], selection).views))
     if selection.views is not None or selection.thin is not None:
         raise ScenarioError("--views and --thin: beliefs tell which views they are of; valid is without")
-    drive = read_drive(found.recordings[0], replace(selection, times=read_answers(found.tables[0]).times))
+    tables = {table: read_answers(table) for table in found.tables}
+    drive = read_drive(found.recordings[0], replace(selection, times=tables[found.tables[0]].times))
     name = f"{found.maps[0].name} ← {found.recordings[0].name}"
-    return _localised(name, found, learnt, (reference, first), drive)
+    return _localised(name, tables, (found.maps, learnt), (reference, first), drive)
 
 
 def _localised(
     name: str,
-    files: _Files,
-    learnt: "Sequence[Map]",
+    tables: "Mapping[Path, LocalisedViews]",
+    maps: "tuple[Sequence[Path], Sequence[Map]]",
     reference: "tuple[Path | None, Sequence[View]]",
     drive: "Recording",
 ) -> ViewerContent:
@@ -122,21 +124,24 @@ def _localised(
     from refseq.viewer.localise_tab import LocaliseTab
     from refseq.viewer.map.tab import MapTab
 
-    places = [_places(path, map_, *reference) for path, map_ in zip(files.maps, learnt, strict=True)]
+    learnt = maps[1]
+    places = [_places(path, map_, *reference) for path, map_ in zip(*maps, strict=True)]
     answers, layers = {}, []
-    for number, table in enumerate(files.tables):
+    for number, (table, found) in enumerate(tables.items()):
         which = number if len(learnt) > 1 else 0
-        answers[table.stem] = _beliefs(name, table, learnt[which], drive)
+        answers[table.stem] = _beliefs(name, (table, found), learnt[which], drive)
         layers.append(LocaliserLayer(table.stem, tuple(answers[table.stem]), places[which]))
-    tab = MapTab(learnt[0], places[0].views, drive.views, answers[files.tables[0].stem])
+    tab = MapTab(learnt[0], places[0].views, drive.views, answers[next(iter(tables)).stem])
     return ViewerContent(name, [tab], LocaliseTab(drive.views, beside(layers), answers))
 
 
-def _beliefs(name: str, table: Path, learnt: "Map", drive: "Recording") -> "Mapping[str, Sequence[Belief]]":
+def _beliefs(
+    name: str, answers: "tuple[Path, LocalisedViews]", learnt: "Map", drive: "Recording"
+) -> "Mapping[str, Sequence[Belief]]":
     """The answers of a table. Raises ``ScenarioError`` for those that fit neither drive nor map."""
     from refseq_bench.scenarios.drives.evaluate import comparison_of
 
-    found = read_answers(table)
+    table, found = answers
     if [round(time, 6) for time in found.times] != [round(view.time, 6) for view in drive.views]:
         raise ScenarioError(f"{table}: answers other views than the first table; valid is a table of the same views")
     try:

@@ -1,4 +1,4 @@
-"""How a later drive sees a map's features again: noisy channels, by extractor, and their capacity in bits (6.4.2)."""
+"""Channels through which a drive sees a map's features again, by extractor, and their capacity in bits (6.4.2)."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -20,7 +20,7 @@ from refseq.inference.chain.motion import motion_model
 from refseq.inference.chain.n_best import RankedPath
 
 Term = Callable[[RankedPath], float]
-"""What a path's score is to have more [nats]."""
+"""Addition to a path's score [nats]."""
 SHORTEST = 0.05
 """A stay counts as at least this share of the usual one: a robot that stands has not left in no time."""
 

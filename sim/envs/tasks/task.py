@@ -121,9 +121,9 @@ class Episode(ABC):
     led: tuple[float, float] | None = None
     """From where to where along the route [m] the robot is led before it is carried to the start, if it is."""
     plan: Plan | None = None
-    """What a mission asks for, where there is one."""
+    """Orders of a mission, where there is one."""
     asked: tuple[AskedOrder, ...] = ()
-    """What is asked for along the path, where the task says so place by place."""
+    """Orders along the path, where the task gives them place by place."""
 
     def begin(self, situation: Situation) -> float:
         """Look at the robot before its first step; returns what remains."""
