@@ -113,8 +113,10 @@ def profile_named(name: str) -> Profile:
         raise MapError(f"profile {base!r} is unknown; valid are {', '.join(PROFILES)}")
     if not changes:
         return PROFILES[base]
-    content = PROFILES[base].to_dict()
-    for change in changes:
+    content, settings = PROFILES[base].to_dict(), [change.partition("=")[0] for change in changes]
+    for setting, change in zip(settings, changes, strict=True):
+        if settings.count(setting) > 1:
+            raise MapError(f"setting {setting!r:.80} is given twice; valid is once")
         _change(content, change)
     try:
         return Profile.from_dict(content)
@@ -130,7 +132,8 @@ def _change(content: dict[str, Any], change: str) -> None:
     if part not in parts or not equals:
         raise MapError(f"setting {change!r} is unknown; valid is PART.SETTING=VALUE with a part of {', '.join(parts)}")
     if setting not in parts[part]:
-        raise MapError(f"setting {where!r} is unknown; valid are {', '.join(sorted(parts[part]))} of {part}")
+        valid = ", ".join(sorted(parts[part]))
+        raise MapError(f"setting {where!r} is unknown; valid is PART.SETTING=VALUE, of {part} one of {valid}")
     try:
         parts[part][setting] = json.loads(text)  # a number, true or false
     except (ValueError, RecursionError):

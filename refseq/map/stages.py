@@ -91,10 +91,13 @@ class MotionFilter:
 
 
 def under_prior(likelihood: NDArray[np.float64], prior: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Posterior of a likelihood under a prior (2.12), (K,), and the sum that it was divided by."""
+    """Posterior of a likelihood under a prior (2.12), (K,), and the sum that it was divided by.
+
+    Where the view rules out all that the prior allows, one of them is wrong: the view begins anew, as a drive's first.
+    """
     joint = likelihood * prior
     evidence = float(joint.sum())
-    return joint / evidence, evidence
+    return (joint / evidence, evidence) if evidence > 0 else (likelihood, 1 / len(likelihood))
 
 
 def posterior_belief(posterior: NDArray[np.float64], timings: Timings) -> Belief:

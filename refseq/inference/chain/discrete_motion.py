@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from refseq.inference.chain.range_query import RangeQuery
 
+LEAST_TAIL = 1e-9
+"""Height of the low bars where there are to be none, but no place lies under the high one."""
+
 
 class DiscreteMotion:
     """P(k | j, d): probability of place k after ``distance`` [m] from place j, for all j and k.
@@ -19,7 +22,7 @@ class DiscreteMotion:
     back to where the robot was, so no row is empty. Negative distances work: the robot reversed.
 
     Places that lie farther apart than the bar is broad are counted in steps of whole places: views in shorter steps
-    leave the robot where it was.
+    leave the robot where it was. It is the low bars that do so, which are therefore never without any height there.
 
     The rows are never formed: the places that reach k are neighbours, so sums and maxima over them cost O(K log W) for
     windows of at most W places.
@@ -30,6 +33,7 @@ class DiscreteMotion:
         reach = np.array([[half_width], [half_width + abs(distance)]])
         self._first = np.searchsorted(along, along + (distance - reach), side="left")
         self._stop = np.searchsorted(along, along + (distance + reach), side="right")
+        tail = tail or LEAST_TAIL * bool((self._stop[0] == self._first[0]).any())
         self._tail, self._log_tail = tail, _log(tail)
         # The high bar adds only what the low ones lack, so that it is 1 high.
         self._mass = self._added_up(self._stop - self._first)

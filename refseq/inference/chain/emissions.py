@@ -1,5 +1,6 @@
 """Emission probabilities of the chain's states (card H3): similarity of the reference views, and the Lost View."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Self
@@ -78,9 +79,7 @@ class Emissions:
         mean of its row under it; the thesis' hard symbol is the case of a distribution that is sure. So is the Lost
         View by its average features: the likelihoods are means of it and the others.
         """
-        K, s = len(seen.observed), self.settings
-        alike = self.above @ seen.observed + self.floor * seen.observed.sum()
-        places = (1 - s.noise) * alike + s.noise / K
+        K, s, places = len(seen.observed), self.settings, self._of_places(seen.observed)
         match s.lost_view:
             case LostView.NONE:
                 return np.log(places), -float(np.log(K))
@@ -93,15 +92,23 @@ class Emissions:
                 share = float(expit(seen.log_average))
         places = (1 - share) * (1 - s.lost_view_at_place) * places + share * s.lost_view_at_place
         lost = (1 - share) * (1 - s.lost_view_at_lost) / K + share * s.lost_view_at_lost
-        with np.errstate(divide="ignore"):  # a Lost View that is never shown at places rules them out
-            return np.log(places), float(np.log(lost))
+        return np.log(places), float(np.log(lost))
 
-    def log_likelihood_of_place(self, posterior: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-        """The same where none is too wide to be a place's: a view that says nothing is then no sign of being lost."""
-        K, s = len(posterior), self.settings
-        alike = self.above @ posterior + self.floor * posterior.sum()
-        seen = (1 - s.noise) * alike + s.noise / K
-        return np.log((1 - s.lost_view_at_place) * seen), float(np.log((1 - s.lost_view_at_lost) / K))
+    def log_likelihood_of_place(self, observed: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+        """The same of a distribution (K,) that is not the Lost View: one that says nothing is no sign of being lost."""
+        match self.settings.lost_view:
+            case LostView.NONE:
+                at_place, at_lost = 0.0, 0.0
+            case LostView.LEARNT:
+                at_place, at_lost = self.symbol.at_place, self.symbol.at_lost
+            case LostView.ENTROPY | LostView.AVERAGE:
+                at_place, at_lost = self.settings.lost_view_at_place, self.settings.lost_view_at_lost
+        return np.log((1 - at_place) * self._of_places(observed)), math.log((1 - at_lost) / len(observed))
+
+    def _of_places(self, observed: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Likelihood of each place (K,), of a view that is one of the sequence's."""
+        alike: NDArray[np.float64] = self.above @ observed + self.floor * observed.sum()
+        return (1 - self.settings.noise) * alike + self.settings.noise / len(observed)
 
 
 def _peaks(row: NDArray[np.float64]) -> tuple[NDArray[np.int32], NDArray[np.float64], float]:

@@ -38,9 +38,13 @@ class PlaceDistances:
     def between(self, one: int, other: int) -> float:
         """The distance as a share: 0 for equal columns, 1 for what two places half a sequence apart have at the median.
 
-        Where places that far apart do not differ either, none can be told from another: 0.
+        Where most places that far apart do not differ, as in a sequence that sees next to nothing, those that do are
+        infinitely far from each other.
         """
-        return self.nats(one, other) / self._scale if self._scale > 0 else 0.0
+        nats = self.nats(one, other)
+        if self._scale > 0:
+            return nats / self._scale
+        return math.inf if nats > 0 else 0.0
 
     def _far(self) -> float:
         K = len(self.columns)

@@ -13,6 +13,8 @@ ANGLE: Range = (0.0, 3.15)
 LENGTH: Range = (0.0, 1e4)
 """Lengths in a scan or along a path [m]."""
 SHARE: Range = (0.0, 1.0)
+UNSURE: Range = (1e-6, 1 - 1e-6)
+"""Probability of a symbol that every state shows now and then: were it 0 or 1, a view could be impossible."""
 POSITIVE: Range = (1e-6, 1e6)
 
 RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
@@ -85,10 +87,10 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "lost_at_start": SHARE,
             "kidnap_probability": SHARE,
             "relocalisation_range": (1e-3, 1e6),
-            "noise": (1e-12, 1e6),
+            "noise": (1e-12, 1.0),
             "lost_view_entropy": (0.0, 10.0),
-            "lost_view_at_place": SHARE,
-            "lost_view_at_lost": SHARE,
+            "lost_view_at_place": UNSURE,
+            "lost_view_at_lost": UNSURE,
         },
     }
 )

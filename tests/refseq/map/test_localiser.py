@@ -84,6 +84,26 @@ def test_beliefs_are_what_they_promise(stage: Stage, seed: int) -> None:
         assert belief.timings.total >= 0
 
 
+@pytest.mark.parametrize(
+    "settings",
+    [
+        "motion.tail=0+motion.slack=0+motion.drift=0",  # a window that may hold no place
+        "motion.regularisation=1+mixture.cost=1e-6",  # a prior and a view that rule out each other's places
+        "motion.regularisation=1+motion.tail=0+mixture.cost=1e-6+method.decoding=forward",
+        "chain.noise=1+chain.lost_at_start=1+chain.stay_lost=1",
+        "chain.lost_view=average+motion.regularisation=1+mixture.cost=1e-6",
+    ],
+)
+def test_settings_at_their_ends_answer_with_probabilities(settings: str) -> None:
+    rng = np.random.default_rng(5)
+    views = bits_drive({"camera": np.repeat(np.eye(30, dtype=bool), 60, axis=1)})
+    query = [replace(views[k], distance=0.3) for k in rng.integers(0, 30, 12)]
+    for beliefs in localise(bits_map(views, profile_named(f"thesis+{settings}")), query).values():
+        for belief in beliefs:
+            assert belief.places.sum() == pytest.approx(1.0)
+            assert 0 <= belief.lost <= 1
+
+
 @pytest.mark.parametrize("stage", STAGES)
 def test_reset_forgets_everything(stage: Stage) -> None:
     views, query = noisy_drives(1)

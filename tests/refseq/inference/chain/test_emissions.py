@@ -110,6 +110,25 @@ def test_the_average_view_is_the_lost_view_by_its_odds() -> None:
         assert math.exp(lost) == pytest.approx((0.5 * odds + 0.5 / K) / (odds + 1))
 
 
+@pytest.mark.parametrize("rule", LostView)
+def test_a_view_that_is_a_places_is_as_probable_there_as_the_rule_has_it(rule: LostView) -> None:
+    """Under each rule no view is the Lost View; what a rule does not use has no part in it."""
+    K, along = 12, np.arange(12.0)
+    near = np.exp(-np.abs(along[:, None] - along) / 0.5) + 1e-3
+    rows = near / near.sum(axis=1, keepdims=True)
+    settings = replace(CHAIN, lost_view=rule)
+    emissions = Emissions.from_posteriors(rows, settings, HeldOutViews(along, 4.0))
+    shares = {
+        LostView.NONE: (1.0, 1.0),
+        LostView.LEARNT: (1 - emissions.symbol.at_place, 1 - emissions.symbol.at_lost),
+    }.get(rule, (0.9, 0.5))
+    for view in (np.eye(K)[4], np.full(K, 1 / K)):
+        places, lost = emissions.log_likelihood_of_place(view)
+        of_places = (1 - CHAIN.noise) * rows @ view + CHAIN.noise / K
+        np.testing.assert_allclose(np.exp(places), shares[0] * of_places)
+        assert math.exp(lost) == pytest.approx(shares[1] / K)
+
+
 def test_a_learnt_lost_view_is_told_by_the_view_alone_and_kept_beside_the_places() -> None:
     """A view that the odometer made sure of is the Lost View all the same."""
     K = 12

@@ -54,6 +54,16 @@ def test_best_is_the_dense_maximum(along: np.ndarray, distance: float, s: Motion
         np.testing.assert_allclose(column, dense[:, k], atol=1e-12)
 
 
+def test_a_window_without_a_tail_and_without_a_place_stays_where_it_is() -> None:
+    along = np.arange(5.0)
+    window = motion_model(along, 0.3, MotionSettings(0.1, 0.0, 0.0))
+    belief = np.array([0.1, 0.2, 0.3, 0.4, 0.0])
+    np.testing.assert_allclose(window.predict(belief), belief)
+    np.testing.assert_allclose(window.surprise(belief), 0.0, atol=1e-12)
+    bridged = motion_model(along, 1.2, MotionSettings(0.1, 0.2, 0.0)).predict(np.eye(5)[0])
+    np.testing.assert_allclose(bridged, np.eye(5)[1], atol=1e-8, err_msg="of a window with a place the tail is no part")
+
+
 def test_improbable_places_keep_their_digits() -> None:
     """A filter's probabilities span hundreds of orders of magnitude; what is small must not drown in rounding."""
     along = np.arange(60) * 0.5

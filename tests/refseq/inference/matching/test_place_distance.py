@@ -44,6 +44,14 @@ def test_places_that_all_show_the_same_are_not_apart() -> None:
     assert PlaceDistances(matrix_of(np.ones((5, 3), bool))).between(0, 4) == 0
 
 
+def test_the_few_places_that_show_anything_are_told_apart() -> None:
+    bits = np.zeros((12, 6), bool)
+    bits[2, :3] = bits[9, 3:] = True
+    distances = PlaceDistances(matrix_of(bits))
+    assert distances.between(2, 3) == math.inf
+    assert distances.between(3, 4) == 0
+
+
 def test_a_feature_that_is_seen_no_more_often_where_it_is_tells_nothing() -> None:
     assert nats_a_difference(Noise(0.2, 0.2)) == 0
     assert nats_a_difference(Noise(0.9, 0.1)) > nats_a_difference(Noise(0.6, 0.1)) > 0
