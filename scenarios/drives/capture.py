@@ -20,7 +20,7 @@ class CaptureFiles:
 
     output: Path
     name: str
-    kept: list[str] = field(default_factory=list)
+    kept: list[Path] = field(default_factory=list)
 
     def path_of(self, name: str) -> Path:
         """File of a drive."""
@@ -28,18 +28,21 @@ class CaptureFiles:
 
     def check(self, setup: CaptureSetup) -> None:
         """Raise ``SimError`` for the name of a drive that is there already."""
-        path = self.path_of(setup.name)
-        if setup.name in self.kept or (path != self.output and path.exists()):
-            other = self.free_name()
+        if self._is_taken(setup.name):
+            path, other = self.path_of(setup.name), self.free_name()
             raise SimError(f"name {setup.name!r}: {path} is there already; valid is another name, as {other!r}")
 
     def free_name(self) -> str:
         """The first name, or with the first number behind it that is free."""
         name, number = self.name, 1
-        while name in self.kept or (name != self.name and self.path_of(name).exists()):
+        while self._is_taken(name):
             number += 1
             name = f"{self.name}-{number}"
         return name
+
+    def _is_taken(self, name: str) -> bool:
+        path = self.path_of(name)
+        return path in self.kept or (path != self.output and path.exists())
 
 
 def record_captures(
@@ -61,7 +64,7 @@ def record_captures(
         except (AbortedError, NoViewError) as error:
             failure, last = error, str(error)
         else:
-            files.kept.append(setup.name)
+            files.kept.append(path)
             last = f"{path.name}: {len(led.recording.views)} views, {led.way:.1f} m in {led.time:.1f} s"
             yield path, led
         offer = Offer(replace(setup, name=files.free_name(), notes=page.desk.notes), valid, files.check, last)

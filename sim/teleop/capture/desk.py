@@ -76,8 +76,6 @@ class CaptureDesk:
             self._offer, self._phase, self._setup = offer, DeskPhase.SETUP, None
             while self._phase is DeskPhase.SETUP:
                 self._changed.wait(POLL)
-            if self._setup is not None:
-                self.notes = self._setup.notes
             return self._setup
 
     def take(self) -> tuple[frozenset[str] | None, list[str]]:
@@ -118,7 +116,7 @@ class CaptureDesk:
                 raise SimError("a drive is under way; valid is to stop or abort it first")
             setup = CaptureSetup.read(told, self._offer.valid)
             self._offer.check(setup)
-            self._setup, self._phase = setup, DeskPhase.DRIVING
+            self._setup, self._phase, self.notes = setup, DeskPhase.DRIVING, setup.notes
             self._status, self._pictures, self._pictured = SessionStatus(), {}, 0
             self._pressed.clear()
             self._changed.notify_all()

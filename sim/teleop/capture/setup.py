@@ -10,8 +10,8 @@ from refseq.logs.notes import checked_notes
 from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.errors import SimError
 
-NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 ._-]{0,59}")
-"""Names become names of files."""
+NAME = re.compile(r"\w[\w .-]{0,59}")
+"""Names become names of files; letters are those of any language, as files have them."""
 LIMITS: Mapping[str, tuple[float, float, str]] = {
     "distance": (0.01, 1000.0, "m"),
     "turn": (1.0, 360.0, "degrees"),

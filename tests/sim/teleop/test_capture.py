@@ -33,6 +33,11 @@ def test_a_set_up_is_what_was_filled_in_and_is_shown_as_such() -> None:
     assert (shown["distance"], shown["turn"], shown["time"]) == (0.5, 30.0, None)
 
 
+@pytest.mark.parametrize("name", ["küche", "廊下 2", "a", "x" * 60])
+def test_names_are_letters_of_any_language(name: str) -> None:
+    assert CaptureSetup.read({**FILLED, "name": name}, VALID).name == name
+
+
 def test_without_a_threshold_views_are_taken_by_hand() -> None:
     assert CaptureSetup.read({**FILLED, "distance": None, "turn": None}, VALID).sampling is None
 
@@ -42,6 +47,8 @@ def test_without_a_threshold_views_are_taken_by_hand() -> None:
     [
         ({"name": "../evil"}, "name '../evil' is not valid; valid are up to 60 letters"),
         ({"name": ""}, "name '' is not valid"),
+        ({"name": "ü/ü"}, "name 'ü/ü' is not valid"),
+        ({"name": " ü"}, "name ' ü' is not valid"),
         ({"name": None}, "name None is not valid"),
         ({"notes": 3}, "notes are no text"),
         ({"notes": "bell \a"}, "notes: '\\x07' is no character of a text"),
@@ -75,6 +82,7 @@ def test_a_drive_begins_once_with_the_set_up_that_was_sent() -> None:
     news = desk.news()
     assert (news["phase"], news["last"], news["valid"]) == ("setup", "last time it rained", list(VALID))
     desk.begin({**FILLED, "name": "hall"})
+    assert desk.notes == "wet floor", "notes that follow at once are not overwritten when the drive's thread wakes"
     thread.join()
     assert [one.name for one in found if one] == ["hall"]
     assert (desk.news()["phase"], desk.notes) == ("driving", "wet floor")
