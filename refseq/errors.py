@@ -11,3 +11,7 @@ class MapError(RefseqError):
 
 class LogError(RefseqError):
     """A recording (MCAP or CARMEN) cannot be read."""
+
+
+class SceneError(RefseqError):
+    """A scene cannot be cut or read, or is not of the camera that looks for it."""

@@ -13,8 +13,9 @@ from refseq.missions.language import (
     parse_mission,
 )
 from refseq.missions.log import Entry
+from refseq.missions.lookout import Lookout
 from refseq.missions.path import MissionPath, path_along, path_of
-from refseq.missions.plan import Errand, Landmarks, Order, Plan, as_learnt, compiled
+from refseq.missions.plan import Errand, Landmarks, Order, Plan, Sought, as_learnt, compiled
 from refseq.missions.progress import Estimate, ProgressFilter, ProgressSettings
 from refseq.missions.status import Status
 from refseq.missions.tasks import Call, Photograph, Task, Wait
@@ -34,6 +35,7 @@ __all__ = [
     "Label",
     "Landmark",
     "Landmarks",
+    "Lookout",
     "Mission",
     "MissionError",
     "MissionPath",
@@ -42,6 +44,7 @@ __all__ = [
     "Plan",
     "ProgressFilter",
     "ProgressSettings",
+    "Sought",
     "Status",
     "Step",
     "Task",

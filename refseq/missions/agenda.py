@@ -49,6 +49,16 @@ class Agenda:
         self.number = number
         self.switches.append((number, time))
 
+    def carried_over(self, plan: Plan) -> "Agenda":
+        """The same agenda in a plan of which some orders ahead are others, or gone."""
+        made = Agenda(plan, 0.0)
+        numbers = {old: plan.orders.index(order) for old, order in enumerate(self.plan.orders) if order in plan.orders}
+        made.number = numbers.get(self.number, max(n for n in numbers.values() if n <= self.number))
+        made.switches = [(numbers[old], time) for old, time in self.switches if old in numbers]
+        still_due = {numbers[old] for old in self.due if old in numbers}
+        made.due = {n: tasks for n, tasks in made.due.items() if n > made.number or n in still_due}
+        return made
+
     def order_for(self, along: float, near: float) -> int | None:
         """The order to take up at a place [m along the way]; None behind the last one.
 

@@ -13,11 +13,15 @@ import numpy as np
 from refseq.belief import Belief
 from refseq.missions.agenda import Agenda
 from refseq.missions.behaviour_codes import lengthened
+from refseq.missions.language import MissionError
 from refseq.missions.log import Entry, Level
-from refseq.missions.plan import Order, Plan
+from refseq.missions.plan import Order, Plan, Sought
 from refseq.missions.progress import Estimate, ProgressFilter, ProgressSettings
 from refseq.missions.status import TRANSITIONS, Status
 from refseq.missions.tasks import Task, Wait
+
+NEXT = 0.01
+"""A landmark that is seen begins so far behind the order in force at least [m]: orders keep their sequence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +70,8 @@ class Executor:
         self.plan, self.settings, self._localised = plan, settings or ExecutorSettings(), localised
         self._progress = ProgressFilter(plan.path, self.settings.progress, start)
         self._agenda = Agenda(plan, start)
+        self.sought: Sought | None = plan.sought
+        self._seen_at: float | None = None  # where the landmark is that was sought and seen [m along the way]
         self.status = Status.LOCALISING
         self.why = ""
         self.log: list[Entry] = []
@@ -89,6 +95,8 @@ class Executor:
         """It is ``time`` [s] by now, and the odometer has gone ``travelled`` [m] in all."""
         self._progress.move(travelled - self._travelled)
         self._time, self._travelled = time, travelled
+        if self._seen_at is not None and self.along >= self._seen_at:
+            self.sought, self._seen_at = self.plan.sought, None
         match self.status:
             case Status.LOCALISING | Status.LOST if time - self._since > self.settings.patience:
                 self._fail(f"{self.status.value} for {self.settings.patience:g} s")
@@ -110,6 +118,27 @@ class Executor:
                 self._check(estimate)
             case Status.AT_TASK | Status.PAUSED if estimate is Estimate.MOVED:
                 self._kidnapped = True
+
+    def sight(self, left: float) -> None:
+        """The landmark that is ``sought`` is seen, so far ahead [m], negative: behind; each sighting corrects the last.
+
+        The plan becomes that of the mission with the landmark there. One behind what comes before it is another one.
+        """
+        if self.sought is None or self.status not in (Status.TRAVELLING, Status.APPROACHING):
+            return
+        at = min(max(self.along + left, self.order.at + NEXT), self.plan.path.length)
+        if at <= self.sought.after:
+            return
+        try:
+            plan = self.sought.found(self.plan.path, at)
+        except MissionError as error:
+            self._fail(f"{self.sought.name} is seen, at {at:.1f} m, but {error}")
+            return
+        if self._seen_at is None:
+            self._tell(f"sees {self.sought.name}, {left:.1f} m ahead")
+        self.plan, self._agenda, self._seen_at = plan, self._agenda.carried_over(plan), at
+        if self.status is Status.APPROACHING:
+            self._set_out()
 
     def ended(self, finished: bool, why: str) -> None:
         """The behaviour has ended, done or failed."""
@@ -337,7 +366,9 @@ class Executor:
         self._begin(number, tasks=not late)
 
     def _next(self) -> None:
-        if self._agenda.at_end:
+        if self._agenda.at_end and self.plan.sought is not None:
+            self._fail(f"{self.plan.sought.name} was not seen on the way")
+        elif self._agenda.at_end:
             self._do_tasks(self.plan.tasks, "the goal", self._complete)
         else:
             self._begin(self._agenda.number + 1)

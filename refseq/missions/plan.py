@@ -13,6 +13,7 @@ from refseq.missions.behaviour_codes import GOING_ON, code_of, travels
 from refseq.missions.language import Action, BehaviourCode, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import MissionPath
 from refseq.missions.tasks import Task
+from refseq.scenes import Scene
 
 BEFORE_DOOR = 1.2
 """Crossing a door begins so far before the robot is abreast of it [m]: a choice, where the laser sees all of it."""
@@ -51,7 +52,8 @@ class Order:
 class Plan:
     """Orders along a way, the first at its start; the mission is over at ``goal`` [m along it].
 
-    An order that ends by itself and is the last one ends the mission, wherever that leaves the robot.
+    An order that ends by itself and is the last one ends the mission, wherever that leaves the robot. Where a landmark
+    is ``sought`` nobody knows the rest yet: the plan goes on as learnt, to the end of the way at most.
     """
 
     path: MissionPath
@@ -59,6 +61,7 @@ class Plan:
     goal: float
     tasks: tuple[Task, ...] = ()
     """Those that are done at the goal."""
+    sought: "Sought | None" = None
 
     def end_of(self, number: int) -> float:
         """Place where the order after this one begins [m along the way]."""
@@ -72,7 +75,9 @@ class Plan:
         """A line an order."""
         lines = [f"{order.at:6.1f} m  {order.behaviour:<12} {order.why}" for order in self.orders]
         last = self.orders[-1]
-        if last.travels or self.goal > last.at:
+        if self.sought is not None:
+            lines.append(f"{'':>8}  {'looks for':<12} {self.sought}")
+        elif last.travels or self.goal > last.at:
             lines.append(f"{self.goal:6.1f} m  {'stop':<12} the mission ends here")
         return "\n".join(lines)
 
@@ -91,9 +96,53 @@ NO_ERRAND = Errand()
 
 @dataclass(frozen=True)
 class Landmarks:
-    """Places of landmarks as people say them: ``places`` by name, such as ``LA3`` at ``end``, or at 12.5 [m]."""
+    """Landmarks as people say them, by name: ``places``, such as ``LA3`` at ``end``, or at 12.5 [m].
+
+    ``scenes`` are landmarks of which only the look is known: a camera finds them on the way.
+    """
 
     places: Mapping[str, Where] = field(default_factory=dict)
+    scenes: Mapping[str, Scene] = field(default_factory=dict)
+
+    def placed(self, name: str, at: float) -> "Landmarks":
+        """The same, once one of the scenes has a place [m along the way]."""
+        return replace(self, places={**self.places, name: at})
+
+    def seeks(self, landmark: Landmark) -> bool:
+        """True for a scene without a place."""
+        return str(landmark) in self.scenes and str(landmark) not in self.places
+
+
+@dataclass(frozen=True)
+class Sought:
+    """A landmark that a camera looks for, that of a step's ``number``; it lies more than ``after`` [m] along the way.
+
+    It is the mission's first without a place; steps behind it are matched when it has one.
+    """
+
+    mission: Mission
+    landmarks: Landmarks
+    errands: tuple[Errand, ...]
+    number: int
+    after: float
+
+    @property
+    def name(self) -> str:
+        """The landmark's name, such as ``LI1``."""
+        return str(self.mission.steps[self.number].landmark)
+
+    @property
+    def scene(self) -> Scene:
+        """Its look."""
+        return self.landmarks.scenes[self.name]
+
+    def found(self, way: MissionPath, at: float) -> Plan:
+        """The plan, now that the landmark is known to be there [m along the way]. Raises ``MissionError``."""
+        return compiled(self.mission, way, self.landmarks.placed(self.name, at), self.errands)
+
+    def __str__(self) -> str:
+        step, scene = self.mission.steps[self.number], self.scene
+        return f"{step}: box {scene.box} of {scene.camera}, cut from {scene.drive or 'a drive'} at {scene.along:.1f} m"
 
 
 def as_learnt(way: MissionPath) -> Plan:
@@ -108,23 +157,27 @@ def compiled(
 
     Doors are the way's, each once and in their order: the first step at a door means the first one, and between two
     such steps none is left out. Images are places of the way by their number, objects and other places lie where
-    ``landmarks`` say. ``errands`` are one a step. Raises ``MissionError`` for a landmark that is not on the way, or not
-    behind the one before, and for steps behind one that leaves the way.
+    ``landmarks`` say; of scenes only the first that has no place is ``sought``, and the plan ends there. ``errands``
+    are one a step. Raises ``MissionError`` for a landmark that is not on the way, or not behind the one before, and for
+    steps behind one that leaves the way.
     """
-    matched = _matched(mission, way, landmarks or Landmarks())
-    errands = errands or (NO_ERRAND,) * len(mission.steps)
+    landmarks, errands = landmarks or Landmarks(), tuple(errands or (NO_ERRAND,) * len(mission.steps))
+    matched, steps = _matched(mission, way, landmarks), len(mission.steps)
     orders = list(_learnt(way))
-    for number, (at, errand) in enumerate(zip(matched, errands, strict=True), 1):
+    for number, (at, errand) in enumerate(zip(matched, errands, strict=False), 1):
         learnt = _done_there(orders, at)
         if _wanted(at, errand) is None:
             learnt = learnt[:1]  # the others are done as well
         with _step(mission, number):
             order = _order(orders, learnt, at, errand)
-            if number < len(matched) and _leaves(order, learnt):
+            if number < steps and _leaves(order, learnt):
                 raise MissionError(
                     f"{at.step} leaves the way, and behind that no landmark is known; valid is as the last step"
                 )
         orders = _with(order, [one for one in orders if one not in learnt])
+    if len(matched) < steps:
+        after = matched[-1].at if matched else 0.0
+        return Plan(way, tuple(orders), way.length, sought=Sought(mission, landmarks, errands, len(matched), after))
     return _up_to(way, orders, order, stops=_wanted(at, errand) is None)
 
 
@@ -165,8 +218,11 @@ class _Matched:
 
 
 def _matched(mission: Mission, way: MissionPath, landmarks: Landmarks) -> list[_Matched]:
+    """The steps with their places, up to the first whose place has to be seen."""
     found: list[_Matched] = []
     for number, step in enumerate(mission.steps, 1):
+        if landmarks.seeks(step.landmark):
+            break
         with _step(mission, number):
             found.append(_match(step, way, landmarks, found[-1] if found else None))
     return found

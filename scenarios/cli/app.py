@@ -16,7 +16,7 @@ from typing import Annotated
 
 import typer
 
-from refseq_bench.scenarios.cli import log, mission, robot, scenario, world
+from refseq_bench.scenarios.cli import log, robot, scenario, world
 from refseq_bench.scenarios.cli.compare import COMPARE_HELP, compare
 from refseq_bench.scenarios.cli.live import LIVE_HELP, live
 from refseq_bench.scenarios.cli.localise import LOCALISE_HELP, localise
@@ -24,6 +24,7 @@ from refseq_bench.scenarios.cli.maps import LEARN_HELP, learn
 from refseq_bench.scenarios.cli.maps import app as maps
 from refseq_bench.scenarios.cli.record import DRIVE_HELP, RECORD_HELP, drive, record
 from refseq_bench.scenarios.cli.report import REPORT_HELP, report
+from refseq_bench.scenarios.cli.scene import app as missions
 from refseq_bench.scenarios.cli.serve import SERVE_HELP, serve
 from refseq_bench.scenarios.cli.terminal.console import err, out, settle_terminal
 from refseq_bench.scenarios.cli.terminal.options import flag
@@ -44,7 +45,7 @@ PANELS: dict[str, dict[Callable[..., None] | typer.Typer, str]] = {
     "Log": {log.app: "log"},
     "Drive": {record: RECORD_HELP, drive: DRIVE_HELP},
     "Map": {learn: LEARN_HELP, maps: "map"},
-    "Localise": {localise: LOCALISE_HELP, live: LIVE_HELP, serve: SERVE_HELP, mission.app: "mission"},
+    "Localise": {localise: LOCALISE_HELP, live: LIVE_HELP, serve: SERVE_HELP, missions: "mission"},
     "Judge": {compare: COMPARE_HELP, scenario.app: "scenario"},
     "Look": {report: REPORT_HELP, view: VIEW_HELP},
     "Workshop": {demo: DEMO_HELP, doctor: DOCTOR_HELP, world.app: "world", robot.app: "robot"},

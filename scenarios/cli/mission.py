@@ -1,4 +1,7 @@
-"""The commands ``refseq mission plan | run | page | lamp``: compile missions, and have robots carry them out."""
+"""The commands ``refseq mission plan | run | page | lamp``: compile missions, and have robots carry them out.
+
+Those for scenes are in ``scene``.
+"""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -55,6 +58,10 @@ Landmark = Annotated[
     list[str] | None,
     option("NAME=METRES", "Place of a landmark on the way: LA3=12.5, LA3=end; may be repeated."),
 ]
+Scenes = Annotated[
+    list[str] | None,
+    option("NAME=FILE", "Scene that the camera finds on the way: LI1=poster.scene; may be repeated.", "--scene"),
+]
 
 
 @app.command(
@@ -73,9 +80,10 @@ def plan(
     start: Start = None,
     goal: Goal = None,
     landmark: Landmark = None,
+    scenes: Scenes = None,
 ) -> None:
     """Compile a mission for the way that a map knows, and print what the robot is to do from where on."""
-    way, compiled = _compiled(map_file, mission_text, start, goal, landmark)[1:]
+    way, compiled = _compiled(map_file, mission_text, start, goal, landmark, scenes)[1:]
     for number, door in enumerate(way.doors, 1):
         kind = "open" if door.passable else "closed, or something stands in it"
         say(out, f"door {number}: {door.along:6.1f} m, {door.beside}, {door.width:.2f} m wide, {kind}")
@@ -113,6 +121,7 @@ class TripOptions:
     epilog="""Examples:
 
 * `refseq mission run reference.refseq "[LD_LDMC]" --light late-evening -o out/second-door`
+* `refseq mission run reference.refseq "[LI1MT180]" --scene LI1=poster.scene`
 * `refseq mission run reference.refseq --by-odometry --start 3`
 * `refseq mission run atlas.refseq --to east:40 --renderer none`
 
@@ -125,6 +134,7 @@ def run(
     start: Start = None,
     goal: Goal = None,
     landmark: Landmark = None,
+    scenes: Scenes = None,
     trip: TripOptions = TripOptions(),
     output: Annotated[Path | None, output("Folder for log, plan, photographs, filmstrip.", "FOLDER")] = None,
 ) -> None:
@@ -138,8 +148,8 @@ def run(
         raise ScenarioError("--filmstrip is left in a folder; valid is to name one as well: --output")
     if output is not None:
         check_folder(output)
-    map_, _, compiled = _compiled(map_file, mission_text, start, goal, landmark)
-    asked = MissionTrip.from_map(map_, **asdict(trip))
+    map_, _, compiled = _compiled(map_file, mission_text, start, goal, landmark, scenes)
+    asked = MissionTrip.from_map(map_, **asdict(trip), seeks=compiled.sought is not None)
     made = run_trip(asked, map_, compiled, tell=lambda entry: say(out, str(entry)))
     if output is not None:
         with writing(output):
@@ -218,16 +228,23 @@ def lamp(
 
 
 def _compiled(
-    map_file: Path, text: str, start: str | None, goal: str | None, landmark: list[str] | None
+    map_file: Path,
+    text: str,
+    start: str | None,
+    goal: str | None,
+    landmark: list[str] | None,
+    scenes: list[str] | None,
 ) -> "tuple[Map, MissionPath, Plan]":
     """The map, the way, and the mission for it; the mission is read before the map."""
     from refseq.missions import as_learnt
     from refseq_bench.scenarios.missions.file import asked_for
 
     places = {name: _number(value) for name, value in assignments(landmark, "landmark").items()}
-    asked: Asked | None = None if text == LEARNT else asked_for(text, places)
-    if asked is None and landmark:
-        raise ScenarioError(f"--landmark goes with a mission of landmarks; valid is to say which, instead of {LEARNT}")
+    files = {name: Path(file) for name, file in assignments(scenes, "scene").items()}
+    asked: Asked | None = None if text == LEARNT else asked_for(text, places, files)
+    if asked is None and (landmark or scenes):
+        flag_ = "--landmark" if landmark else "--scene"
+        raise ScenarioError(f"{flag_} goes with a mission of landmarks; valid is to say which, instead of {LEARNT}")
     map_ = load_map(map_file)
     way = _way(map_, start, goal)
     return map_, way, as_learnt(way) if asked is None else asked.for_way(way)

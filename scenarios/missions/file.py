@@ -4,9 +4,10 @@
 
     title = "Look into the second office"
     landmarks = { LA3 = "end" }
+    scenes = { LI1 = "poster.scene" }
 
     [[step]]
-    at = "LD"
+    at = "LI1"
     tasks = [{ photograph = "first" }]
 
     [[step]]
@@ -15,17 +16,20 @@
     timeout = 120
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from refseq.errors import SceneError
 from refseq.missions import (
     ADMITTED,
     BehaviourCode,
     Call,
     Errand,
+    Label,
     Landmark,
     Landmarks,
     Mission,
@@ -39,6 +43,7 @@ from refseq.missions import (
     compiled,
     parse_mission,
 )
+from refseq.scenes import Scene, SceneFinder, load_scene
 from refseq_bench.robots.behaviours.written import parse_behaviour
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.scenarios.errors import ScenarioError
@@ -98,27 +103,53 @@ class _MissionTable(_Table):
     title: str = ""
     step: Annotated[tuple[_StepTable, ...], Field(min_length=1)]
     landmarks: dict[str, float | str] = {}
+    scenes: dict[str, str] = {}
 
 
-def asked_for(text: str, landmarks: dict[str, float | str] | None = None) -> Asked:
-    """A mission from a string, or from a file whose name ends in ``.toml``; ``landmarks`` come on top of the file's.
+def asked_for(
+    text: str, landmarks: Mapping[str, float | str] | None = None, scenes: Mapping[str, Path] | None = None
+) -> Asked:
+    """A mission from a string, or from a file whose name ends in ``.toml``.
 
-    Raises ``MissionError`` for a string, ``ScenarioError`` for a file that cannot be read.
+    ``landmarks`` and the files of ``scenes`` come on top of the file's. Raises ``MissionError`` for a string,
+    ``SceneError`` for a scene, ``ScenarioError`` for a file that cannot be read.
     """
     if text.endswith(".toml"):
         found = read_mission(Path(text))
-        return Asked(
-            found.mission, located({**found.landmarks.places, **(landmarks or {})}), found.errands, found.title
-        )
-    mission = parse_mission(text)
-    return Asked(mission, located(landmarks or {}), (Errand(),) * len(mission.steps))
+    else:
+        mission = parse_mission(text)
+        found = Asked(mission, Landmarks(), (Errand(),) * len(mission.steps))
+    places = {**found.landmarks.places, **(landmarks or {})}
+    given = located(places, {**found.landmarks.scenes, **_loaded(scenes or {})})
+    for name in given.scenes:
+        if landmark_named(name) not in [step.landmark for step in found.mission.steps]:
+            raise MissionError(f"scene {name}: no step of {found.mission} is at it; valid is a landmark of its steps")
+    return replace(found, landmarks=given)
 
 
-def located(places: dict[str, float | str]) -> Landmarks:
-    """Landmarks by their names. Raises ``MissionError`` for a name that is none."""
-    for name in places:
+def located(places: Mapping[str, float | str], scenes: Mapping[str, Scene] | None = None) -> Landmarks:
+    """Landmarks by their names. Raises ``MissionError`` for a name that is none, or of what a camera does not find."""
+    for name in (*places, *(scenes or {})):
         landmark_named(name)
-    return Landmarks(places)
+    for name in scenes or {}:
+        if landmark_named(name).label is not Label.IMAGE:
+            raise MissionError(f"scene {name}: a scene is an image; valid is a name as {Label.IMAGE}1")
+        if name in places:
+            raise MissionError(f"{name} has a place and a scene; valid is one of them")
+    return Landmarks(places, scenes or {})
+
+
+def _loaded(files: Mapping[str, Path]) -> dict[str, Scene]:
+    return {name: _findable(file) for name, file in files.items()}
+
+
+def _findable(file: Path) -> Scene:
+    scene = load_scene(file)
+    try:
+        SceneFinder(scene)
+    except SceneError as error:
+        raise SceneError(f"{file}: {error}") from None
+    return scene
 
 
 def landmark_named(name: str) -> Landmark:
@@ -132,19 +163,27 @@ def landmark_named(name: str) -> Landmark:
 def read_mission(path: Path) -> Asked:
     """Read a mission file. Raises ``ScenarioError`` in one line that names the file, the key and what is valid."""
     try:
-        return mission_in(read_toml(path))
+        return mission_in(read_toml(path), path.parent)
+    except SceneError as error:
+        raise ScenarioError(f"{path}: scenes: {error}") from error
     except TextFileError as error:
         raise ScenarioError(f"{path}: {error}; valid is a mission in TOML") from None
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
 
 
-def mission_in(tables: object) -> Asked:
-    """A mission from the tables of a file. Raises ``ScenarioError`` with the key and what is valid."""
+def mission_in(tables: object, folder: Path | None = None) -> Asked:
+    """A mission from the tables of a file; its scenes' files lie in ``folder``, None: it may name none.
+
+    Raises ``ScenarioError`` with the key and what is valid, ``SceneError`` for a scene.
+    """
     try:
         table = _MissionTable.model_validate(tables)
         steps, errands = zip(*map(_step, range(1, len(table.step) + 1), table.step), strict=True)
-        return Asked(Mission(steps), located(table.landmarks), errands, table.title)
+        if table.scenes and folder is None:
+            raise ScenarioError("scenes: are files, which are not here; valid is a mission's file beside them")
+        scenes = _loaded({name: (folder or Path()) / file for name, file in table.scenes.items()})
+        return Asked(Mission(steps), located(table.landmarks, scenes), errands, table.title)
     except ValidationError as error:
         raise ScenarioError(_mistake(error)) from error
     except (MissionError, RobotsError, ValueError) as error:

@@ -127,8 +127,7 @@ def run_plan(
 
     The ``drive`` tells its faults, when views are taken, and how long it may last. Raises what these raise.
     """
-    ground, end = leader.ground, goal or _pair(leader.ground, plan.goal)
-    measure = mission_bounds(plan, ground, bench, end)
+    ground, start, limits = leader.ground, bench.pose, bench.robot.limits
     executor = Executor(plan, localised=leader.localiser is not None)
     localiser = None if leader.localiser is None else SensorFilter(leader.localiser, sensors)
     watcher = _Watcher(bench, ground, drive.faults)
@@ -139,6 +138,9 @@ def run_plan(
 
     mission = run_mission(bench, executor, localiser, trigger=drive.trigger, timeout=drive.patience, each=look)
     completed = executor.status is Status.COMPLETED
+    plan = executor.plan  # what was sought may have been found
+    end = goal or _pair(ground, plan.goal)
+    measure = mission_bounds(plan, ground, start, limits, end)
     run = MissionRun(
         completed=completed,
         why="" if completed else f"{executor.status.value}: {executor.why}",
@@ -173,7 +175,7 @@ def run_program(
     """Run a LAMP program; the plan says how far it is. Where its stages ought to begin nobody knows."""
     touches, watcher = ContactLog(bench), _Watcher(bench, ground, drive.faults)
     end = goal or _pair(ground, plan.goal)
-    measure = mission_bounds(plan, ground, bench, end)
+    measure = mission_bounds(plan, ground, bench.pose, bench.robot.limits, end)
 
     def look(_moment: BehaviourMoment) -> None:
         touches.look()
@@ -207,16 +209,18 @@ def refused_run(bench: Bench, why: str, goal: tuple[float, float] | None) -> Mis
     return MissionResult(run)
 
 
-def mission_bounds(plan: Plan, ground: TrueWay, bench: Bench, goal: tuple[float, float]) -> MissionBounds:
-    """Bound a mission from where the robot stands to the goal.
+def mission_bounds(
+    plan: Plan, ground: TrueWay, start: Pose, limits: Limits, goal: tuple[float, float]
+) -> MissionBounds:
+    """Bound a mission from where the robot stood at its ``start`` to the goal.
 
     The way is that of the plan from the place nearest to the robot on, and straight from the plan's end to a goal that
     lies off it. Each turn by itself, and that into a door beside the way, is at the robot's turn rate.
     """
-    start, limits = ground.nearest(bench.pose), bench.robot.limits
-    way = max(plan.goal - start, 0.0) + math.dist(ground.position(plan.goal), goal)
+    begun = ground.nearest(start)
+    way = max(plan.goal - begun, 0.0) + math.dist(ground.position(plan.goal), goal)
     optimal = way / limits.speed
-    turned = math.fsum(turn_of(order.behaviour) for order in plan.orders if order.at >= start)
+    turned = math.fsum(turn_of(order.behaviour) for order in plan.orders if order.at >= begun)
     return MissionBounds(way, _ideal(optimal, turned, limits), optimal)
 
 

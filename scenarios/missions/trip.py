@@ -63,13 +63,17 @@ class MissionTrip:
         odometry: bool = False,
         strip: float | None = None,
         every: float = EVERY,
+        seeks: bool = False,
     ) -> "MissionTrip":
-        """Complete what is None from the first map's own drive. Raises ``ScenarioError``."""
+        """Complete what is None from the first map's own drive; one that ``seeks`` a scene needs cameras.
+
+        Raises ``ScenarioError``.
+        """
         told = map_.sequences[0].metadata
         for name, given in (("world", world), ("light", light), ("robot", robot)):
             if given is None and name not in told:
                 raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
-        looks = (map_.sensors != {LASER} and not odometry) or strip is not None
+        looks = (map_.sensors != {LASER} and not odometry) or strip is not None or seeks
         kind = renderer or (told.get("renderer", "filament") if looks else RendererKind.NONE.value)
         if kind not in list(RendererKind):
             raise ScenarioError(f"renderer {kind!r} is unknown; valid are {', '.join(RendererKind)}")

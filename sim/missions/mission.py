@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from refseq.belief import Belief
 from refseq.missions.behaviour_codes import lengthened
 from refseq.missions.executor import Do, Executor
+from refseq.missions.lookout import Lookout
 from refseq.missions.tasks import Call, Photograph, Task
 from refseq.view import View
 from refseq_bench.robots import Twist
@@ -92,10 +93,11 @@ def run_mission(
 ) -> DrivenMission:
     """Run a mission until it is over, or for ``timeout`` [s] of simulated time, when it is aborted.
 
-    Without a ``localiser`` no view is taken; with one, when the ``trigger`` says so, by default every ``EVERY`` metres.
+    Without a ``localiser`` no view is taken, unless the mission seeks a scene; else when the ``trigger`` says so, by
+    default every ``EVERY`` metres.
     ``calls`` are the functions that tasks may call, ``each`` is called after every control period, and may pause or
     abort the mission. Raises ``SimError`` for a task that calls what is not there, ``RobotsError`` for a behaviour that
-    this robot does not have.
+    this robot does not have, ``SceneError`` for a scene of another camera.
     """
     tasks = [task for order in executor.plan.orders for task in order.tasks] + list(executor.plan.tasks)
     for task in tasks:
@@ -114,7 +116,7 @@ class _MissionRun:
     ) -> None:
         self._bench, self._executor, self._localiser = bench, executor, localiser
         self._trigger, self._hands, self._description = trigger, hands, description_of(bench.robot)
-        self._touches = ContactLog(bench)
+        self._touches, self._lookout = ContactLog(bench), Lookout(executor)
         self._running: tuple[int, Behaviour] | None = None
         self._moved, self._began = Moved(), bench.time
         self._start = bench.state.distance
@@ -168,19 +170,22 @@ class _MissionRun:
         return self._running[1]
 
     def _look(self) -> None:
-        """Take a view where somebody localises in it."""
+        """Take a view where somebody localises in it, or looks for something."""
         self._moved = Moved()
-        if self._localiser is not None:
+        if self._localiser is not None or self._lookout.looks:
             self._sense()
 
     def _sense(self) -> View:
         """Take a view, and believe what the localiser says: it has to see all of them, as each has its own motion."""
         self._moved = Moved()
         view = self._bench.sense()
+        if not self._seen:
+            self._lookout.check(view)
         if self._localiser is not None:
             belief = self._localiser.update(replace(view, truth=None))
             self._seen.append(MissionView(replace(view, images={}), belief))
             self._executor.believe(belief)
+        self._lookout.look(view)
         return view
 
     def _stand(self) -> None:

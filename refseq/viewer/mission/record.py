@@ -129,7 +129,11 @@ class Recorder:
     def record(
         self, plan: Plan, places: NDArray[np.float64], outline: Sequence[NDArray[np.float64]] = ()
     ) -> MissionRecord:
-        """All of it. What the log was told after the last period, when it was aborted, is its end."""
+        """All of it. What the log was told after the last period, when it was aborted, is its end.
+
+        The plan is what it has become: a landmark that was sought may have been found.
+        """
+        plan = plan if self._executor is None else self._executor.plan
         if self._executor is not None and self._instants:
             last = Instant.of(self._executor, self._instants[-1].truth)
             if last.unlike(self._instants[-1]):

@@ -1,12 +1,17 @@
 """Missions as people write them: what is read, and what is wrong told in one line."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from refseq.errors import SceneError
 from refseq.missions import Call, Errand, MissionError, Photograph, Wait, parse_mission
+from refseq.scenes import save_scene
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions.file import asked_for, read_mission
+from tests.refseq.scenes.drawn import scene
 
 WHOLE = """
 title = "Look into the second office"
@@ -94,3 +99,44 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
 def test_a_landmark_that_is_none() -> None:
     with pytest.raises(MissionError, match="landmark 'LA3MN' is not valid"):
         asked_for("[LD]", {"LA3MN": 1.0})
+
+
+# --- scenes ---
+
+
+@pytest.fixture
+def poster(tmp_path: Path) -> Path:
+    save_scene(tmp_path / "poster.scene", scene())
+    return tmp_path / "poster.scene"
+
+
+def test_a_scene_lies_beside_the_mission_s_file_or_is_named_by_the_command(poster: Path) -> None:
+    file = written(poster.parent, '[[step]]\nat = "LI1"\ndo = "MT90"\n[scenes]\nLI1 = "poster.scene"\n')
+    for asked in (asked_for(str(file)), asked_for("[LI1MT90]", scenes={"LI1": poster})):
+        assert (asked.landmarks.scenes["LI1"].patch == scene().patch).all()
+
+
+@pytest.mark.parametrize(
+    ("mission", "name", "places", "told"),
+    [
+        ("[LD]", "LI1", {}, r"^scene LI1: no step of \[LD\] is at it; valid is a landmark of its steps$"),
+        ("[LO1]", "LO1", {}, r"^scene LO1: a scene is an image; valid is a name as LI1$"),
+        ("[LI1]", "LI1", {"LI1": 2.0}, r"^LI1 has a place and a scene; valid is one of them$"),
+        ("[LI1]", "poster", {}, r"^mission '\[poster\]', column 2"),
+    ],
+)
+def test_a_scene_that_does_not_fit_the_mission_is_told(
+    poster: Path, mission: str, name: str, places: dict[str, float | str], told: str
+) -> None:
+    with pytest.raises(MissionError, match=told):
+        asked_for(mission, places, {name: poster})
+
+
+def test_a_scene_that_cannot_be_found_again_is_told_with_its_file(tmp_path: Path) -> None:
+    blank = replace(scene(), patch=np.zeros((180, 200), np.uint8))
+    save_scene(tmp_path / "wall.scene", blank)
+    with pytest.raises(SceneError, match=r"wall.scene: the scene has 0 keys to know it by; valid are 20 or more"):
+        asked_for("[LI1]", scenes={"LI1": tmp_path / "wall.scene"})
+    file = written(tmp_path, '[[step]]\nat = "LI1"\n[scenes]\nLI1 = "none.scene"\n')
+    with pytest.raises(ScenarioError, match=r"mine.toml: scenes: .*none.scene: cannot be read: No such file"):
+        asked_for(str(file))
