@@ -17,7 +17,7 @@ from refseq.map.map import Map
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.missions.page.maps import MapShelf, drawn_map, place_points
 from refseq_bench.scenarios.missions.page.request import MissionRequest, PlannedMission, drawn_plan, planned, steps_of
-from refseq_bench.scenarios.missions.page.watch import MissionWatch
+from refseq_bench.scenarios.missions.page.watch import WISHES, MissionWatch
 from refseq_bench.scenarios.missions.trip import MissionTrip, TripResult, run_trip, write_trip
 from refseq_bench.worlds.light import light_names
 
@@ -37,9 +37,14 @@ class DeskState(StrEnum):
 
 @dataclass(frozen=True)
 class Job:
-    """A mission to run: the request's number, and all that it needs."""
+    """A mission to run: the request's number, the names and drawings that pages show, and all that it needs.
+
+    ``name`` is the map's on the page, ``drawn`` the plan as all pages show it.
+    """
 
     number: int
+    name: str
+    drawn: dict[str, Any]
     trip: MissionTrip
     map: Map
     mission: PlannedMission
@@ -96,7 +101,7 @@ class MissionDesk:
                 raise ScenarioError("a mission runs already; valid is to wait for its end, or to abort it")
             self._number += 1
             watch = MissionWatch(mission.plan, points, request.drive.speed)
-            self._job = Job(self._number, trip, map_, mission, watch)
+            self._job = Job(self._number, request.map, drawn, trip, map_, mission, watch)
             self._state, self._result, self._photographs = DeskState.OPENING, {}, {}
             self._jobs.put_nowait(self._job)
         return {"number": self._number, "plan": drawn}
@@ -104,8 +109,8 @@ class MissionDesk:
     def do(self, told: dict[str, Any]) -> dict[str, Any]:
         """Pause, resume or abort the mission that runs."""
         what = told.get("do")
-        if what not in ("pause", "resume", "abort"):
-            raise ScenarioError(f"do = {what!r:.40} is not valid; valid are pause, resume, abort")
+        if what not in WISHES:
+            raise ScenarioError(f"do = {what!r:.40} is not valid; valid are {', '.join(WISHES)}")
         if self._job is None or self._state not in (DeskState.OPENING, DeskState.RUNNING):
             raise ScenarioError(f"no mission runs; there is nothing to {what}")
         self._job.watch.want(what)
@@ -118,9 +123,10 @@ class MissionDesk:
             job, known = self._job, {"state": self._state, "number": self._number, "result": self._result}
         if job is None:
             return known
-        # A page that was opened later, or watched another mission, has none of this one's lines.
-        counts = counts if query.get("number") == str(job.number) else [0, 0, 0]
-        return {**known, **job.watch.news(*counts), "from": counts, "map": job.map.paths[0].name}
+        if query.get("number") == str(job.number):
+            return {**known, **job.watch.news(*counts)}
+        # A page that was opened later, or watched another mission, has none of this one's lines, nor its map.
+        return {**known, **job.watch.news(0, 0, 0), "map": job.name, "plan": job.drawn}
 
     def picture(self, query: Mapping[str, str]) -> bytes | None:
         """A camera's last picture, or a photograph of the mission."""
@@ -160,13 +166,17 @@ class MissionDesk:
         finally:
             with self._lock:
                 self._state, self._result, self._photographs = DeskState.OVER, result, photographs
-        self._said(f"mission {job.number}: {'completed' if result['completed'] else result['why']}")
+        ended = "; ".join(filter(None, ("completed" if result["completed"] else "", result["why"])))
+        self._said(f"mission {job.number}: {ended}")
         return True
 
     def _told(self, job: Job, made: TripResult) -> dict[str, Any]:
-        run = made.done.run
-        left = "" if self._output is None else self._leave(self._output, job, made)
-        return {"completed": run.completed, "why": run.why, "touched": list(run.touched), "left": left}
+        run, left, why = made.done.run, "", made.done.run.why
+        try:
+            left = "" if self._output is None else self._leave(self._output, job, made)
+        except ScenarioError as error:
+            why = "; ".join(filter(None, (why, str(error))))
+        return {"completed": run.completed, "why": why, "touched": list(run.touched), "left": left}
 
     def _leave(self, output: Path, job: Job, made: TripResult) -> str:
         """Leave log, plan, record and photographs in the next folder that is free."""

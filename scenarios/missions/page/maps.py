@@ -37,7 +37,7 @@ class MapShelf:
     def files(self) -> dict[str, Path]:
         """Files by the names that the page calls them."""
         found = [self.place] if self.place.is_file() else self.place.glob(f"*{ENDING}")
-        return {path.name: path for path in sorted(found) if path.suffix == ENDING}
+        return {path.name: path for path in sorted(found) if path.suffix == ENDING and path.is_file()}
 
     def listed(self) -> list[dict[str, Any]]:
         """Names and sizes, for the page."""
@@ -49,10 +49,14 @@ class MapShelf:
         path = files.get(name) if isinstance(name, str) else None
         if path is None:
             raise ScenarioError(f"map {name!r:.80} is not here; valid are {', '.join(files)}")
-        written = path.stat().st_mtime
-        if self._kept is None or self._kept[:2] != (path, written):
-            self._kept = path, written, Map.load(path)
-        return self._kept[2]
+        try:
+            written = path.stat().st_mtime
+        except OSError as error:
+            raise ScenarioError(f"{path}: cannot be read: {error.strerror}") from None
+        kept = self._kept
+        if kept is None or kept[:2] != (path, written):
+            kept = self._kept = path, written, Map.load(path)
+        return kept[2]  # another page may have had another one read by now
 
 
 def drawn_map(map_: Map) -> dict[str, Any]:

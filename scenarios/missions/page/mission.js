@@ -340,13 +340,33 @@ async function look() {
     setTimeout(look, 2000);
     return;
   }
-  setTimeout(look, PERIOD);
-  if (news.number && (running || news.state === "opening" || news.state === "running")) showNews(news);
+  try {
+    if (news.number && (running || news.state === "opening" || news.state === "running")) await showNews(news);
+  } catch (error) {
+    mistake(error.message);
+  } finally {
+    setTimeout(look, PERIOD);
+  }
 }
 
-function showNews(news) {
+/** Show the map and the plan of the mission that runs: another page may have begun it, or this one before a reload. */
+async function adopt({ map: name, plan }) {
+  if (at("map").value !== name) {
+    at("map").value = name;
+    await loadMap();
+  }
+  asking += 1; // what this page has asked about a plan of its own comes too late
+  planned = plan; mayStart = true;
+  showOrders();
+  drawPlan();
+}
+
+async function showNews(news) {
   if (!running) setRunning(true);
-  if (news.number !== seen.number) forget(news.number);
+  if (news.number !== seen.number) {
+    await adopt(news);
+    forget(news.number);
+  }
   const over = news.state === "over";
   at("number").textContent = news.number;
   at("status").textContent = over ? (news.result.completed ? "completed" : "not completed") : news.status || news.state;

@@ -12,10 +12,13 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief
 from refseq.missions import Executor, Plan, Status
-from refseq.view import View
+from refseq.planar import Pose
+from refseq.view import Scan, View
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.realtime import RealTimePacer
 
+PAUSE, RESUME, ABORT = WISHES = ("pause", "resume", "abort")
+"""Wishes of the page."""
 TRACK_EVERY = 0.1
 """Distance between two points of the track [m]."""
 LEAST = 0.002
@@ -51,6 +54,7 @@ class MissionWatch:
         self._wanted = ""
         self._log: list[list[Any]] = []
         self._track: list[list[float]] = []
+        self._taken: list[tuple[View, Belief]] = []  # since the last look, by the mission's thread alone
         self._seen: list[BeliefSeen] = []
         self._pictures: dict[str, bytes] = {}
         self._now: dict[str, Any] = {}
@@ -59,25 +63,16 @@ class MissionWatch:
     # --- the mission's thread ---
 
     def saw(self, view: View, belief: Belief) -> None:
-        """Keep what a view shows and what is believed of it."""
-        self._began = view.time if self._began is None else self._began
-        likely = np.flatnonzero(belief.places >= LEAST)
-        seen = BeliefSeen(
-            time=round(view.time - self._began, 2),
-            places=[[int(place), round(float(belief.places[place]), 3)] for place in likely],
-            lost=round(float(belief.lost), 3),
-            best=int(belief.best),
-            scan=_scan_points(view),
-        )
-        pictures = {name: _jpeg(image) for name, image in view.images.items()}
-        with self._lock:
-            self._seen.append(seen)
-            self._pictures = pictures
+        """Keep a view and what is believed of it until the next look: it does not know itself where it was taken."""
+        self._taken.append((view, belief))
 
     def look(self, executor: Executor, bench: Bench) -> None:
         """Keep the state, and do what the page wants."""
         self._obey(executor)
         pose = bench.pose
+        for view, belief in self._taken:
+            self._show(view, belief, pose)
+        self._taken.clear()
         now = {
             "status": executor.status.value,
             "over": executor.status.over,
@@ -101,6 +96,21 @@ class MissionWatch:
         if self._paced is not None:
             self._paced.keep(executor.time)
 
+    def _show(self, view: View, belief: Belief, pose: Pose) -> None:
+        self._began = view.time if self._began is None else self._began
+        likely = np.flatnonzero(belief.places >= LEAST)
+        seen = BeliefSeen(
+            time=round(view.time - self._began, 2),
+            places=[[int(place), round(float(belief.places[place]), 3)] for place in likely],
+            lost=round(float(belief.lost), 3),
+            best=int(belief.best),
+            scan=[] if view.scan is None else _scan_points(view.scan, pose),
+        )
+        pictures = {name: _jpeg(image) for name, image in view.images.items()}
+        with self._lock:
+            self._seen.append(seen)
+            self._pictures = pictures
+
     def point(self, along: float) -> list[float]:
         """Where so far along the way is [m]."""
         return [round(float(np.interp(along, self._along, self._points[:, axis])), 3) for axis in (0, 1)]
@@ -108,19 +118,20 @@ class MissionWatch:
     def _obey(self, executor: Executor) -> None:
         with self._lock:
             wanted, self._wanted = self._wanted, ""
-        if wanted == "pause":
+        if wanted == PAUSE:
             executor.pause()
-        elif wanted == "resume":
+        elif wanted == RESUME:
             executor.resume()
-        elif wanted == "abort":
+        elif wanted == ABORT:
             executor.abort()
 
     # --- the page's ---
 
     def want(self, what: str) -> None:
-        """Pause, resume or abort, at the next control period."""
+        """Pause, resume or abort, at the next control period; nothing takes an abort back."""
         with self._lock:
-            self._wanted = what
+            if self._wanted != ABORT:
+                self._wanted = what
 
     def news(self, log: int, track: int, views: int) -> dict[str, Any]:
         """State, and what came after so many lines of the log, points of the track, and views."""
@@ -143,12 +154,10 @@ class MissionWatch:
             return self._pictures.get(camera)
 
 
-def _scan_points(view: View) -> list[list[float]]:
-    """Ends of some beams in the world [m], where the view knows where it was taken."""
-    if view.scan is None or view.truth is None:
-        return []
-    ranges, towards = view.scan.ranges[::BEAMS].astype(float), view.truth.heading + view.scan.bearings[::BEAMS]
-    ends = np.stack([view.truth.x + ranges * np.cos(towards), view.truth.y + ranges * np.sin(towards)], axis=1)
+def _scan_points(scan: Scan, pose: Pose) -> list[list[float]]:
+    """Ends of some beams in the world [m] of a scan that was taken at a pose."""
+    ranges, towards = scan.ranges[::BEAMS].astype(float), pose.heading + scan.bearings[::BEAMS]
+    ends = np.stack([pose.x + ranges * np.cos(towards), pose.y + ranges * np.sin(towards)], axis=1)
     ends = ends[np.isfinite(ranges) & (ranges < FARTHEST)]
     found: list[list[float]] = np.round(ends, 2).tolist()
     return found

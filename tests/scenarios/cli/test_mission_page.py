@@ -105,12 +105,13 @@ def test_a_mission_is_stated_on_the_map_run_and_watched(tab: Page, served: Serve
     assert left.parent == served.folder / "out"
     assert (left / "log.txt").read_text().splitlines()[-1].split()[2] == f"{stop:.1f}"
     assert tab.locator("#belief rect").count() > 0
+    assert tab.locator("#drawing .beam").count() > 0
     press(tab, "#again")
     tab.wait_for_selector("#go:visible")
 
 
 @pytest.mark.slow
-def test_mistakes_are_a_line_and_a_mission_is_aborted(tab: Page) -> None:
+def test_mistakes_are_a_line_and_a_mission_is_aborted(tab: Page, served: Served) -> None:
     tab.fill("#text", "[LD_LD_LD_LD_LD]")
     tab.press("#text", "Enter")
     tab.wait_for_selector("#mistake:not([hidden])")
@@ -122,6 +123,11 @@ def test_mistakes_are_a_line_and_a_mission_is_aborted(tab: Page) -> None:
     tab.select_option("#speed", "1")
     press(tab, "#go")
     tab.wait_for_selector("#status:text-is('travelling')")
+    other = tab.context.new_page()
+    other.goto(served.address)
+    other.wait_for_selector("#drawing .ring")
+    assert other.locator("#orders li").all_inner_texts() == tab.locator("#orders li").all_inner_texts(), "it looks on"
+    other.close()
     press(tab, "#abort")
     tab.wait_for_selector("#status:text-is('not completed')")
     assert tab.inner_text("#doing").startswith("aborted: somebody asked for it")

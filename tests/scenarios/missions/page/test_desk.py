@@ -1,20 +1,26 @@
 """The desk of missions, asked as the page asks: a map is shown, a mission stated, run, watched, left in a folder."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from refseq.belief import belief_from
 from refseq.errors import RefseqError
 from refseq.map.learning import learn
 from refseq.map.map import Map
 from refseq.map.profile import BEST
+from refseq.missions import Status
+from refseq.planar import Pose
+from refseq.view import Scan, View
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.missions.page.desk import MissionDesk
 from refseq_bench.scenarios.missions.page.maps import MapShelf, drawn_map, place_points
 from refseq_bench.scenarios.missions.page.request import MissionRequest, planned, steps_of
+from refseq_bench.scenarios.missions.page.watch import MissionWatch
 from refseq_bench.sim.rendering.renderer import RendererKind
 from tests.support import corridor_drive
 
@@ -105,8 +111,74 @@ def test_a_mission_is_run_watched_and_left(desk: MissionDesk, tmp_path: Path) ->
     assert news["believed"][0] == pytest.approx(news["robot"][0], abs=0.3)
     later = desk.news({"number": "1", "log": str(len(log)), "track": str(len(news["track"]))})
     assert (later["log"], later["track"]) == ([], [])
-    assert desk.news({"number": "7", "log": "3"})["log"] == news["log"], "of another mission a page has nothing"
+    another = desk.news({"number": "7", "log": "3"})
+    assert another["log"] == news["log"], "of another mission a page has nothing"
+    assert (another["map"], another["plan"]) == (MAP, plan), "nor does it show this one's map and way"
     assert (tmp_path / "out" / "mission-1" / "log.txt").read_text().count("\n") == len(log)
+
+
+def test_a_mission_that_cannot_be_left_is_completed_all_the_same(folder: Path, tmp_path: Path) -> None:
+    said: list[str] = []
+    (tmp_path / "out").touch()
+    desk = MissionDesk(MapShelf(folder), tmp_path / "out", said.append)
+    desk.start(asked(steps=[{"at": "LA1"}], landmarks={"LA1": 1.0}))
+    assert desk.run_next(0.0)
+    result = desk.news({})["result"]
+    assert (result["completed"], result["left"]) == (True, "")
+    assert result["why"] == f"{tmp_path / 'out' / 'mission-1'}: cannot be written: Not a directory"
+    assert said[-1] == f"mission 1: completed; {result['why']}"
+
+
+def test_nothing_takes_an_abort_back(desk: MissionDesk) -> None:
+    desk.start(asked())
+    for what in ("pause", "abort", "resume", "pause"):
+        desk.do({"do": what})
+    assert desk.run_next(0.0)
+    assert desk.news({})["status"] == "aborted"
+
+
+def test_beams_are_drawn_from_where_the_robot_is() -> None:
+    """The views of a mission do not know where they were taken: their truth is not the localiser's."""
+    plan: Any = SimpleNamespace(path=SimpleNamespace(along=np.array([0.0, 1.0]), places=np.array([0, 1])))
+    watch = MissionWatch(plan, np.zeros((2, 2)), 0.0)
+    view = View(1.0, scan=Scan(np.array([2.0, 1, 1, 1, 40], np.float32), start=0.0, step=np.pi / 8))
+    watch.saw(view, belief_from([0.0, 1.0]))
+    executor: Any = SimpleNamespace(
+        status=Status.TRAVELLING, time=0.1, do=SimpleNamespace(behaviour="MN"), number=0, tasks=(), along=0.5, log=[]
+    )
+    watch.look(executor, SimpleNamespace(pose=Pose(3.0, 1.0, np.pi / 2)))  # type: ignore[arg-type]
+    news = watch.news(0, 0, 0)
+    assert news["views"] == [[0.0, 0.0, 1]]
+    np.testing.assert_allclose(news["scan"], [[3.0, 3.0]], err_msg="the fifth beam is too long")
+
+
+def test_two_pages_that_ask_at_once_have_each_its_own_map(folder: Path, tmp_path: Path) -> None:
+    """The second map is read just before the first one is handed out."""
+    for name in ("a.refseq", "b.refseq"):
+        (tmp_path / name).write_bytes((folder / MAP).read_bytes())
+    loaded = {}
+
+    class Shelf(MapShelf):
+        def __setattr__(self, name: str, value: Any) -> None:
+            super().__setattr__(name, value)
+            if name == "_kept" and value and value[0].name == "a.refseq":
+                loaded["b"] = self.load("b.refseq")
+
+    shelf = Shelf(tmp_path)
+    first = shelf.load("a.refseq")
+    assert first is not loaded["b"]
+    assert shelf.load("b.refseq") is loaded["b"]
+
+
+def test_a_map_that_is_gone_is_told(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "gone.refseq").symlink_to("nowhere")
+    (tmp_path / "folder.refseq").mkdir()
+    (tmp_path / MAP).write_bytes((folder / MAP).read_bytes())
+    shelf = MapShelf(tmp_path)
+    assert [one["name"] for one in shelf.listed()] == [MAP]
+    (tmp_path / MAP).unlink()
+    with pytest.raises(ScenarioError, match=f"map '{MAP}' is not here"):
+        shelf.load(MAP)
 
 
 def test_a_mission_is_aborted_before_it_has_gone_anywhere(desk: MissionDesk) -> None:
