@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from refseq.atlas.merge import merge
     from refseq.belief import Belief, LocaliserProtocol, Stage
-    from refseq.errors import LogError, MapError, RefseqError
+    from refseq.errors import LogError, MapError, RefseqError, ViewError
     from refseq.logs import Recording, RecordingWriter, read_recording
     from refseq.map.learning import learn
     from refseq.map.localiser import Localiser, localise
@@ -51,6 +51,7 @@ __all__ = [
     "Scan",
     "Stage",
     "View",
+    "ViewError",
     "learn",
     "localise",
     "merge",
@@ -60,7 +61,7 @@ __all__ = [
 _HOMES = {
     "atlas.merge": ("merge",),
     "belief": ("Belief", "LocaliserProtocol", "Stage"),
-    "errors": ("LogError", "MapError", "RefseqError"),
+    "errors": ("LogError", "MapError", "RefseqError", "ViewError"),
     "logs": ("Recording", "RecordingWriter", "read_recording"),
     "map.learning": ("learn",),
     "map.localiser": ("Localiser", "localise"),

@@ -20,6 +20,9 @@ from refseq.features.extractor import BaseExtractor
 from refseq.features.sift import DESCRIPTOR_SIZE
 from refseq.view import View
 
+SLENDER = 16
+"""A picture that is so many times as long as wide is no view; panoramas have 8."""
+
 
 @dataclass(frozen=True, slots=True)
 class DenseSettings:
@@ -115,7 +118,12 @@ class GridPatches(NamedTuple):
 
 
 def describe_patches(sift: cv2.SIFT, image: NDArray[np.uint8], settings: DenseSettings) -> GridPatches:
-    """Upright SIFT descriptors of the grid's patches, those without contrast left out."""
+    """Upright SIFT descriptors of the grid's patches, those without contrast left out.
+
+    A strip, longer than ``SLENDER`` times its width, has none: its reduced image would have no bound.
+    """
+    if max(image.shape) > SLENDER * min(image.shape):
+        return GridPatches(np.zeros(0, np.int64), np.zeros((0, DESCRIPTOR_SIZE), np.uint8))
     height = max(1, round(settings.width * image.shape[0] / image.shape[1]))
     reduced = np.asarray(cv2.resize(image, (settings.width, height), interpolation=cv2.INTER_AREA), np.uint8)
     x = (np.arange(settings.columns) + 0.5) * settings.width / settings.columns

@@ -115,7 +115,9 @@ def _octave(key: cv2.KeyPoint) -> int:
 
 
 def halved(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The image at half the resolution, each pixel the mean of four."""
+    """The image at half the resolution, each pixel the mean of four; one of a single row or column stays."""
+    if min(image.shape) < 2:
+        return image
     return np.asarray(cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA), np.uint8)
 
 

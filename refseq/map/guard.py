@@ -4,12 +4,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from refseq.belief import LOST, Belief
+from refseq.errors import ViewError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.health.monitor import HealthMonitor, usable_view
+from refseq.intake import usable
 from refseq.map.exchange import ExchangeWatch
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher, Measurement
-from refseq.view import View
+from refseq.view import LASER, View
 
 
 class SensorGuard:
@@ -22,6 +24,7 @@ class SensorGuard:
     def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
         self._matcher = Matcher(map_, sensors=sensors, seed=seed)
         self._wanted = map_.sensors if sensors is None else frozenset(sensors)
+        self._cameras = map_.sensors - {LASER}
         self._monitor = HealthMonitor()
         self.reset()
 
@@ -31,21 +34,36 @@ class SensorGuard:
         self._monitor.reset()
         self._exchange = ExchangeWatch(self._matcher.extractors)
         self.faults: tuple[DeclaredFault, ...] = ()
-        self._sightless = False
+        self._sightless, self._met = False, False
 
     def match(self, view: View) -> list[Measurement]:
-        """Compare what can be trusted of a view with the places of every sequence."""
+        """Compare what can be trusted of a view with the places of every sequence.
+
+        Raises ``ViewError`` for a view that is not ``usable``, and where the map knows none of its cameras.
+        """
+        view = usable(view)
+        self._check_cameras(view)
         health = self._monitor.update(view)
         measured = self._matcher.match(health.usable)
         ill = {fault.sensor for fault in health.faults if fault.kind is not FaultKind.EXCHANGED}
         looked_at = replace(view, images={name: image for name, image in view.images.items() if name not in ill})
         ratios = self._exchange.ratios(looked_at, self._matcher.described)
         self.faults = self._monitor.compare(ratios)
-        usable = usable_view(view, self.faults)
-        if usable.sensors != health.usable.sensors:
-            measured = self._matcher.match(usable)
-        self._sightless = bool(self.faults) and not usable.sensors & self._wanted
+        trusted = usable_view(view, self.faults)
+        if trusted.sensors != health.usable.sensors:
+            measured = self._matcher.match(trusted)
+        self._sightless = bool(self.faults) and not trusted.sensors & self._wanted
         return measured
+
+    def _check_cameras(self, view: View) -> None:
+        """Raise ``ViewError`` as long as no camera of the map was met: names differ, or the robot does."""
+        known = self._cameras & frozenset(view.images)
+        self._met = self._met or bool(known)
+        if self._cameras and view.images and not self._met:
+            raise ViewError(
+                f"view at {view.time:g} s: {', '.join(sorted(view.images))}: no camera of the map; "
+                f"valid are {', '.join(sorted(self._cameras))}"
+            )
 
     def told(self, belief: Belief) -> Belief:
         """The belief of the last view with the faults that stand; without any sensor left the robot is lost."""

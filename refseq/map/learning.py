@@ -1,14 +1,17 @@
 """Learning a map: a first drive becomes a reference sequence, one place a view (familiarisation)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.errors import MapError
+from refseq.errors import MapError, ViewError
+from refseq.features.extractor import Extractor
+from refseq.health.scans import returned
 from refseq.inference.matching.incidence import IncidenceMatrix
+from refseq.intake import check_motions, usable
 from refseq.map.annotations import annotations_of
 from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
@@ -16,11 +19,11 @@ from refseq.map.profile import THESIS, Profile, profile_named
 from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence
 from refseq.planar import Pose, after_motion
-from refseq.view import View
+from refseq.view import LASER, View
 
 
 def learn(
-    views: Sequence[View],
+    views: Iterable[View],
     *,
     profile: Profile | str = THESIS,
     sensors: Sequence[str] | None = None,
@@ -38,25 +41,30 @@ def learn(
 
     Raises ``MapError`` where there is no view, where no word is to be kept, where a sensor asked for is in none of the
     views, and where the profile or a feature is unknown or no feature fits the sensors; also where the views are one
-    place, or the odometry does not tell them apart.
+    place, or the odometry does not tell them apart. Raises ``ViewError`` for a view that is not ``usable``, for a
+    motion that is no finite number, and for a sensor that sees nothing in the whole drive.
     """
     if most_informative is not None and most_informative < 1:
         raise MapError(f"{most_informative} words are to be kept; valid is at least 1")
+    drive = list(views)
     chosen = profile_named(profile) if isinstance(profile, str) else profile
-    extractors = make_extractors(features or chosen.features, check_sensors(views, sensors, "the drive"), chosen)
-    check_way(views)
+    wanted = check_sensors(drive, sensors, "the drive")
+    extractors = make_extractors(features or chosen.features, wanted, chosen)
+    check_motions(drive)
+    check_way(drive)
     columns = [
         {extractor.key: extractor.learn(view) for extractor in extractors if extractor.sensor in view.sensors}
-        for view in views
+        for view in (usable(one, wanted) for one in drive)
     ]
+    check_seen(drive, extractors)
     matrix = IncidenceMatrix.from_columns(columns, {extractor.key: extractor.size for extractor in extractors})
-    along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
-    poses = tuple(view.truth for view in views)
+    along = np.cumsum([0.0] + [abs(view.distance) for view in drive[1:]])
+    poses = tuple(view.truth for view in drive)
     notes = MappingProxyType(dict(metadata or {}))
-    sequence = ReferenceSequence(matrix, extractors, along, poses, chosen, notes, dead_reckoned(views))
+    sequence = ReferenceSequence(matrix, extractors, along, poses, chosen, notes, dead_reckoned(drive))
     if most_informative is not None:
         sequence = with_most_informative(sequence, most_informative)
-    return Map.of(sequence, name, annotations_of(views))
+    return Map.of(sequence, name, annotations_of(drive))
 
 
 def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[np.float64]:
@@ -87,6 +95,16 @@ def check_way(views: Sequence[View]) -> None:
         f"a map would have {places} over {length:.1f} m: {cause}; "
         "valid are two views or more with odometry between them"
     )
+
+
+def check_seen(views: Sequence[View], extractors: Sequence[Extractor]) -> None:
+    """Raise ``ViewError`` for the first sensor that saw nothing: no beam came back, no picture has a feature."""
+    for sensor in sorted({extractor.sensor for extractor in extractors}):
+        seen = any(extractor.size for extractor in extractors if extractor.sensor == sensor)
+        if sensor == LASER:
+            seen = any(view.scan is not None and returned(view.scan).any() for view in views)
+        if not seen:
+            raise ViewError(f"{sensor}: nothing is seen in any of {len(views)} views; valid is to learn from the others")
 
 
 def check_sensors(views: Sequence[View], wanted: Sequence[str] | None, what: str) -> tuple[str, ...]:

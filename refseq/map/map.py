@@ -36,7 +36,7 @@ class MapFrame(StrEnum):
     NONE = "none"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Map:
     """Sequences by their ``names``, with the places that each still holds, and all ``paths`` that were learnt.
 
@@ -78,6 +78,11 @@ class Map:
 
     def __len__(self) -> int:
         return sum(len(sequence) for sequence in self.sequences)
+
+    def __repr__(self) -> str:
+        """One line: its arrays would fill pages of a notebook."""
+        paths = ", ".join(f"{path.name or 'unnamed'} {path.along[-1]:.1f} m" for path in self.paths)
+        return f"<Map of {len(self)} places: {paths}; {', '.join(sorted(self.sensors))}>"
 
     @property
     def has_one_path(self) -> bool:
