@@ -15,5 +15,7 @@ class LogError(RefseqError):
 
 class SceneError(RefseqError):
     """A scene cannot be cut or read, or is not of the camera that looks for it."""
+
+
 class ViewError(RefseqError):
     """A view's images, scan or motion cannot be used."""

@@ -104,7 +104,9 @@ def check_seen(views: Sequence[View], extractors: Sequence[Extractor]) -> None:
         if sensor == LASER:
             seen = any(view.scan is not None and returned(view.scan).any() for view in views)
         if not seen:
-            raise ViewError(f"{sensor}: nothing is seen in any of {len(views)} views; valid is to learn from the others")
+            raise ViewError(
+                f"{sensor}: nothing is seen in any of {len(views)} views; valid is to learn from the others"
+            )
 
 
 def check_sensors(views: Sequence[View], wanted: Sequence[str] | None, what: str) -> tuple[str, ...]:
