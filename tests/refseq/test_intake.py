@@ -97,13 +97,13 @@ def test_a_map_needs_a_motion_that_is_a_number(value: float) -> None:
 
 @pytest.mark.parametrize("silent", [0.0, np.inf, np.nan, 90.0])
 def test_a_laser_that_sees_nothing_is_not_learnt(silent: float) -> None:
-    with pytest.raises(ViewError, match="^laser: nothing is seen in any of 6 views"):
+    with pytest.raises(ViewError, match=r"^laser: nothing is seen in any of 6 views"):
         learn(walk(scan=Scan(np.full(361, silent, np.float32))))
 
 
 def test_a_camera_that_sees_nothing_is_not_learnt_and_the_others_are() -> None:
     views = [replace(view, images={**view.images, "dark": np.zeros((192, 256), np.uint8)}) for view in walk()]
-    with pytest.raises(ViewError, match="^dark: nothing is seen in any of 6 views; valid is to learn from the others$"):
+    with pytest.raises(ViewError, match=r"^dark: nothing is seen in any of 6 views; valid is to learn from the others$"):
         learn(views)
     assert learn(views, sensors=["front", "laser"]).sensors == {"front", "laser"}
 
