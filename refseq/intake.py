@@ -53,7 +53,9 @@ def _scan(scan: Scan, time: float) -> Scan:
     ranges = np.asarray(scan.ranges)
     if ranges.ndim != 1 or ranges.dtype.kind not in "fiu":
         raise ViewError(f"view at {time:g} s: laser: ranges of {_described(ranges)}; valid is {VALID_RANGES}")
-    return scan if ranges is scan.ranges and ranges.dtype.kind == "f" else replace(scan, ranges=ranges.astype(np.float32))
+    return (
+        scan if ranges is scan.ranges and ranges.dtype.kind == "f" else replace(scan, ranges=ranges.astype(np.float32))
+    )
 
 
 def _described(array: NDArray[np.generic]) -> str:

@@ -103,7 +103,9 @@ def test_a_laser_that_sees_nothing_is_not_learnt(silent: float) -> None:
 
 def test_a_camera_that_sees_nothing_is_not_learnt_and_the_others_are() -> None:
     views = [replace(view, images={**view.images, "dark": np.zeros((192, 256), np.uint8)}) for view in walk()]
-    with pytest.raises(ViewError, match=r"^dark: nothing is seen in any of 6 views; valid is to learn from the others$"):
+    with pytest.raises(
+        ViewError, match=r"^dark: nothing is seen in any of 6 views; valid is to learn from the others$"
+    ):
         learn(views)
     assert learn(views, sensors=["front", "laser"]).sensors == {"front", "laser"}
 
