@@ -23,27 +23,42 @@ def checked(belief: object, places: int, seconds: float) -> Belief:
     """
     if not isinstance(belief, Belief):
         raise NoAnswerError(f"answered {type(belief).__name__}; valid is refseq.belief.Belief")
+    lost = _number("lost", belief.lost, 0, 1)
     return Belief(
         places=_probabilities(belief.places, places),
-        lost=_number("lost", belief.lost, 0, 1),
+        lost=lost,
         best=_whole("best", belief.best, 0, places),
         path=tuple(_whole("path", place, LOST, places) for place in _sequence(belief.path)),
         entropy=_number("entropy", belief.entropy, -SLACK, np.inf),
         timings=_timings(belief.timings, seconds),
+        lost_after=None if belief.lost_after is None else _lost_after(belief.lost_after, places, lost),
     )
 
 
 def _probabilities(given: object, places: int) -> NDArray[np.float64]:
+    found = _shares("places", given, places)
+    if abs(float(found.sum()) - 1) > SLACK:
+        raise NoAnswerError(f"places sums to {float(found.sum()):.6g}; valid is 1")
+    return found
+
+
+def _lost_after(given: object, places: int, lost: float) -> NDArray[np.float64]:
+    found = _shares("lost_after", given, places)
+    if float(found.sum()) > lost + SLACK:
+        raise NoAnswerError(f"lost_after sums to {float(found.sum()):.6g}; valid is at most lost, {lost:.6g}")
+    return found
+
+
+def _shares(name: str, given: object, places: int) -> NDArray[np.float64]:
+    """An array of numbers from 0, one a place."""
     try:
         found = np.array(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise NoAnswerError(f"places is {type(given).__name__}; valid is an array ({places},) of numbers") from None
+        raise NoAnswerError(f"{name} is {type(given).__name__}; valid is an array ({places},) of numbers") from None
     if found.shape != (places,):
-        raise NoAnswerError(f"places has shape {found.shape}; valid is ({places},), one a reference view")
+        raise NoAnswerError(f"{name} has shape {found.shape}; valid is ({places},), one a reference view")
     if not (np.isfinite(found).all() and (found >= 0).all()):
-        raise NoAnswerError("places holds what is no probability (nan, infinite or negative)")
-    if abs(float(found.sum()) - 1) > SLACK:
-        raise NoAnswerError(f"places sums to {float(found.sum()):.6g}; valid is 1")
+        raise NoAnswerError(f"{name} holds what is no probability (nan, infinite or negative)")
     return found
 
 

@@ -146,7 +146,7 @@ class PluginLocaliser:
         self._name, self._places, self._count = name, len(reference), 0
         self._limits = limits_here()
         self._guest = Guest(_code(name), self._limits)
-        self._most = 8 * self._places
+        self._most = 2 * 8 * self._places  # places and lost_after
         hello = {"protocol": PROTOCOL, "places": self._places, "seed": SEED}
         answer = self._asked("being imported", packed(Kind.HELLO, hello), Kind.HELLO, self._limits.start)
         self._sensors, self._tells_cost = self._capabilities(answer)

@@ -2,7 +2,8 @@
 
 Lengths are of header and payload, each a little-endian uint32; the header is a compact JSON object in ASCII. A view's
 payload are its images, (height, width) uint8 each, then the scan's ranges, (beams,) float32; a belief's are its places,
-(K,) float32 or float64. All is little-endian, row by row, without gaps. docs/localiser-protocol.md tells each message.
+(K,) float32 or float64, and behind them those that it got lost behind, (K,), where it tells. All is little-endian, row
+by row, without gaps. docs/localiser-protocol.md tells each message.
 """
 
 import json
@@ -161,16 +162,18 @@ def view_of(message: GuestMessage) -> View:
 
 def belief_message(belief: Belief) -> list[memoryview]:
     """A belief, bit for bit."""
-    timings = belief.timings
+    timings, after = belief.timings, belief.lost_after
     header = {
         "places": "float64",
+        "lost_after": after is not None,
         "lost": belief.lost,
         "best": belief.best,
         "path": list(belief.path),
         "entropy": belief.entropy,
         "timings": [timings.features, timings.matching, timings.mixture, timings.chain],
     }
-    return packed(Kind.BELIEF, header, [np.ascontiguousarray(belief.places, "<f8")])
+    told = [belief.places] if after is None else [belief.places, after]
+    return packed(Kind.BELIEF, header, [np.ascontiguousarray(one, "<f8") for one in told])
 
 
 def belief_of(message: GuestMessage, places: int) -> Belief:
@@ -182,15 +185,20 @@ def belief_of(message: GuestMessage, places: int) -> Belief:
     if (precision := header.get("places")) not in PRECISIONS:
         raise WireError(f"places are {precision!r:.40}; valid are {' and '.join(PRECISIONS)}")
     dtype = np.dtype(precision).newbyteorder("<")
-    if len(message.payload) != places * dtype.itemsize:
+    arrays = 2 if header.get("lost_after") is True else 1
+    if len(message.payload) != (due := arrays * places * dtype.itemsize):
+        number = "one number" if arrays == 1 else "two numbers, of places and lost_after,"
         raise WireError(
-            f"answered {len(message.payload)} bytes of {precision}; valid is {places * dtype.itemsize}, one number for "
-            f"each of {places} reference views"
+            f"answered {len(message.payload)} bytes of {precision}; valid is {due}, {number} for each of {places} "
+            "reference views"
         )
     with np.errstate(all="ignore"):  # whoever checks it says what is no probability
-        found = np.frombuffer(message.payload, dtype).astype(np.float64)
+        found, *more = np.split(np.frombuffer(message.payload, dtype).astype(np.float64), arrays)
         best = header.get("best", int(np.argmax(found)))
         spread = header["entropy"] if "entropy" in header else max(0.0, entropy(found))
     timings = header.get("timings", ())
     told = Timings(*timings) if isinstance(timings, list) and len(timings) == 4 else Timings()
-    return Belief(found, header.get("lost", 0.0), best, header.get("path", (best,)), spread, told)
+    lost_after = more[0] if more else None
+    return Belief(
+        found, header.get("lost", 0.0), best, header.get("path", (best,)), spread, told, lost_after=lost_after
+    )

@@ -18,10 +18,15 @@ from tests.scenarios.methods.folder import GOOD, written
 def test_it_learns_and_answers_in_a_process_of_its_own(
     here: Path, views: list[View], capfd: pytest.CaptureFixture[str]
 ) -> None:
-    written(here, GOOD.format(answer="print('said', len(self.seen)) or belief_from(np.ones(5))"))
+    written(
+        here,
+        GOOD.format(
+            answer="print('said', len(self.seen)) or belief_from(np.ones(5), 0.8, lost_after=np.eye(5)[3] / 2)"
+        ),
+    )
     localiser = PluginLocaliser("mine:Mine", views)
     localiser.reset()
-    assert [localiser.update(view).best for view in views] == [0] * 5
+    assert [(found.best, found.last_sure) for found in map(localiser.update, views)] == [(0, 3)] * 5
     assert "mine" not in sys.modules
     assert localiser.bytes_elsewhere() > 5 * views[0].images["forward"].nbytes
     localiser.close()

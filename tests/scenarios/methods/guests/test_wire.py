@@ -86,7 +86,15 @@ def test_a_belief_arrives_bit_for_bit(weights: np.ndarray, lost: float, path: li
     found = belief_of(received(belief_message(true)), 5)
     assert found.places.tobytes() == true.places.tobytes()
     assert (found.lost, found.best, tuple(found.path)) == (true.lost, true.best, true.path)
-    assert (found.entropy, found.timings) == (true.entropy, true.timings)
+    assert (found.entropy, found.timings, found.lost_after) == (true.entropy, true.timings, None)
+
+
+def test_where_it_got_lost_arrives_bit_for_bit() -> None:
+    after = np.array([0.1, 1e-300, 1 / 3])
+    found = belief_of(received(belief_message(belief_from([1, 2, 3], 0.7, lost_after=after)), most=48), 3)
+    assert found.lost_after is not None
+    assert found.lost_after.tobytes() == after.tobytes()
+    assert (found.best, found.last_sure) == (2, 2)
 
 
 def test_what_a_belief_leaves_out_follows_from_its_places() -> None:
@@ -125,6 +133,12 @@ def test_what_is_no_message_is_told(data: bytes, told: str) -> None:
             {"places": "float64"},
             0,
             "answered 0 bytes of float64; valid is 24, one number for each of 3 reference views",
+        ),
+        (
+            {"places": "float32", "lost_after": True},
+            12,
+            "answered 12 bytes of float32; valid is 24, two numbers, of places and lost_after, for each of 3 reference "
+            "views",
         ),
         ({"places": "int8"}, 3, "places are 'int8'; valid are float32 and float64"),
         ({}, 12, "places are None; valid are float32 and float64"),
