@@ -58,7 +58,10 @@ def placed(map_: Map, views: Sequence[View]) -> Iterator[ViewAtPlace]:
 
 
 def learnt_channels(map_: Map, views: Sequence[View]) -> Mapping[str, FeatureCounts]:
-    """Channels of each extractor's features in a drive. Raises ``ScenarioError`` where no view is at a place."""
+    """Channels of each extractor's features in a drive, of those whose sensor it has.
+
+    Raises ``ScenarioError`` where no view is at a place, and where the drive has none of the map's sensors.
+    """
     at = list(placed(map_, views))
     if not at:
         raise ScenarioError(f"none of {len(views)} views is at a place of the map; valid is a drive along its path")
@@ -67,6 +70,8 @@ def learnt_channels(map_: Map, views: Sequence[View]) -> Mapping[str, FeatureCou
         seen = [(one.place, _ids(extractor, one.view)) for one in at if extractor.sensor in one.view.sensors]
         if seen:
             found[extractor.key] = feature_counts(sequence.matrix, sequence.matrix.blocks[extractor.key], seen)
+    if not found:
+        raise ScenarioError(f"no view has a sensor of the map; valid are views of {', '.join(sorted(map_.sensors))}")
     return found
 
 

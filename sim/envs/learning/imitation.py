@@ -1,5 +1,6 @@
 """Imitation of the executor: a policy begins with what the executor does in missions, before it learns from rewards."""
 
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -17,19 +18,18 @@ Examples = tuple[list[Arrays], list[int]]
 
 def examples(config: TrainingConfig) -> Examples:
     """The executor's observations and actions in ``config.taught`` episodes, seeded from the training's seed on."""
-    env = environment(config.task, config.learnt_in)
-    unwrapped = env.unwrapped
-    assert isinstance(unwrapped, RobotEnv)
     observations, actions = list[Arrays](), list[int]()
-    for number in range(config.taught):
-        seen, info = env.reset(seed=config.seed + number)
-        play, over = ExecutorPolicy(unwrapped), False
-        while not over:
-            observations.append(seen)
-            actions.append(play(seen, info))
-            seen, _, ended, cut, info = env.step(actions[-1])
-            over = ended or cut
-    env.close()
+    with closing(environment(config.task, config.learnt_in)) as env:
+        unwrapped = env.unwrapped
+        assert isinstance(unwrapped, RobotEnv)
+        for number in range(config.taught):
+            seen, info = env.reset(seed=config.seed + number)
+            play, over = ExecutorPolicy(unwrapped), False
+            while not over:
+                observations.append(seen)
+                actions.append(play(seen, info))
+                seen, _, ended, cut, info = env.step(actions[-1])
+                over = ended or cut
     return observations, actions
 
 

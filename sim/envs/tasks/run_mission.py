@@ -31,8 +31,9 @@ class OnMission(Episode):
     """Reward: the metres made good along the mission's true way, less ``WRONG`` for each wrong switch.
 
     The way is the path's up to the last landmark, and on through the door where that one is crossed. A switch is
-    another behaviour than before; it is wrong farther than ``WITHIN`` from where the plan has that behaviour, as in the
-    missions' score. To stand is right near the goal, and where the localiser says lost.
+    another behaviour than before, and there is none among twists; it is wrong farther than ``WITHIN`` from where the
+    plan has that behaviour, as in the missions' score. To stand is right near the goal, and where the localiser says
+    lost.
     """
 
     def __init__(self, ground: TaskGround, mission: Mission, plan: Plan, aside: float, turned: float) -> None:
@@ -64,8 +65,9 @@ class OnMission(Episode):
     def fee(self, situation: Situation) -> float:
         """``WRONG`` where the step began with a wrong switch."""
         before, self._before = self._before, situation
-        # Whoever has chosen nothing yet stands.
-        if situation.behaviour == (before.behaviour or STOP) or self._right(situation.behaviour, before):
+        # Whoever has chosen nothing yet stands; twists are no behaviours, and so none of them is wrong.
+        same = situation.behaviour in ("", before.behaviour or STOP)
+        if same or self._right(situation.behaviour, before):
             return 0.0
         self._wrong += 1
         return WRONG

@@ -43,3 +43,9 @@ def test_views_off_the_map_count_for_nothing(bits: np.ndarray) -> None:
     assert [one.place for one in placed(map_, views)] == list(range(0, K, 2))
     with pytest.raises(ScenarioError, match="none of 1 views is at a place of the map; valid"):
         learnt_channels(map_, views[1:2])
+
+
+def test_a_drive_without_the_map_s_sensors_is_told(bits: np.ndarray) -> None:
+    map_, views = bits_map(drive(bits)), drive(bits)
+    with pytest.raises(ScenarioError, match="no view has a sensor of the map; valid are views of camera"):
+        learnt_channels(map_, [replace(view, images={}) for view in views])

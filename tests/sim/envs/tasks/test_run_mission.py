@@ -87,6 +87,13 @@ def test_a_switch_is_wrong_where_the_plan_has_no_such_behaviour(behaviour: str, 
     assert episode.judge(at(along, behaviour)).reward == pytest.approx(0.0)  # to go on with it is no switch
 
 
+def test_twists_are_no_behaviours_and_so_none_is_a_wrong_switch() -> None:
+    episode = RunMissionTask(CROSS).episode(GROUND, np.random.default_rng(0))
+    episode.begin(at(0.0, ""))
+    assert [episode.judge(at(along, "")).reward for along in (0.5, 0.5, 1.0)] == pytest.approx([0.5, 0.0, 0.5])
+    assert episode.told["wrong_switches"] == 0
+
+
 def test_who_is_lost_may_stand_and_who_has_not_begun_stands_anyway() -> None:
     episode = RunMissionTask(CROSS).episode(GROUND, np.random.default_rng(0))
     episode.begin(at(0.0, ""))
