@@ -105,11 +105,13 @@ class Executor:
             case Status.TRAVELLING | Status.APPROACHING | Status.MANOEUVRING:
                 self._watch()
 
-    def believe(self, belief: Belief) -> None:
-        """A view was taken here and now."""
+    def believe(self, belief: Belief, since: float = 0.0) -> None:
+        """A view was taken here and now, or the odometer has gone ``since`` [m] meanwhile."""
         if self.status.over:
             return
+        self._progress.move(-since)
         estimate = self._progress.update(belief)
+        self._progress.move(since)
         self._last_sure = belief.last_sure
         match self.status:
             case Status.LOCALISING | Status.LOST:

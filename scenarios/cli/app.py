@@ -16,7 +16,7 @@ from typing import Annotated
 
 import typer
 
-from refseq_bench.scenarios.cli import log, robot, scenario, world
+from refseq_bench.scenarios.cli import log, module, robot, scenario, world
 from refseq_bench.scenarios.cli.compare import COMPARE_HELP, compare
 from refseq_bench.scenarios.cli.live import LIVE_HELP, live
 from refseq_bench.scenarios.cli.localise import LOCALISE_HELP, localise
@@ -46,6 +46,7 @@ PANELS: dict[str, dict[Callable[..., None] | typer.Typer, str]] = {
     "Drive": {record: RECORD_HELP, drive: DRIVE_HELP},
     "Map": {learn: LEARN_HELP, maps: "map"},
     "Localise": {localise: LOCALISE_HELP, live: LIVE_HELP, serve: SERVE_HELP, missions: "mission"},
+    "Several processes": {module.app: "module"},
     "Judge": {compare: COMPARE_HELP, scenario.app: "scenario"},
     "Look": {report: REPORT_HELP, view: VIEW_HELP},
     "Workshop": {demo: DEMO_HELP, doctor: DOCTOR_HELP, world.app: "world", robot.app: "robot"},

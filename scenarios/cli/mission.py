@@ -83,7 +83,7 @@ def plan(
     scenes: Scenes = None,
 ) -> None:
     """Compile a mission for the way that a map knows, and print what the robot is to do from where on."""
-    way, compiled = _compiled(map_file, mission_text, start, goal, landmark, scenes)[1:]
+    way, compiled = compiled_mission(map_file, mission_text, start, goal, landmark, scenes)[1:]
     for number, door in enumerate(way.doors, 1):
         kind = "open" if door.passable else "closed, or something stands in it"
         say(out, f"door {number}: {door.along:6.1f} m, {door.beside}, {door.width:.2f} m wide, {kind}")
@@ -148,7 +148,7 @@ def run(
         raise ScenarioError("--filmstrip is left in a folder; valid is to name one as well: --output")
     if output is not None:
         check_folder(output)
-    map_, _, compiled = _compiled(map_file, mission_text, start, goal, landmark, scenes)
+    map_, _, compiled = compiled_mission(map_file, mission_text, start, goal, landmark, scenes)
     asked = MissionTrip.from_map(map_, **asdict(trip), seeks=compiled.sought is not None)
     made = run_trip(asked, map_, compiled, tell=lambda entry: say(out, str(entry)))
     if output is not None:
@@ -227,13 +227,13 @@ def lamp(
         raise typer.Exit(BELOW)
 
 
-def _compiled(
+def compiled_mission(
     map_file: Path,
     text: str,
     start: str | None,
     goal: str | None,
     landmark: list[str] | None,
-    scenes: list[str] | None,
+    scenes: list[str] | None = None,
 ) -> "tuple[Map, MissionPath, Plan]":
     """The map, the way, and the mission for it; the mission is read before the map."""
     from refseq.missions import as_learnt

@@ -1,0 +1,57 @@
+"""The localiser as a module: views in, beliefs out, numbered as the views are."""
+
+from collections.abc import Callable
+
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
+from refseq.modules.heads import head_bytes
+from refseq.modules.link import Link
+from refseq.modules.messages import (
+    BELIEF,
+    BELIEFS,
+    HEAD,
+    VIEWS,
+    BeliefHead,
+    Parts,
+    ViewHead,
+    head_of,
+    view_in,
+)
+from refseq.modules.process import ModuleProcess, Role
+from refseq.serve.answers import answer_to
+
+
+class LocaliserModule:
+    """Answers views in their order; another drive begins anew.
+
+    One that is started anew hears all views of the drive again, those that the robot keeps: its state, and so each
+    belief, is then what it would have been.
+    """
+
+    def __init__(self, map_: Map) -> None:
+        self._map, self._localiser = map_, Localiser(map_)
+        self._drive, self._next = "", 0
+        self.answered = 0
+
+    def take(self, parts: Parts) -> Parts | None:
+        """Answer a view; None for one that was answered. Raises ``RefseqError`` for what is none."""
+        head: ViewHead = head_of(ViewHead, parts)
+        if head.drive != self._drive:
+            self._localiser.reset()
+            self._drive, self._next = head.drive, 0
+        if head.number < self._next:
+            return None
+        self._next, self.answered = head.number + 1, self.answered + 1
+        view = view_in(head, parts)
+        answer = answer_to(self._map, head.number, view, self._localiser.update(view))
+        return [(HEAD, head_bytes(BeliefHead(head.drive, head.number))), (BELIEF, answer.json)]
+
+
+def run_localiser(link: Link, map_: Map, told: Callable[[str], None]) -> None:
+    """Localise until the drive is over."""
+    module, publish = LocaliserModule(map_), link.publisher(BELIEFS)
+    process = ModuleProcess(link, Role.LOCALISER, (VIEWS,), told)
+    for _, parts in process.messages():
+        if (answer := module.take(parts)) is not None:
+            publish(answer)
+    told(f"answered {module.answered} views")

@@ -1,0 +1,279 @@
+"""Messages between modules: named parts, of which ``head`` is ours and the others are Foxglove's, or beliefs in JSON.
+
+``Step`` is the robot's journal: all that it sensed and was told, in the order in which it happened. Each other module's
+state follows from it (the localiser's from the views), so that one that is started anew reads it again and is where the
+one before was.
+"""
+
+import json
+import math
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+import cv2
+import numpy as np
+from foxglove import messages
+
+from refseq.belief import Belief, Timings
+from refseq.errors import LogError
+from refseq.fault import DeclaredFault, FaultKind
+from refseq.logs.foxglove.writer import FAST_PNG
+from refseq.logs.picture import CompressedPicture
+from refseq.logs.source import NANOSECONDS
+from refseq.modules.heads import MessageError, head_bytes, read_head
+from refseq.planar import Pose
+from refseq.serve.channels import robot_channel
+from refseq.serve.protocol import ClientChannel
+from refseq.view import LASER, Scan, View
+
+Parts = list[tuple[str, bytes]]
+"""A message: the names of its parts and their bytes."""
+HEAD, STATE, BELIEF, ODOMETRY = "head", "state", "belief", "odometry"
+CAMERA = "camera/"
+"""Begin of the names of pictures."""
+
+STEPS, VIEWS, COMMANDS = "robot/steps", "robot/views", "control/commands"
+BELIEFS, ORDERS = "localiser/beliefs", "mission/orders"
+"""Topics; each has one module that publishes there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A behaviour has ended: the ``number`` of its execution, whether it was done, and why."""
+
+    number: int
+    finished: bool
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """The Control layer's answer to a step, by its number: how to move for a period.
+
+    ``number`` and ``behaviour`` say what execution it belongs to; ``halt``: to none, the robot stands. ``photograph``
+    takes a view now, ``scan`` turns the laser; neither moves it. ``over`` is how the mission ended.
+    """
+
+    answers: int
+    linear: float = 0.0
+    angular: float = 0.0
+    halt: bool = False
+    number: int = 0
+    behaviour: str = ""
+    ended: Ended | None = None
+    photograph: str = ""
+    scan: bool = False
+    over: str = ""
+
+    @property
+    def steers(self) -> bool:
+        """True where a behaviour ran for it."""
+        return not (self.halt or self.photograph or self.scan or self.over)
+
+
+@dataclass(frozen=True, slots=True)
+class ScanGeometry:
+    """Angles of a scan to the last bit [rad], and its range [m]; the ranges are in Foxglove's message."""
+
+    start: float
+    step: float
+    max_range: float
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A control period has gone by: ``number`` in the ``drive``, from 0, at ``time`` [s], ``travelled`` [m] in all.
+
+    ``clock`` is the time by the robot's own stamps [s]. ``command`` is the one that was carried out; ``held`` names the
+    modules for which the robot stood instead. A ``view`` of this number was taken behind it. ``truth``, x, y [m] and
+    heading [rad], is for drawing alone; ``robot`` is its name. The parts beside are the robot's state, its scan, and
+    beliefs that have come since the last step.
+    """
+
+    drive: str
+    number: int
+    time: float
+    clock: float
+    travelled: float
+    robot: str
+    held: str = ""
+    command: Command | None = None
+    view: int | None = None
+    scan: ScanGeometry | None = None
+    truth: tuple[float, ...] = ()
+    over: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ViewHead:
+    """A view: ``number`` in the ``drive``, from 0, and what is no sensor's."""
+
+    drive: str
+    number: int
+    time: float
+    distance: float
+    turn: float
+    has_odometry: bool
+    scan: ScanGeometry | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class BeliefHead:
+    """A belief on a view of a drive."""
+
+    drive: str
+    view: int
+
+
+@dataclass(frozen=True, slots=True)
+class OrderHead:
+    """The executor's answer to a step, by its number: execution ``number`` of ``behaviour``, or stand (``halt``).
+
+    The rest is for those who watch: the status, the order in force, the position [m along the way], and the log.
+    """
+
+    drive: str
+    answers: int
+    number: int
+    behaviour: str
+    halt: bool
+    photograph: str
+    over: str
+    why: str
+    status: str
+    order: int
+    along: float
+    tasks: tuple[str, ...]
+    log: tuple[str, ...]
+
+
+def part(parts: Parts, name: str) -> bytes | None:
+    """The first part of a name; None where there is none."""
+    return next((data for known, data in parts if known == name), None)
+
+
+def head_of(kind: type[Any], parts: Parts) -> Any:
+    """The head of a message. Raises ``MessageError``."""
+    return read_head(kind, part(parts, HEAD) or b"")
+
+
+def scan_part(scan: Scan, time: float) -> tuple[str, bytes]:
+    """A scan as Foxglove has it."""
+    bearings = scan.bearings
+    ranges = scan.ranges.astype(float).tolist()
+    message = messages.LaserScan(
+        timestamp=_stamp(time),
+        frame_id=LASER,
+        start_angle=float(bearings[0]),
+        end_angle=float(bearings[-1]),
+        ranges=ranges,
+    )
+    return LASER, message.encode()
+
+
+def geometry_of(scan: Scan | None) -> ScanGeometry | None:
+    """The angles of a scan."""
+    return None if scan is None else ScanGeometry(scan.start, scan.step, scan.max_range)
+
+
+def scan_in(parts: Parts, geometry: ScanGeometry | None) -> Scan | None:
+    """The scan of a message. Raises ``MessageError``."""
+    data = part(parts, LASER)
+    if data is None or geometry is None:
+        return None
+    found = _content(data, "LaserScan").ranges
+    return Scan(found, geometry.start, geometry.step, geometry.max_range)
+
+
+def odometry_part(pose: Pose, time: float) -> tuple[str, bytes]:
+    """The odometer's pose as Foxglove has it."""
+    half = pose.heading / 2
+    told = messages.Pose(
+        position=messages.Vector3(x=pose.x, y=pose.y, z=0.0),
+        orientation=messages.Quaternion(x=0.0, y=0.0, z=math.sin(half), w=math.cos(half)),
+    )
+    message = messages.Odometry(timestamp=_stamp(time), frame_id="odometry", body_frame_id="robot", pose=told)
+    return ODOMETRY, message.encode()
+
+
+def view_parts(drive: str, number: int, view: View) -> Parts:
+    """A view as a message; its truth stays with the robot."""
+    head = ViewHead(drive, number, view.time, view.distance, view.turn, view.has_odometry, geometry_of(view.scan))
+    parts = [(HEAD, head_bytes(head))]
+    for name, image in view.images.items():
+        data = cv2.imencode(".png", image, FAST_PNG)[1].tobytes()
+        message = messages.CompressedImage(timestamp=_stamp(view.time), frame_id=name, data=data, format="png")
+        parts.append((CAMERA + name, message.encode()))
+    return parts if view.scan is None else [*parts, scan_part(view.scan, view.time)]
+
+
+def view_in(head: ViewHead, parts: Parts) -> View:
+    """The view of a message. Raises ``MessageError``."""
+    images = {name.removeprefix(CAMERA): _picture(data) for name, data in parts if name.startswith(CAMERA)}
+    return View(
+        head.time,
+        MappingProxyType(images),
+        scan_in(parts, head.scan),
+        head.distance,
+        head.turn,
+        has_odometry=head.has_odometry,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class NumberedBelief:
+    """A belief on a view of this number."""
+
+    view: int
+    belief: Belief
+
+
+def belief_in(data: bytes) -> NumberedBelief:
+    """A belief in the JSON of ``refseq.serve``. Raises ``MessageError``."""
+    try:
+        told = json.loads(data)
+        view = int(told["view"])
+        places = np.array(told["places"], dtype=np.float64)
+        faults = tuple(DeclaredFault(**{**one, "kind": FaultKind(one["kind"])}) for one in told["faults"])
+        belief = Belief(
+            places,
+            float(told["lost"]),
+            int(told["best"]),
+            tuple(int(place) for place in told["path"]),
+            float(told["entropy"]),
+            Timings(**told["timings"]),
+            faults,
+        )
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise MessageError(f"a message is no belief: {str(error)[:200]}") from error
+    if places.ndim != 1 or not np.isfinite(places).all() or not 0 <= belief.best < len(places):
+        raise MessageError(f"a belief of shape {places.shape} has its best place at {belief.best}")
+    return NumberedBelief(view, belief)
+
+
+def without_timings(belief: Belief) -> Belief:
+    """The belief as it is the same on any machine."""
+    return replace(belief, timings=Timings())
+
+
+def _stamp(time: float) -> messages.Timestamp:
+    nanoseconds = round(time * NANOSECONDS)
+    return messages.Timestamp(sec=nanoseconds // NANOSECONDS, nsec=nanoseconds % NANOSECONDS)
+
+
+def _content(data: bytes, kind: str) -> Any:
+    """The content of a message of Foxglove's."""
+    sample = robot_channel(ClientChannel(0, kind, "protobuf", f"foxglove.{kind}")).read(data, 1)
+    if sample is None:
+        raise MessageError(f"a {kind} tells nothing")
+    return sample.content
+
+
+def _picture(data: bytes) -> Any:
+    content = _content(data, "CompressedImage")
+    assert isinstance(content, CompressedPicture)
+    try:
+        return content.decode()
+    except LogError as error:
+        raise MessageError(f"a picture cannot be read: {error}") from error

@@ -1,0 +1,127 @@
+"""The viewer as a module: views and what is believed of them as they come, and the mission's log."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from refseq.belief import Stage
+from refseq.map.map import Map
+from refseq.modules.link import Link
+from refseq.modules.messages import (
+    BELIEF,
+    ORDERS,
+    STEPS,
+    VIEWS,
+    OrderHead,
+    Parts,
+    Step,
+    ViewHead,
+    belief_in,
+    head_of,
+    view_in,
+)
+from refseq.modules.process import ModuleProcess, Role
+from refseq.planar import Pose
+from refseq.view import LASER, View
+from refseq.viewer.belief_log import LocaliserLayer
+from refseq.viewer.live_logger import LiveLogger
+from refseq.viewer.localise_tab import localise_layout
+from refseq.viewer.places import Places
+from refseq.viewer.recording import send_layout
+from refseq.viewer.scene import Extent, Scene
+
+LAYER = "map"
+LOG = "mission/log"
+
+
+@dataclass(frozen=True)
+class WatchTab:
+    """Panels for the views of modules: the map's places and sensors are known, the rest comes."""
+
+    map_: Map
+    layer: LocaliserLayer
+
+    @property
+    def name(self) -> str:
+        """The tab's title."""
+        return "Localise"
+
+    def layout(self) -> rrb.Container:
+        """Panels of a localised drive, and below them the mission's log."""
+        sensors = self.map_.sensors
+        scene = Scene(
+            cameras=tuple(sorted(sensors - {LASER})),
+            laser=LASER in sensors,
+            extent=Extent.around(self.layer.places.poses),
+            sizes={},
+        )
+        log = rrb.TextLogView(origin=LOG, name="the executor's log")
+        return rrb.Vertical(localise_layout(scene, [self.layer]), log, row_shares=[5, 1])
+
+    def send(self, stream: rr.RecordingStream) -> None:
+        """Nothing is known yet."""
+
+
+class ViewerModule:
+    """Shows what it hears in a stream; one that is started anew hears the drive from its begin, and shows it again."""
+
+    def __init__(self, map_: Map, stream: rr.RecordingStream, name: str) -> None:
+        self._stream, self._layer = stream, LocaliserLayer(LAYER, (Stage.CHAIN.value,), Places.of(map_))
+        send_layout(stream, [WatchTab(map_, self._layer)], name=name)
+        self._drive = ""
+        self._begin()
+
+    def _begin(self) -> None:
+        self._logger = LiveLogger(self._stream, [self._layer])
+        self._views: dict[int, View] = {}
+        self._poses: dict[int, Pose] = {}
+        self._lines = 0
+        self.shown = 0
+
+    def take(self, topic: str, parts: Parts) -> Sequence[str]:
+        """Show a message; gives the lines of the log that are new. Raises ``RefseqError`` for what is none."""
+        if topic == ORDERS:
+            return self._order(head_of(OrderHead, parts))
+        if topic == VIEWS:
+            view: ViewHead = head_of(ViewHead, parts)
+            self._enter(view.drive)
+            self._views[view.number] = view_in(view, parts)
+            return ()
+        step: Step = head_of(Step, parts)
+        self._enter(step.drive)
+        if step.view is not None and len(step.truth) == 3:
+            self._poses[step.view] = Pose(*step.truth)
+        for data in [data for name, data in parts if name == BELIEF]:
+            self._show(data)
+        return ()
+
+    def _enter(self, drive: str) -> None:
+        if drive != self._drive:
+            self._drive = drive
+            self._begin()
+
+    def _show(self, data: bytes) -> None:
+        found = belief_in(data)
+        view = self._views.pop(found.view, None)
+        if view is not None:
+            truth = self._poses.pop(found.view, None)
+            self._logger.update(replace(view, truth=truth), {LAYER: {Stage.CHAIN.value: found.belief}})
+            self.shown += 1
+
+    def _order(self, order: OrderHead) -> Sequence[str]:
+        self._enter(order.drive)
+        new = order.log[self._lines :]
+        self._lines = max(self._lines, len(order.log))
+        for line in new:
+            self._stream.log(LOG, rr.TextLog(line))
+        return new
+
+
+def run_viewer(link: Link, module: ViewerModule, told: Callable[[str], None]) -> None:
+    """Show until the drive is over."""
+    for topic, parts in ModuleProcess(link, Role.VIEWER, (VIEWS, STEPS, ORDERS), told).messages():
+        for line in module.take(topic, parts):
+            told(line)
+    told(f"showed {module.shown} views")

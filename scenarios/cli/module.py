@@ -1,0 +1,193 @@
+"""The commands ``refseq module``: the parts of a robot as processes, on one or several hosts."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import typer
+
+from refseq_bench.scenarios.cli.mission import (
+    BELOW,
+    LEARNT,
+    Goal,
+    Landmark,
+    MissionText,
+    Start,
+    TripOptions,
+    compiled_mission,
+)
+from refseq_bench.scenarios.cli.terminal.console import err, out
+from refseq_bench.scenarios.cli.terminal.options import TIMEOUT, MapFile, Screen, flag, grouped, only_one_of, option
+from refseq_bench.scenarios.cli.terminal.screen import in_file, on_screen
+from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
+from refseq_bench.scenarios.drives.inputs import check_output, load_map
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import say
+
+if TYPE_CHECKING:
+    from refseq.access.policy import AccessPolicy
+
+app = group("Run the modules of a robot as processes that find each other, on one or several hosts.")
+
+TOKEN = option(
+    "TEXT",
+    "16 or more letters and digits, the same for all modules. [default: this user's own, on this machine]",
+    envvar="REFSEQ_TOKEN",
+    show_envvar=True,
+)
+PORT = option("PORT", "Port that the robot listens at.", min=1, max=65535)
+
+
+@dataclass(frozen=True)
+class Listening:
+    """Where the robot listens."""
+
+    panel: ClassVar[str] = "Access"
+    host: Annotated[str, option("ADDRESS", "Address to listen at; other than this machine's, with --token only.")] = (
+        "127.0.0.1"
+    )
+    port: Annotated[int, PORT] = 7447
+    token: Annotated[str | None, TOKEN] = None
+
+
+@dataclass(frozen=True)
+class RobotAddress:
+    """Where the robot is."""
+
+    panel: ClassVar[str] = "Access"
+    at: Annotated[str, option("ADDRESS", "Host of the module robot.")] = "127.0.0.1"
+    port: Annotated[int, PORT] = 7447
+    token: Annotated[str | None, TOKEN] = None
+
+    @property
+    def policy(self) -> "AccessPolicy":
+        """The same for the library. Raises ``RefseqError``."""
+        from refseq.modules.link import policy_for
+
+        return policy_for(self.at, self.port, self.token or "")
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq module robot offices.refseq --renderer none`
+* `REFSEQ_TOKEN=3f9ab27c0d1e4856 refseq module robot offices.refseq --host 0.0.0.0`
+
+Exit codes: 0 the mission is completed; 1 not; 2 bad input.""",
+)
+@grouped
+def robot(
+    map_file: MapFile,
+    start: Start = None,
+    goal: Goal = None,
+    realtime: Annotated[
+        bool, flag("--realtime", "Let time go by as it does; else the simulation waits for each answer.")
+    ] = False,
+    trip: TripOptions = TripOptions(),
+    access: Listening = Listening(),
+) -> None:
+    """Play the robot in a world: all other modules connect to it. It stands while one of them is gone."""
+    import secrets
+
+    from refseq.modules.link import opened, policy_for
+    from refseq_bench.scenarios.missions.trip import MissionTrip, bench_on_way, poses_of
+    from refseq_bench.sim.modules.robot import RobotModule, RobotSettings, latency_line
+
+    if trip.strip is not None:
+        raise ScenarioError("--filmstrip: nobody stands by here; valid is refseq mission run")
+    policy = policy_for(access.host, access.port, access.token or "")
+    map_, _, plan = compiled_mission(map_file, LEARNT, start, goal, None)
+    asked = MissionTrip.from_map(map_, **asdict(trip))
+    settings = RobotSettings(asked.drive.trigger, realtime, not asked.odometry)
+    with bench_on_way(asked, poses_of(map_, plan), plan) as bench, opened(policy, serves=True, waits=_told) as link:
+        module = RobotModule(bench, link, secrets.token_hex(8), settings, _told)
+        say(out, f"{asked.drive.robot} in {asked.drive.world}: listens at {policy.host} port {policy.port}")
+        over = module.run()
+    say(out, f"the mission is {over}; {latency_line(module.latency.values())}")
+    if over != "completed":
+        raise typer.Exit(BELOW)
+
+
+@app.command(cls=BenchCommand, epilog="Example: `refseq module control --at robot.local`")
+@grouped
+def control(access: RobotAddress = RobotAddress()) -> None:
+    """Run behaviours: the Control layer, between the executor's orders and the robot's motors."""
+    from refseq.modules.link import opened
+    from refseq_bench.sim.modules.control import run_control
+
+    with opened(access.policy, serves=False, waits=_told) as link:
+        run_control(link, _told)
+
+
+@app.command(cls=BenchCommand, epilog="Example: `refseq module localiser offices.refseq --at robot.local`")
+@grouped
+def localiser(map_file: MapFile, access: RobotAddress = RobotAddress()) -> None:
+    """Answer the robot's views with beliefs."""
+    from refseq.modules.link import opened
+    from refseq.modules.localiser import run_localiser
+
+    policy, map_ = access.policy, load_map(map_file)
+    with opened(policy, serves=False, waits=_told) as link:
+        run_localiser(link, map_, _told)
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Example: `refseq module mission offices.refseq "[LD_LDMC]" --at robot.local`
+
+Exit codes: 0 completed; 1 not; 2 bad input.""",
+)
+@grouped
+def mission(
+    map_file: MapFile,
+    mission_text: MissionText = LEARNT,
+    start: Start = None,
+    goal: Goal = None,
+    landmark: Landmark = None,
+    odometry: Annotated[bool, flag("--by-odometry", "Go by the odometer alone, without views.")] = False,
+    timeout: Annotated[float, TIMEOUT] = 1800.0,
+    access: RobotAddress = RobotAddress(),
+) -> None:
+    """Run a mission: the executor, which orders behaviours by what is believed, and print its log."""
+    from refseq.modules.executor import MissionModule, run_mission_module
+    from refseq.modules.link import opened
+
+    policy = access.policy
+    map_, _, plan = compiled_mission(map_file, mission_text, start, goal, landmark)
+    module = MissionModule(plan, len(map_), localised=not odometry, timeout=timeout)
+    with opened(policy, serves=False, waits=_told) as link:
+        completed = run_mission_module(link, module, _told)
+    if not completed:
+        say(err, f"not completed: {module.executor.why}")
+        raise typer.Exit(BELOW)
+
+
+@app.command(cls=BenchCommand, epilog="Example: `refseq module viewer offices.refseq --at robot.local --serve 9090`")
+@grouped
+def viewer(
+    map_file: MapFile,
+    rrd: Annotated[
+        Path | None, option("FILE", "File for the viewer to write instead (.rrd).", rich_help_panel=Screen.panel)
+    ] = None,
+    screen: Screen = Screen(),
+    access: RobotAddress = RobotAddress(),
+) -> None:
+    """Show views, beliefs and the executor's log as they come; a robot drives without one as well."""
+    only_one_of(rrd=rrd, connect=screen.connect, serve=screen.serve)
+    check_output(rrd)
+    screen.check(rrd)
+    from refseq.modules.link import opened
+    from refseq.modules.viewer import ViewerModule, run_viewer
+
+    policy, map_ = access.policy, load_map(map_file)
+    name = f"{map_file.name} at {policy.host}"
+    with (
+        opened(policy, serves=False, waits=_told) as link,
+        in_file(rrd, name) if rrd is not None else on_screen(name, screen, live=True) as stream,
+    ):
+        run_viewer(link, ViewerModule(map_, stream, name), _told)
+
+
+def _told(line: str) -> None:
+    say(out, line)

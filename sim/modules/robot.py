@@ -1,0 +1,290 @@
+"""The bench plays the robot: it carries commands out, senses, keeps the journal, and stands where a module is gone."""
+
+import threading
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from statistics import median
+
+from refseq.modules.heads import MessageError, head_bytes
+from refseq.modules.link import Link
+from refseq.modules.messages import (
+    BELIEF,
+    BELIEFS,
+    COMMANDS,
+    HEAD,
+    STATE,
+    STEPS,
+    VIEWS,
+    BeliefHead,
+    Command,
+    Parts,
+    Step,
+    geometry_of,
+    head_of,
+    odometry_part,
+    part,
+    scan_part,
+    view_parts,
+)
+from refseq.modules.process import Role
+from refseq_bench.robots import Twist
+from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
+from refseq_bench.sim.drives.recorder import Moved, Trigger
+from refseq_bench.sim.missions.mission import AT_REST, LOOKING, STOPPING
+from refseq_bench.sim.modules.state import state_bytes
+from refseq_bench.sim.realtime import RealTimePacer
+
+STEPS_KEPT = 36_000
+"""Steps that a restarted module is told of, one hour; a mission that lasts longer cannot be taken up."""
+VIEWS_KEPT = 256
+"""Views that a restarted localiser is told of: their pictures are what the journal weighs."""
+FRESH = 0.5
+"""In real time a command that answers what was sensed longer ago [s] is not carried out: the robot stands."""
+ANSWER = 2.0
+"""In real time the robot stands where a view is not answered for so long [s], until all are."""
+LOOK = 0.02
+"""Period in which a robot that waits looks around [s]."""
+FAREWELL = 3.0
+"""Seconds in which the others may read that the drive is over."""
+
+
+@dataclass
+class Peers:
+    """Modules that are there, of those that are ``needed``; ``news`` is told when one comes or goes."""
+
+    needed: tuple[Role, ...]
+    told: Callable[[str], None]
+    there: set[str] = field(default_factory=set)
+
+    def changed(self, role: str, there: bool) -> None:
+        """One has come or gone."""
+        (self.there.add if there else self.there.discard)(role)
+        stands = "; the robot stands" if not there and role in self.needed else ""
+        if role != Role.ROBOT:
+            self.told(f"{role}: {'is there' if there else 'is gone'}{stands}")
+
+    @property
+    def missing(self) -> str:
+        """Names of those that are needed and gone."""
+        return ", ".join(sorted(set(self.needed) - self.there))
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSettings:
+    """Ways to run the robot: it takes a view when the ``trigger`` says so, and where it stands every ``LOOKING`` s.
+
+    ``realtime``: simulated time goes by as time does, whoever answers; else it waits for each answer, however long that
+    takes. ``localised``: a localiser is needed.
+    """
+
+    trigger: Trigger
+    realtime: bool = False
+    localised: bool = True
+
+
+class RobotModule:
+    """A drive of the bench under commands that come over a link.
+
+    ``track`` are true poses x, y [m], heading [rad] after each step; ``beliefs`` what was believed, by view;
+    ``latency`` from when a view was sent until its belief was here [s].
+    """
+
+    def __init__(
+        self, bench: Bench, link: Link, drive: str, settings: RobotSettings, told: Callable[[str], None]
+    ) -> None:
+        self._bench, self._drive, self._settings, self._told = bench, drive, settings, told
+        needed = (Role.CONTROL, Role.MISSION, *((Role.LOCALISER,) if settings.localised else ()))
+        self._peers = Peers(needed, told)
+        self._news = threading.Condition()
+        self._command: Command | None = None
+        self._came: dict[int, bytes] = {}  # beliefs that have come and are in no step yet
+        self.beliefs: dict[int, bytes] = {}
+        self.latency: dict[int, float] = {}
+        self.track: list[tuple[float, float, float]] = []
+        self._sent: dict[int, float] = {}  # when each view was sent [s]
+        self._published: dict[int, float] = {}  # when each of the last steps was [s]
+        self._number, self._held = 0, ""
+        self._moved, self._began, self._start = Moved(), bench.time, bench.state.distance
+        self._pacer = RealTimePacer()
+        self._steps, self._views = link.publisher(STEPS, STEPS_KEPT), link.publisher(VIEWS, VIEWS_KEPT)
+        link.join(Role.ROBOT)
+        link.subscribe(COMMANDS, self._commanded)
+        link.subscribe(BELIEFS, self._believed)
+        link.watch(self._changed)
+
+    # --- what comes in, in the link's threads ---
+
+    def _commanded(self, parts: Parts) -> None:
+        try:
+            command: Command = head_of(Command, parts)
+        except MessageError as error:
+            self._told(str(error))
+            return
+        with self._news:
+            if self._command is None or command.answers >= self._command.answers:
+                self._command = command
+                self._news.notify_all()
+
+    def _believed(self, parts: Parts) -> None:
+        now = time.monotonic()
+        try:
+            head: BeliefHead = head_of(BeliefHead, parts)
+        except MessageError as error:
+            self._told(str(error))
+            return
+        data = part(parts, BELIEF)
+        with self._news:
+            if head.drive == self._drive and head.view in self._sent and head.view not in self.beliefs and data:
+                self.beliefs[head.view] = self._came[head.view] = data
+                self.latency[head.view] = now - self._sent[head.view]
+                self._news.notify_all()
+
+    def _changed(self, role: str, there: bool) -> None:
+        with self._news:
+            self._peers.changed(role, there)
+            self._news.notify_all()
+
+    # --- the drive ---
+
+    def run(self) -> str:
+        """Drive until the mission is over; gives how it ended."""
+        self._wait_for(lambda: not self._peers.missing)
+        self._publish(view=self._look())
+        while True:
+            command = self._next_command()
+            if command is None:
+                self._stand_still()
+            elif command.over:
+                self._come_to_rest(command.over)
+                return command.over
+            else:
+                self._carry_out(command)
+
+    def _next_command(self) -> Command | None:
+        """The command for the last step; None where the robot is to stand."""
+        if self._held or self._overdue():
+            return None
+        if not self._settings.realtime:
+            self._wait_for(lambda: self._answered or bool(self._peers.missing))
+            return self._command if not self._peers.missing else None
+        self._pacer.keep(self._bench.time)
+        with self._news:
+            command = self._command
+        if command is None or self._peers.missing:
+            return None
+        age = time.monotonic() - self._published.get(command.answers, 0.0)
+        return command if age < FRESH else None
+
+    @property
+    def _answered(self) -> bool:
+        return self._command is not None and self._command.answers == self._number - 1
+
+    def _overdue(self) -> str:
+        """The localiser, where it lags behind."""
+        with self._news:
+            waiting = [self._sent[view] for view in self._sent if view not in self.beliefs]
+        if not waiting or not self._settings.localised:
+            return ""
+        lags = not self._settings.realtime or self._held or time.monotonic() - min(waiting) > ANSWER
+        return Role.LOCALISER.value if lags else ""
+
+    def _carry_out(self, command: Command) -> None:
+        """Do as it is told for one control period, and look where a view is due."""
+        if command.scan:
+            self._publish(command, scanned=True)
+            return
+        if command.photograph:
+            self._publish(command, view=self._look())
+            return
+        before = self._bench.odometry
+        self._drive_on(Twist(command.linear, command.angular))
+        self._moved.add(before, self._bench.odometry, CONTROL_PERIOD)
+        due = self._settings.trigger.fires(self._moved) or (command.halt and self._moved.time >= LOOKING)
+        self._publish(command, view=self._look() if due else None, scanned=command.steers)
+
+    def _stand_still(self) -> None:
+        """Stand for a period: nobody commands, or a module is gone; time goes by as it does."""
+        began, before = time.monotonic(), self._bench.odometry
+        self._drive_on(Twist())
+        self._moved.add(before, self._bench.odometry, 0.0)
+        self._held = self._peers.missing or self._overdue()
+        self._publish()
+        if not self._settings.realtime:
+            time.sleep(max(0.0, CONTROL_PERIOD - (time.monotonic() - began)))
+        elif self._held:
+            self._pacer.keep(self._bench.time)
+
+    def _come_to_rest(self, over: str) -> None:
+        for number in range(round(STOPPING[1] / CONTROL_PERIOD)):
+            if number * CONTROL_PERIOD >= STOPPING[0] and abs(self._bench.state.twist.linear) < AT_REST:
+                break
+            self._drive_on(Twist())
+        self._publish(over=over)
+        self._wait_for(lambda: not self._peers.there - {Role.ROBOT}, FAREWELL)
+
+    def _drive_on(self, twist: Twist) -> None:
+        self._bench.drive(twist)
+        pose = self._bench.pose
+        self.track.append((pose.x, pose.y, pose.heading))
+
+    def _look(self) -> int | None:
+        """Take a view and send it; gives its number. In real time nobody waits for what is believed of it."""
+        self._moved = Moved()
+        if not self._settings.localised:
+            return None
+        view, number = replace(self._bench.sense(), truth=None), len(self._sent)
+        with self._news:
+            self._sent[number] = time.monotonic()
+        self._views(view_parts(self._drive, number, view))
+        if not self._settings.realtime:
+            self._wait_for(lambda: number in self.beliefs or bool(self._peers.missing))
+        return number
+
+    def _publish(
+        self, command: Command | None = None, *, view: int | None = None, scanned: bool = False, over: str = ""
+    ) -> None:
+        """Add a step to the journal."""
+        bench, number = self._bench, self._number
+        scan = bench.scan() if scanned or self._settings.realtime else None
+        pose = bench.pose
+        step = Step(
+            drive=self._drive,
+            number=number,
+            time=bench.time - self._began,
+            clock=bench.time,
+            travelled=bench.state.distance - self._start,
+            robot=bench.robot.name,
+            held=self._held,
+            command=command,
+            view=view,
+            scan=geometry_of(scan),
+            truth=(pose.x, pose.y, pose.heading),
+            over=over,
+        )
+        with self._news:
+            came, self._came = self._came, {}
+        parts = [(HEAD, head_bytes(step)), (STATE, state_bytes(bench.state)), odometry_part(bench.odometry, bench.time)]
+        parts += [] if scan is None else [scan_part(scan, bench.time)]
+        self._published[number] = time.monotonic()
+        self._number += 1
+        self._steps([*parts, *((BELIEF, came[one]) for one in sorted(came))])
+
+    def _wait_for(self, reached: Callable[[], bool], most: float | None = None) -> None:
+        """Wait until something is so, at most so long [s]; Ctrl-C is heard."""
+        end = None if most is None else time.monotonic() + most
+        with self._news:
+            while not reached() and (end is None or time.monotonic() < end):
+                self._news.wait(LOOK)
+
+
+def latency_line(latency: Iterable[float]) -> str:
+    """How long beliefs took, in a line."""
+    found = sorted(latency)
+    if not found:
+        return "no view was answered"
+    late = found[min(len(found) - 1, int(0.95 * len(found)))]
+    return (
+        f"{len(found)} views; from a view to its belief {1000 * median(found):.0f} ms in the median, "
+        f"{1000 * late:.0f} ms in 95 of 100, {1000 * found[-1]:.0f} ms at most"
+    )
