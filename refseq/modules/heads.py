@@ -35,7 +35,7 @@ def _types(kind: type[Any]) -> dict[str, Any]:
 
 
 def _read(kind: type[Head], told: Any) -> Head:
-    wanted = _types(kind)
+    wanted = _types(kind)  # type: ignore[arg-type]  # a class can be hashed
     if not isinstance(told, dict) or set(told) != set(wanted):
         raise ValueError(f"it has not the keys {', '.join(wanted)}")
     return kind(**{name: _value(what, told[name], name) for name, what in wanted.items()})

@@ -81,7 +81,7 @@ class ZenohLink:
             reliability=Reliability.RELIABLE,
             cache=ext.CacheConfig(keep) if keep else None,
             publisher_detection=bool(keep),
-            sample_miss_detection=ext.MissDetectionConfig() if keep else None,
+            sample_miss_detection=ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None) if keep else None,
         )
         self._held.append(publisher)
         return lambda parts: publisher.put(ext.z_serialize(parts))
@@ -145,11 +145,11 @@ def opened(policy: AccessPolicy, *, serves: bool, waits: Callable[[str], None]) 
         import zenoh
     except ImportError as error:
         raise RefseqError("modules need eclipse-zenoh; valid is to install it: pip install eclipse-zenoh") from error
-    session = _listening(zenoh, policy) if serves else _connected(zenoh, policy, waits)
+    session: zenoh.Session = _listening(zenoh, policy) if serves else _connected(zenoh, policy, waits)
     try:
         yield ZenohLink(session)
     finally:
-        session.close()
+        session.close()  # type: ignore[no-untyped-call]
 
 
 def policy_for(host: str, port: int, token: str) -> AccessPolicy:
@@ -178,7 +178,7 @@ def _own_token(path: Path) -> str:
     return path.read_text().strip()
 
 
-def _listening(zenoh: Any, policy: AccessPolicy) -> "zenoh.Session":
+def _listening(zenoh: Any, policy: AccessPolicy) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         known = Path(folder) / "users"
         with os.fdopen(os.open(known, os.O_WRONLY | os.O_CREAT, 0o600), "w") as file:
@@ -195,7 +195,7 @@ def _listening(zenoh: Any, policy: AccessPolicy) -> "zenoh.Session":
             ) from error
 
 
-def _connected(zenoh: Any, policy: AccessPolicy, waits: Callable[[str], None]) -> "zenoh.Session":
+def _connected(zenoh: Any, policy: AccessPolicy, waits: Callable[[str], None]) -> Any:
     again = round(1000 * AGAIN)
     told = {
         "mode": "client",

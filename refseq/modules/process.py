@@ -3,6 +3,7 @@
 import queue
 from collections.abc import Callable, Iterator, Sequence
 from enum import StrEnum
+from functools import partial
 
 from refseq.modules.link import Link
 from refseq.modules.messages import STEPS, Parts, Step, head_of
@@ -29,7 +30,7 @@ class ModuleProcess:
         self._told, self._role = told, role
         link.join(role)
         for topic in {*topics, STEPS}:
-            link.subscribe(topic, lambda parts, topic=topic: self._queue.put((topic, parts)))
+            link.subscribe(topic, partial(self._take, topic))
         self._topics = topics
         link.watch(self._watch)
 
@@ -49,6 +50,9 @@ class ModuleProcess:
                 yield topic, parts
             if topic == STEPS and head_of(Step, parts).over:
                 return
+
+    def _take(self, topic: str, parts: Parts) -> None:
+        self._queue.put((topic, parts))
 
     def _watch(self, role: str, there: bool) -> None:
         if role != self._role:
