@@ -5,9 +5,8 @@ from collections.abc import Callable
 from refseq.missions.executor import Executor
 from refseq.missions.plan import Plan
 from refseq.missions.status import Status
-from refseq.missions.tasks import Call, Photograph
+from refseq.missions.tasks import Wait
 from refseq.modules.heads import MessageError, head_bytes
-from refseq.modules.link import Link
 from refseq.modules.messages import (
     BELIEF,
     HEAD,
@@ -20,30 +19,45 @@ from refseq.modules.messages import (
     belief_in,
     head_of,
 )
-from refseq.modules.process import ModuleProcess, Role
+from refseq.modules.process import Role
 
 
 class MissionModule:
     """Runs a plan by the robot's steps, which hold all that it needs, in the order in which it happened.
 
     Its state is a function of the steps since the first: one that is started anew hears all of them again, and goes on
-    where the one before was. ``places`` is the number of the map's places, ``timeout`` [s] what a mission may last.
+    where the one before was. ``places`` is the number of the map's places, ``timeout`` [s] what a mission may last;
+    ``told`` hears each line of its log.
     """
 
-    def __init__(self, plan: Plan, places: int, *, localised: bool = True, timeout: float) -> None:
+    role, hears, says = Role.MISSION, (STEPS,), ORDERS
+
+    def __init__(
+        self,
+        plan: Plan,
+        places: int,
+        *,
+        localised: bool = True,
+        timeout: float,
+        told: Callable[[str], None] = lambda _line: None,
+    ) -> None:
         for task in [task for order in plan.orders for task in order.tasks] + list(plan.tasks):
-            if isinstance(task, Call):
-                raise MessageError(f"{task}: a mission of modules has no functions; valid are wait and photograph")
+            if not isinstance(task, Wait):
+                raise MessageError(f"task {task}: no module does it; valid is wait")
         self._plan, self._places, self._localised, self._timeout = plan, places, localised, timeout
+        self._told = told
         self._begin("")
 
     def _begin(self, drive: str) -> None:
         self.executor = Executor(self._plan, localised=self._localised)
-        self._drive, self._next = drive, 0
+        self._drive, self._next, self._said = drive, 0, 0
         self._taken_at: dict[int, float] = {}  # where the odometer was at each view [m]
 
-    def take(self, parts: Parts) -> Step | None:
-        """Take the next step; None for one that was taken. Raises ``RefseqError`` where one is missing."""
+    def hear(self, topic: str, parts: Parts) -> Parts | None:
+        """Take the next step, and answer with the order in force; None for a step that was taken.
+
+        Raises ``RefseqError`` where one is missing.
+        """
         step: Step = head_of(Step, parts)
         if step.drive != self._drive:
             self._begin(step.drive)
@@ -52,17 +66,21 @@ class MissionModule:
         if step.number > self._next:
             raise MessageError(f"step {self._next} of the drive is missing: {step.number} came; start the module anew")
         self._next += 1
+        self._take(step, parts)
+        for entry in self.executor.log[self._said :]:
+            self._told(str(entry))
+        self._said = len(self.executor.log)
+        return self._order(step)
+
+    def _take(self, step: Step, parts: Parts) -> None:
         self._hold(step.held)
         self._carried_out(step.command)
         self.executor.move(step.time, step.travelled)
         if step.view is not None:
             self._taken_at[step.view] = step.travelled
         self._believe([data for name, data in parts if name == BELIEF], step.travelled)
-        if step.command is not None and step.command.photograph:
-            self.executor.done()
         if step.time > self._timeout:
             self.executor.abort(f"not over after {self._timeout:g} s")
-        return step
 
     def _hold(self, held: str) -> None:
         """Pause while the robot stands for a module that is gone."""
@@ -84,8 +102,7 @@ class MissionModule:
                 raise MessageError(f"a belief has {count} places, the map {self._places}; valid is the localiser's map")
             self.executor.believe(found.belief, travelled - self._taken_at.get(found.view, travelled))
 
-    def answer(self, step: Step) -> Parts:
-        """The order in force behind a step."""
+    def _order(self, step: Step) -> Parts:
         executor, do = self.executor, self.executor.do
         head = OrderHead(
             drive=step.drive,
@@ -93,7 +110,6 @@ class MissionModule:
             number=do.number,
             behaviour=do.behaviour,
             halt=do.halt,
-            photograph=do.task.name if isinstance(do.task, Photograph) else "",
             over=executor.status.value if executor.status.over else "",
             why=executor.why,
             status=executor.status.value,
@@ -103,18 +119,3 @@ class MissionModule:
             log=tuple(map(str, executor.log)),
         )
         return [(HEAD, head_bytes(head))]
-
-
-def run_mission_module(link: Link, module: MissionModule, told: Callable[[str], None]) -> bool:
-    """Run a mission until it is over, and tell its log; true where it was completed."""
-    publish, said = link.publisher(ORDERS, keep=1), 0
-    process = ModuleProcess(link, Role.MISSION, (STEPS,), told)
-    for _, parts in process.messages():
-        step = module.take(parts)
-        if step is None or process.waiting:  # what was long ago needs no answer
-            continue
-        publish(module.answer(step))
-        for entry in module.executor.log[said:]:
-            told(str(entry))
-        said = len(module.executor.log)
-    return module.executor.status.completed

@@ -1,11 +1,8 @@
 """The localiser as a module: views in, beliefs out, numbered as the views are."""
 
-from collections.abc import Callable
-
 from refseq.map.localiser import Localiser
 from refseq.map.map import Map
 from refseq.modules.heads import head_bytes
-from refseq.modules.link import Link
 from refseq.modules.messages import (
     BELIEF,
     BELIEFS,
@@ -17,7 +14,7 @@ from refseq.modules.messages import (
     head_of,
     view_in,
 )
-from refseq.modules.process import ModuleProcess, Role
+from refseq.modules.process import Role
 from refseq.serve.answers import answer_to
 
 
@@ -28,12 +25,13 @@ class LocaliserModule:
     belief, is then what it would have been.
     """
 
+    role, hears, says = Role.LOCALISER, (VIEWS,), BELIEFS
+
     def __init__(self, map_: Map) -> None:
         self._map, self._localiser = map_, Localiser(map_)
         self._drive, self._next = "", 0
-        self.answered = 0
 
-    def take(self, parts: Parts) -> Parts | None:
+    def hear(self, topic: str, parts: Parts) -> Parts | None:
         """Answer a view; None for one that was answered. Raises ``RefseqError`` for what is none."""
         head: ViewHead = head_of(ViewHead, parts)
         if head.drive != self._drive:
@@ -41,17 +39,7 @@ class LocaliserModule:
             self._drive, self._next = head.drive, 0
         if head.number < self._next:
             return None
-        self._next, self.answered = head.number + 1, self.answered + 1
+        self._next = head.number + 1
         view = view_in(head, parts)
         answer = answer_to(self._map, head.number, view, self._localiser.update(view))
         return [(HEAD, head_bytes(BeliefHead(head.drive, head.number))), (BELIEF, answer.json)]
-
-
-def run_localiser(link: Link, map_: Map, told: Callable[[str], None]) -> None:
-    """Localise until the drive is over."""
-    module, publish = LocaliserModule(map_), link.publisher(BELIEFS)
-    process = ModuleProcess(link, Role.LOCALISER, (VIEWS,), told)
-    for _, parts in process.messages():
-        if (answer := module.take(parts)) is not None:
-            publish(answer)
-    told(f"answered {module.answered} views")

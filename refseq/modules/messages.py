@@ -6,8 +6,7 @@ one before was.
 """
 
 import json
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -22,14 +21,13 @@ from refseq.logs.foxglove.writer import FAST_PNG
 from refseq.logs.picture import CompressedPicture
 from refseq.logs.source import NANOSECONDS
 from refseq.modules.heads import MessageError, head_bytes, read_head
-from refseq.planar import Pose
 from refseq.serve.channels import robot_channel
 from refseq.serve.protocol import ClientChannel
 from refseq.view import LASER, Scan, View
 
 Parts = list[tuple[str, bytes]]
 """A message: the names of its parts and their bytes."""
-HEAD, STATE, BELIEF, ODOMETRY = "head", "state", "belief", "odometry"
+HEAD, STATE, BELIEF = "head", "state", "belief"
 CAMERA = "camera/"
 """Begin of the names of pictures."""
 
@@ -49,12 +47,13 @@ class Ended:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """The Control layer's answer to a step, by its number: how to move for a period.
+    """The Control layer's answer to a step of a drive, by its number: how to move for a period.
 
-    ``number`` and ``behaviour`` say what execution it belongs to; ``halt``: to none, the robot stands. ``photograph``
-    takes a view now, ``scan`` turns the laser; neither moves it. ``over`` is how the mission ended.
+    ``number`` and ``behaviour`` say what execution it belongs to; ``halt``: to none, the robot stands. ``scan`` turns
+    the laser, and does not move it. ``over`` is how the mission ended.
     """
 
+    drive: str
     answers: int
     linear: float = 0.0
     angular: float = 0.0
@@ -62,14 +61,13 @@ class Command:
     number: int = 0
     behaviour: str = ""
     ended: Ended | None = None
-    photograph: str = ""
     scan: bool = False
     over: str = ""
 
     @property
     def steers(self) -> bool:
         """True where a behaviour ran for it."""
-        return not (self.halt or self.photograph or self.scan or self.over)
+        return not (self.halt or self.scan or self.over)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +85,8 @@ class Step:
 
     ``clock`` is the time by the robot's own stamps [s]. ``command`` is the one that was carried out; ``held`` names the
     modules for which the robot stood instead. A ``view`` of this number was taken behind it. ``truth``, x, y [m] and
-    heading [rad], is for drawing alone; ``robot`` is its name. The parts beside are the robot's state, its scan, and
-    beliefs that have come since the last step.
+    heading [rad], is for drawing alone; ``robot`` is its name. The parts beside are the robot's state, the scan to
+    steer by where there is a new one, and beliefs that have come since the last step. ``scan_due``: the scan is old.
     """
 
     drive: str
@@ -101,6 +99,7 @@ class Step:
     command: Command | None = None
     view: int | None = None
     scan: ScanGeometry | None = None
+    scan_due: bool = False
     truth: tuple[float, ...] = ()
     over: str = ""
 
@@ -138,7 +137,6 @@ class OrderHead:
     number: int
     behaviour: str
     halt: bool
-    photograph: str
     over: str
     why: str
     status: str
@@ -184,17 +182,6 @@ def scan_in(parts: Parts, geometry: ScanGeometry | None) -> Scan | None:
         return None
     found = _content(data, "LaserScan").ranges
     return Scan(found, geometry.start, geometry.step, geometry.max_range)
-
-
-def odometry_part(pose: Pose, time: float) -> tuple[str, bytes]:
-    """The odometer's pose as Foxglove has it."""
-    half = pose.heading / 2
-    told = messages.Pose(
-        position=messages.Vector3(x=pose.x, y=pose.y, z=0.0),
-        orientation=messages.Quaternion(x=0.0, y=0.0, z=math.sin(half), w=math.cos(half)),
-    )
-    message = messages.Odometry(timestamp=_stamp(time), frame_id="odometry", body_frame_id="robot", pose=told)
-    return ODOMETRY, message.encode()
 
 
 def view_parts(drive: str, number: int, view: View) -> Parts:
@@ -244,17 +231,13 @@ def belief_in(data: bytes) -> NumberedBelief:
             float(told["entropy"]),
             Timings(**told["timings"]),
             faults,
+            None if told["lost_after"] is None else np.array(told["lost_after"], dtype=np.float64),
         )
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise MessageError(f"a message is no belief: {str(error)[:200]}") from error
     if places.ndim != 1 or not np.isfinite(places).all() or not 0 <= belief.best < len(places):
         raise MessageError(f"a belief of shape {places.shape} has its best place at {belief.best}")
     return NumberedBelief(view, belief)
-
-
-def without_timings(belief: Belief) -> Belief:
-    """The belief as it is the same on any machine."""
-    return replace(belief, timings=Timings())
 
 
 def _stamp(time: float) -> messages.Timestamp:

@@ -1,9 +1,10 @@
-"""The loop of a module: messages of its topics one after the other, until the robot says that the drive is over."""
+"""The loop of a module: what it hears, one message after the other, and what it answers, until the drive is over."""
 
 import queue
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
+from typing import Protocol
 
 from refseq.modules.link import Link
 from refseq.modules.messages import STEPS, Parts, Step, head_of
@@ -19,41 +20,55 @@ class Role(StrEnum):
     VIEWER = "viewer"
 
 
-class ModuleProcess:
-    """Messages as they come, in one thread; others come and go, and that is told.
+_Heard = queue.SimpleQueue[tuple[str, Parts]]
 
-    ``waiting`` is the number of messages that have come and are not taken yet.
+
+class Module(Protocol):
+    """A part of the robot: it hears topics, and answers on one; empty: on none.
+
+    Its state follows from what it has heard of a drive. One that is started anew hears the robot's steps and views
+    again, and is then where the one before was.
     """
 
-    def __init__(self, link: Link, role: Role, topics: Sequence[str], told: Callable[[str], None]) -> None:
-        self._queue: queue.SimpleQueue[tuple[str, Parts]] = queue.SimpleQueue()
-        self._told, self._role = told, role
-        link.join(role)
-        for topic in {*topics, STEPS}:
-            link.subscribe(topic, partial(self._take, topic))
-        self._topics = topics
-        link.watch(self._watch)
+    @property
+    def role(self) -> Role:
+        """The module's part."""
 
     @property
-    def waiting(self) -> int:
-        """Number of messages that have come and are not taken yet."""
-        return self._queue.qsize()
+    def hears(self) -> tuple[str, ...]:
+        """Topics that it takes."""
 
-    def messages(self) -> Iterator[tuple[str, Parts]]:
-        """The messages of the topics asked for, by topic; they end with the drive."""
-        while True:
-            try:
-                topic, parts = self._queue.get(timeout=1.0)  # so that Ctrl-C is heard
-            except queue.Empty:
-                continue
-            if topic in self._topics:
-                yield topic, parts
-            if topic == STEPS and head_of(Step, parts).over:
-                return
+    @property
+    def says(self) -> str:
+        """Topic that it answers on."""
 
-    def _take(self, topic: str, parts: Parts) -> None:
-        self._queue.put((topic, parts))
+    def hear(self, topic: str, parts: Parts) -> Parts | None:
+        """Take a message, and answer it; None: with nothing. Raises ``RefseqError`` for what is none."""
 
-    def _watch(self, role: str, there: bool) -> None:
-        if role != self._role:
-            self._told(f"{role}: {'is there' if there else 'is gone'}")
+
+def run_module(link: Link, module: Module, told: Callable[[str], None]) -> None:
+    """Run a module until the robot says that the drive is over; others come and go, and that is told."""
+    heard: _Heard = queue.SimpleQueue()
+    link.join(module.role)
+    answer = link.publisher(module.says) if module.says else None
+    for topic in {*module.hears, STEPS}:
+        link.subscribe(topic, partial(_put, heard, topic))
+    link.watch(partial(_tell, told, module.role))
+    over = False
+    while not over:
+        try:
+            topic, parts = heard.get(timeout=1.0)  # so that Ctrl-C is heard
+        except queue.Empty:
+            continue
+        if topic in module.hears and (said := module.hear(topic, parts)) is not None and answer is not None:
+            answer(said)
+        over = topic == STEPS and bool(head_of(Step, parts).over)
+
+
+def _put(heard: _Heard, topic: str, parts: Parts) -> None:
+    heard.put((topic, parts))
+
+
+def _tell(told: Callable[[str], None], own: str, role: str, there: bool) -> None:
+    if role != own:
+        told(f"{role}: {'is there' if there else 'is gone'}")

@@ -1,6 +1,5 @@
 """The viewer as a module: views and what is believed of them as they come, and the mission's log."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import rerun as rr
@@ -8,7 +7,6 @@ import rerun.blueprint as rrb
 
 from refseq.belief import Stage
 from refseq.map.map import Map
-from refseq.modules.link import Link
 from refseq.modules.messages import (
     BELIEF,
     ORDERS,
@@ -22,7 +20,7 @@ from refseq.modules.messages import (
     head_of,
     view_in,
 )
-from refseq.modules.process import ModuleProcess, Role
+from refseq.modules.process import Role
 from refseq.planar import Pose
 from refseq.view import LASER, View
 from refseq.viewer.belief_log import LocaliserLayer
@@ -67,6 +65,8 @@ class WatchTab:
 class ViewerModule:
     """Shows what it hears in a stream; one that is started anew hears the drive from its begin, and shows it again."""
 
+    role, hears, says = Role.VIEWER, (VIEWS, STEPS, ORDERS), ""
+
     def __init__(self, map_: Map, stream: rr.RecordingStream, name: str) -> None:
         self._stream, self._layer = stream, LocaliserLayer(LAYER, (Stage.CHAIN.value,), Places.of(map_))
         send_layout(stream, [WatchTab(map_, self._layer)], name=name)
@@ -80,22 +80,23 @@ class ViewerModule:
         self._lines = 0
         self.shown = 0
 
-    def take(self, topic: str, parts: Parts) -> Sequence[str]:
-        """Show a message; gives the lines of the log that are new. Raises ``RefseqError`` for what is none."""
+    def hear(self, topic: str, parts: Parts) -> None:
+        """Show a message. Raises ``RefseqError`` for what is none."""
         if topic == ORDERS:
-            return self._order(head_of(OrderHead, parts))
-        if topic == VIEWS:
+            self._order(head_of(OrderHead, parts))
+        elif topic == VIEWS:
             view: ViewHead = head_of(ViewHead, parts)
             self._enter(view.drive)
             self._views[view.number] = view_in(view, parts)
-            return ()
-        step: Step = head_of(Step, parts)
+        else:
+            self._step(head_of(Step, parts), parts)
+
+    def _step(self, step: Step, parts: Parts) -> None:
         self._enter(step.drive)
         if step.view is not None and len(step.truth) == 3:
             self._poses[step.view] = Pose(*step.truth)
         for data in [data for name, data in parts if name == BELIEF]:
             self._show(data)
-        return ()
 
     def _enter(self, drive: str) -> None:
         if drive != self._drive:
@@ -110,18 +111,9 @@ class ViewerModule:
             self._logger.update(replace(view, truth=truth), {LAYER: {Stage.CHAIN.value: found.belief}})
             self.shown += 1
 
-    def _order(self, order: OrderHead) -> Sequence[str]:
+    def _order(self, order: OrderHead) -> None:
         self._enter(order.drive)
         new = order.log[self._lines :]
         self._lines = max(self._lines, len(order.log))
         for line in new:
             self._stream.log(LOG, rr.TextLog(line))
-        return new
-
-
-def run_viewer(link: Link, module: ViewerModule, told: Callable[[str], None]) -> None:
-    """Show until the drive is over."""
-    for topic, parts in ModuleProcess(link, Role.VIEWER, (VIEWS, STEPS, ORDERS), told).messages():
-        for line in module.take(topic, parts):
-            told(line)
-    told(f"showed {module.shown} views")

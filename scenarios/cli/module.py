@@ -114,10 +114,11 @@ def robot(
 def control(access: RobotAddress = RobotAddress()) -> None:
     """Run behaviours: the Control layer, between the executor's orders and the robot's motors."""
     from refseq.modules.link import opened
-    from refseq_bench.sim.modules.control import run_control
+    from refseq.modules.process import run_module
+    from refseq_bench.sim.modules.control import ControlModule
 
     with opened(access.policy, serves=False, waits=_told) as link:
-        run_control(link, _told)
+        run_module(link, ControlModule(), _told)
 
 
 @app.command(cls=BenchCommand, epilog="Example: `refseq module localiser offices.refseq --at robot.local`")
@@ -125,11 +126,12 @@ def control(access: RobotAddress = RobotAddress()) -> None:
 def localiser(map_file: MapFile, access: RobotAddress = RobotAddress()) -> None:
     """Answer the robot's views with beliefs."""
     from refseq.modules.link import opened
-    from refseq.modules.localiser import run_localiser
+    from refseq.modules.localiser import LocaliserModule
+    from refseq.modules.process import run_module
 
     policy, map_ = access.policy, load_map(map_file)
     with opened(policy, serves=False, waits=_told) as link:
-        run_localiser(link, map_, _told)
+        run_module(link, LocaliserModule(map_), _told)
 
 
 @app.command(
@@ -150,15 +152,16 @@ def mission(
     access: RobotAddress = RobotAddress(),
 ) -> None:
     """Run a mission: the executor, which orders behaviours by what is believed, and print its log."""
-    from refseq.modules.executor import MissionModule, run_mission_module
+    from refseq.modules.executor import MissionModule
     from refseq.modules.link import opened
+    from refseq.modules.process import run_module
 
     policy = access.policy
     map_, _, plan = compiled_mission(map_file, mission_text, start, goal, landmark)
-    module = MissionModule(plan, len(map_), localised=not odometry, timeout=timeout)
+    module = MissionModule(plan, len(map_), localised=not odometry, timeout=timeout, told=_told)
     with opened(policy, serves=False, waits=_told) as link:
-        completed = run_mission_module(link, module, _told)
-    if not completed:
+        run_module(link, module, _told)
+    if not module.executor.status.completed:
         say(err, f"not completed: {module.executor.why}")
         raise typer.Exit(BELOW)
 
@@ -178,7 +181,8 @@ def viewer(
     check_output(rrd)
     screen.check(rrd)
     from refseq.modules.link import opened
-    from refseq.modules.viewer import ViewerModule, run_viewer
+    from refseq.modules.process import run_module
+    from refseq.modules.viewer import ViewerModule
 
     policy, map_ = access.policy, load_map(map_file)
     name = f"{map_file.name} at {policy.host}"
@@ -186,7 +190,9 @@ def viewer(
         opened(policy, serves=False, waits=_told) as link,
         in_file(rrd, name) if rrd is not None else on_screen(name, screen, live=True) as stream,
     ):
-        run_viewer(link, ViewerModule(map_, stream, name), _told)
+        module = ViewerModule(map_, stream, name)
+        run_module(link, module, _told)
+    say(out, f"showed {module.shown} views")
 
 
 def _told(line: str) -> None:

@@ -181,9 +181,14 @@ class Bench(Closing):
         signals = self._hardware.signals(self.scan() if self.control.needs_scan else None)
         return signals if self.fault is None else replace(signals, inertial=NO_READING)
 
+    @property
+    def scan_due(self) -> bool:
+        """True where ``scan`` turns the laser."""
+        return self._scanned is None or self.time - self._scanned[0] > SCAN_PERIOD - 1e-9
+
     def scan(self) -> Scan:
         """The newest turn of the laser for steering, at most ``SCAN_PERIOD`` old."""
-        if self._scanned is None or self.time - self._scanned[0] > SCAN_PERIOD - 1e-9:
+        if self._scanned is None or self.scan_due:
             self._scanned = self.time, self._turn_the_laser()
         return self._scanned[1]
 

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from statistics import median
@@ -22,12 +23,12 @@ from refseq.modules.messages import (
     Step,
     geometry_of,
     head_of,
-    odometry_part,
     part,
     scan_part,
     view_parts,
 )
 from refseq.modules.process import Role
+from refseq.view import Scan
 from refseq_bench.robots import Twist
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.drives.recorder import Moved, Trigger
@@ -43,6 +44,8 @@ FRESH = 0.5
 """In real time a command that answers what was sensed longer ago [s] is not carried out: the robot stands."""
 ANSWER = 2.0
 """In real time the robot stands where a view is not answered for so long [s], until all are."""
+REMEMBERED = 100
+"""Steps that may be answered late."""
 LOOK = 0.02
 """Period in which a robot that waits looks around [s]."""
 FAREWELL = 3.0
@@ -102,9 +105,11 @@ class RobotModule:
         self.beliefs: dict[int, bytes] = {}
         self.latency: dict[int, float] = {}
         self.track: list[tuple[float, float, float]] = []
-        self._sent: dict[int, float] = {}  # when each view was sent [s]
-        self._published: dict[int, float] = {}  # when each of the last steps was [s]
+        self._seen = 0  # views that were taken
+        self._sent: dict[int, float] = {}  # when each view was sent that is not answered [s]
+        self._published: deque[float] = deque(maxlen=REMEMBERED)  # when the last steps were [s]
         self._number, self._held = 0, ""
+        self._scan: Scan | None = None  # the last in a step
         self._moved, self._began, self._start = Moved(), bench.time, bench.state.distance
         self._pacer = RealTimePacer()
         self._steps, self._views = link.publisher(STEPS, STEPS_KEPT), link.publisher(VIEWS, VIEWS_KEPT)
@@ -122,7 +127,8 @@ class RobotModule:
             self._told(str(error))
             return
         with self._news:
-            if self._command is None or command.answers >= self._command.answers:
+            late = self._command is not None and command.answers < self._command.answers
+            if command.drive == self._drive and not late:
                 self._command = command
                 self._news.notify_all()
 
@@ -135,9 +141,9 @@ class RobotModule:
             return
         data = part(parts, BELIEF)
         with self._news:
-            if head.drive == self._drive and head.view in self._sent and head.view not in self.beliefs and data:
+            if head.drive == self._drive and head.view in self._sent and data:
                 self.beliefs[head.view] = self._came[head.view] = data
-                self.latency[head.view] = now - self._sent[head.view]
+                self.latency[head.view] = now - self._sent.pop(head.view)
                 self._news.notify_all()
 
     def _changed(self, role: str, there: bool) -> None:
@@ -173,8 +179,9 @@ class RobotModule:
             command = self._command
         if command is None or self._peers.missing:
             return None
-        age = time.monotonic() - self._published.get(command.answers, 0.0)
-        return command if age < FRESH else None
+        ago = self._number - command.answers
+        known = 1 <= ago <= len(self._published)
+        return command if known and time.monotonic() - self._published[-ago] < FRESH else None
 
     @property
     def _answered(self) -> bool:
@@ -183,8 +190,8 @@ class RobotModule:
     def _overdue(self) -> str:
         """The localiser, where it lags behind."""
         with self._news:
-            waiting = [self._sent[view] for view in self._sent if view not in self.beliefs]
-        if not waiting or not self._settings.localised:
+            waiting = list(self._sent.values())
+        if not waiting:
             return ""
         lags = not self._settings.realtime or self._held or time.monotonic() - min(waiting) > ANSWER
         return Role.LOCALISER.value if lags else ""
@@ -192,16 +199,14 @@ class RobotModule:
     def _carry_out(self, command: Command) -> None:
         """Do as it is told for one control period, and look where a view is due."""
         if command.scan:
-            self._publish(command, scanned=True)
-            return
-        if command.photograph:
-            self._publish(command, view=self._look())
+            self._bench.scan()
+            self._publish(command)
             return
         before = self._bench.odometry
         self._drive_on(Twist(command.linear, command.angular))
         self._moved.add(before, self._bench.odometry, CONTROL_PERIOD)
         due = self._settings.trigger.fires(self._moved) or (command.halt and self._moved.time >= LOOKING)
-        self._publish(command, view=self._look() if due else None, scanned=command.steers)
+        self._publish(command, view=self._look() if due else None)
 
     def _stand_still(self) -> None:
         """Stand for a period: nobody commands, or a module is gone; time goes by as it does."""
@@ -233,20 +238,25 @@ class RobotModule:
         self._moved = Moved()
         if not self._settings.localised:
             return None
-        view, number = replace(self._bench.sense(), truth=None), len(self._sent)
+        view, number = replace(self._bench.sense(), truth=None), self._seen
+        self._seen += 1
         with self._news:
             self._sent[number] = time.monotonic()
         self._views(view_parts(self._drive, number, view))
         if not self._settings.realtime:
-            self._wait_for(lambda: number in self.beliefs or bool(self._peers.missing))
+            self._wait_for(lambda: not self._sent or bool(self._peers.missing))
         return number
 
-    def _publish(
-        self, command: Command | None = None, *, view: int | None = None, scanned: bool = False, over: str = ""
-    ) -> None:
+    def _new_scan(self) -> Scan | None:
+        """The scan to steer by, where it is not known yet."""
+        if self._bench.scan_due and not self._settings.realtime:  # it is turned when it is asked for
+            return None
+        before, self._scan = self._scan, self._bench.scan()
+        return None if self._scan is before else self._scan
+
+    def _publish(self, command: Command | None = None, *, view: int | None = None, over: str = "") -> None:
         """Add a step to the journal."""
-        bench, number = self._bench, self._number
-        scan = bench.scan() if scanned or self._settings.realtime else None
+        bench, number, scan = self._bench, self._number, self._new_scan()
         pose = bench.pose
         step = Step(
             drive=self._drive,
@@ -259,14 +269,15 @@ class RobotModule:
             command=command,
             view=view,
             scan=geometry_of(scan),
+            scan_due=bench.scan_due,
             truth=(pose.x, pose.y, pose.heading),
             over=over,
         )
         with self._news:
             came, self._came = self._came, {}
-        parts = [(HEAD, head_bytes(step)), (STATE, state_bytes(bench.state)), odometry_part(bench.odometry, bench.time)]
+        parts = [(HEAD, head_bytes(step)), (STATE, state_bytes(bench.state))]
         parts += [] if scan is None else [scan_part(scan, bench.time)]
-        self._published[number] = time.monotonic()
+        self._published.append(time.monotonic())
         self._number += 1
         self._steps([*parts, *((BELIEF, came[one]) for one in sorted(came))])
 

@@ -1,46 +1,57 @@
-"""A link within one process: whoever subscribes is called at once, late comers with what was kept."""
+"""A link within one thread: whoever subscribes is called at once, late comers with what was kept."""
 
 from collections import defaultdict
 
 
-class Bus:
+class LocalLink:
     def __init__(self):
         self.takers, self.kept = defaultdict(list), defaultdict(list)
         self.roles, self.watchers = set(), []
 
-    def link(self):
-        return LocalLink(self)
-
-    def leave(self, role):
-        self.roles.discard(role)
-        for told in self.watchers:
-            told(role, False)
-
-
-class LocalLink:
-    def __init__(self, bus):
-        self.bus = bus
-
     def publisher(self, topic, keep=0):
         def publish(parts):
-            self.bus.kept[topic] = [*self.bus.kept[topic], parts][-keep:] if keep else []
-            for take in list(self.bus.takers[topic]):
+            if keep:
+                self.kept[topic] = [*self.kept[topic], parts][-keep:]
+            for take in list(self.takers[topic]):
                 take(parts)
 
         return publish
 
     def subscribe(self, topic, take):
-        self.bus.takers[topic].append(take)
-        for parts in list(self.bus.kept[topic]):
+        self.takers[topic].append(take)
+        for parts in list(self.kept[topic]):
             take(parts)
-        return lambda: self.bus.takers[topic].remove(take)
+        return lambda: self.takers[topic].remove(take)
 
     def join(self, role):
-        self.bus.roles.add(role)
-        for told in list(self.bus.watchers):
+        self.roles.add(role)
+        for told in list(self.watchers):
             told(role, True)
 
+    def leave(self, role):
+        self.roles.discard(role)
+        for told in list(self.watchers):
+            told(role, False)
+
     def watch(self, told):
-        self.bus.watchers.append(told)
-        for role in list(self.bus.roles):
+        self.watchers.append(told)
+        for role in list(self.roles):
             told(role, True)
+
+    def run(self, module):
+        """Let a module hear and answer; what is given back kills it."""
+        answer = self.publisher(module.says) if module.says else None
+
+        def hear(topic, parts):
+            if (said := module.hear(topic, parts)) is not None:
+                answer(said)
+
+        ends = [self.subscribe(topic, lambda parts, topic=topic: hear(topic, parts)) for topic in module.hears]
+        self.join(module.role)
+
+        def kill():
+            for end in ends:
+                end()
+            self.leave(module.role)
+
+        return kill

@@ -1,0 +1,159 @@
+"""Missions of modules over a link in one thread, held against missions in one process, and with parts that die."""
+
+import numpy as np
+import pytest
+
+from refseq.belief import Belief
+from refseq.map.learning import learn
+from refseq.map.localiser import Localiser
+from refseq.map.map import Map
+from refseq.map.profile import BEST
+from refseq.missions import Errand, Executor, Landmarks, Plan, Wait, compiled, parse_mission, path_along
+from refseq.missions.tasks import Photograph, Task
+from refseq.modules.executor import MissionModule
+from refseq.modules.heads import MessageError
+from refseq.modules.localiser import LocaliserModule
+from refseq.modules.messages import STEPS, Parts, Step, belief_in, head_of
+from refseq.modules.process import Role
+from refseq_bench import robots
+from refseq_bench.sim.bench.bench import Bench
+from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.drives.behaviour_drive import run_and_sense
+from refseq_bench.sim.drives.recorder import Trigger
+from refseq_bench.sim.missions.mission import DrivenMission, run_mission
+from refseq_bench.sim.modules.control import ControlModule
+from refseq_bench.sim.modules.robot import RobotModule, RobotSettings
+from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.worlds.build import World, build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.plans.load import load_plan
+from tests.sim.modules.local_link import LocalLink
+
+BLIND = BenchSettings(RendererKind.NONE, cameras=())
+OFTEN = Trigger(distance=0.6)
+
+
+@pytest.fixture(scope="module")
+def offices() -> World:
+    return build_world(load_plan("offices"), light_named("16:00"), pictured=False)
+
+
+def bench(world: World, seed: int) -> Bench:
+    return Bench(world, robots.load("robuter"), seed=seed, settings=BLIND)
+
+
+@pytest.fixture(scope="module")
+def learnt(offices: World) -> Map:
+    """The first metres of the corridor, as the laser saw them once."""
+    with bench(offices, 3) as drive:
+        return learn([one.view for one in run_and_sense(drive, ["MN:12"], Trigger())], profile=BEST)
+
+
+@pytest.fixture(scope="module")
+def plan(learnt: Map) -> Plan:
+    """A few steps ahead, a short wait, and on."""
+    return planned(learnt, Wait(0.5))
+
+
+def planned(learnt: Map, task: Task) -> Plan:
+    places = Landmarks({"LA1": 1.7, "LA3": 3.4})
+    return compiled(parse_mission("[LA1_LA3]"), path_along(learnt), places, [Errand(tasks=(task,)), Errand()])
+
+
+@pytest.fixture(scope="module")
+def alone(offices: World, learnt: Map, plan: Plan) -> DrivenMission:
+    with bench(offices, 1003) as drive:
+        return run_mission(drive, Executor(plan), Localiser(learnt), trigger=OFTEN)
+
+
+@pytest.fixture(scope="module")
+def apart(offices: World, learnt: Map, plan: Plan) -> "Driven":
+    with bench(offices, 1003) as drive:
+        return Driven(drive, learnt, plan, {})
+
+
+class Driven:
+    """A mission of modules, some of which die: another one comes ``LATER``. ``deaths`` are roles by their last step."""
+
+    LATER = 3
+
+    def __init__(self, drive: Bench, learnt: Map, plan: Plan, deaths: dict[int, Role]) -> None:
+        self.link, self.deaths = LocalLink(), deaths
+        self.make = {
+            Role.CONTROL: ControlModule,
+            Role.LOCALISER: lambda: LocaliserModule(learnt),
+            Role.MISSION: lambda: MissionModule(plan, len(learnt), timeout=300.0),
+        }
+        self.modules, self.kill = {}, {}
+        robot = RobotModule(drive, self.link, "a drive", RobotSettings(OFTEN), lambda _line: None)
+        for role in self.make:
+            self.start(role)
+        self.link.subscribe(STEPS, self.watch)
+        self.over = robot.run()
+        self.track = np.array(robot.track)
+        self.beliefs = [belief_in(data).belief for _, data in sorted(robot.beliefs.items())]
+        self.steps = [head_of(Step, parts) for parts in self.link.kept[STEPS]]
+        self.log = self.modules[Role.MISSION].executor.log
+
+    def start(self, role: Role) -> None:
+        self.modules[role] = self.make[role]()
+        self.kill[role] = self.link.run(self.modules[role])
+
+    def watch(self, parts: Parts) -> None:
+        step = head_of(Step, parts)
+        if step.over:
+            for kill in self.kill.values():
+                kill()
+        elif step.number in self.deaths:
+            self.kill[self.deaths[step.number]]()
+        elif step.number - self.LATER in self.deaths:
+            self.start(self.deaths[step.number - self.LATER])
+
+
+def same(one: Belief, other: Belief) -> bool:
+    return (
+        np.array_equal(one.places, other.places)
+        and np.array_equal(one.lost_after, other.lost_after)
+        and (one.lost, one.best, one.path, one.entropy) == (other.lost, other.best, other.path, other.entropy)
+    )
+
+
+def test_beliefs_way_and_log_are_those_of_one_process(alone: DrivenMission, apart: Driven) -> None:
+    assert len(apart.beliefs) == len(alone.seen) > 6
+    assert all(same(found, seen.belief) for found, seen in zip(apart.beliefs, alone.seen, strict=True))
+    assert np.array_equal(apart.track, alone.track[:, 1:4])
+    assert apart.log == alone.executor.log
+    assert apart.over == "completed"
+    assert not any(step.held for step in apart.steps)
+
+
+def test_what_dies_is_taken_over(offices: World, learnt: Map, plan: Plan, apart: Driven) -> None:
+    """The robot stands until then, and gives each order once, in the order in which it would have."""
+    third = len(apart.steps) // 4
+    deaths = {third: Role.CONTROL, 2 * third: Role.LOCALISER, 3 * third: Role.MISSION}
+    with bench(offices, 1003) as drive:
+        hurt = Driven(drive, learnt, plan, deaths)
+    held = [(step.number - 1, step.held) for step in hurt.steps if step.held]
+    assert held == [(number + late, role) for number, role in deaths.items() for late in range(Driven.LATER)]
+    assert hurt.over == "completed"
+    breaks = ("paused", "resumed")
+    told = [entry.what.partition(":")[0] for entry in hurt.log if entry.what not in breaks]
+    assert told == [entry.what.partition(":")[0] for entry in apart.log]
+    assert np.hypot(*(hurt.track[-1] - apart.track[-1])[:2]) < 0.1
+
+
+def test_an_executor_that_hears_the_drive_again_is_where_the_one_before_was(
+    learnt: Map, plan: Plan, apart: Driven
+) -> None:
+    again = MissionModule(plan, len(learnt), timeout=300.0)
+    for step, parts in zip(apart.steps, apart.link.kept[STEPS], strict=True):
+        again.hear(STEPS, parts)
+        assert again.hear(STEPS, parts) is None  # what was kept comes twice where nobody was late
+        before = [entry for entry in apart.log if entry.time < step.time]
+        assert again.executor.log[: len(before)] == before
+    assert again.executor.log == apart.log
+
+
+def test_a_task_that_no_module_does_is_refused(learnt: Map) -> None:
+    with pytest.raises(MessageError, match="task photograph 'door': no module does it; valid is wait"):
+        MissionModule(planned(learnt, Photograph("door")), len(learnt), timeout=1.0)
