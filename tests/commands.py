@@ -25,7 +25,7 @@ def commands(code: str) -> Iterator[list[str]]:
     for line in code.replace("\\\n", " ").splitlines():
         words = shlex.split(line.removeprefix("$ "), comments=True)
         for end, word in enumerate(words):
-            if word in {"|", "&&", ";", ">", ">>"}:
+            if word in {"|", "&", "&&", ";", ">", ">>"}:
                 words, rest = words[:end], words[end + 1 :]
                 if word == "&&":
                     yield from commands(shlex.join(rest))

@@ -55,7 +55,7 @@ class RobotAddress:
     """Where the robot is."""
 
     panel: ClassVar[str] = "Access"
-    at: Annotated[str, option("ADDRESS", "Host of the module robot.")] = "127.0.0.1"
+    address: Annotated[str, option("ADDRESS", "Host of the module robot.")] = "127.0.0.1"
     port: Annotated[int, PORT] = 7447
     token: Annotated[str | None, TOKEN] = None
 
@@ -64,7 +64,7 @@ class RobotAddress:
         """The same for the library. Raises ``RefseqError``."""
         from refseq.modules.link import policy_for
 
-        return policy_for(self.at, self.port, self.token or "")
+        return policy_for(self.address, self.port, self.token or "")
 
 
 @app.command(
@@ -109,7 +109,7 @@ def robot(
         raise typer.Exit(BELOW)
 
 
-@app.command(cls=BenchCommand, epilog="Example: `refseq module control --at robot.local`")
+@app.command(cls=BenchCommand, epilog="Example: `refseq module control --address robot.local`")
 @grouped
 def control(access: RobotAddress = RobotAddress()) -> None:
     """Run behaviours: the Control layer, between the executor's orders and the robot's motors."""
@@ -121,7 +121,7 @@ def control(access: RobotAddress = RobotAddress()) -> None:
         run_module(link, ControlModule(), _told)
 
 
-@app.command(cls=BenchCommand, epilog="Example: `refseq module localiser offices.refseq --at robot.local`")
+@app.command(cls=BenchCommand, epilog="Example: `refseq module localiser offices.refseq --address robot.local`")
 @grouped
 def localiser(map_file: MapFile, access: RobotAddress = RobotAddress()) -> None:
     """Answer the robot's views with beliefs."""
@@ -136,7 +136,7 @@ def localiser(map_file: MapFile, access: RobotAddress = RobotAddress()) -> None:
 
 @app.command(
     cls=BenchCommand,
-    epilog="""Example: `refseq module mission offices.refseq "[LD_LDMC]" --at robot.local`
+    epilog="""Example: `refseq module mission offices.refseq "[LD_LDMC]" --address robot.local`
 
 Exit codes: 0 completed; 1 not; 2 bad input.""",
 )
@@ -166,7 +166,7 @@ def mission(
         raise typer.Exit(BELOW)
 
 
-@app.command(cls=BenchCommand, epilog="Example: `refseq module viewer offices.refseq --at robot.local --serve 9090`")
+@app.command(cls=BenchCommand, epilog="Example: `refseq module viewer offices.refseq --address robot.local --serve 9090`")
 @grouped
 def viewer(
     map_file: MapFile,

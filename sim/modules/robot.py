@@ -225,6 +225,7 @@ class RobotModule:
             if number * CONTROL_PERIOD >= STOPPING[0] and abs(self._bench.state.twist.linear) < AT_REST:
                 break
             self._drive_on(Twist())
+        self._peers.needed = ()
         self._publish(over=over)
         self._wait_for(lambda: not self._peers.there - {Role.ROBOT}, FAREWELL)
 
