@@ -166,7 +166,7 @@ def mission(
         raise typer.Exit(BELOW)
 
 
-@app.command(cls=BenchCommand, epilog="Example: `refseq module viewer offices.refseq --address robot.local --serve 9090`")
+@app.command(cls=BenchCommand, epilog="Example: `refseq module viewer offices.refseq --serve 9090`")
 @grouped
 def viewer(
     map_file: MapFile,

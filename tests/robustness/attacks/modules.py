@@ -120,31 +120,44 @@ def killed(role: Role, seed: int, folder: Path) -> Attempt:
     except ImportError:
         raise SkipTest("modules need eclipse-zenoh") from None
     way = np.random.default_rng(seed).uniform(*UNDER_WAY)
+    figures: dict[str, float] = {}
     with crew_in(folder) as crew:
         if not until(lambda: bool(crew.steps) and crew.steps[-1][1].travelled > way, PATIENCE):
             return Attempt(f"it does not come to {way:.1f} m: {crew.said()}")
-        crew.gone.clear()
-        crew.running[role].kill()
-        at = time.monotonic()
-        if not until(lambda: role in crew.gone, 10.0):
-            return Attempt(f"nobody noticed: {crew.said()}")
-        figures = {"s until noticed": crew.gone[role] - at}
-        if role not in (Role.ROBOT, Role.VIEWER):
-            if not until(lambda: stopped(crew, at) < math.inf, 10.0):
-                return Attempt(f"the robot drives on: {crew.said()}", figures)
+        told = _kill(crew, role, figures) or _arrival(crew)
+        return Attempt(f"{told}: {crew.said()}" if told else None, figures)
+
+
+def _kill(crew: Crew, role: Role, figures: dict[str, float]) -> str | None:
+    """Kill a module, and start another one when the robot stands; a viewer is not missed."""
+    crew.gone.clear()
+    crew.running[role].kill()
+    at = time.monotonic()
+    until(lambda: role in crew.gone, 10.0)
+    figures["s until noticed"] = crew.gone.get(role, math.inf) - at
+    if role is Role.VIEWER:
+        crew.running.pop(role).wait()
+    else:
+        if role is not Role.ROBOT:
+            until(lambda: stopped(crew, at) < math.inf, 10.0)
             figures |= {"s until it stood": stopped(crew, at) - at, "m until it stood": way_between(crew, at)}
         crew.start(role)
         again = time.monotonic()
-        if role is not Role.VIEWER:
-            until(lambda: crew.first(again, goes) < math.inf, PATIENCE)
-            figures["s until taken over"] = crew.first(again, goes) - again
-        late = figures["s until noticed"] > NOTICED
-        told = "noticed too late" if late else None
-        if not until(lambda: crew.running[Role.ROBOT].poll() is not None, ARRIVES):
-            told = f"it does not arrive: {crew.said()}"
-        elif (codes := {name: one.wait(30) for name, one in crew.running.items()}) and any(codes.values()):
-            told = f"they ended with {codes}: {crew.said()}"
-        return Attempt(told, figures)
+        until(lambda: crew.first(again, goes) < math.inf, PATIENCE)
+        figures["s until taken over"] = crew.first(again, goes) - again
+    if math.inf in figures.values():
+        return "it was not noticed, the robot drove on, or nobody took over"
+    if role is Role.VIEWER and crew.first(at, lambda step: bool(step.held)) < math.inf:
+        return "the robot stood for a viewer"
+    return "it was noticed late" if figures["s until noticed"] > NOTICED else None
+
+
+def _arrival(crew: Crew) -> str | None:
+    """Wait until the mission is over; None where it was completed."""
+    if not until(lambda: crew.running[Role.ROBOT].poll() is not None, ARRIVES):
+        return "it does not arrive"
+    codes = {role: one.wait(30) for role, one in crew.running.items() if role is not Role.VIEWER}
+    return f"they ended with {codes}" if any(codes.values()) else None
 
 
 def goes(step: Step) -> bool:
