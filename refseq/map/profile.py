@@ -115,9 +115,9 @@ def profile_named(name: str) -> Profile:
         return PROFILES[base]
     content, settings = PROFILES[base].to_dict(), [change.partition("=")[0] for change in changes]
     for setting, change in zip(settings, changes, strict=True):
-        if settings.count(setting) > 1:
-            raise MapError(f"setting {setting!r:.80} is given twice; valid is once")
         _change(content, change)
+        if settings.count(setting) > 1:
+            raise MapError(f"setting {setting!r} is given twice; valid is once")
     try:
         return Profile.from_dict(content)
     except ValueError as error:
