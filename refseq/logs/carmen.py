@@ -1,7 +1,9 @@
 """CARMEN text logs, plain or compressed: one message a line, fields apart by spaces, metres, radians and seconds.
 
-Read are the front laser (FLASER, ROBOTLASER1, RAWLASER1), ODOM, TRUEPOS and PARAM; other kinds, the rear laser among
-them, are counted and passed over. The layouts are those of CARMEN's logger.
+Read are one laser, ODOM, TRUEPOS and PARAM. The laser is the front one (FLASER, ROBOTLASER1, RAWLASER1); in a log that
+has none it is the rear one (RLASER, ROBOTLASER2, RAWLASER2), or else the first of RAWLASER3 to 5. Other kinds are
+counted and passed over: a view has one scan, an IMU measures no way, and a position without a heading (NMEAGGA) is no
+pose. The layouts are those of CARMEN's logger.
 """
 
 import bz2
@@ -10,7 +12,7 @@ import math
 import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, cast
 
@@ -23,11 +25,14 @@ from refseq.limits import BEAMS, LINE_BYTES, MESSAGES, UNPACKED_TEXT
 from refseq.logs.closing import noted_damage
 from refseq.logs.scans import check_angles
 from refseq.logs.source import Channel, Role, Sample
-from refseq.planar import Pose, after_motion
+from refseq.planar import Pose, after_motion, in_world, relative_pose
 from refseq.view import LASER, Scan, View
 
 NO_RETURN = 81.83
 """Ranges from here on mean 'nothing came back': the LMS 200's first error code in centimetre mode [m]."""
+
+LONG_RANGE = 83.0
+"""A laser that says it sees farther than this [m] is no LMS 200, and has no such codes: a choice, above 81.92."""
 
 HALF_DEGREE = math.pi / 360
 
@@ -75,15 +80,31 @@ class _CarmenLine:
 
 @dataclass(slots=True)
 class _State:
-    """State of the reader: all that was read so far and concerns the scans to come."""
+    """State of the reader: all that was read so far and concerns the scans to come.
+
+    A true pose holds where the odometer stood as ``at_truth`` says.
+    """
 
     odometry: Pose | None = None
     truth: Pose | None = None
+    at_truth: Pose | None = None
+
+    def truth_at(self, odometry: Pose | None) -> Pose | None:
+        """The true pose where the odometer shows this one; without an odometer it is that of the next scan only."""
+        truth = self.truth
+        if truth is None:
+            return None
+        if odometry is None or self.at_truth is None:
+            self.truth = None  # who knows where the robot is by the next one
+            return truth
+        moved = relative_pose(odometry, self.at_truth)
+        x, y = in_world((moved.x, moved.y), truth).tolist()
+        return Pose(x, y, truth.heading + moved.heading)
 
 
 @dataclass(frozen=True, slots=True)
 class _LaserLine:
-    """A line of the front laser: its time [s] and that of the logger, its scan, and the poses that hold with it."""
+    """A line of the laser: its time [s] and that of the logger, its scan, and the poses that hold with it."""
 
     time: float
     logged: float
@@ -92,15 +113,28 @@ class _LaserLine:
     truth: Pose | None
 
 
-SCANS = ("FLASER", "ROBOTLASER1", "RAWLASER1")
+LASERS = (
+    ("FLASER", "ROBOTLASER1", "RAWLASER1"),
+    ("RLASER", "ROBOTLASER2", "RAWLASER2"),
+    ("RAWLASER3",),
+    ("RAWLASER4",),
+    ("RAWLASER5",),
+)
+"""Kinds of lines of each laser; the first that a log has is read."""
+SCANS = tuple(kind for kinds in LASERS for kind in kinds)
+REAR = LASERS[1]
+"""Kinds of the rear laser: its beams are turned by π, and the pose beside them is its own."""
+REACH = "robot_front_laser_max"
+"""Parameter with the range of the laser [m], which FLASER has no place for."""
 LASER_TOPIC, ODOMETRY_TOPIC, TRUTH_TOPIC = f"/{LASER}", "/odometry", "/truth"
 
 
 class CarmenSource:
-    """The front laser's scans of a CARMEN log, each a moment of its own with the poses in or before its line.
+    """A laser's scans of a CARMEN log, each a moment of its own with the poses in or before its line.
 
-    The truth is the pose that the log itself corrected (FLASER's and ROBOTLASER1's laser pose) or the last TRUEPOS; the
-    odometer's pose is in the line too, or the last ODOM.
+    The truth is TRUEPOS, carried on by the odometer, where the log has such lines; else the pose that the log itself
+    corrected (the front laser's pose in FLASER and ROBOTLASER1). The odometer's pose is in the line too, or the last
+    ODOM.
     """
 
     kind = "a CARMEN log"
@@ -119,6 +153,8 @@ class CarmenSource:
                     raise line.error(f"has {len(line.fields)} fields; valid are at least 3: PARAM, a name and a value")
                 told[line.fields[1]] = line.fields[2]
         self.metadata = told
+        self._kinds = next((kinds for kinds in LASERS if any(self._counts[kind] for kind in kinds)), ())
+        self._reach = _reach(told)
         if not self._scans:
             seen = _some(sorted(self.skipped))
             raise LogError(f"{path}: holds no scan (kinds of lines seen: {seen}); valid are {', '.join(SCANS)}")
@@ -142,12 +178,12 @@ class CarmenSource:
 
     @property
     def _scans(self) -> int:
-        return sum(self._counts[kind] for kind in SCANS)
+        return sum(self._counts[kind] for kind in self._kinds)
 
     @property
     def channels(self) -> tuple[Channel, ...]:
         """The laser, the poses beside its scans, and all other kinds of lines."""
-        schema = "+".join(kind for kind in SCANS if self._counts[kind])
+        schema = "+".join(kind for kind in self._kinds if self._counts[kind])
         posed = [
             Channel(topic, schema, TEXT, self._scans, role)
             for topic, role in ((LASER_TOPIC, Role.LASER), (ODOMETRY_TOPIC, Role.ODOMETRY), (TRUTH_TOPIC, Role.TRUTH))
@@ -158,14 +194,14 @@ class CarmenSource:
     @property
     def skipped(self) -> Mapping[str, int]:
         """Lines of other kinds."""
-        return {kind: count for kind, count in self._counts.items() if kind not in {*SCANS, *POSES, "PARAM"}}
+        return {kind: count for kind, count in self._counts.items() if kind not in {*self._kinds, *POSES, "PARAM"}}
 
     def samples(self, topics: Collection[str] | None = None) -> Iterator[Sample]:
         """Scans and their poses. Raises ``LogError`` with file and line for a line that does not fit its kind."""
         state = _State()
         moment = 0
         for line in self._readable():
-            found = _read_line(line, state)
+            found = self._read_line(line, state)
             if found is not None:
                 for topic, content in (
                     (LASER_TOPIC, found.scan),
@@ -175,6 +211,31 @@ class CarmenSource:
                     if content is not None and (topics is None or topic in topics):
                         yield Sample(topic, found.time, found.logged, "", content, moment=moment)
                 moment += 1
+
+    def _read_line(self, line: _CarmenLine, state: _State) -> _LaserLine | None:
+        """Take one line into the state; a line of the laser is returned."""
+        if line.kind in POSES:
+            line.expect(10)
+            values = line.floats(1, 7)
+            if line.kind == "ODOM":
+                state.odometry = _pose(values[:3])
+            else:
+                state.truth, state.at_truth = _pose(values[:3]), _pose(values[3:])
+            return None
+        if line.kind not in self._kinds:
+            return None
+        found = self._laser(line, state)
+        if line.kind in REAR:
+            found = replace(found, scan=replace(found.scan, start=found.scan.start + math.pi), truth=None)
+        if self._counts["TRUEPOS"]:
+            found = replace(found, truth=state.truth_at(found.odometry))
+        return found
+
+    def _laser(self, line: _CarmenLine, state: _State) -> _LaserLine:
+        """A line of the laser by itself."""
+        if line.kind in ("FLASER", "RLASER"):
+            return _flaser(line, self._reach)
+        return _robotlaser(line) if line.kind.startswith("ROBOT") else _rawlaser(line, state)
 
 
 class CutOffError(Exception):
@@ -243,29 +304,20 @@ def _next_line(file: IO[bytes]) -> bytes:
         raise
 
 
-def _read_line(line: _CarmenLine, state: _State) -> _LaserLine | None:
-    """Take one line into the state; a line of the front laser is returned."""
-    match line.kind:
-        case "FLASER":
-            return _flaser(line)
-        case "ROBOTLASER1":
-            return _robotlaser(line)
-        case "RAWLASER1":
-            return _rawlaser(line, state)
-        case "ODOM":
-            line.expect(10)
-            state.odometry = _pose(line.floats(1, 4))
-        case "TRUEPOS":
-            line.expect(10)
-            state.truth = _pose(line.floats(1, 4))
-    return None
+def _reach(told: Mapping[str, str]) -> float:
+    """The range of FLASER's laser [m]; what is no range is not looked at, since any log may hold it."""
+    try:
+        found = float(told.get(REACH, NO_RETURN))
+    except ValueError:
+        return NO_RETURN
+    return found if 0 < found <= NO_RETURN else NO_RETURN
 
 
-def _flaser(line: _CarmenLine) -> _LaserLine:
+def _flaser(line: _CarmenLine, reach: float) -> _LaserLine:
     n = line.count(1)
     line.expect(n + 11, n)
     truth, odometry = line.floats(n + 2, n + 5), line.floats(n + 5, n + 8)
-    scan = _scan(line.floats(2, n + 2), -math.pi / 2, _flaser_step(n), NO_RETURN)
+    scan = _scan(line.floats(2, n + 2), -math.pi / 2, _flaser_step(n), reach)
     return _timed(line, n + 8, scan, truth=_pose(truth), odometry=_pose(odometry))
 
 
@@ -295,7 +347,7 @@ def _robotlaser(line: _CarmenLine) -> _LaserLine:
 def _rawlaser(line: _CarmenLine, state: _State) -> _LaserLine:
     scan, at = _laser_head(line)
     line.expect(at + 3, len(scan.ranges))
-    return _timed(line, at, scan, truth=state.truth, odometry=state.odometry)
+    return _timed(line, at, scan, truth=None, odometry=state.odometry)
 
 
 def _timed(line: _CarmenLine, at: int, scan: Scan, *, truth: Pose | None, odometry: Pose | None) -> _LaserLine:
@@ -315,7 +367,7 @@ def _pose(values: NDArray[np.float64]) -> Pose:
 
 
 def _scan(ranges: NDArray[np.float64], start: float, step: float, max_range: float) -> Scan:
-    limit = min(max_range, NO_RETURN)
+    limit = max_range if max_range > LONG_RANGE else min(max_range, NO_RETURN)
     seen = np.where(ranges < limit, ranges, np.inf).astype(np.float32)
     return Scan(seen, start, step, limit)
 
@@ -323,37 +375,61 @@ def _scan(ranges: NDArray[np.float64], start: float, step: float, max_range: flo
 def write_carmen(path: Path, views: Sequence[View], metadata: Mapping[str, str] | None = None) -> None:
     """Write the scans of ``views`` as a CARMEN log, replacing ``path`` in one step.
 
-    Lines are FLASER, which has no angles; for scans of other angles than it stands for they are ROBOTLASER1.
+    A view whose true pose and odometry are known is a FLASER line, which has no angles; for scans of other angles or
+    another range than it stands for, ROBOTLASER1. Both have places for both poses, so that others are RAWLASER1 lines
+    with an ODOM line before them, or TRUEPOS: what nobody measured is not made up, and read again it is not there.
 
     Images have no place in the format, nor spaces and line ends in a metadata value: they become underscores. The
-    odometer pose is the sum of the views' motions from the first one's truth.
-    Raises ``LogError`` when no view has a scan.
+    odometer pose is the sum of the views' motions from the first one's truth. Raises ``LogError`` when no view has a
+    scan.
     """
-    scanned = [view for view in views if view.scan is not None]
-    if not scanned:
+    scans = [view.scan for view in views if view.scan is not None]
+    if not scans:
         raise LogError(f"{path}: a CARMEN log holds laser scans; none of the {len(views)} views has one")
-    words = {name: "_".join(value.split()) for name, value in (metadata or {}).items()}
+    reach = float(scans[0].max_range)
+    told = dict(metadata or {}) | ({REACH: f"{reach:g}"} if float(f"{reach:g}") == reach < NO_RETURN else {})
+    words = {name: "_".join(value.split()) for name, value in told.items()}
     lines = [f"PARAM {name} {word} 0 refseq 0" for name, word in words.items() if word]
-    odometry = scanned[0].truth or Pose(0.0, 0.0, 0.0)
+    measured = any(view.has_odometry for view in views)
+    odometry = next((view.truth for view in views if view.scan is not None), None) or Pose(0.0, 0.0, 0.0)
     for index, view in enumerate(views):
         if index:
             odometry = after_motion(odometry, view.distance, view.turn)
         if view.scan is not None:
-            lines.append(_laser_text(view, view.scan, odometry))
+            lines += _laser_lines(view, view.scan, odometry if measured else None, _reach(words))
     replace_text(path, "\n".join(lines) + "\n")
 
 
-def _laser_text(view: View, scan: Scan, odometry: Pose) -> str:
-    reach = np.where(np.isfinite(scan.ranges), scan.ranges, max(scan.max_range, NO_RETURN))
-    ranges = " ".join(f"{r:.2f}" for r in reach)
-    truth = view.truth or odometry
-    poses = " ".join(f"{value:.6f}" for p in (truth, odometry) for value in (p.x, p.y, p.heading))
-    stamps = f"{view.time:.6f} refseq {view.time:.6f}"
-    if _as_flaser_says(scan):
-        return f"FLASER {len(reach)} {ranges} {poses} {stamps}"
-    width = scan.step * (len(reach) - 1)
-    head = f"0 {scan.start:.9f} {width:.9f} {scan.step:.9f} {scan.max_range:g} 0.01 0"
-    return f"ROBOTLASER1 {head} {len(reach)} {ranges} 0 {poses} 0 0 0 0 0 {stamps}"
+def _laser_lines(view: View, scan: Scan, odometry: Pose | None, reach: float) -> list[str]:
+    """A scan and the poses that are known with it; ``reach`` [m] is what FLASER stands for."""
+    ranges, stamps = _ranges_text(scan), f"{view.time:.6f} refseq {view.time:.6f}"
+    if view.truth is not None and odometry is not None:
+        poses = f"{_pose_text(view.truth)} {_pose_text(odometry)}"
+        if _as_flaser_says(scan, reach):
+            return [f"FLASER {ranges} {poses} {stamps}"]
+        return [f"ROBOTLASER1 {_head_text(scan)} {ranges} 0 {poses} 0 0 0 0 0 {stamps}"]
+    known = [f"TRUEPOS {_pose_text(view.truth)} 0 0 0 {stamps}"] if view.truth is not None else []
+    known += [f"ODOM {_pose_text(odometry)} 0 0 0 {stamps}"] if odometry is not None else []
+    return [*known, f"RAWLASER1 {_head_text(scan)} {ranges} 0 {stamps}"]
+
+
+def _ranges_text(scan: Scan) -> str:
+    """The number of ranges and each, in millimetres' steps; what came back is never rounded to what did not."""
+    nothing = max(scan.max_range, NO_RETURN)
+    limit = scan.max_range if scan.max_range > LONG_RANGE else min(scan.max_range, NO_RETURN)
+    below = math.ceil(limit * 1000 - 1e-6) / 1000 - 0.001
+    ranges = scan.ranges.astype(np.float64)
+    reach = np.where(ranges < limit, np.minimum(np.round(ranges, 3), below), nothing)
+    return f"{len(reach)} {' '.join(f'{r:.3f}'.rstrip('0').rstrip('.') for r in reach)}"
+
+
+def _pose_text(pose: Pose) -> str:
+    return f"{pose.x:.6f} {pose.y:.6f} {pose.heading:.6f}"
+
+
+def _head_text(scan: Scan) -> str:
+    width = scan.step * (len(scan.ranges) - 1)
+    return f"0 {scan.start:.9f} {width:.9f} {scan.step:.9f} {scan.max_range:g} 0.01 0"
 
 
 def _flaser_step(n: int) -> float:
@@ -361,8 +437,10 @@ def _flaser_step(n: int) -> float:
     return HALF_DEGREE if n >= 360 else 2 * HALF_DEGREE
 
 
-def _as_flaser_says(scan: Scan) -> bool:
+def _as_flaser_says(scan: Scan, reach: float) -> bool:
     """True where a reader of FLASER takes each beam for the direction that it has, within a tenth of a step."""
+    if abs(scan.max_range - reach) > 1e-6:
+        return False
     n, step = len(scan.ranges), _flaser_step(len(scan.ranges))
     farthest = abs(scan.start + math.pi / 2) + abs(scan.step - step) * n
     return farthest < step / 10

@@ -8,13 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
 
 from refseq.errors import LogError
-from refseq.logs import Role, open_log, read_recording, write_carmen
+from refseq.logs import Role, open_log, plan_views, read_recording, write_carmen
 from refseq.logs.carmen import NO_RETURN
 from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
 from refseq.view import Scan, View
+from refseq_bench.scenarios.log_tools.conversion import LogFormat, convert
 
 DATA = Path(__file__).resolve().parents[3].parent / "shared" / "data"
 FLASER = "FLASER 3 1.5 2 81.91 10 20 0.5 1 2 0.25 7.5 host 7.6"
@@ -74,7 +77,9 @@ def test_rawlaser_takes_the_last_odometry_and_truth(tmp_path: Path) -> None:
     first, second = read_recording(path).views
     assert first.scan
     assert first.scan.bearings == pytest.approx([-1.5, -1.0, -0.5])
-    assert first.truth == second.truth == Pose(5, 6, 0.5)
+    assert first.truth == Pose(5, 6, 0.5)
+    assert second.truth is not None
+    assert (second.truth.x, second.truth.y) == pytest.approx((5 - math.cos(0.5), 6 - math.sin(0.5)))
     assert second.distance == pytest.approx(-1.0)
 
 
@@ -126,9 +131,8 @@ def test_a_log_without_scans(tmp_path: Path) -> None:
     path = log(tmp_path, "VERTEX2 0 1 2 3", "EDGE2 0 1")
     with pytest.raises(LogError) as caught:
         read_recording(path)
-    assert str(caught.value) == (
-        f"{path}: holds no scan (kinds of lines seen: EDGE2, VERTEX2); valid are FLASER, ROBOTLASER1, RAWLASER1"
-    )
+    valid = "FLASER, ROBOTLASER1, RAWLASER1, RLASER, ROBOTLASER2, RAWLASER2, RAWLASER3, RAWLASER4, RAWLASER5"
+    assert str(caught.value) == f"{path}: holds no scan (kinds of lines seen: EDGE2, VERTEX2); valid are {valid}"
 
 
 def test_a_text_that_is_no_log_is_not_repeated(tmp_path: Path) -> None:
@@ -269,3 +273,113 @@ def test_raw_odometry_and_truth_by_the_number_of_the_scan() -> None:
     # Raw odometry drifts by its heading; lengths agree within a few per cent.
     way = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(true))
     assert sum(abs(view.distance) for view in recording.views[-len(true) :]) == pytest.approx(way, rel=0.1)
+
+
+# --- other lasers, and who tells the truth ---
+
+
+def test_true_positions_outrank_the_pose_beside_a_scan(tmp_path: Path) -> None:
+    """Where the odometer has gone on since, so has the truth; before the first of them it is not known."""
+    later = FLASER.replace(" 1 2 0.25 7.5", " 2 2 0.25 8.5")
+    path = log(tmp_path, FLASER, f"TRUEPOS 5 6 {0.25 + math.pi / 2} 1 2 0.25 8 host 8", later)
+    first, second = read_recording(path).views
+    assert first.truth is None
+    assert second.truth is not None
+    expected = (5.0, 7.0, 0.25 + math.pi / 2)
+    assert (second.truth.x, second.truth.y, second.truth.heading) == pytest.approx(expected)
+
+
+def test_the_rear_laser_is_read_where_there_is_no_other(tmp_path: Path) -> None:
+    rear = FLASER.replace("FLASER", "RLASER")
+    (view,) = read_recording(log(tmp_path, rear)).views
+    assert view.scan
+    assert view.scan.bearings[0] == pytest.approx(math.pi / 2), "it looks back, from the robot's left to its right"
+    assert view.truth is None, "the pose is the laser's own"
+    (view,) = read_recording(log(tmp_path, rear, FLASER)).views
+    assert view.scan
+    assert view.scan.start == -math.pi / 2
+
+
+@pytest.mark.parametrize("number", [2, 3, 4, 5])
+def test_further_lasers_are_read_where_there_is_no_other(tmp_path: Path, number: int) -> None:
+    lines = [RAWLASER.replace("1", str(one), 1) for one in range(number, 6)]
+    recording = read_recording(log(tmp_path, "ODOM 1 2 0 0 0 0 7 host 7", *lines))
+    (view,) = recording.views
+    assert view.scan
+    assert len(view.scan.ranges) == 3
+    assert sorted(recording.skipped) == [f"RAWLASER{one}" for one in range(number + 1, 6)]
+
+
+def test_what_tells_no_pose_and_no_scan_is_counted(tmp_path: Path) -> None:
+    imu = "IMU " + "0 " * 13 + "7 host 7"
+    gps = "NMEAGGA 1 120000 48.1 N 7.8 E 1 8 1.0 270 0 0 0 7 host 7"
+    assert read_recording(log(tmp_path, imu, gps, FLASER)).skipped == {"IMU": 1, "NMEAGGA": 1}
+
+
+# --- there and back ---
+
+millimetres = st.integers(1, 100_000).map(lambda n: n / 1000)
+poses = st.builds(Pose, *[st.floats(-1000, 1000)] * 2, st.floats(-3, 3))
+
+
+@st.composite
+def drives(
+    draw: st.DrawFn, reaches: tuple[float, ...] = (5.0, 30.0, 80.0, NO_RETURN, 100.0), odometry: bool | None = None
+) -> list[View]:
+    """Drives of a laser: its angles and range, with truth and odometry or without."""
+    beams = draw(st.sampled_from([3, 181, 361]))
+    start, step = draw(st.sampled_from([(-math.pi / 2, math.pi / 360), (-math.pi / 2, math.pi / 180), (-1.0, 0.01)]))
+    reach = draw(st.sampled_from(reaches))
+    has_odometry = draw(st.booleans()) if odometry is None else odometry
+    true = draw(st.sampled_from(["all", "none", "some"])) if has_odometry else "none"  # else it would be the odometry
+    views = []
+    for number in range(draw(st.integers(1, 4))):
+        seen = [draw(millimetres) for _ in range(3)]
+        ranges = np.resize(np.array([one if one < reach else np.inf for one in seen], np.float32), beams)
+        motion = (draw(st.floats(-2, 2)), draw(st.floats(-1, 1))) if has_odometry and number else (0.0, 0.0)
+        truth = draw(poses) if true == "all" or (true == "some" and draw(st.booleans())) else None
+        scan = Scan(ranges, start, step, reach)
+        views.append(View(100.0 + number, {}, scan, *motion, truth, has_odometry=has_odometry))
+    return views
+
+
+DRAWN = (Phase.explicit, Phase.generate)
+
+
+@settings(deadline=None, max_examples=60, phases=DRAWN, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(views=drives())
+def test_every_drive_of_a_laser_comes_back(tmp_path: Path, views: list[View]) -> None:
+    write_carmen(tmp_path / "one.log", views)
+    _check_comes_back(tmp_path / "one.log", views)
+
+
+@settings(deadline=None, max_examples=15, phases=DRAWN, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(views=drives(reaches=(80.0,), odometry=True))
+def test_every_drive_comes_back_by_way_of_mcap(tmp_path: Path, views: list[View]) -> None:
+    """Foxglove's scan has no range: 80 m is what is read."""
+    write_carmen(tmp_path / "one.log", views)
+    convert(plan_views(open_log(tmp_path / "one.log")), tmp_path / "two.mcap", LogFormat.MCAP, {})
+    convert(plan_views(open_log(tmp_path / "two.mcap")), tmp_path / "three.log", LogFormat.CARMEN, {})
+    _check_comes_back(tmp_path / "two.mcap", views)
+    _check_comes_back(tmp_path / "three.log", views)
+
+
+def _check_comes_back(path: Path, views: list[View]) -> None:
+    found = read_recording(path).views
+    assert len(found) == len(views)
+    for read, view in zip(found, views, strict=True):
+        _check_same(read, view)
+
+
+def _check_same(read: View, view: View) -> None:
+    assert read.scan
+    assert view.scan
+    assert read.scan.ranges == pytest.approx(view.scan.ranges, abs=0.0011)
+    assert read.scan.bearings == pytest.approx(view.scan.bearings, abs=1e-5)
+    assert read.scan.max_range == pytest.approx(view.scan.max_range, abs=1e-5)
+    assert (read.distance, read.turn) == pytest.approx((view.distance, view.turn), abs=1e-5)
+    assert read.has_odometry == view.has_odometry
+    assert (read.truth is None) == (view.truth is None)
+    if read.truth is not None and view.truth is not None:
+        assert (read.truth.x, read.truth.y) == pytest.approx((view.truth.x, view.truth.y), abs=1e-5)
+        assert math.remainder(read.truth.heading - view.truth.heading, 2 * math.pi) == pytest.approx(0, abs=1e-5)
