@@ -9,7 +9,8 @@ from refseq.view import View
 class Lookout:
     """Looks in the views of a mission's ``executor`` for the scene that is sought, and tells it when it is seen.
 
-    Raises ``SceneError`` for a scene with too few keys, of whichever step, before the robot moves.
+    ``sees`` is True while it was in the last view. Raises ``SceneError`` for a scene with too few keys, of whichever
+    step, before the robot moves.
     """
 
     def __init__(self, executor: Executor) -> None:
@@ -18,6 +19,7 @@ class Lookout:
         self._finders = {name: SceneFinder(scene) for name, scene in scenes.items()}
         self._sought: Sought | None = None
         self._approach: SceneApproach | None = None
+        self.sees = False
 
     @property
     def looks(self) -> bool:
@@ -31,12 +33,13 @@ class Lookout:
 
     def look(self, view: View) -> None:
         """Look in a view that was taken here and now."""
-        sought = self._executor.sought
+        sought, self.sees = self._executor.sought, False
         if sought is None:
             return
         if self._approach is None or sought is not self._sought:
             self._sought, self._approach = sought, SceneApproach(sought.scene)
         sighting = self._finders[sought.name].find(view)
+        self.sees = sighting is not None
         left = self._approach.update(sighting, self._executor.travelled)
         if left is not None:
             self._executor.sight(left)

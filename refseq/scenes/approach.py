@@ -21,7 +21,7 @@ class ApproachSettings:
     apart: float = 0.3
     span: float = 4.0
     uneven: float = 0.1
-    aside: float = 0.2
+    aside: float = 0.1
     reach: float = 6.0
 
 

@@ -28,12 +28,12 @@ class SceneSettings:
 
     ratio: float = 0.8
     reprojection: float = 4.0
-    inliers: int = 12
+    inliers: int = 25
     distinct: float = 0.7
     smallest: float = 0.2
     largest: float = 4.0
     tilt: float = 0.45
-    keys: int = 20
+    keys: int = 40
     sift: SiftSettings = field(default=SCENE_SIFT)
 
 
@@ -50,15 +50,16 @@ class SceneSighting:
 
 
 class SceneFinder:
-    """Looks for one ``scene``. Raises ``SceneError`` for one with too few keys to be known again."""
+    """Looks for one ``scene``, by so many ``keys``. Raises ``SceneError`` where they are too few to know it again."""
 
     def __init__(self, scene: Scene, settings: SceneSettings | None = None) -> None:
         self.scene, self.settings = scene, settings or SceneSettings()
         self._words = SiftWords(scene.camera, self.settings.sift)
         points, self._descriptors = self._words.keys(scene.patch)
-        if len(points) < self.settings.keys:
+        self.keys = len(points)
+        if self.keys < self.settings.keys:
             raise SceneError(
-                f"the scene has {len(points)} keys to know it by; valid are {self.settings.keys} or more: cut where "
+                f"the scene has {self.keys} keys to know it by; valid are {self.settings.keys} or more: cut where "
                 "there is more to see"
             )
         self._points = points + np.array(scene.box[:2], np.float32)

@@ -25,6 +25,8 @@ EVERY = 0.6
 """On the way a view is taken so often [m]: a choice, other than the 0.85 m at which places are learnt.
 
 Views as far apart as places would meet each of them the same way, and never tell that the robot is between two."""
+CLOSER = 0.3
+"""Or so often [m] where the scene that is sought was in the last view: beside the robot it is in sight for a metre."""
 LOOKING = 1.0
 """While the robot stands and looks where it is, it takes a view so often [s]: a choice."""
 AT_REST = 0.02
@@ -151,7 +153,8 @@ class _MissionRun:
         self._touches.look()
         self._note()
         self._executor.move(self._bench.time - self._began, self._bench.state.distance - self._start)
-        if self._trigger.fires(self._moved) or (do.halt and self._moved.time >= LOOKING):
+        closer = self._lookout.sees and self._moved.distance >= CLOSER
+        if self._trigger.fires(self._moved) or closer or (do.halt and self._moved.time >= LOOKING):
             self._look()
 
     def _steer(self, do: Do) -> None:

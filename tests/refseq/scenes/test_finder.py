@@ -52,7 +52,7 @@ def test_upside_down_or_mirrored_it_is_another_thing() -> None:
 
 
 def test_a_scene_with_too_few_keys_is_refused() -> None:
-    with pytest.raises(SceneError, match=r"^the scene has 0 keys to know it by; valid are 20 or more"):
+    with pytest.raises(SceneError, match=r"^the scene has 0 keys to know it by; valid are 40 or more"):
         SceneFinder(replace(scene(), patch=np.zeros((180, 200), np.uint8)))
 
 

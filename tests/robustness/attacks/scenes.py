@@ -40,9 +40,10 @@ def _tried(file: Path, folder: Path) -> str | None:
 @cache
 def _sample() -> bytes:
     """A scene's file."""
-    patch = np.random.default_rng(1).integers(0, 256, (24, 32), np.uint8)
+    coarse = np.random.default_rng(1).integers(0, 256, (18, 24), np.uint8)
+    patch = np.kron(coarse, np.ones((5, 5), np.uint8))
     file = samples() / "poster.scene"
-    save_scene(file, Scene(patch, "camera-1", Box(4, 6, 32, 24), 48, 48, "drive.mcap", 1.5))
+    save_scene(file, Scene(patch, "camera-1", Box(4, 6, 120, 90), 160, 120, "drive.mcap", 1.5))
     return file.read_bytes()
 
 

@@ -135,7 +135,7 @@ def test_a_scene_that_does_not_fit_the_mission_is_told(
 def test_a_scene_that_cannot_be_found_again_is_told_with_its_file(tmp_path: Path) -> None:
     blank = replace(scene(), patch=np.zeros((180, 200), np.uint8))
     save_scene(tmp_path / "wall.scene", blank)
-    with pytest.raises(SceneError, match=r"wall.scene: the scene has 0 keys to know it by; valid are 20 or more"):
+    with pytest.raises(SceneError, match=r"wall.scene: the scene has 0 keys to know it by; valid are 40 or more"):
         asked_for("[LI1]", scenes={"LI1": tmp_path / "wall.scene"})
     file = written(tmp_path, '[[step]]\nat = "LI1"\n[scenes]\nLI1 = "none.scene"\n')
     with pytest.raises(ScenarioError, match=r"mine.toml: scenes: .*none.scene: cannot be read: No such file"):
