@@ -1,12 +1,15 @@
 """The executor plays missions in the environment, by what the robot itself knows."""
 
 import gymnasium as gym
+import numpy as np
 import pytest
 
 import refseq_bench.sim.envs  # noqa: F401 - registers the ids
 from refseq.missions import Status
 from refseq_bench.sim.envs.learning.executor_policy import ExecutorPolicy
+from refseq_bench.sim.envs.learning.imitation import examples
 from refseq_bench.sim.envs.learning.sectors import Sectors
+from refseq_bench.sim.envs.learning.training_config import TrainingConfig, environment
 from refseq_bench.sim.envs.robot_env import RobotEnv
 from refseq_bench.sim.envs.tasks.task import SUCCESS
 from refseq_bench.sim.errors import SimError
@@ -51,6 +54,24 @@ def test_a_wrapper_that_changes_what_is_seen_changes_nothing_for_it() -> None:
     )
     assert plain[0] == fewer[0]
     assert [str(entry) for entry in plain[1].executor.log] == [str(entry) for entry in fewer[1].executor.log]
+
+
+@slow
+def test_examples_are_what_the_executor_saw_and_did() -> None:
+    """Played again, its actions lead through the same observations to the missions' ends."""
+    config = TrainingConfig("Mission", seed=2, steps=0, taught=2)
+    observations, actions = examples(config)
+    env, ended, n = environment(config.task, config.learnt_in), False, 0
+    for number in range(config.taught):
+        seen, info = env.reset(seed=config.seed + number)
+        ended = False
+        while not ended:
+            assert all(np.array_equal(seen[key], observations[n][key]) for key in seen)
+            seen, _, over, cut, info = env.step(actions[n])
+            ended, n = over or cut, n + 1
+        assert info["success"]
+    assert n == len(actions) == len(observations)
+    env.close()
 
 
 @slow
