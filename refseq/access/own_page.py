@@ -5,9 +5,10 @@ A page asks for what has changed, and shows it. Nothing in it comes from outside
 
 import asyncio
 import json
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from http import HTTPMethod
+from http import HTTPMethod, HTTPStatus
 from importlib.resources import files
 from typing import Any
 
@@ -26,7 +27,6 @@ COMMON = ("own_page.css", "own_page.js")
 """Files beside this one, for all such pages: how they look, and how they ask."""
 LONGEST_LINE = 600
 """Characters of a mistake that are told."""
-BAD_INPUT = 400
 
 Query = Mapping[str, str]
 """Words behind the question mark of an address."""
@@ -70,13 +70,19 @@ def shown(path: str, picture: Callable[[Query], bytes | None]) -> ProxyRoute:
 
 
 async def _answered(work: Callable[[], object], known: Known) -> OwnAnswer:
-    """Work beside the loop, so that others are served meanwhile."""
+    """Work beside the loop, so that others are served meanwhile; what is nobody's mistake but ours is traced, too."""
     try:
-        answer, status = await asyncio.to_thread(work), 200
+        return _in_json(await asyncio.to_thread(work), HTTPStatus.OK)
     except Exception as error:
-        if not isinstance(error, (RefseqError, *known())):
-            raise
-        answer, status = {"error": " ".join(str(error).split())[:LONGEST_LINE]}, BAD_INPUT
+        line = " ".join(str(error).split())[:LONGEST_LINE]
+        if isinstance(error, (RefseqError, *known())):
+            return _in_json({"error": line}, HTTPStatus.BAD_REQUEST)
+        traceback.print_exc()
+        told = f"a fault of this page, {type(error).__name__}: {line}"
+        return _in_json({"error": told}, HTTPStatus.INTERNAL_SERVER_ERROR)
+
+
+def _in_json(answer: object, status: HTTPStatus) -> OwnAnswer:
     return OwnAnswer(json.dumps(answer, allow_nan=False).encode(), KINDS[".json"], status)
 
 

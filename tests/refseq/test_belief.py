@@ -52,3 +52,18 @@ def test_entropy_by_hand() -> None:
     assert normalised_entropy(np.full(9, 1 / 9)) == pytest.approx(1.0)
     assert normalised_entropy(np.array([1.0])) == 0.0
     assert entropy(np.array([0.0, 1.0])) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("lost", "after", "sure"),
+    [
+        (0.9, [0.1, 0.5, 0.0], 1),
+        (0.9, [0.1, 0.3, 0.0], None),  # more probably than not nothing is known of where it was
+        (0.9, [0.0, 0.0, 0.0], None),
+        (0.5, [0.1, 0.4, 0.0], None),  # it does not say lost
+        (0.9, None, None),
+    ],
+)
+def test_it_was_last_sure_where_it_most_probably_got_lost(lost: float, after: list[float] | None, sure: object) -> None:
+    belief = belief_from([1, 0, 0], lost, lost_after=None if after is None else np.array(after))
+    assert belief.last_sure == sure

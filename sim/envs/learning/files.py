@@ -29,6 +29,7 @@ def result(config: TrainingConfig, learnt: TrainedPolicy, episodes: tuple[Evalua
         "id": TASKS[config.task],
         "robots": config.robots,
         "seed": config.seed,
+        "taught": config.taught,
         "steps": learnt.steps,
         "seconds": round(learnt.seconds, 1),
         "episodes": len(learnt.practice),

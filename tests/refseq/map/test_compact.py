@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from refseq.belief import Stage
+from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.place_distance import PlaceDistances
 from refseq.map.compact import alike_runs, common_features, compact
 from refseq.map.localiser import localise
@@ -63,10 +64,11 @@ def test_the_odometer_tells_tied_places_apart() -> None:
 
 
 def test_a_run_shows_its_central_place_and_what_two_show() -> None:
-    bits = np.array([[1, 1, 0, 0, 1], [1, 1, 0, 1, 0], [1, 0, 1, 1, 0], [0, 0, 0, 0, 0], [0, 0, 1, 0, 1]], bool)
-    distances = PlaceDistances(bits_map(bits_drive({"a": bits})).sequence.matrix)
-    assert common_features(distances, range(3)).tolist() == [0, 1, 3]
-    assert common_features(distances, range(2, 3)).tolist() == [0, 2, 3]
+    shown = [{0, 1, 2, 3}, {0, 1, 2, 4}, {0, 1, 3, 4, 5}, {0, 2, 3}, {6, 7}, {6, 8}]
+    columns = [{"a": np.array(sorted(one))} for one in shown]
+    distances = PlaceDistances(IncidenceMatrix.from_columns(columns, {"a": 9}))
+    found = {first: set(common_features(distances, range(first, stop)).tolist()) for first, stop in ((0, 4), (4, 5))}
+    assert found == {0: {0, 1, 2, 3, 4}, 4: {6, 7}}
 
 
 def test_no_run_is_longer_than_asked() -> None:
