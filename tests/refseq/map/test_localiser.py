@@ -7,7 +7,9 @@ import pytest
 from refseq.belief import LOST, Belief, Stage
 from refseq.errors import MapError
 from refseq.inference.chain.chain import Observation
+from refseq.inference.chain.emissions import Seen
 from refseq.inference.chain.lost_view import LostView
+from refseq.inference.chain.motion import motion_prior
 from refseq.inference.matching.mixture import MixtureSettings
 from refseq.map.localiser import Localiser, localise, smoothed
 from refseq.map.map import Map
@@ -102,6 +104,23 @@ def test_settings_at_their_ends_answer_with_probabilities(settings: str) -> None
         for belief in beliefs:
             assert belief.places.sum() == pytest.approx(1.0)
             assert 0 <= belief.lost <= 1
+
+
+def test_the_average_view_is_weighed_against_the_places_where_the_robot_is_expected() -> None:
+    """One more column, whose prior stays 1 / K, beside the places under the motion prior: by Bayes' rule (1.4.3)."""
+    views, query = noisy_drives(6)
+    map_ = bits_map(views, profile_named("thesis+chain.lost_view=average"))
+    sequence, matcher, tracker = map_.sequence, Matcher(map_), ChainTracker(map_.sequence)
+    first, second = (matcher.match(view)[0] for view in query[:2])
+    tracker.observation(first)
+    found = tracker.observation(second)
+    joint = second.likelihood * motion_prior(first.likelihood, sequence.along, second.distance, sequence.profile.motion)
+    odds = np.exp(second.log_average) / len(views) / joint.sum()
+    seen = Seen(joint / joint.sum(), second.likelihood, float(np.log(odds)))
+    places, lost = sequence.emissions.log_likelihood(seen)
+    assert 0.01 < odds < 100
+    np.testing.assert_allclose(found.places, places)
+    assert found.lost == pytest.approx(lost)
 
 
 @pytest.mark.parametrize("stage", STAGES)

@@ -5,7 +5,6 @@ import json
 import sys
 import warnings
 from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -149,21 +148,6 @@ def test_what_it_is_asked_wrongly_is_one_line(
     assert left.value.code == 2
     assert capsys.readouterr().err.startswith("error: unknown task 'Fly': valid are FollowCorridor, ")
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    ("asked", "told"),
-    [
-        ({"task": "CrossDoor", "taught": 2}, "taught = 2 is not valid for CrossDoor: the executor plays Mission alone"),
-        ({"task": "Mission", "taught": -1}, "taught = -1 is not valid; valid are 0 or more"),
-        ({"task": "Mission", "steps": 0}, "steps = 0 is not valid; valid are 1 or more"),
-    ],
-)
-def test_imitation_is_for_missions_and_alone_may_be_all(asked: dict[str, Any], told: str) -> None:
-    with pytest.raises(SimError) as caught:
-        TrainingConfig(**asked)
-    assert str(caught.value) == told
-    assert TrainingConfig("Mission", steps=0, taught=1).steps == 0
 
 
 @pytest.mark.parametrize(("at_least", "code"), [("4.9", 0), ("5.1", 1)])

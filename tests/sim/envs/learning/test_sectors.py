@@ -26,6 +26,15 @@ def test_each_sector_is_the_nearest_of_its_rays() -> None:
     assert fewer["stops"] is whole["stops"]
 
 
+def test_ways_to_what_a_mission_asks_are_shares_of_the_laser_s_reach_and_behaviours_stay() -> None:
+    env = Sectors(gym.make(NAME))
+    whole = {name: np.zeros(size, np.float32) for name, size in (("scan", 361), ("sonar", 24), ("odometry", 5))}
+    asked = np.array([[-1.0, 0, 1], [5.0, 1, 0], [99.0, 0, 1], [0, 0, 0]], np.float32)
+    found = env.observation(whole | {"asked": asked})["asked"]
+    assert found[:, 0] == pytest.approx([-1 / LASER_REACH, 5 / LASER_REACH, 1.0, 0.0])
+    np.testing.assert_array_equal(found[:, 1:], asked[:, 1:])
+
+
 @pytest.mark.parametrize(("name", "robot"), [(NAME, "robuter"), (NAME, "segway_rmp")])
 def test_what_is_seen_is_in_the_space_and_nothing_but_that_is_changed(name: str, robot: str) -> None:
     env, plain = Sectors(gym.make(name, robot=robot)), gym.make(name, robot=robot)
@@ -69,6 +78,9 @@ def test_one_world_is_given_by_its_name() -> None:
         ({"robots": 0}, "robots = 0 is not valid; valid are 1 or more"),
         ({"seed": 999_999}, "seed = 999999 is not valid; valid are 0 to 999996"),
         ({"episodes": 1}, "episodes = 1 is not valid; valid are 2 or more"),
+        ({"taught": 2}, "taught = 2 is not valid for FollowCorridor: the executor plays Mission alone"),
+        ({"task": "Mission", "taught": -1}, "taught = -1 is not valid; valid are 0 or more"),
+        ({"task": "Mission", "steps": 0}, "steps = 0 is not valid; valid are 1 or more"),
     ],
 )
 def test_configs_that_cannot_be_are_told(values: dict[str, object], message: str) -> None:
