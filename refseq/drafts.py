@@ -29,6 +29,13 @@ def draft_folder(place: Path) -> Iterator[Path]:
             os.close(lock)
 
 
+def remove_folder(folder: Path) -> None:
+    """Remove a folder as far as that can be, as a draft: what a killed process leaves of it is swept by the next."""
+    with suppress(OSError), draft_folder(folder.parent) as draft:
+        folder.rename(draft / folder.name)
+    shutil.rmtree(folder, ignore_errors=True)  # where no draft can be made: on a full disk
+
+
 def sweep_drafts(place: Path) -> None:
     """Remove the draft folders in ``place`` whose makers are no more."""
     with suppress(OSError):

@@ -18,6 +18,7 @@ from refseq.errors import LogError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.files import open_input, replacing
 from refseq.limits import BELIEF_BYTES, METRES
+from refseq.logs.parquet_footer import declared_sizes
 from refseq.view import View
 
 COSTS = tuple(f"{field.name}_s" for field in fields(Timings))
@@ -133,6 +134,9 @@ def read_localised_views(path: Path) -> LocalisedViews:
     """
     try:
         with open_input(path) as file:
+            # What a run of equal values takes on the disk says nothing of what it takes in memory.
+            sizes = [max(size, 8 * values) for values, size in declared_sizes(file, f"{path}: is no table of beliefs")]
+            BELIEF_BYTES.check(sum(sizes), f"{path}: takes")
             table = _read_table(pq.ParquetFile(file, page_checksum_verification=True), path)
         _check_columns(table, path)
         rows = table.sort_by("view").to_pylist()
@@ -153,7 +157,7 @@ def read_localised_views(path: Path) -> LocalisedViews:
 
 
 def _read_table(file: pq.ParquetFile, path: Path) -> pa.Table:
-    """All rows of a file. Raises ``LogError`` for other columns than those of ``SCHEMA``, and for too many values."""
+    """All rows of a file. Raises ``LogError`` for other columns than those of ``SCHEMA``."""
     found = file.schema_arrow
     there = [wanted for wanted in SCHEMA if wanted.name not in OPTIONAL or wanted.name in found.names]
     for wanted in there:
@@ -163,11 +167,6 @@ def _read_table(file: pq.ParquetFile, path: Path) -> pa.Table:
             raise LogError(
                 f"{path}: column {wanted.name!r} holds {found.field(wanted.name).type!s:.80}; valid is {wanted.type}"
             )
-    groups = [file.metadata.row_group(number) for number in range(file.metadata.num_row_groups)]
-    chunks = [group.column(number) for group in groups for number in range(group.num_columns)]
-    # What a run of equal values takes on the disk says nothing of what it takes in memory.
-    size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
-    BELIEF_BYTES.check(size, f"{path}: takes")
     return file.read(columns=[wanted.name for wanted in there])
 
 

@@ -1,7 +1,6 @@
 """Drives as rosbag2 folders, which ROS 2, Foxglove and other software open."""
 
 import json
-import shutil
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -15,6 +14,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 
+from refseq.drafts import remove_folder
 from refseq.errors import LogError
 from refseq.files import free_names, put_folder
 from refseq.logs.closing import ClosedAtExit
@@ -151,7 +151,7 @@ class BagWriter(ClosedAtExit):
             check_bag_path(self.path)
             put_folder(self.partial, self.path)
             self._placed = True
-        shutil.rmtree(self._folder, ignore_errors=True)  # with the older bag, if there was one
+        remove_folder(self._folder)  # with the older bag, if there was one
 
     def leave(self, notes: Mapping[str, str]) -> None:
         """Finish the bag where it lies, with ``notes``; on a full disk it stays as it is, cut off."""
@@ -167,7 +167,7 @@ class BagWriter(ClosedAtExit):
             with suppress(OSError, sqlite3.Error):
                 self._writer.abort()
         if not self._placed:
-            shutil.rmtree(self._folder, ignore_errors=True)
+            remove_folder(self._folder)
 
     def _finish(self) -> None:
         self._open = False

@@ -38,13 +38,14 @@ NOT_DONE = ("interrupted", "error: ")
 class Command:
     """A command that leaves ``made``, a file or a folder; ``older`` is the one that left what lies there already.
 
-    ``needs`` make its inputs, in a folder with a room. ``code`` is what it ends with.
+    ``needs`` make its inputs, in a folder with a room. A command that is done ``once`` is refused when it is done.
     """
 
     words: tuple[str, ...]
     older: tuple[str, ...]
     made: str
     needs: tuple[tuple[str, ...], ...] = ()
+    once: bool = False
 
 
 def _record(seed: int, name: str, *more: str) -> tuple[str, ...]:
@@ -77,6 +78,7 @@ COMMANDS = {
         ("map", "merge", "one.refseq", "other.refseq", "-o", "both.refseq"),
         "both.refseq",
         (ONE, OTHER, LEARN, LEARN_OTHER, _record(3, "third.mcap"), ("learn", "third.mcap", "-o", "third.refseq")),
+        once=True,
     ),
     "mission": Command(
         (*MISSION, "--seed", "1", "-o", "trip"), (*MISSION, "--seed", "2", "-o", "trip"), "trip", (ONE, LEARN)
@@ -144,6 +146,9 @@ def _stopped(name: str, seed: int, folder: Path, harm: Callable[[Undisturbed, Ra
         return fell
     if fell := _lost(folder, command, known.after / command.made):
         return fell
+    if command.once and _neither(folder / command.made, None, known.after / command.made) is None:
+        code = run(command.words, folder).code
+        return None if code == 2 else f"it is done, and done again it ends with {code}"
     _done(command.words, folder)
     if fell := _neither(folder / command.made, None, known.after / command.made):
         return f"the next run: {fell}"
@@ -179,7 +184,12 @@ def _alike(one: Path, other: Path) -> bool:
 
 
 def _lost(folder: Path, command: Command, whole: Path) -> str | None:
-    """Tell where a drive that ended early has lost more than its last view, or passes as whole."""
+    """Tell where a drive that ended early has lost more than its last view, or passes as whole.
+
+    Once the drive has its name, nothing is lost; beside it may lie the older bag, which was about to be removed.
+    """
+    if _neither(folder / command.made, None, whole) is None:
+        return None
     counted = (folder / VIEWS).stat().st_size if (folder / VIEWS).exists() else 0
     name = Path(command.made)
     for partial in (folder / f"{name.stem}.partial.mcap", folder / f"{name}.partial" / name):
@@ -196,11 +206,8 @@ def _lost(folder: Path, command: Command, whole: Path) -> str | None:
             if any(abs(one.time - other.time) > 1e-6 for one, other in zip(kept.views, views, strict=False)):
                 return f"{partial.name} holds other views"
             return None
-    return (
-        None
-        if counted == 0 or command.words[0] != "record" or _neither(folder / name, None, whole) is None
-        else (f"{counted} views were written, and none is there")
-    )
+    lost = counted and command.words[0] == "record"
+    return f"{counted} views were written, and none is there" if lost else None
 
 
 def _register(name: str) -> None:
