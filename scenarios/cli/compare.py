@@ -75,6 +75,11 @@ def compare(
     else:
         _print(experiments, comparisons)
     _write(experiments, comparisons, output, report, tolerances)
+    _leave(failures)
+
+
+def _leave(failures: "Sequence[str]") -> None:
+    """Tell which methods failed, and leave with 1 where any did."""
     for failure in failures:
         say(err, f"failed: {failure}")
     if failures:

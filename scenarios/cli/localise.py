@@ -25,6 +25,9 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from refseq.fault import DeclaredFault
     from refseq.logs import Recording
     from refseq.map.map import Map
     from refseq_bench.scenarios.datasets.ground_truth import PictureTruth
@@ -132,7 +135,6 @@ def conclude(
     from refseq.logs.beliefs import write_beliefs
     from refseq_bench.scenarios.drives.evaluate import TOLERANCES, results
     from refseq_bench.scenarios.scoring.tables.sequence_recall import sequence_recall_table
-    from refseq_bench.scenarios.scoring.truth import unscored_reason
 
     if output is not None:
         metadata = {key: str(value) for key, value in comparison.query_metadata.items()}
@@ -143,16 +145,7 @@ def conclude(
     # Sensors are judged before the stages differ: all of them tell the same faults.
     faults = declared_in(belief.faults for belief in next(iter(comparison.beliefs.values())))
     if as_json:
-        views, unscored = len(comparison.query_views), unscored_reason([comparison]) or None
-        print_json(
-            {
-                "name": comparison.name,
-                "views": views,
-                "unscored": unscored,
-                "faults": [asdict(fault) for fault in faults],
-                "stages": [_record(one) for one in found],
-            }
-        )
+        print_json(_summary(comparison, found, faults))
     else:
         if output is not None:
             say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
@@ -162,6 +155,21 @@ def conclude(
         if not map_.has_one_path:
             out.print(sequence_recall_table(map_, comparison.beliefs))
     leave_below(found, at_least)
+
+
+def _summary(
+    comparison: "Comparison", found: "Sequence[StageResult]", faults: "Sequence[DeclaredFault]"
+) -> dict[str, object]:
+    """All of it for JSON."""
+    from refseq_bench.scenarios.scoring.truth import unscored_reason
+
+    return {
+        "name": comparison.name,
+        "views": len(comparison.query_views),
+        "unscored": unscored_reason([comparison]) or None,
+        "faults": [asdict(fault) for fault in faults],
+        "stages": [_record(one) for one in found],
+    }
 
 
 def check_scorable(map_: "Map", drive: "Recording", at_least: float | None) -> None:

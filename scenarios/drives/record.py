@@ -201,11 +201,8 @@ def record(
     kept = noted(notes)
     with open_bench(drive) as bench:
         operator = operator_for(bench, drive.seed, drive.style)
-        metadata = {**described(bench, drive, drive.trigger, drive.style), **kept}
-        if drive.faults:
-            metadata |= {"faults": json.dumps([asdict(fault) for fault in drive.faults], sort_keys=True)}
+        metadata = {**described(bench, drive, drive.trigger, drive.style), **kept, **_asked(drive)}
         if drive.behaviours:
-            metadata |= {"behaviours": json.dumps(drive.behaviours)}
             drive_on = run_and_sense(bench, drive.behaviours, drive.trigger, timeout=drive.patience)
         else:
             drive_on = drive_and_sense(bench, operator, drive.trigger, faults=drive.faults, timeout=drive.patience)
@@ -219,6 +216,16 @@ def record(
 
         rig = sensor_rig(bench)
         return write_drive(path, metadata, drive_on, scanning=scans(drive), told=tell, form=form, rig=rig, whole=whole)
+
+
+def _asked(drive: Drive) -> dict[str, str]:
+    """Metadata of the faults and behaviours that were asked for."""
+    made = {}
+    if drive.faults:
+        made["faults"] = json.dumps([asdict(fault) for fault in drive.faults], sort_keys=True)
+    if drive.behaviours:
+        made["behaviours"] = json.dumps(drive.behaviours)
+    return made
 
 
 def check_recording(path: Path | None, form: OutputFormat = OWN_FORMAT) -> None:
@@ -267,13 +274,7 @@ def write_drive(
     """
     views: list[View] = []
     taken_on = (taken if scanning else replace(taken, view=replace(taken.view, scan=None)) for taken in drive_on)
-    try:
-        first = next(taken_on, None)
-    except KeyboardInterrupt as stop:
-        stop.add_note(f"{path or 'the drive'} is not written")
-        raise
-    if first is None:
-        raise NoViewError(f"{path or 'the drive'} is not written: no view was taken")
+    every = _from_first(path, taken_on)
 
     def keep(taken: RecordedView, writer: DriveWriter | None) -> None:
         if writer is not None:
@@ -283,13 +284,24 @@ def write_drive(
         if told is not None:
             told(taken, len(views))
 
-    every = itertools.chain([first], taken_on)
     if path is None:
         for taken in every:
             keep(taken, None)
     else:
         _write(path, partial(form.open, path, metadata, rig), every, keep, afterwards)
     return Recording(tuple(views), {**metadata, **afterwards()})
+
+
+def _from_first(path: Path | None, drive_on: Iterator[RecordedView]) -> Iterator[RecordedView]:
+    """The views, once there is one. Raises ``NoViewError``, and notes in an interrupt that nothing is written."""
+    try:
+        first = next(drive_on, None)
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"{path or 'the drive'} is not written")
+        raise
+    if first is None:
+        raise NoViewError(f"{path or 'the drive'} is not written: no view was taken")
+    return itertools.chain([first], drive_on)
 
 
 def _write(

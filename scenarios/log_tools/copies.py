@@ -4,6 +4,7 @@ import bz2
 import gzip
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import IO, NamedTuple
 
@@ -133,22 +134,7 @@ def _registered(writer: McapWriter, channel: Channel, schema: Schema | None) -> 
 def _copy_rosbag1(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
     """A ROS 1 bag has no place for notes."""
     with replacing_at(target) as made, Rosbag1Reader(source) as bag, Rosbag1Writer(made) as writer:
-        count = 0
-        known: dict[int, Connection] = {}
-        for connection, time, data in bag.messages():
-            at = span.place(time, connection.topic)
-            if at is None:
-                continue
-            if connection.id not in known:
-                known[connection.id] = writer.add_connection(
-                    connection.topic,
-                    connection.msgtype,
-                    msgdef=connection.msgdef.data,
-                    md5sum=connection.digest,
-                )
-            writer.write(known[connection.id], at, data)
-            count += 1
-    return count
+        return _copy_messages(bag, writer, span, partial(_added_rosbag1, writer))
 
 
 def _copy_rosbag2(source: Path, target: Path, span: LoggedSpan, notes: Mapping[str, str]) -> int:
@@ -160,20 +146,36 @@ def _copy_rosbag2(source: Path, target: Path, span: LoggedSpan, notes: Mapping[s
     ):
         for key, value in {**(bag.storage.metadata.custom or {}), **notes}.items():
             writer.set_custom_data(str(key), str(value))
-        count = 0
-        known: dict[int, Connection] = {}
-        for connection, time, data in bag.messages():
-            at = span.place(time, connection.topic)
-            if at is None:
-                continue
-            if connection.id not in known:
-                known[connection.id] = _added(writer, connection)
-            writer.write(known[connection.id], at, data)
-            count += 1
+        return _copy_messages(bag, writer, span, partial(_added_rosbag2, writer))
+
+
+def _copy_messages(
+    bag: Rosbag1Reader | Rosbag2Reader,
+    writer: Rosbag1Writer | Rosbag2Writer,
+    span: LoggedSpan,
+    added: Callable[[Connection], Connection],
+) -> int:
+    """Copy a bag's messages; connections are ``added`` as they come. The number of messages."""
+    count = 0
+    known: dict[int, Connection] = {}
+    for connection, time, data in bag.messages():
+        at = span.place(time, connection.topic)
+        if at is None:
+            continue
+        if connection.id not in known:
+            known[connection.id] = added(connection)
+        writer.write(known[connection.id], at, data)
+        count += 1
     return count
 
 
-def _added(writer: Rosbag2Writer, connection: Connection) -> Connection:
+def _added_rosbag1(writer: Rosbag1Writer, connection: Connection) -> Connection:
+    return writer.add_connection(
+        connection.topic, connection.msgtype, msgdef=connection.msgdef.data, md5sum=connection.digest
+    )
+
+
+def _added_rosbag2(writer: Rosbag2Writer, connection: Connection) -> Connection:
     ext = connection.ext
     return writer.add_connection(
         connection.topic,

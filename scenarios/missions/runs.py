@@ -24,7 +24,7 @@ from refseq_bench.sim.bench.contacts import ContactLog
 from refseq_bench.sim.bench.faults import Fault, FaultSchedule, Traveller
 from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment
 from refseq_bench.sim.missions.lamp import LampEnded, run_lamp
-from refseq_bench.sim.missions.mission import run_mission
+from refseq_bench.sim.missions.mission import DrivenMission, run_mission
 
 NOWHERE = (math.nan, math.nan)
 """The goal of a mission that leaves the way: nobody knows it."""
@@ -137,24 +137,31 @@ def run_plan(
         each(executor, bench)
 
     mission = run_mission(bench, executor, localiser, trigger=drive.trigger, timeout=drive.patience, each=look)
+    end = goal or _pair(ground, executor.plan.goal)
+    measure = mission_bounds(executor.plan, ground, start, limits, end)
+    run = _told_run(mission, ground, end, measure, watcher.losses)
+    return MissionResult(run, tuple(seen.belief for seen in mission.seen), mission.photographs)
+
+
+def _told_run(
+    mission: DrivenMission, ground: TrueWay, end: tuple[float, float], measure: MissionBounds, losses: int
+) -> MissionRun:
+    """A mission that was driven, for the scorer; its plan is what it became, once all that it sought was found."""
+    executor = mission.executor
     completed = executor.status is Status.COMPLETED
-    plan = executor.plan  # what was sought may have been found
-    end = goal or _pair(ground, plan.goal)
-    measure = mission_bounds(plan, ground, start, limits, end)
-    run = MissionRun(
+    return MissionRun(
         completed=completed,
         why="" if completed else f"{executor.status.value}: {executor.why}",
         track=mission.track,
-        orders=_given(plan, ground),
+        orders=_given(executor.plan, ground),
         switches=tuple(executor.switches),
         log=tuple(MissionLogLine(entry.time, entry.along, entry.what) for entry in executor.log),
         goal=end,
         **asdict(measure),
         touched=mission.touched,
-        lost=watcher.losses,
+        lost=losses,
         views=len(mission.seen),
     )
-    return MissionResult(run, tuple(seen.belief for seen in mission.seen), mission.photographs)
 
 
 def _given(plan: Plan, ground: TrueWay) -> tuple[Ordered, ...]:
