@@ -352,6 +352,7 @@ async function look() {
 /** Show the map and the plan of the mission that runs: another page may have begun it, or this one before a reload. */
 async function adopt({ map: name, plan }) {
   if (at("map").value !== name) {
+    if (![...at("map").options].some((one) => one.value === name)) at("map").append(make("option", { textContent: name }));
     at("map").value = name;
     await loadMap();
   }

@@ -124,8 +124,12 @@ def test_mistakes_are_a_line_and_a_mission_is_aborted(tab: Page, served: Served)
     press(tab, "#go")
     tab.wait_for_selector("#status:text-is('travelling')")
     other = tab.context.new_page()
+    other.add_init_script("""const { fetch } = window;  // it knows of another map only
+      const maps = "data:,{\\"maps\\":[{\\"name\\":\\"x\\"}],\\"lights\\":[]}", own = "map?name=offices.refseq";
+      window.fetch = (path, ...more) => fetch({ maps, "map?name=x": own }[path] ?? path, ...more);""")
     other.goto(served.address)
     other.wait_for_selector("#drawing .ring")
+    assert other.input_value("#map") == "offices.refseq"
     assert other.locator("#orders li").all_inner_texts() == tab.locator("#orders li").all_inner_texts(), "it looks on"
     other.close()
     press(tab, "#abort")
