@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.doors import DetectedDoor, DoorSettings, find_doors
+from refseq.map.led import led_behaviours
 from refseq.planar import Pose, after_motion, in_world
 from refseq.view import View
 
@@ -55,7 +56,9 @@ class PathDoor:
 class Annotations:
     """``behaviours`` say what the robot did from each place on, empty: it went on as before; ``doors`` by ``along``.
 
-    Where nothing is known of how a path was driven there are no behaviours at all.
+    Several at one place have blanks between: they begin one behind the other, each as long as it says, but for the last
+    one, which begins as far as it says before the next place. Where nothing is known of how a path was
+    driven there are no behaviours at all.
     """
 
     behaviours: tuple[str, ...] = ()
@@ -90,9 +93,9 @@ def _door(content: Any) -> PathDoor:
 
 
 def annotations_of(views: Sequence[View]) -> Annotations:
-    """Annotations from the views of a drive, one place a view."""
+    """Annotations from the views of a drive, one place a view; what a person did is told by the odometry."""
     told = tuple(view.behaviour for view in views)
-    return Annotations(told if any(told) else (), tuple(doors_along(views)))
+    return Annotations(told if any(told) else led_behaviours(views), tuple(doors_along(views)))
 
 
 def doors_along(views: Sequence[View]) -> list[PathDoor]:

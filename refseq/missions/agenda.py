@@ -24,7 +24,7 @@ class Agenda:
     def last(self) -> int:
         """The last of the orders that are the present one over again: at their landmarks it goes on without a stop."""
         orders, last = self.plan.orders, self.number
-        while last + 1 < len(orders) and _continues(orders[last], orders[last + 1]):
+        while last + 1 < len(orders) and orders[last + 1].continues(orders[last]):
             last += 1
         return last
 
@@ -69,8 +69,3 @@ class Agenda:
         first = self.plan.order_at(along)
         taken_up = (n for n in range(first, len(orders)) if orders[n].travels or along - orders[n].at <= near)
         return next(taken_up, None)
-
-
-def _continues(order: Order, after: Order) -> bool:
-    """True where an order only goes on with the one before."""
-    return order.travels and after.behaviour == order.behaviour and not after.tasks

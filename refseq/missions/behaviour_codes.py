@@ -38,7 +38,19 @@ def lengthened(behaviour: str, length: float) -> str:
         case "MA":
             return f"MA:{way},0"
         case _:
-            return f"{code}:{way}"
+            return ",".join([f"{code}:{way}", *rest.split(",")[1:]])
+
+
+def length_of(behaviour: str) -> float:
+    """Length of the way that a behaviour is told [m]; 0 where it ends by itself, or is told none."""
+    if not travels(behaviour):
+        return 0.0
+    code, _, rest = behaviour.partition(":")
+    values = rest.split(",")
+    try:
+        return float(values[2 if code == "MW" else 0])
+    except (IndexError, ValueError):
+        return 0.0
 
 
 def kind_of(behaviour: str) -> str:

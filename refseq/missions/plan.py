@@ -6,10 +6,10 @@ Behaviours are robots' own words, such as ``MN:8``; a plan says where each begin
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import accumulate, pairwise, takewhile
 
 from refseq.map.annotations import DoorSide, PathDoor
-from refseq.missions.behaviour_codes import GOING_ON, code_of, travels
+from refseq.missions.behaviour_codes import GOING_ON, code_of, length_of, lengthened, travels
 from refseq.missions.language import Action, BehaviourCode, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import MissionPath
 from refseq.missions.tasks import Task
@@ -46,6 +46,11 @@ class Order:
     def travels(self) -> bool:
         """True where it lasts until a place is reached."""
         return travels(self.behaviour)
+
+    def continues(self, before: "Order") -> bool:
+        """True where it only goes on with the one before."""
+        both = self.travels and before.travels and not self.tasks
+        return both and lengthened(self.behaviour, 1.0) == lengthened(before.behaviour, 1.0)
 
 
 @dataclass(frozen=True)
@@ -198,8 +203,8 @@ def _with(order: Order, orders: Sequence[Order]) -> list[Order]:
     """
     if order.travels:
         orders = [one for one in orders if one.at != order.at or not one.travels or _asked(one)]
-    before = [one for one in orders if one.at < order.at or (one.at == order.at and _asked(one))]
-    return [*before, order, *(one for one in orders if one not in before)]
+    before = list(takewhile(lambda one: one.at < order.at or (one.at == order.at and _asked(one)), orders))
+    return [*before, order, *orders[len(before) :]]
 
 
 def _asked(order: Order) -> bool:
@@ -275,12 +280,27 @@ def _place(landmark: Landmark, way: MissionPath, landmarks: Landmarks) -> float:
 
 def _learnt(way: MissionPath) -> tuple[Order, ...]:
     """Orders for all that was done along a way."""
-    pairs = zip(way.along.tolist(), way.behaviours, strict=True)
-    orders = [Order(at, behaviour, LEARNT) for at, behaviour in pairs if behaviour]
+    along = way.along.tolist()
+    orders: list[Order] = []
+    for words, at, after in zip(way.behaviours, along, [*along[1:], along[-1]], strict=True):
+        several = _one_by_one(words.split(), at, after)
+        orders += several[1:] if len(several) > 1 and orders and several[0].continues(orders[-1]) else several
     if not orders or orders[0].at > 0:
         orders.insert(0, Order(0.0, GOING_ON, UNTOLD))
     # At the last place nothing begins.
     return tuple(order for order in orders if order.at < way.length or not order.travels) or tuple(orders[:1])
+
+
+def _one_by_one(words: Sequence[str], at: float, after: float) -> list[Order]:
+    """Orders for what was done between a place and the one ``after`` it [m along the way].
+
+    Of several each is as long as it says, and the last one begins so far before the next place: a corner is farther
+    along the leg before it than along the one behind it, where the path that was learnt did not go into it.
+    """
+    starts = list(accumulate(map(length_of, words[:-1]), initial=at))
+    if len(words) > 1 and length_of(words[-1]):
+        starts[-1] = after - length_of(words[-1])
+    return [Order(start, behaviour, LEARNT) for start, behaviour in zip(starts, words, strict=False)]
 
 
 def _wanted(at: _Matched, errand: Errand) -> str | None:

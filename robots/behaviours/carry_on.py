@@ -2,12 +2,19 @@
 
 import math
 
-from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished, waiting
+from refseq_bench.robots.behaviours.behaviour import (
+    BehaviourStep,
+    RobotDescription,
+    Senses,
+    finished,
+    waiting,
+)
 from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
 from refseq_bench.robots.behaviours.moves import driven
 from refseq_bench.robots.behaviours.phases import ARRIVED, Travelled
 from refseq_bench.robots.behaviours.sensing.lanes import choose_lane, lanes
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
+from refseq_bench.robots.behaviours.sensing.room import LOOK
 from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
 from refseq_bench.robots.behaviours.sensing.wall import DetectedWall, SearchWindow, find_wall
 from refseq_bench.robots.behaviours.steering import turn_rate_onto
@@ -21,6 +28,8 @@ SHORTEST = 1.5
 """So much of a corridor's wall has to be seen [m]: a choice, more than a cupboard has."""
 TILT = math.radians(20)
 """A wall that is steeper against the way is none of a corridor [rad]: a choice."""
+ABOUT = 0.5
+"""Walls that it keeps to are looked for so far about where they ought to be [m]: a choice, what a turn may be off."""
 MOST_ASIDE = 1.5
 """The farthest that it leaves its line to pass something [m]: a choice."""
 
@@ -28,14 +37,27 @@ MOST_ASIDE = 1.5
 class CarryOn(Guarded):
     """Go on for ``length`` [m] along the way it looks: in the middle of a corridor, along a wall, or straight on.
 
-    It passes what stands in the way where there is room; else it waits, and fails in the end.
+    Where it is told how far the walls to the ``left`` and ``right`` are [m], 0: none, it keeps to these instead, as far
+    as they are there. It passes what stands in the way where there is room; else it waits, and fails in the end.
     """
 
-    def __init__(self, robot: RobotDescription, length: float, *, patience: float = PATIENCE) -> None:
+    def __init__(
+        self,
+        robot: RobotDescription,
+        length: float,
+        left: float = 0.0,
+        right: float = 0.0,
+        *,
+        patience: float = PATIENCE,
+    ) -> None:
         super().__init__(robot, patience)
-        self._length = length
+        self._length, self._walls = length, (left, -right)
         self._around, self._travelled = Surroundings(robot), Travelled()
         self._way: DirectedLine | None = None
+
+    def take_over(self, before: "CarryOn") -> None:
+        """Go on along the line of another one, that ran up to now, with what that has seen."""
+        self._way, self._around = before._way, before._around
 
     def _move(self, senses: Senses) -> BehaviourStep:
         self._around.look(senses)
@@ -47,12 +69,16 @@ class CarryOn(Guarded):
         way = self._way or DirectedLine.through(pose)
         self._way = way = self._found(way, pose) if self._around.fresh else way
         error, seen = way.pose(pose), way.seen(self._around.all)
-        offset = choose_lane(seen, error.x, self.robot.shape, lanes(0.0, -MOST_ASIDE, MOST_ASIDE))
-        return driven(self.robot, self._around.points(pose), turn_rate_onto(error, offset), self._length - travelled)
+        left = self._length - travelled
+        # What is behind the end of its way is not in its way.
+        offset = choose_lane(seen, error.x, self.robot.shape, lanes(0.0, -MOST_ASIDE, MOST_ASIDE), min(left, LOOK))
+        return driven(self.robot, self._around.points(pose), turn_rate_onto(error, offset), left)
 
     def _found(self, way: DirectedLine, pose: PlanarPose) -> DirectedLine:
         """The way on: the line so far, or as the walls beside it lead."""
         here = way.at(way.pose(pose).x, 0.0)
+        if any(self._walls):
+            return self._beside_walls(here)
         near, far = ASIDE
         left = self._wall(here, (near, far))
         right = self._wall(here, (-far, -near))
@@ -60,6 +86,15 @@ class CarryOn(Guarded):
             return _middle(left.line, right.line)
         wall = left or right
         return here if wall is None else DirectedLine(here.x, here.y, wall.line.heading)
+
+    def _beside_walls(self, here: DirectedLine) -> DirectedLine:
+        """The line as far from its walls as it was told, with the heading of those that are there."""
+        lines = []
+        for across in self._walls:
+            wall = self._wall(here, (across - ABOUT, across + ABOUT)) if across else None
+            if wall is not None:
+                lines.append(wall.line.at(wall.line.pose(here).x, -across))
+        return _middle(lines[0], lines[-1]) if lines else here
 
     def _wall(self, line: DirectedLine, across: tuple[float, float]) -> DetectedWall | None:
         return find_wall(self._around.all, line, SearchWindow((BACK, FORTH), across, TILT), SHORTEST)

@@ -115,6 +115,7 @@ def _cross(robot: RobotDescription, finder: DoorFinder | None, side: CrossingSid
 
 
 _LENGTH = number(0.01, FARTHEST, "m")
+_ASIDE = number(0.0, FIRST_REACH, "m")
 _COORDINATE = number(-FARTHEST, FARTHEST, "m")
 
 KINDS: tuple[BehaviourKind, ...] = (
@@ -157,9 +158,13 @@ KINDS: tuple[BehaviourKind, ...] = (
     BehaviourKind(
         "MN",
         "carry on, clear of what stands in the way",
-        (Argument("length", "of the way [m]", _LENGTH),),
-        lambda robot, finder, length: CarryOn(robot, length),
-        "MN:2.5",
+        (
+            Argument("length", "of the way [m]", _LENGTH),
+            Argument("left", "from the middle of the axle to the wall that it keeps to [m], 0: none", _ASIDE, True),
+            Argument("right", "likewise", _ASIDE, True),
+        ),
+        lambda robot, finder, *values: CarryOn(robot, *values),
+        "MN:2.5,0.9",
     ),
     BehaviourKind("stop", "stand still", (), lambda robot, finder: Halt(robot), "stop"),
 )

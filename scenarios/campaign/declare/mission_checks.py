@@ -117,8 +117,6 @@ def _check_kind(scenario: MissionScenario) -> None:
     others = [name for name in scenario.methods if name != LAMP]
     if not said and others:
         raise ScenarioError(f"mission: what {others[0]} is to do is missing; valid is one of string, learnt, to")
-    if table.learnt and not _drive(scenario, "reference").behaviours:
-        raise ScenarioError("mission.learnt: nobody told how the reference is driven; valid is reference.behaviours")
 
 
 def _check_asked(asked: Asked, table: MissionTable) -> None:

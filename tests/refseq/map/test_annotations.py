@@ -18,6 +18,7 @@ from refseq.features.doors import find_doors
 from refseq.logs import RecordingWriter, read_recording
 from refseq.map.annotations import LANDMARK, SIGHTINGS, Annotations, DoorSide, PathDoor, annotations_of, doors_along
 from refseq.map.learning import learn
+from refseq.map.led import led_behaviours
 from refseq.map.map import Map
 from refseq.map.profile import BEST
 from refseq.planar import Pose, motion_between
@@ -115,7 +116,7 @@ def test_a_guide_holds_what_views_tell() -> None:
     assert {k: one for k, one in enumerate(found.behaviours) if one} == {0: "MN:5", 6: "MT:90"}
     assert len(found.behaviours) == len(views)
     assert list(found.doors) == doors_along(views)
-    assert annotations_of(drive(corridor())).behaviours == ()
+    assert annotations_of(drive(corridor())).behaviours == led_behaviours(drive(corridor())), "a person led"
 
 
 # --- kept, counted, written ---

@@ -35,6 +35,8 @@ FRAME = RobotDescription(ROBOT.shape, ROBOT.limits)
         ("MW:right,0.5,12", (WallSide.RIGHT, 0.5, 12.0), FollowWall),
         ("MC", (), CrossDoor),
         ("MN:2.5", (2.5,), CarryOn),
+        ("MN:2.5,0.9", (2.5, 0.9), CarryOn),
+        ("MN:2.5,0,1.2", (2.5, 0.0, 1.2), CarryOn),
         ("stop", (), Halt),
     ],
 )
@@ -44,7 +46,7 @@ def test_a_behaviour_is_read_as_it_is_written(text: str, values: tuple[object, .
     assert isinstance(make_behaviour(choice, FRAME, lambda scan: ()), kind)
 
 
-FORMS = "MA:x,y[,heading], MT:angle, MW:side,distance[,length], MC[:side], MN:length, stop"
+FORMS = "MA:x,y[,heading], MT:angle, MW:side,distance[,length], MC[:side], MN:length[,left][,right], stop"
 
 
 @pytest.mark.parametrize(

@@ -89,10 +89,6 @@ BAD = {
         "mission.goal: is missing; what LDMC leads to was never learnt, valid is [x, y] in metres",
     ),
     "goal in space": (HEAD + DRIVES + "[mission]\nlearnt = true\ngoal = [1.0]\n", "mission.goal"),
-    "learnt from an operator": (
-        HEAD + DRIVES.replace('behaviours = ["MN:13"]\n', "") + "[mission]\nlearnt = true\n",
-        "mission.learnt: nobody told how the reference is driven; valid is reference.behaviours",
-    ),
     "behaviour": (HEAD + DRIVES.replace("MN:13", "MQ:13") + MISSION, "reference: unknown behaviour 'MQ': valid are"),
     "behaviour's value": (
         HEAD + DRIVES.replace("MN:13", "MN:far") + MISSION,

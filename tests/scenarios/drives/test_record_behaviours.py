@@ -8,6 +8,7 @@ import pytest
 
 from refseq.logs import read_recording
 from refseq.map.learning import learn
+from refseq.map.led import led_behaviours
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.faults import Kidnap
@@ -46,7 +47,7 @@ def test_a_drive_by_behaviours_tells_of_them(drive: Drive, tmp_path: Path) -> No
     led = record(replace(drive, behaviours=()), tmp_path / "led.mcap")
     assert {view.behaviour for view in led.views} == {""}
     assert "behaviours" not in led.metadata
-    assert learn(led.views).paths[0].annotations.behaviours == ()
+    assert learn(led.views).paths[0].annotations.behaviours == led_behaviours(led.views)
 
 
 def test_the_same_seed_is_the_same_drive(drive: Drive, tmp_path: Path) -> None:
@@ -86,9 +87,9 @@ def test_from_the_command_line(plan: str, tmp_path: Path, refseq: Refseq) -> Non
     ("words", "told"),
     [
         ("MN:1 fly", "unknown behaviour 'fly': valid are "),
-        ("MN:1 MN", "behaviour 'MN': 0 values: valid is MN:length, such as MN:2.5"),
+        ("MN:1 MN", "behaviour 'MN': 0 values: valid is MN:length[,left][,right], such as MN:2.5,0.9"),
         ("MT:1000", "behaviour 'MT:1000': angle '1000': valid is a number from -360 to 360 degrees, but not 0"),
-        ("MN:1,MT:90", "behaviour 'MN:1,MT:90': 2 values: valid is MN:length, such as MN:2.5"),
+        ("MN:1,MT:90", "behaviour 'MN:1,MT:90': left 'MT:90': valid is a number from 0 to 2.5 m"),
         ("MN:1 MW:left,0.11", "behaviour 'MW:left,0.11': distance 0.11 m to a wall: valid is "),
     ],
 )
