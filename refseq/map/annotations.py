@@ -56,9 +56,8 @@ class PathDoor:
 class Annotations:
     """``behaviours`` say what the robot did from each place on, empty: it went on as before; ``doors`` by ``along``.
 
-    Several at one place have blanks between: they begin one behind the other, each as long as it says, but for the last
-    one, which begins as far as it says before the next place. Where nothing is known of how a path was
-    driven there are no behaviours at all.
+    Several at one place are ``MT:90@0.31; MN:5@0.12``, in their order; behind the @ is how far behind the place each
+    begins [m along], without one there. Where nothing is known of how a path was driven there are no behaviours at all.
     """
 
     behaviours: tuple[str, ...] = ()
@@ -76,6 +75,8 @@ class Annotations:
         behaviours, doors = content["behaviours"], content["doors"]
         if not isinstance(behaviours, list) or not all(isinstance(one, str) for one in behaviours):
             raise ValueError("annotations: behaviours are no list of texts")
+        for words in behaviours:
+            begun(words)
         if not isinstance(doors, list):
             raise ValueError("annotations: doors are no list")
         return cls(tuple(behaviours), tuple(map(_door, doors)))
@@ -90,6 +91,18 @@ def _door(content: Any) -> PathDoor:
     if not isinstance(content["passable"], bool):
         raise ValueError(f"annotations: a door's passable is {content['passable']!r}; valid is true or false")
     return PathDoor(float(numbers[0]), DoorSide(content["side"]), float(numbers[1]), content["passable"])
+
+
+def begun(words: str) -> list[tuple[float, str]]:
+    """Behaviours told at a place: how far behind it each begins [m], and its own words. Raises ``ValueError``."""
+    several = [one.strip().partition("@") for one in words.split(";") if one.strip()]
+    try:
+        found = [(float(offset or 0.0), behaviour) for behaviour, _, offset in several]
+    except ValueError:
+        raise ValueError(f"annotations: {words!r} does not begin so many metres behind its place") from None
+    if not all(math.isfinite(offset) for offset, _ in found):
+        raise ValueError(f"annotations: {words!r} begins nowhere")
+    return found
 
 
 def annotations_of(views: Sequence[View]) -> Annotations:

@@ -1,11 +1,10 @@
 """Behaviours of a drive that a person led: its straight legs, the turns between them, and the walls beside each.
 
-Every leg is gone along with ``MN``, which is told how far off the walls were; between two legs ``MT`` turns the robot
-about itself. So a path that was led once is a mission as well (card X1, X3).
+Every leg is gone along with ``MN``, which is told how far off the walls were; between two legs ``MT`` turns the robot,
+about itself or on the arc on which the person did. So a path that was led once is a mission as well (card X1, X3).
 """
 
 import math
-from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
@@ -26,6 +25,11 @@ BESIDE = -0.5, 2.5
 """Some of a wall has to be from so far behind the scanner to so far ahead of it [m]: a choice."""
 PARALLEL = math.radians(12)
 """A wall is no more aslant against its leg than this: a choice."""
+TIGHTEST, WIDEST = 0.5, 1.5
+"""Arcs of corners have radii from the one to the other [m]: how tight a turn is that falls between two views nobody can
+tell, and a wide one is left to the walls. Choices."""
+GENTLE, REVERSAL = math.radians(20), math.radians(150)
+"""A turn of less, or of more, is one about itself: how far it cut its corner cannot be told. Choices."""
 NEAREST, FARTHEST = 0.3, 2.4
 """Distances of walls that are kept to [m]: choices, within what behaviours look for."""
 AGREE, SUPPORT, FEWEST = 0.15, 0.5, 3
@@ -36,24 +40,25 @@ SHORTEST = 0.05
 
 
 @dataclass(frozen=True, slots=True)
-class _Move:
-    """A behaviour that begins ``at`` [m along the path]; if it ``travels``, ``words`` are those behind its length."""
+class _Bend:
+    """The turn between two legs: by ``angle`` [rad], on an arc of ``radius`` [m], 0: about itself."""
 
-    at: float
-    words: str
-    travels: bool
+    angle: float
+    radius: float
 
-    def over(self, length: float) -> str:
-        """In a robot's words, for a way of ``length`` [m] where it travels."""
-        return f"MN:{max(length, SHORTEST):.2f}{self.words}" if self.travels else self.words
+    @property
+    def tangent(self) -> float:
+        """Way from where the arc begins to the corner [m]."""
+        return self.radius * math.tan(abs(self.angle) / 2) if self.radius else 0.0
+
+    @property
+    def words(self) -> str:
+        """In a robot's words."""
+        return f"MT:{math.degrees(self.angle):.1f}" + (f",{self.radius:.2f}" if self.radius else "")
 
 
 def led_behaviours(views: Sequence[View]) -> tuple[str, ...]:
-    """Behaviours from each view of a drive on, (K,): several are one behind the other; () where nothing moved.
-
-    Those before the last of a view are as long as they say; the last one begins as far before the next view as it says,
-    for where a path cuts a corner it is shorter than its legs.
-    """
+    """Behaviours from each view of a drive on, (K,), as ``Annotations`` hold them; () where nothing moved."""
     along = np.cumsum([0.0] + [abs(view.distance) for view in views[1:]])
     if len(views) < 2 or not along[-1] > 0:
         return ()
@@ -61,45 +66,56 @@ def led_behaviours(views: Sequence[View]) -> tuple[str, ...]:
         accumulate(views[1:], lambda at, view: after_motion(at, view.distance, view.turn), initial=Pose(0.0, 0.0, 0.0))
     )
     legs = legs_of(poses, along)
-    moves = list(_moves(legs, [_walls(leg, views, poses, along) for leg in legs], poses[0].heading))
-    return _by_view(moves, along.tolist())
-
-
-def _moves(legs: Sequence[Leg], walls: Sequence[str], heading: float) -> Iterator[list[_Move]]:
-    """The moves of each leg: the turn onto it, if there is one, and the way along it."""
-    at = 0.0
-    for leg, beside in zip(legs, walls, strict=True):
-        turn = wrap(leg.begins - heading)
-        onto = [_Move(at, f"MT:{math.degrees(turn):.1f}", travels=False)] if abs(turn) > LEAST_TURN else []
-        yield [*onto, _Move(leg.start, beside, travels=True)]
-        at, heading = leg.end, leg.ends
-
-
-def _by_view(legs: Sequence[list[_Move]], along: Sequence[float]) -> tuple[str, ...]:
-    """The moves as words of the view before each; where it lies ahead of that, the way to it is told first."""
-    begun: dict[int, list[_Move]] = {}
+    walls = [_walls(leg, views, poses, along) for leg in legs]
+    told: list[list[str]] = [[] for _ in views]
     view = 0
-    for moves in legs:
-        view = max(view, min(bisect_right(along, moves[0].at), len(along) - 1) - 1)
-        begun.setdefault(view, []).extend(moves)
-    told, before = [""] * len(along), legs[0][-1]
-    ends = [*(moves[0].at for moves in begun.values()), along[-1]][1:]
-    for (view, moves), end in zip(begun.items(), ends, strict=True):
-        words = [before.over(moves[0].at - along[view])] if moves[0].at - along[view] > SHORTEST else []
-        words += [move.over(after.at - move.at) for move, after in pairwise(moves)]
-        told[view] = " ".join([*words, moves[-1].over((along[view + 1] if words else end) - moves[-1].at)])
-        before = moves[-1]
-    return tuple(told)
+    for at, words in _moves(legs, walls, poses[0].heading, float(np.median(np.diff(along)))):
+        # A corner may lie farther along the leg before it than along the one behind it: their order stays.
+        view = max(view, min(int(np.searchsorted(along, at, side="right")), len(along) - 1) - 1)
+        told[view].append(f"{words}@{at - along[view]:.2f}")
+    return tuple("; ".join(several) for several in told)
+
+
+def _moves(legs: Sequence[Leg], walls: Sequence[str], heading: float, spacing: float) -> Iterator[tuple[float, str]]:
+    """The turn onto each leg, if there is one, and the way along it: where it begins [m along], in a robot's words."""
+    first, last = _Bend(wrap(legs[0].begins - heading), 0.0), _Bend(0.0, 0.0)
+    bends = [first, *(_bend(one, other, spacing) for one, other in pairwise(legs)), last]
+    at = legs[0].start
+    for leg, beside, (onto, after) in zip(legs, walls, pairwise(bends), strict=True):
+        if abs(onto.angle) > LEAST_TURN:
+            yield at, onto.words
+        start, at = leg.start + onto.tangent, leg.end - after.tangent
+        if at - start > SHORTEST:
+            yield start, f"MN:{at - start:.2f}{beside}"
+
+
+def _bend(one: Leg, other: Leg, spacing: float) -> _Bend:
+    """The turn from a leg to the next: its arc is as much shorter than the corner as the path was.
+
+    Along both tangents an arc's corner is 2 r tan(φ/2) long, along the arc r φ. Between two views the odometer's turn
+    is taken for one arc, so that a path that is sampled every ``spacing`` [m] looks smoother than it was: the variance
+    of a turn's places is that of its arc, (r φ)²/12, and that of the sampling, spacing²/6.
+    """
+    angle = wrap(other.begins - one.ends)
+    turned = abs(angle)
+    if not GENTLE < turned < REVERSAL:
+        return _Bend(angle, 0.0)
+    half = math.tan(turned / 2)
+    seen = max(one.end - other.start, 0.0) * turned / (2 * half - turned)
+    radius = math.sqrt(max(seen**2 - 2 * spacing**2, 0.0)) / turned
+    # No arc takes more than half of a leg.
+    most = min(WIDEST, (one.end - one.start) / 2 / half, (other.end - other.start) / 2 / half)
+    return _Bend(angle, min(max(radius, TIGHTEST), most) if most > TIGHTEST else 0.0)
 
 
 def _walls(leg: Leg, views: Sequence[View], poses: Sequence[Pose], along: NDArray[np.float64]) -> str:
-    """The distances of the walls to the left and the right of a leg, as ``MN`` is told them; empty without any."""
+    """The distances of the walls to the left and the right of a leg, as ``MN`` is told them; 0: none."""
     inside = np.flatnonzero((along >= leg.start) & (along <= leg.end)).tolist()
     middle = (leg.begins + leg.ends) / 2
     scans = [(scan, middle - poses[k].heading) for k in inside if (scan := views[k].scan) is not None]
     found = [_beside(scan, heading) for scan, heading in scans]
     left, right = (_agreed([one[side] for one in found]) for side in (0, 1))
-    return f",{left:.2f},{right:.2f}" if left or right else ""
+    return f",{left:.2f},{right:.2f}"
 
 
 def _beside(scan: Scan, heading: float) -> tuple[float, float]:

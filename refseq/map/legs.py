@@ -17,7 +17,7 @@ BEND = math.radians(15)
 """Two poses that differ in heading by more have a corner between them: a choice, above what wandering turns."""
 SHARPEST = math.radians(150)
 """A greater turn has no corner that the poses before and behind it could tell: the robot turned back."""
-CORNER = 1.2
+CORNER = 1.6
 """Vertices of one sense that are nearer together than this are one corner [m]: a choice, for the arc on which a robot
 turns without a stop."""
 CLEAR = 0.8

@@ -53,6 +53,11 @@ def length_of(behaviour: str) -> float:
         return 0.0
 
 
+def turn_of(behaviour: str) -> float:
+    """Angle of a turn [degrees]."""
+    return float(behaviour.partition(":")[2].split(",")[0])
+
+
 def kind_of(behaviour: str) -> str:
     """A behaviour in one spelling for all that lead the same way: lengths do not count, and 270 degrees are -90."""
     code, _, rest = behaviour.partition(":")
@@ -60,7 +65,7 @@ def kind_of(behaviour: str) -> str:
         return lengthened(behaviour, 1.0)
     match code:
         case "MT":
-            return f"MT:{float(rest) % 360:g}"
+            return f"MT:{turn_of(behaviour) % 360:g}"
         case "MC":
             return f"MC:{rest or AHEAD}"
         case _:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.routes import Route
-from refseq.map.annotations import PathDoor
+from refseq.map.annotations import PathDoor, begun
 from refseq.map.map import Map
 from refseq.map.path import MapPath
 
@@ -18,7 +18,7 @@ class MissionPath:
 
     ``places`` (n,) are numbered as beliefs number them, ``along`` (n,) is how far each is from the way's start [m].
     ``behaviours`` (n,) say what was done from each place on when it was learnt, empty: it was gone on with; the first
-    may be empty, too, where nobody knows. Several have blanks between. ``doors`` are those along it, in their order.
+    may be empty, too, where nobody knows. ``doors`` are those along it, in their order.
     """
 
     places: NDArray[np.intp]
@@ -67,8 +67,9 @@ def _leg(map_: Map, path: MapPath, first: int, last: int) -> MissionPath:
     views = slice(first, last + 1)
     start, end = whole.along[[first, last]].tolist()
     behaviours = list(whole.behaviours[views])
-    if not behaviours[0]:
-        before = next((one for one in reversed(whole.behaviours[:first]) if one), "")
-        behaviours[0] = before.rpartition(" ")[2]
+    here = begun(behaviours[0])
+    if not here or here[0][0] > 0:
+        before = [behaviour for words in whole.behaviours[:first] for _, behaviour in begun(words)]
+        behaviours[0] = "; ".join([*before[-1:], *filter(None, behaviours[:1])])
     doors = tuple(replace(door, along=door.along - start) for door in whole.doors if start <= door.along <= end)
     return MissionPath(whole.places[views], whole.along[views] - start, tuple(behaviours), doors)

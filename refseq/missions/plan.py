@@ -6,10 +6,10 @@ Behaviours are robots' own words, such as ``MN:8``; a plan says where each begin
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from itertools import accumulate, pairwise, takewhile
+from itertools import pairwise, takewhile
 
-from refseq.map.annotations import DoorSide, PathDoor
-from refseq.missions.behaviour_codes import GOING_ON, code_of, length_of, lengthened, travels
+from refseq.map.annotations import DoorSide, PathDoor, begun
+from refseq.missions.behaviour_codes import GOING_ON, code_of, lengthened, travels, turn_of
 from refseq.missions.language import Action, BehaviourCode, Label, Landmark, Mission, MissionError, Step
 from refseq.missions.path import MissionPath
 from refseq.missions.tasks import Task
@@ -19,6 +19,8 @@ BEFORE_DOOR = 1.2
 """Crossing a door begins so far before the robot is abreast of it [m]: a choice, where the laser sees all of it."""
 AT_ONCE = 2.0
 """Range around a landmark [m] in which its own behaviour replaces those that were learnt: a choice."""
+SLIGHT = 30.0
+"""A turn that was learnt by less is none that a landmark stands for [degrees]: a choice; missions turn by 90 at least."""
 WALL = "MW:right,1"
 """Behaviour that ``MW`` means in a string, which has no room for side and distance: a choice."""
 END, START = "end", "start"
@@ -74,7 +76,7 @@ class Plan:
 
     def order_at(self, along: float) -> int:
         """Number of the order that is in force at a place; of several that begin there, the last one."""
-        return max(number for number, order in enumerate(self.orders) if number == 0 or order.at <= along)
+        return max(sum(1 for _ in takewhile(lambda order: order.at <= along, self.orders)) - 1, 0)
 
     def __str__(self) -> str:
         """A line an order."""
@@ -280,27 +282,15 @@ def _place(landmark: Landmark, way: MissionPath, landmarks: Landmarks) -> float:
 
 def _learnt(way: MissionPath) -> tuple[Order, ...]:
     """Orders for all that was done along a way."""
-    along = way.along.tolist()
-    orders: list[Order] = []
-    for words, at, after in zip(way.behaviours, along, [*along[1:], along[-1]], strict=True):
-        several = _one_by_one(words.split(), at, after)
-        orders += several[1:] if len(several) > 1 and orders and several[0].continues(orders[-1]) else several
+    orders = [
+        Order(max(at + offset, 0.0), behaviour, LEARNT)
+        for words, at in zip(way.behaviours, way.along.tolist(), strict=True)
+        for offset, behaviour in begun(words)
+    ]
     if not orders or orders[0].at > 0:
         orders.insert(0, Order(0.0, GOING_ON, UNTOLD))
     # At the last place nothing begins.
     return tuple(order for order in orders if order.at < way.length or not order.travels) or tuple(orders[:1])
-
-
-def _one_by_one(words: Sequence[str], at: float, after: float) -> list[Order]:
-    """Orders for what was done between a place and the one ``after`` it [m along the way].
-
-    Of several each is as long as it says, and the last one begins so far before the next place: a corner is farther
-    along the leg before it than along the one behind it, where the path that was learnt did not go into it.
-    """
-    starts = list(accumulate(map(length_of, words[:-1]), initial=at))
-    if len(words) > 1 and length_of(words[-1]):
-        starts[-1] = after - length_of(words[-1])
-    return [Order(start, behaviour, LEARNT) for start, behaviour in zip(starts, words, strict=False)]
 
 
 def _wanted(at: _Matched, errand: Errand) -> str | None:
@@ -310,7 +300,15 @@ def _wanted(at: _Matched, errand: Errand) -> str | None:
 
 def _done_there(orders: Sequence[Order], at: _Matched) -> list[Order]:
     """Orders learnt for a landmark: a turn or a crossing right there."""
-    return [order for order in orders if order.why == LEARNT and not order.travels and abs(order.at - at.at) <= AT_ONCE]
+    there = (
+        order for order in orders if order.why == LEARNT and not order.travels and abs(order.at - at.at) <= AT_ONCE
+    )
+    return [order for order in there if not _is_slight(order.behaviour)]
+
+
+def _is_slight(behaviour: str) -> bool:
+    """True for a turn that only corrects the way."""
+    return code_of(behaviour) == BehaviourCode.TURN and abs(turn_of(behaviour)) < SLIGHT
 
 
 def _order(orders: Sequence[Order], learnt: Sequence[Order], at: _Matched, errand: Errand) -> Order:
@@ -338,8 +336,8 @@ def _leaves(order: Order, learnt: Sequence[Order]) -> bool:
 
 def _turning(behaviour: str) -> str:
     """Part of a behaviour that decides where it leads: crossing or not, and by which angle, for 270 degrees are -90."""
-    code, _, angle = behaviour.partition(":")
-    return f"{code}:{float(angle) % 360:g}" if code == BehaviourCode.TURN else code
+    code = code_of(behaviour)
+    return f"{code}:{turn_of(behaviour) % 360:g}" if code == BehaviourCode.TURN else code
 
 
 def _in_force(orders: Sequence[Order], at: float) -> Order:

@@ -37,27 +37,25 @@ MOST_ASIDE = 1.5
 class CarryOn(Guarded):
     """Go on for ``length`` [m] along the way it looks: in the middle of a corridor, along a wall, or straight on.
 
-    Where it is told how far the walls to the ``left`` and ``right`` are [m], 0: none, it keeps to these instead, as far
-    as they are there. It passes what stands in the way where there is room; else it waits, and fails in the end.
+    Where it is told how far the walls to the ``left`` and ``right`` are [m], 0: none, it keeps to these alone, as far
+    as they are there, and goes straight on without any. It passes what stands in the way where there is room; else it
+    waits, and fails in the end.
     """
 
     def __init__(
         self,
         robot: RobotDescription,
         length: float,
-        left: float = 0.0,
+        left: float | None = None,
         right: float = 0.0,
         *,
         patience: float = PATIENCE,
     ) -> None:
         super().__init__(robot, patience)
-        self._length, self._walls = length, (left, -right)
+        self._length = length
+        self._walls = None if left is None else (left, -right)
         self._around, self._travelled = Surroundings(robot), Travelled()
         self._way: DirectedLine | None = None
-
-    def take_over(self, before: "CarryOn") -> None:
-        """Go on along the line of another one, that ran up to now, with what that has seen."""
-        self._way, self._around = before._way, before._around
 
     def _move(self, senses: Senses) -> BehaviourStep:
         self._around.look(senses)
@@ -77,8 +75,8 @@ class CarryOn(Guarded):
     def _found(self, way: DirectedLine, pose: PlanarPose) -> DirectedLine:
         """The way on: the line so far, or as the walls beside it lead."""
         here = way.at(way.pose(pose).x, 0.0)
-        if any(self._walls):
-            return self._beside_walls(here)
+        if self._walls is not None:
+            return self._beside_walls(here, self._walls)
         near, far = ASIDE
         left = self._wall(here, (near, far))
         right = self._wall(here, (-far, -near))
@@ -87,10 +85,10 @@ class CarryOn(Guarded):
         wall = left or right
         return here if wall is None else DirectedLine(here.x, here.y, wall.line.heading)
 
-    def _beside_walls(self, here: DirectedLine) -> DirectedLine:
+    def _beside_walls(self, here: DirectedLine, walls: tuple[float, float]) -> DirectedLine:
         """The line as far from its walls as it was told, with the heading of those that are there."""
         lines = []
-        for across in self._walls:
+        for across in walls:
             wall = self._wall(here, (across - ABOUT, across + ABOUT)) if across else None
             if wall is not None:
                 lines.append(wall.line.at(wall.line.pose(here).x, -across))

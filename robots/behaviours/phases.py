@@ -6,11 +6,11 @@ from typing import Protocol
 import numpy as np
 
 from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, waiting
-from refseq_bench.robots.behaviours.moves import driven, turned
+from refseq_bench.robots.behaviours.moves import CREEP, driven, turned
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
 from refseq_bench.robots.behaviours.sensing.sonar_ring import SonarEchoes
 from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
-from refseq_bench.robots.behaviours.steering import turn_rate_onto
+from refseq_bench.robots.behaviours.steering import speed_for, turn_rate_onto
 
 ARRIVED = 0.01
 """A way is driven when no more than this is left of it [m]: a choice."""
@@ -57,6 +57,30 @@ class Turning:
         if self._there_since is None:
             self._there_since = now
         return None if now - self._there_since >= SETTLED else BehaviourStep()
+
+
+class Arc:
+    """Drive on an arc of ``radius`` [m] until the odometer shows the heading ``target`` [rad], which is not wrapped.
+
+    Where there is no room it drives a wider arc, or turns on the spot.
+    """
+
+    def __init__(self, robot: RobotDescription, target: float, radius: float) -> None:
+        self._robot, self._target, self._radius = robot, target, radius
+        self._sense = 0.0
+
+    def step(self, senses: Senses, around: Surroundings) -> BehaviourStep | None:
+        """Say how to drive now."""
+        pose = senses.pose
+        left = self._target - pose.heading
+        self._sense = self._sense or math.copysign(1.0, left)
+        if left * self._sense < TURNED:
+            return None
+        if around.lost:
+            return waiting(around.lost)
+        limits, way = self._robot.limits, self._radius * abs(left)
+        speed = max(speed_for(limits, limits.speed, way), CREEP)
+        return driven(self._robot, around.points(pose), self._sense * speed / self._radius, way)
 
 
 class Straight:

@@ -116,6 +116,7 @@ def _cross(robot: RobotDescription, finder: DoorFinder | None, side: CrossingSid
 
 _LENGTH = number(0.01, FARTHEST, "m")
 _ASIDE = number(0.0, FIRST_REACH, "m")
+_RADIUS = number(0.1, 10.0, "m")
 _COORDINATE = number(-FARTHEST, FARTHEST, "m")
 
 KINDS: tuple[BehaviourKind, ...] = (
@@ -132,9 +133,12 @@ KINDS: tuple[BehaviourKind, ...] = (
     ),
     BehaviourKind(
         "MT",
-        "turn about itself",
-        (Argument("angle", "to the left where positive [degrees]", degrees(360, but_zero=True)),),
-        lambda robot, finder, angle: Turn(robot, angle),
+        "turn about itself, or on an arc",
+        (
+            Argument("angle", "to the left where positive [degrees]", degrees(360, but_zero=True)),
+            Argument("radius", "of the arc [m]; without it, about itself", _RADIUS, optional=True),
+        ),
+        lambda robot, finder, *values: Turn(robot, *values),
         "MT:-180",
     ),
     BehaviourKind(

@@ -15,7 +15,6 @@ from refseq.missions.tasks import Call, Photograph, Task
 from refseq.view import View
 from refseq_bench.robots import Twist
 from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, Senses
-from refseq_bench.robots.behaviours.carry_on import CarryOn
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.contacts import ContactLog
 from refseq_bench.sim.drives.behaviour_runner import behaviour_in, description_of
@@ -170,11 +169,7 @@ class _MissionRun:
     def _behaviour(self, do: Do) -> Behaviour:
         """The behaviour that is running, or another one where that was asked for."""
         if self._running is None or self._running[0] != do.number:
-            behaviour = behaviour_in(do.behaviour, self._description)
-            before = self._running[1] if self._running is not None else None
-            if isinstance(behaviour, CarryOn) and isinstance(before, CarryOn):
-                behaviour.take_over(before)  # it is only told another length, or other walls
-            self._running = do.number, behaviour
+            self._running = do.number, behaviour_in(do.behaviour, self._description)
         return self._running[1]
 
     def _look(self) -> None:

@@ -90,7 +90,6 @@ def _path(map_: Map, path: MapPath, points: NDArray[np.float64]) -> dict[str, An
         "name": path.name,
         "places": places.tolist(),
         "length": round(float(path.along[-1]), 2),
-        "led": not any(path.annotations.behaviours),
         "doors": [
             {
                 "x": round(x, 2),

@@ -1,7 +1,7 @@
 """One episode of a task on a bench of its own: setting the robot down, an action after the other, what is true then."""
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -166,7 +166,9 @@ def ground_of(plan: FloorPlan, route: str, shape: Shape, map_: Map | None) -> Ta
     points = np.array(plan.routes[route], np.float64)
     if map_ is None:
         return TaskGround(plan, points, shape)
-    return TaskGround(plan, points, shape, places_of(map_), path_along(map_))
+    way = path_along(map_)
+    # Actions are said by the task: those that are derived from a drive that was led, with its walls, are none of them.
+    return TaskGround(plan, points, shape, places_of(map_), replace(way, behaviours=("",) * len(way.places)))
 
 
 def _motion(before: Pose, after: Pose) -> tuple[float, float, float]:

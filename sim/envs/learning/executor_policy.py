@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from refseq.belief import Belief
-from refseq.missions.behaviour_codes import travels
+from refseq.missions.behaviour_codes import length_of
 from refseq.missions.executor import Do, Executor
 from refseq_bench.robots.behaviours import BehaviourOutcome
 from refseq_bench.sim.envs.robot_env import RobotEnv
@@ -58,9 +58,5 @@ class ExecutorPolicy:
 
 
 def _length(behaviour: str) -> float:
-    """The way of a behaviour that travels [m]: the last of its values that is one; infinite of others."""
-    if not travels(behaviour):
-        return math.inf
-    code, _, rest = behaviour.partition(":")
-    values = rest.split(",")
-    return float(values[-1] if code != "MA" else values[0])
+    """The way of a behaviour that travels [m]; infinite of others."""
+    return length_of(behaviour) or math.inf

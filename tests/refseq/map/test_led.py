@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from refseq.map.annotations import begun
 from refseq.map.led import led_behaviours
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import as_learnt
@@ -50,6 +51,12 @@ def led(parts: Sequence[tuple[float, float]], *, radius: float = 0.0, walls: Seq
     ]
 
 
+def turns(views: Sequence[View]) -> list[tuple[float, ...]]:
+    """Angle and radius of each turn that is derived."""
+    told = [one for words in led_behaviours(views) for _, one in begun(words)]
+    return [parse_behaviour(one).values for one in told if one.startswith("MT")]
+
+
 def replayed(views: Sequence[View]) -> list[Pose]:
     """Poses where the orders of the way end, by dead reckoning."""
     along = np.cumsum([0.0] + [view.distance for view in views[1:]])
@@ -58,10 +65,12 @@ def replayed(views: Sequence[View]) -> list[Pose]:
     reached = []
     for number, order in enumerate(plan.orders):
         if order.travels:
-            length = plan.end_of(number) - order.at
-            x, y = x + length * math.cos(heading), y + length * math.sin(heading)
+            length, turn = plan.end_of(number) - order.at, 0.0
         else:
-            heading += parse_behaviour(order.behaviour).values[0]
+            turn, *radius = parse_behaviour(order.behaviour).values
+            length = sum(radius) * 2 * abs(math.sin(turn / 2))  # the arc's chord
+        x, y = x + length * math.cos(heading + turn / 2), y + length * math.sin(heading + turn / 2)
+        heading += turn
         reached.append(Pose(x, y, heading))
     return reached
 
@@ -83,29 +92,30 @@ def test_turns_about_itself_are_found_again(parts: list[tuple[float, float]]) ->
 
 
 @pytest.mark.parametrize("turn", [90, -90, 60])
-@pytest.mark.parametrize("radius", [0.3, 0.6])
-def test_a_corner_on_an_arc_is_one_turn(turn: float, radius: float) -> None:
+@pytest.mark.parametrize("radius", [0.5, 0.8, 1.2])
+def test_a_corner_on_an_arc_is_one_turn_on_that_arc(turn: float, radius: float) -> None:
     views = led([(6.0, math.radians(turn)), (5.0, 0.0)], radius=radius)
-    (turned,) = [one for words in led_behaviours(views) for one in words.split() if one.startswith("MT")]
-    assert parse_behaviour(turned).values[0] == pytest.approx(math.radians(turn), abs=math.radians(4))
+    ((angle, found),) = turns(views)
+    assert angle == pytest.approx(math.radians(turn), abs=math.radians(4))
+    assert found == pytest.approx(radius, abs=0.4)
     goal, reached = views[-1].truth, replayed(views)[-1]
     assert goal is not None
     assert math.dist((reached.x, reached.y), (goal.x, goal.y)) < 0.35
 
 
-def test_who_turns_back_turns_by_half_a_turn() -> None:
-    views = led([(6.2, math.pi), (6.0, 0.0)])
-    turned = [one for words in led_behaviours(views) for one in words.split() if one.startswith("MT")]
-    assert abs(sum(parse_behaviour(one).values[0] for one in turned)) == pytest.approx(math.pi, abs=math.radians(3))
+def test_who_turns_back_turns_about_itself_by_half_a_turn() -> None:
+    found = turns(led([(6.2, math.pi), (6.0, 0.0)]))
+    assert sum(angle for angle, *_ in found) % math.tau == pytest.approx(math.pi, abs=math.radians(3))
+    assert not any(radius for _, *radius in found)
 
 
-@pytest.mark.parametrize(("left", "right", "kept"), [(0.9, 1.5, "0.90,1.50"), (0.9, 4.0, "0.90,0.00"), (4.0, 5.0, "")])
-def test_walls_are_kept_to_where_they_are_near(left: float, right: float, kept: str) -> None:
+@pytest.mark.parametrize(("left", "right", "kept"), [(0.9, 1.5, (0.9, 1.5)), (0.9, 4.0, (0.9, 0)), (4.0, 5.0, (0, 0))])
+def test_walls_are_kept_to_where_they_are_near(left: float, right: float, kept: tuple[float, float]) -> None:
     walls = [(-2.0, left, 30.0, left), (-2.0, -right, 30.0, -right)]
-    (words,) = {words for words in led_behaviours(led([(15.0, 0.0)], walls=walls)) if words}
+    ((_, words),) = [one for told in led_behaviours(led([(15.0, 0.0)], walls=walls)) for one in begun(told)]
     values = parse_behaviour(words).values
     assert values[0] == pytest.approx(15.0, abs=SPACING)
-    assert values[1:] == pytest.approx([float(one) for one in kept.split(",") if one], abs=0.03)
+    assert values[1:] == pytest.approx(kept, abs=0.03)
 
 
 def test_what_never_moved_has_no_behaviours() -> None:

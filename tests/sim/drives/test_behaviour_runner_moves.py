@@ -44,6 +44,17 @@ def test_it_turns_by_the_angle_and_stays_in_its_place(room: World, robot: str, a
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
+def test_it_turns_on_an_arc_whose_end_is_known(room: World, robot: str) -> None:
+    done = behaved(room, robot, "MT:60,0.8", (4.0, -0.2, 0.0))
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
+    angle, radius = math.radians(60), 0.8
+    end = 4.0 + radius * math.sin(angle), -0.2 + radius * (1 - math.cos(angle))
+    assert (done.rest.x, done.rest.y) == pytest.approx(end, abs=0.08)
+    assert abs(math.degrees(done.rest.heading - angle)) < 2
+    assert not done.touched
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize(("x", "y", "heading"), [(3, 0.5, 90), (-1.5, -0.3, None)])
 def test_it_goes_to_a_set_point(room: World, robot: str, x: float, y: float, heading: float | None) -> None:
     text = f"MA:{x},{y}" + ("" if heading is None else f",{heading}")
