@@ -20,7 +20,7 @@ BEFORE_DOOR = 1.2
 AT_ONCE = 2.0
 """Range around a landmark [m] in which its own behaviour replaces those that were learnt: a choice."""
 SLIGHT = 30.0
-"""A turn that was learnt by less is none that a landmark stands for [degrees]: a choice; missions turn by 90 at least."""
+"""A turn by less that was learnt belongs to no landmark [degrees]: a choice; missions turn by 90 at least."""
 WALL = "MW:right,1"
 """Behaviour that ``MW`` means in a string, which has no room for side and distance: a choice."""
 END, START = "end", "start"
