@@ -30,10 +30,14 @@ class Label(StrEnum):
 
 
 class BehaviourCode(StrEnum):
-    """Behaviour from a landmark on (C.1); ``MN`` carries on with the present one."""
+    """Behaviour from a landmark on (C.1); ``MN`` carries on with the present one.
+
+    ``MO`` is not the thesis': its Control layer has the behaviour (5.2.1), its missions cannot say it.
+    """
 
     SET_POINTS = "MA"
     TURN = "MT"
+    ORIENT = "MO"
     FOLLOW_WALL = "MW"
     CROSS_DOOR = "MC"
     CARRY_ON = "MN"
@@ -42,7 +46,7 @@ class BehaviourCode(StrEnum):
 NUMBERED = (Label.IMAGE, Label.OBJECT, Label.PLACE)
 """Landmarks of which it is said which one; a door is simply the next."""
 
-_ANYWHERE = (BehaviourCode.CARRY_ON, BehaviourCode.SET_POINTS, BehaviourCode.TURN)
+_ANYWHERE = (BehaviourCode.CARRY_ON, BehaviourCode.SET_POINTS, BehaviourCode.TURN, BehaviourCode.ORIENT)
 ADMITTED: Mapping[Label, tuple[BehaviourCode, ...]] = MappingProxyType(
     {
         Label.DOOR: (*_ANYWHERE, BehaviourCode.CROSS_DOOR),

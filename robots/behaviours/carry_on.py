@@ -12,9 +12,8 @@ from refseq_bench.robots.behaviours.behaviour import (
 from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
 from refseq_bench.robots.behaviours.moves import driven
 from refseq_bench.robots.behaviours.phases import ARRIVED, Travelled
-from refseq_bench.robots.behaviours.sensing.lanes import choose_lane, lanes
+from refseq_bench.robots.behaviours.sensing.lanes import lane_past
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
-from refseq_bench.robots.behaviours.sensing.room import LOOK
 from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
 from refseq_bench.robots.behaviours.sensing.wall import DetectedWall, SearchWindow, find_wall
 from refseq_bench.robots.behaviours.steering import turn_rate_onto
@@ -30,8 +29,6 @@ TILT = math.radians(20)
 """A wall that is steeper against the way is none of a corridor [rad]: a choice."""
 ABOUT = 0.5
 """Walls that it keeps to are looked for so far about where they ought to be [m]: a choice, what a turn may be off."""
-MOST_ASIDE = 1.5
-"""The farthest that it leaves its line to pass something [m]: a choice."""
 
 
 class CarryOn(Guarded):
@@ -68,8 +65,7 @@ class CarryOn(Guarded):
         self._way = way = self._found(way, pose) if self._around.fresh else way
         error, seen = way.pose(pose), way.seen(self._around.all)
         left = self._length - travelled
-        # What is behind the end of its way is not in its way.
-        offset = choose_lane(seen, error.x, self.robot.shape, lanes(0.0, -MOST_ASIDE, MOST_ASIDE), min(left, LOOK))
+        offset = lane_past(seen, error.x, self.robot.shape, left)
         return driven(self.robot, self._around.points(pose), turn_rate_onto(error, offset), left)
 
     def _found(self, way: DirectedLine, pose: PlanarPose) -> DirectedLine:

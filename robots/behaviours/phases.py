@@ -7,10 +7,11 @@ import numpy as np
 
 from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, waiting
 from refseq_bench.robots.behaviours.moves import CREEP, driven, turned
+from refseq_bench.robots.behaviours.sensing.lanes import lane_past
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
 from refseq_bench.robots.behaviours.sensing.sonar_ring import SonarEchoes
 from refseq_bench.robots.behaviours.sensing.surroundings import Surroundings
-from refseq_bench.robots.behaviours.steering import speed_for, turn_rate_onto
+from refseq_bench.robots.behaviours.steering import TURN_GAIN, speed_for, turn_rate_onto
 
 ARRIVED = 0.01
 """A way is driven when no more than this is left of it [m]: a choice."""
@@ -62,29 +63,37 @@ class Turning:
 class Arc:
     """Drive on an arc of ``radius`` [m] until the odometer shows the heading ``target`` [rad], which is not wrapped.
 
-    Where there is no room it drives a wider arc, or turns on the spot.
+    The heading follows the way that is gone, as a robot that balances turns before it gets going. Where there is no
+    room it drives a wider arc, or turns on the spot.
     """
 
     def __init__(self, robot: RobotDescription, target: float, radius: float) -> None:
         self._robot, self._target, self._radius = robot, target, radius
-        self._sense = 0.0
+        self._travelled = Travelled()
+        self._angle: float | None = None
 
     def step(self, senses: Senses, around: Surroundings) -> BehaviourStep | None:
         """Say how to drive now."""
-        pose = senses.pose
+        pose, gone = senses.pose, self._travelled.so_far(senses)
         left = self._target - pose.heading
-        self._sense = self._sense or math.copysign(1.0, left)
-        if left * self._sense < TURNED:
+        self._angle = self._angle or left
+        sense = math.copysign(1.0, self._angle)
+        if left * sense < TURNED:
             return None
         if around.lost:
             return waiting(around.lost)
+        behind = min(gone / self._radius, abs(self._angle)) - (abs(self._angle) - left * sense)
         limits, way = self._robot.limits, self._radius * abs(left)
-        speed = max(speed_for(limits, limits.speed, way), CREEP)
-        return driven(self._robot, around.points(pose), self._sense * speed / self._radius, way)
+        fastest = max(speed_for(limits, limits.speed, way), CREEP) / self._radius
+        rate = max(senses.state.twist.linear, CREEP) / self._radius + TURN_GAIN * behind
+        return driven(self._robot, around.points(pose), sense * min(max(rate, 0.0), fastest), way)
 
 
 class Straight:
-    """Follow a line from its point on for ``length`` [m]; what stands on it is waited for."""
+    """Follow a line from its point on for ``length`` [m], past what stands on it, and back onto it.
+
+    Where there is no room to pass it waits.
+    """
 
     def __init__(self, robot: RobotDescription, line: DirectedLine, length: float) -> None:
         self._robot, self._line, self._length = robot, line, length
@@ -97,7 +106,8 @@ class Straight:
             return None
         if around.lost:
             return waiting(around.lost)
-        return driven(self._robot, around.points(senses.pose), turn_rate_onto(error), left)
+        offset = lane_past(self._line.seen(around.all), error.x, self._robot.shape, left)
+        return driven(self._robot, around.points(senses.pose), turn_rate_onto(error, offset), left)
 
 
 class Travelled:

@@ -2,7 +2,7 @@
 
 import math
 
-from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
+from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, failed, finished
 from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
 from refseq_bench.robots.behaviours.phases import ARRIVED, Phase, Straight, Turning
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
@@ -11,13 +11,16 @@ from refseq_bench.robots.planar import PlanarPose, wrapped
 
 ASIDE = math.radians(20)
 """A point that is farther than this from where the robot looks is turned to first: a choice."""
+OFF = 0.3
+"""A set point is reached from no farther away than this [m]: a choice, less than it takes to stand beside a thing."""
 
 
 class SetPoint(Guarded):
     """Go to (``x``, ``y``) [m] as seen from where the robot starts; turn there to ``heading`` [rad] if one is given.
 
-    It turns to the point, follows the straight line to it, and slows down towards its end. It does not leave the line:
-    what stands on it is waited for, and after a while the behaviour has failed.
+    It turns to the point, follows the straight line to it, and slows down towards its end. It passes what stands on the
+    line where there is room, and comes back to it; else it waits, and after a while has failed. So has one that ends
+    beside its point, because that is taken.
     """
 
     def __init__(
@@ -39,7 +42,10 @@ class SetPoint(Guarded):
             if step is not None:
                 return step
             del self._phases[0]
-        return finished(self._where(self._start.pose(senses.pose)))
+        reached = self._start.pose(senses.pose)
+        off = math.hypot(self._x - reached.x, self._y - reached.y)
+        told = f"at ({reached.x:.2f}, {reached.y:.2f}) m, {off:.3f} m from the set point by the odometer"
+        return finished(told) if off <= OFF else failed(told)
 
     def _planned(self, start: DirectedLine, pose: PlanarPose) -> list[Phase]:
         phases: list[Phase] = []
@@ -55,7 +61,3 @@ class SetPoint(Guarded):
             turn = wrapped(self._heading - looks)
             phases.append(Turning(self.robot, pose.heading + looks + turn))
         return phases
-
-    def _where(self, reached: PlanarPose) -> str:
-        off = math.hypot(self._x - reached.x, self._y - reached.y)
-        return f"at ({reached.x:.2f}, {reached.y:.2f}) m, {off:.3f} m from the set point by the odometer"

@@ -11,6 +11,7 @@ from refseq_bench.robots.behaviours.carry_on import CarryOn
 from refseq_bench.robots.behaviours.cross_door import CrossDoor, CrossingSide
 from refseq_bench.robots.behaviours.follow_wall import FIRST_REACH, FollowWall, closest
 from refseq_bench.robots.behaviours.halt import Halt
+from refseq_bench.robots.behaviours.orient import Orient
 from refseq_bench.robots.behaviours.sensing.doorway import DoorFinder
 from refseq_bench.robots.behaviours.sensing.wall import WallSide
 from refseq_bench.robots.behaviours.set_point import SetPoint
@@ -140,6 +141,13 @@ KINDS: tuple[BehaviourKind, ...] = (
         ),
         lambda robot, finder, *values: Turn(robot, *values),
         "MT:-180",
+    ),
+    BehaviourKind(
+        "MO",
+        "turn to the nearest thing",
+        (Argument("bearing", "where the thing is to be, to the left where positive [degrees]", degrees(180), True),),
+        lambda robot, finder, *values: Orient(robot, *values),
+        "MO:90",
     ),
     BehaviourKind(
         "MW",

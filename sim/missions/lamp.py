@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from refseq.missions.lamp import LampStage, LampWord, Verb
 from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, BehaviourStep, RobotDescription, Senses
-from refseq_bench.robots.behaviours.beside import Beside
-from refseq_bench.robots.behaviours.dead_reckoned import DeadReckoned
-from refseq_bench.robots.behaviours.narrow import Narrow
+from refseq_bench.robots.behaviours.lamp.beside import Beside
+from refseq_bench.robots.behaviours.lamp.dead_reckoned import DeadReckoned
+from refseq_bench.robots.behaviours.lamp.narrow import Narrow
+from refseq_bench.robots.behaviours.lamp.until import Gone, Near, Turned, Until
 from refseq_bench.robots.behaviours.sensing.wall import WallSide
-from refseq_bench.robots.behaviours.until import Gone, Near, Turned, Until
 from refseq_bench.robots.motion import Twist
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.drives.behaviour_runner import BehaviourMoment, description_of, run

@@ -11,6 +11,8 @@ LANE_MARGIN = 0.10
 """Room at both sides of a lane [m]: a choice."""
 ALIKE = 0.3
 """Lanes whose free lengths differ by less are as good as each other [m]: a choice."""
+MOST_ASIDE = 1.5
+"""The farthest that a robot leaves its line to pass something [m]: a choice."""
 
 
 def choose_lane(
@@ -27,6 +29,14 @@ def choose_lane(
     free = np.where(in_lane, ahead[None, :], look).min(axis=1, initial=look)
     good = offsets[free >= free.max() - ALIKE]
     return float(good[np.argmin(np.abs(good - offsets[0]))])
+
+
+def lane_past(seen: NDArray[np.float64], along: float, shape: Shape, left: float) -> float:
+    """The lane [m] to take on a line of which so much way is ``left`` [m], the line itself where it is free.
+
+    ``seen`` (n, 2) are points as (along, across) of the line. What is behind the way's end is not in the way.
+    """
+    return choose_lane(seen, along, shape, lanes(0.0, -MOST_ASIDE, MOST_ASIDE), min(left, LOOK))
 
 
 def lanes(preferred: float, rightmost: float, leftmost: float) -> NDArray[np.float64]:

@@ -11,13 +11,13 @@ from hypothesis.extra.numpy import arrays
 
 from refseq_bench.robots import Blocked, Cause, PlanarPose, RobotState, Stop, Twist
 from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome, Ranger, RobotDescription, Senses
-from refseq_bench.robots.behaviours.beside import Beside, keeps
-from refseq_bench.robots.behaviours.dead_reckoned import DeadReckoned
-from refseq_bench.robots.behaviours.narrow import Narrow
+from refseq_bench.robots.behaviours.lamp.beside import Beside, keeps
+from refseq_bench.robots.behaviours.lamp.dead_reckoned import DeadReckoned
+from refseq_bench.robots.behaviours.lamp.narrow import Narrow
+from refseq_bench.robots.behaviours.lamp.until import Gone, Near, Turned
 from refseq_bench.robots.behaviours.sensing.sonar_filter import abeam
 from refseq_bench.robots.behaviours.sensing.sonar_ring import HISTORY
 from refseq_bench.robots.behaviours.sensing.wall import WallSide
-from refseq_bench.robots.behaviours.until import Gone, Near, Turned
 from refseq_bench.robots.errors import RobotsError
 from refseq_bench.robots.odometry import along_arc
 from refseq_bench.robots.robuter import LIMITS, SHAPE

@@ -46,7 +46,10 @@ def test_a_behaviour_is_read_as_it_is_written(text: str, values: tuple[object, .
     assert isinstance(make_behaviour(choice, FRAME, lambda scan: ()), kind)
 
 
-FORMS = "MA:x,y[,heading], MT:angle[,radius], MW:side,distance[,length], MC[:side], MN:length[,left][,right], stop"
+FORMS = (
+    "MA:x,y[,heading], MT:angle[,radius], MO[:bearing], MW:side,distance[,length], MC[:side], "
+    "MN:length[,left][,right], stop"
+)
 
 
 @pytest.mark.parametrize(

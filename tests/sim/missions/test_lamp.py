@@ -11,7 +11,7 @@ from refseq.missions.lamp import LampStage, LampWord, Verb, parse_lamp
 from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.robots.behaviours import BehaviourOutcome
-from refseq_bench.robots.behaviours.beside import keeps
+from refseq_bench.robots.behaviours.lamp.beside import keeps
 from refseq_bench.scenarios.library import LIBRARY
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
 from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
+from refseq_bench.robots.behaviours.lamp.until import Until
 from refseq_bench.robots.behaviours.sensing.line import DirectedLine
 from refseq_bench.robots.behaviours.sensing.room import SIDE_MARGIN, swing
 from refseq_bench.robots.behaviours.sensing.sonar_filter import abeam
 from refseq_bench.robots.behaviours.sensing.wall import WallSide
 from refseq_bench.robots.behaviours.steering import turn_rate_onto
-from refseq_bench.robots.behaviours.until import Until
 from refseq_bench.robots.motion import Twist
 from refseq_bench.robots.planar import PlanarPose, out_of
 

@@ -2,7 +2,7 @@
 
 from refseq_bench.robots.behaviours.behaviour import BehaviourStep, RobotDescription, Senses, finished
 from refseq_bench.robots.behaviours.guarded import PATIENCE, Guarded
-from refseq_bench.robots.behaviours.until import Until
+from refseq_bench.robots.behaviours.lamp.until import Until
 from refseq_bench.robots.motion import Twist
 
 
