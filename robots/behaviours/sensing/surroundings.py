@@ -84,10 +84,14 @@ class Surroundings:
 
 
 def thinned(points: NDArray[np.float64], cell: float = CELL) -> NDArray[np.float64]:
-    """The mean of the points in each square of a grid: as many, then, near the robot as far away."""
+    """The mean of the points in each square of a grid: as many, then, near the robot as far away.
+
+    Squares are counted from the points' own corner: an ill odometer may be so far off that none has a number.
+    """
     if not len(points):
         return points
-    _, square = np.unique(np.floor(points / cell).astype(np.int64), axis=0, return_inverse=True)
+    squares = np.floor(points / cell)
+    _, square = np.unique((squares - squares.min(axis=0)).astype(np.int64), axis=0, return_inverse=True)
     square = square.ravel()
     count = np.bincount(square)
     return np.stack([np.bincount(square, points[:, k]) / count for k in (0, 1)], axis=1)

@@ -155,6 +155,16 @@ def test_thinning_leaves_one_point_in_a_square() -> None:
     assert len(np.unique(np.floor(thin / CELL), axis=0)) == len(thin)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("far", [1e6, 1e18, 1e300])
+def test_thinning_is_the_same_where_an_ill_odometer_is_far_off(far: float) -> None:
+    """A million metres off the squares are the same; farther off all points are one to a float."""
+    points = np.array([[0.0, 0.0], [0.01, 0.01], [1.0, 0.0]])
+    thin = thinned(points + far)
+    assert len(thin) == (2 if far < 1e9 else 1)
+    assert thin.mean() == pytest.approx(far)
+
+
 def test_an_echo_counts_that_is_heard_for_most_of_the_time_and_no_stray_one() -> None:
     """The second ranger hears a stray echo, which stays for a round of 0.4 s; then both hear a wall 1 m away."""
     echoes = SonarEchoes((Ranger(0.2, 0.0, 0.0), Ranger(0.0, 0.3, math.pi / 2)))
