@@ -1,5 +1,6 @@
 """Scene: a patch of a camera's picture, and where it was in it; a whole picture stands for the place itself."""
 
+import hashlib
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -33,7 +34,7 @@ class Box(NamedTuple):
         return 0 <= self.x < right <= width and 0 <= self.y < below <= height
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Scene:
     """A ``patch`` (h, w) uint8, cut at a ``box`` of a picture of ``camera`` that was ``width`` × ``height`` pixels.
 
@@ -47,6 +48,12 @@ class Scene:
     height: int
     drive: str = ""
     along: float = 0.0
+
+    def __repr__(self) -> str:
+        """All that makes it, the patch by its digest: results of missions are kept under this text."""
+        patch = hashlib.sha256(np.ascontiguousarray(self.patch)).hexdigest()
+        size = f"width={self.width}, height={self.height}"
+        return f"Scene({patch}, {self.camera!r}, {self.box}, {size}, {self.drive!r}, {self.along!r})"
 
     def check_camera(self, view: View) -> None:
         """Raise ``SceneError`` for views that lack the scene's camera, or have it with pictures of another size."""
