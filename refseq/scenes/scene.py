@@ -51,7 +51,7 @@ class Scene:
 
     def __repr__(self) -> str:
         """All that makes it, the patch by its digest: results of missions are kept under this text."""
-        patch = hashlib.sha256(np.ascontiguousarray(self.patch)).hexdigest()
+        patch = hashlib.sha256(self.patch.tobytes()).hexdigest()
         size = f"width={self.width}, height={self.height}"
         return f"Scene({patch}, {self.camera!r}, {self.box}, {size}, {self.drive!r}, {self.along!r})"
 

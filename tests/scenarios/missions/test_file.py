@@ -70,7 +70,7 @@ def test_landmarks_of_the_command_come_on_top_of_the_file_s(tmp_path: Path) -> N
         ('[[step]]\nat = "LX"', "step 1: mission '[LX]', column 2: 'LX]'; valid is a landmark: LD, LI, LO, LA"),
         ('[[step]]\nat = "LD_LD"', "step 1: landmark 'LD_LD' is not valid; it should be one landmark, as LA3"),
         ('[[step]]\nat = "LD"\ndo = "MX"', "step 1: mission '[LDMX]', column 4: 'MX]'; valid is a behaviour: "),
-        ('[[step]]\nat = "LD"\ndo = "MW:left,0.6"', "step 1: MW is not done at LD; valid are MN, MA, MT, MC"),
+        ('[[step]]\nat = "LD"\ndo = "MW:left,0.6"', "step 1: MW is not done at LD; valid are MN, MA, MT, MO, MC"),
         ('[[step]]\nat = "LA1"\ndo = "MN:fast"', "step 1: behaviour 'MN:fast': length 'fast': valid is a number "),
         ('[[step]]\nat = "LD"\nwhen = 3', "step.1.when: is not known here; valid are at, do, tasks, timeout"),
         ('[[step]]\nat = "LD"\ntimeout = 0', "step.1.timeout = 0 is not valid: "),
