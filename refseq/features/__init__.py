@@ -5,6 +5,7 @@ To add one, write a class that fits ``Extractor`` in a file of its own and name 
 """
 
 from refseq.features.boundary import ScanBoundary
+from refseq.features.corners import CornerCounts
 from refseq.features.dense import DenseWords
 from refseq.features.doors import DoorCounts
 from refseq.features.extractor import Extractor, Observed
@@ -15,6 +16,7 @@ from refseq.features.vocabulary import Vocabulary
 from refseq.features.walls import WallLines
 
 __all__ = [
+    "CornerCounts",
     "DenseWords",
     "DoorCounts",
     "Extractor",

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from refseq.errors import MapError
 from refseq.features import (
+    CornerCounts,
     DenseWords,
     DoorCounts,
     Extractor,
@@ -27,6 +28,7 @@ FEATURES: Mapping[str, Callable[[str, Profile, Mapping[str, NDArray[Any]]], Extr
     "dense": lambda sensor, p, state: DenseWords(sensor, p.dense, state.get("words")) if sensor != LASER else None,
     "walls": lambda sensor, p, state: WallLines(p.walls) if sensor == LASER else None,
     "doors": lambda sensor, p, state: DoorCounts(p.doors, p.walls) if sensor == LASER else None,
+    "corners": lambda sensor, p, state: CornerCounts(p.walls) if sensor == LASER else None,
     "boundary": lambda sensor, p, state: ScanBoundary() if sensor == LASER else None,
     "hu": lambda sensor, p, state: HuMoments(p.hu, state.get("words")) if sensor == LASER else None,
     "sectors": lambda sensor, p, state: SectorRanges(p.sectors) if sensor == LASER else None,

@@ -14,7 +14,7 @@ from refseq.map.map import Map
 from refseq.map.profile import Profile
 from refseq.view import View
 from tests.refseq.floors import Leaf, wall_with_doors
-from tests.refseq.rooms import cast
+from tests.refseq.rooms import cast, rectangle
 from tests.support import CAMERAS, corridor_drive
 
 CAMERA = CAMERAS[0]
@@ -39,8 +39,9 @@ def drives() -> tuple[list[View], list[View]]:
 
 
 def equipped(views: list[View]) -> list[View]:
-    """With one of the cameras, and scans of a corridor that has doors."""
-    return [replace(v, images={CAMERA: v.images[CAMERA]}, scan=cast(SIDES, v.truth)) for v in views]
+    """With one of the cameras, and scans of a corridor that has doors and a cupboard."""
+    walls = [*SIDES, *rectangle(5.0, 0.7, 6.0, 1.2)]
+    return [replace(v, images={CAMERA: v.images[CAMERA]}, scan=cast(walls, v.truth)) for v in views]
 
 
 @pytest.fixture(scope="module")

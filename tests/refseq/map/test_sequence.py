@@ -11,7 +11,7 @@ from refseq.map.profile import Profile
 from refseq.view import LASER, View
 from tests.support import corridor_drive
 
-LASER_FEATURES = "walls, doors, boundary, hu, sectors"
+LASER_FEATURES = "walls, doors, corners, boundary, hu, sectors"
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +75,7 @@ def test_emissions_are_the_sequence_compared_with_itself(views: list[View]) -> N
             2,
             [LASER],
             ("sift",),
-            "features sift do not fit sensors laser; valid are walls, doors, boundary, hu, sectors",
+            "features sift do not fit sensors laser; valid are walls, doors, corners, boundary, hu, sectors",
         ),
     ],
 )
