@@ -104,7 +104,7 @@ def robot(
         module = RobotModule(bench, link, secrets.token_hex(8), settings, _told)
         say(out, f"{asked.drive.robot} in {asked.drive.world}: listens at {policy.host} port {policy.port}")
         over = module.run()
-    say(out, f"the mission is {over}; {latency_line(module.latency.values())}")
+    say(out, f"the mission is {over}; {latency_line(module.latency)}")
     if over != "completed":
         raise typer.Exit(BELOW)
 

@@ -36,8 +36,8 @@ from refseq_bench.sim.missions.mission import AT_REST, LOOKING, STOPPING
 from refseq_bench.sim.modules.state import state_bytes
 from refseq_bench.sim.realtime import RealTimePacer
 
-STEPS_KEPT = 36_000
-"""Steps that a restarted module is told of, one hour; a mission that lasts longer cannot be taken up."""
+STEPS_KEPT = 100_000
+"""Steps that a restarted module is told of, an hour; a mission that lasts longer cannot be taken over."""
 VIEWS_KEPT = 256
 """Views that a restarted localiser is told of: their pictures are what the journal weighs."""
 FRESH = 0.5
@@ -89,8 +89,7 @@ class RobotSettings:
 class RobotModule:
     """A drive of the bench under commands that come over a link.
 
-    ``track`` are true poses x, y [m], heading [rad] after each step; ``beliefs`` what was believed, by view;
-    ``latency`` from when a view was sent until its belief was here [s].
+    ``latency`` of each view that was answered: from when it was sent until its belief was here [s].
     """
 
     def __init__(
@@ -102,9 +101,7 @@ class RobotModule:
         self._news = threading.Condition()
         self._command: Command | None = None
         self._came: dict[int, bytes] = {}  # beliefs that have come and are in no step yet
-        self.beliefs: dict[int, bytes] = {}
-        self.latency: dict[int, float] = {}
-        self.track: list[tuple[float, float, float]] = []
+        self.latency: list[float] = []
         self._seen = 0  # views that were taken
         self._sent: dict[int, float] = {}  # when each view was sent that is not answered [s]
         self._published: deque[float] = deque(maxlen=REMEMBERED)  # when the last steps were [s]
@@ -142,8 +139,8 @@ class RobotModule:
         data = part(parts, BELIEF)
         with self._news:
             if head.drive == self._drive and head.view in self._sent and data:
-                self.beliefs[head.view] = self._came[head.view] = data
-                self.latency[head.view] = now - self._sent.pop(head.view)
+                self._came[head.view] = data
+                self.latency.append(now - self._sent.pop(head.view))
                 self._news.notify_all()
 
     def _changed(self, role: str, there: bool) -> None:
@@ -203,7 +200,7 @@ class RobotModule:
             self._publish(command)
             return
         before = self._bench.odometry
-        self._drive_on(Twist(command.linear, command.angular))
+        self._bench.drive(Twist(command.linear, command.angular))
         self._moved.add(before, self._bench.odometry, CONTROL_PERIOD)
         due = self._settings.trigger.fires(self._moved) or (command.halt and self._moved.time >= LOOKING)
         self._publish(command, view=self._look() if due else None)
@@ -211,7 +208,7 @@ class RobotModule:
     def _stand_still(self) -> None:
         """Stand for a period: nobody commands, or a module is gone; time goes by as it does."""
         began, before = time.monotonic(), self._bench.odometry
-        self._drive_on(Twist())
+        self._bench.drive(Twist())
         self._moved.add(before, self._bench.odometry, 0.0)
         self._held = self._peers.missing or self._overdue()
         self._publish()
@@ -224,15 +221,10 @@ class RobotModule:
         for number in range(round(STOPPING[1] / CONTROL_PERIOD)):
             if number * CONTROL_PERIOD >= STOPPING[0] and abs(self._bench.state.twist.linear) < AT_REST:
                 break
-            self._drive_on(Twist())
+            self._bench.drive(Twist())
         self._peers.needed = ()
         self._publish(over=over)
         self._wait_for(lambda: not self._peers.there - {Role.ROBOT}, FAREWELL)
-
-    def _drive_on(self, twist: Twist) -> None:
-        self._bench.drive(twist)
-        pose = self._bench.pose
-        self.track.append((pose.x, pose.y, pose.heading))
 
     def _look(self) -> int | None:
         """Take a view and send it; gives its number. In real time nobody waits for what is believed of it."""

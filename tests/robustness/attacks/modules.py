@@ -64,6 +64,7 @@ class Crew:
     running: dict[Role, "subprocess.Popen[bytes]"] = field(default_factory=dict)
     steps: list[tuple[float, Step]] = field(default_factory=list)
     gone: dict[str, float] = field(default_factory=dict)
+    there: dict[str, float] = field(default_factory=dict)
 
     def start(self, role: Role) -> None:
         """Start a module; what it says goes into a file."""
@@ -83,12 +84,16 @@ class Crew:
 
     def changed(self, role: str, there: bool) -> None:
         """Take who is there, and who is gone."""
-        if not there:
-            self.gone.setdefault(role, time.monotonic())
+        (self.there if there else self.gone).setdefault(role, time.monotonic())
 
     def first(self, since: float, holds: Callable[[Step], bool]) -> float:
         """The time of the first step since some time for which something holds [s]; inf while there is none."""
         return next((at for at, step in list(self.steps) if at > since and holds(step)), math.inf)
+
+    def taken_over(self, role: Role) -> float:
+        """The time from when a module was there until the robot was commanded again [s]; inf before."""
+        there = self.there.get(role, math.inf)
+        return self.first(there, goes) - there if there < math.inf else math.inf
 
     def said(self) -> str:
         """The last words of all, in a line."""
@@ -130,7 +135,7 @@ def killed(role: Role, seed: int, folder: Path) -> Attempt:
 
 def _kill(crew: Crew, role: Role, figures: dict[str, float]) -> str | None:
     """Kill a module, and start another one when the robot stands; a viewer is not missed."""
-    crew.gone.clear()
+    crew.gone.clear(), crew.there.clear()
     crew.running[role].kill()
     at = time.monotonic()
     until(lambda: role in crew.gone, 10.0)
@@ -142,9 +147,8 @@ def _kill(crew: Crew, role: Role, figures: dict[str, float]) -> str | None:
             until(lambda: stopped(crew, at) < math.inf, 10.0)
             figures |= {"s until it stood": stopped(crew, at) - at, "m until it stood": way_between(crew, at)}
         crew.start(role)
-        again = time.monotonic()
-        until(lambda: crew.first(again, goes) < math.inf, PATIENCE)
-        figures["s until taken over"] = crew.first(again, goes) - again
+        until(lambda: crew.taken_over(role) < math.inf, PATIENCE)
+        figures["s from when it is there until it took over"] = crew.taken_over(role)
     if math.inf in figures.values():
         return "it was not noticed, the robot drove on, or nobody took over"
     if role is Role.VIEWER and crew.first(at, lambda step: bool(step.held)) < math.inf:

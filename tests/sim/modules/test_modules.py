@@ -1,5 +1,7 @@
 """Missions of modules over a link in one thread, held against missions in one process, and with parts that die."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ from refseq.missions.tasks import Photograph, Task
 from refseq.modules.executor import MissionModule
 from refseq.modules.heads import MessageError
 from refseq.modules.localiser import LocaliserModule
-from refseq.modules.messages import STEPS, Parts, Step, belief_in, head_of
+from refseq.modules.messages import BELIEF, STEPS, Parts, Step, belief_in, head_of
 from refseq.modules.process import Role
 from refseq_bench import robots
 from refseq_bench.sim.bench.bench import Bench
@@ -90,9 +92,9 @@ class Driven:
             self.start(role)
         self.link.subscribe(STEPS, self.watch)
         self.over = robot.run()
-        self.track = np.array(robot.track)
-        self.beliefs = [belief_in(data).belief for _, data in sorted(robot.beliefs.items())]
-        self.steps = [head_of(Step, parts) for parts in self.link.kept[STEPS]]
+        kept = self.link.kept[STEPS]
+        self.steps = [head_of(Step, parts) for parts in kept]
+        self.beliefs = [belief_in(data).belief for parts in kept for name, data in parts if name == BELIEF]
         self.log = self.modules[Role.MISSION].executor.log
 
     def start(self, role: Role) -> None:
@@ -121,7 +123,8 @@ def same(one: Belief, other: Belief) -> bool:
 def test_beliefs_way_and_log_are_those_of_one_process(alone: DrivenMission, apart: Driven) -> None:
     assert len(apart.beliefs) == len(alone.seen) > 6
     assert all(same(found, seen.belief) for found, seen in zip(apart.beliefs, alone.seen, strict=True))
-    assert np.array_equal(apart.track, alone.track[:, 1:4])
+    poses = {time: (x, y, heading) for time, x, y, heading, _ in alone.track}
+    assert all(poses[step.time] == step.truth for step in apart.steps if step.time)
     assert apart.log == alone.executor.log
     assert apart.over == "completed"
     assert not any(step.held for step in apart.steps)
@@ -139,7 +142,7 @@ def test_what_dies_is_taken_over(offices: World, learnt: Map, plan: Plan, apart:
     breaks = ("paused", "resumed")
     told = [entry.what.partition(":")[0] for entry in hurt.log if entry.what not in breaks]
     assert told == [entry.what.partition(":")[0] for entry in apart.log]
-    assert np.hypot(*(hurt.track[-1] - apart.track[-1])[:2]) < 0.1
+    assert math.dist(hurt.steps[-1].truth[:2], apart.steps[-1].truth[:2]) < 0.1
 
 
 def test_an_executor_that_hears_the_drive_again_is_where_the_one_before_was(
