@@ -4,8 +4,8 @@
     control = robot.control(geometry)
     control.command(Twist(linear=0.3, angular=0.1))
 
-A folder each holds a robot's model, the sources of its numbers and its Control layer; ``behaviours`` holds MA, MT, MW,
-MC and MN, which need no more than what any robot senses. The names below are imported on first use.
+A folder each holds a robot's model, the sources of its numbers and its Control layer; ``behaviours`` holds MA, MT, MO,
+MW, MC and MN, which need no more than what any robot senses. The names below are imported on first use.
 """
 
 from importlib import import_module

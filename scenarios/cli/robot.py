@@ -153,7 +153,7 @@ input.""",
 def try_behaviours(
     robot: RobotName,
     behaviours: Annotated[
-        list[str], typer.Argument(metavar="BEHAVIOUR", help="MA, MT, MW, MC, MN or stop, as in docs/robots.md.")
+        list[str], typer.Argument(metavar="BEHAVIOUR", help="MA, MT, MO, MW, MC, MN or stop, as in docs/robots.md.")
     ],
     output: Picture = None,
     world: World = "hallway",

@@ -62,7 +62,7 @@ BAD = {
     "text for a flag": (HEAD + DRIVES + '[mission]\nlearnt = "yes"\n', "mission.learnt = 'yes' is not valid"),
     "string": (
         HEAD + DRIVES + '[mission]\nstring = "[LDMX]"\n',
-        "mission.string: mission '[LDMX]', column 4: 'MX]'; valid is a behaviour: MA, MT, MW, MC, MN",
+        "mission.string: mission '[LDMX]', column 4: 'MX]'; valid is a behaviour: MA, MT, MO, MW, MC, MN",
     ),
     "file of a mission": (
         HEAD + DRIVES + '[mission]\nstring = "none.toml"\n',
