@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from refseq_bench.scenarios.cli.terminal.console import err, out, print_json, saved
+from refseq_bench.scenarios.cli.terminal.console import out, print_json, saved
 from refseq_bench.scenarios.cli.terminal.options import (
     CHANGE,
     LIGHT,
@@ -85,7 +85,7 @@ def check(
         costs = f"{checkup.seconds:.1f} s, {checkup.megabytes:.0f} MB, {checkup.geoms} geoms, {checkup.solids} solid"
         say(out, f"{name}: {costs}: {len(checkup.findings) or 'nothing'} found")
         for finding in checkup.findings:
-            say(err, f"{name}: {finding}")
+            say(out, f"{name}: {finding}")
         count += len(checkup.findings)
     if count:
         raise typer.Exit(FOUND)

@@ -23,6 +23,9 @@ from refseq_bench.worlds.plans.schema import (
     Window,
 )
 
+LONGEST_WALL = 500.0
+"""Longest wall [m]: the light that a world's surfaces throw on each other is worked out by patches, all with all."""
+
 
 def checked(plan: FloorPlan, file: str) -> FloorPlan:
     """Return the plan if all in it fits together; raises ``PlanError`` with its first mistake, as one of ``file``."""
@@ -80,6 +83,8 @@ def _flat_walls(plan: FloorPlan) -> Iterator[str]:
     for i, wall in enumerate(plan.wall):
         if wall.length < 0.1:
             yield f"wall[{i}].end: wall '{wall.name}' is {wall.length:g} m long; it should be at least 0.1 m"
+        if wall.length > LONGEST_WALL:
+            yield f"wall[{i}].end: wall '{wall.name}' is {wall.length:g} m long; it should be at most {LONGEST_WALL:g} m"
 
 
 def _without_bounds(plan: FloorPlan) -> Iterator[str]:

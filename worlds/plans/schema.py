@@ -384,6 +384,13 @@ class FloorPlan(_PlanTable):
     lamp: tuple[LampRow, ...] = ()
     routes: dict[Name, Annotated[tuple[Point, ...], Field(min_length=2)]]
 
+    @field_validator("title")
+    @classmethod
+    def _can_be_printed(cls, value: str) -> str:
+        if not value.isprintable():
+            raise ValueError("a line of characters that can be printed")
+        return value
+
     def wall_named(self, name: str) -> Wall:
         """Return the wall of that name; the loader has made sure that there is one."""
         return next(w for w in self.wall if w.name == name)

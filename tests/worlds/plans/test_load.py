@@ -69,6 +69,11 @@ def test_a_window_above_its_wall(small: Text) -> None:
     )
 
 
+def test_a_wall_as_long_as_no_building(small: Text) -> None:
+    said = message(small().replace("end = [8, -1.2]", "end = [8000, -1.2]", 1))
+    assert said == "plan.toml: wall[1].end: wall 'right' is 8000 m long; it should be at most 500 m"
+
+
 def test_a_leaf_deeper_than_its_wall(small: Text) -> None:
     said = message(small('door = [{ name = "d1", wall = "left", at = 4, recess = 0.2 }]'))
     assert said == "plan.toml: door[0].recess: 0.2 is not valid; wall 'left' is 0.15 m thick"
@@ -115,6 +120,10 @@ def test_openings_that_touch_do_not_overlap(small: Text) -> None:
             'poster = [{ name = "p1", wall = "left", at = 3, style = "pop" }]',
             "poster[0].style: 'pop' is not valid; it should be 'text', 'plots', 'photo', 'mixed', 'diagram' or "
             "'whiteboard'",
+        ),
+        (
+            'title = "\\u001b[2J"',
+            "title: '\\x1b[2J' is not valid; it should be a line of characters that can be printed",
         ),
         ("colour = 1", "colour: unknown key; valid keys are name, title, place, floor, ceiling, material, wall, "
          "window, door, poster, board, cabinet, bin, fixture, furniture, stairs, car, tree, kerb, marking, post, "
