@@ -19,16 +19,16 @@ __all__ = ["app"]
     cls=BenchCommand,
     epilog="""Examples:
 
-* `refseq mission scene drive.mcap --at 12.3 --box 200,80,240,200 -o poster.scene`
-* `refseq mission scene drive.mcap --at 12.3 --camera camera-2 -o window.scene`
+* `refseq mission scene drive.mcap --along 12.3 --box 200,80,240,200 -o poster.scene`
+* `refseq mission scene drive.mcap --along 12.3 --seen-by camera-2 -o window.scene`
 
 Then `refseq mission run MAP "[LI1MT180]" --scene LI1=poster.scene`. Without a box the whole picture is the scene.""",
 )
 def scene(
     log: Annotated[Path, typer.Argument(metavar="DRIVE", help="Recording to cut it from.")],
-    at: Annotated[float, option("METRES", "Cut it where the robot was so far along the drive, by odometry.", "--at")],
+    at: Annotated[float, option("METRES", "Cut it where the robot was so far along the drive, by odometry.", "--along")],
     output: Annotated[Path, output("Scene to write (.scene).")],
-    camera: Annotated[str, option("NAME", "Camera that saw it.")] = "camera-1",
+    camera: Annotated[str, option("NAME", "Camera that saw it.", "--seen-by")] = "camera-1",
     box: Annotated[str | None, option("X,Y,WIDTH,HEIGHT", "Part of the picture [pixels]. [default: all of it]")] = None,
 ) -> None:
     """Cut a scene out of a recording: a landmark that a mission may name."""

@@ -20,7 +20,7 @@ def cut_from(log: Path, at: float, camera: str, box: str | None) -> Scene:
     plan = plan_drive(open_log(log))
     along = _along(plan)
     if not 0 <= at <= along[-1]:
-        raise ScenarioError(f"{log}: --at {at:g} m is not on the drive; valid is 0 to {along[-1]:.1f} m")
+        raise ScenarioError(f"{log}: --along {at:g} m is not on the drive; valid is 0 to {along[-1]:.1f} m")
     number = int(np.abs(along - at).argmin())
     view = next(plan.between(slice(number, number + 1)).read())
     scene = cut_scene(view, camera, wanted, drive=log.name, along=float(along[number]))
