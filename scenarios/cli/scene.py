@@ -26,7 +26,9 @@ Then `refseq mission run MAP "[LI1MT180]" --scene LI1=poster.scene`. Without a b
 )
 def scene(
     log: Annotated[Path, typer.Argument(metavar="DRIVE", help="Recording to cut it from.")],
-    at: Annotated[float, option("METRES", "Cut it where the robot was so far along the drive, by odometry.", "--along")],
+    at: Annotated[
+        float, option("METRES", "Cut it where the robot was so far along the drive, by odometry.", "--along")
+    ],
     output: Annotated[Path, output("Scene to write (.scene).")],
     camera: Annotated[str, option("NAME", "Camera that saw it.", "--seen-by")] = "camera-1",
     box: Annotated[str | None, option("X,Y,WIDTH,HEIGHT", "Part of the picture [pixels]. [default: all of it]")] = None,

@@ -84,7 +84,8 @@ def _flat_walls(plan: FloorPlan) -> Iterator[str]:
         if wall.length < 0.1:
             yield f"wall[{i}].end: wall '{wall.name}' is {wall.length:g} m long; it should be at least 0.1 m"
         if wall.length > LONGEST_WALL:
-            yield f"wall[{i}].end: wall '{wall.name}' is {wall.length:g} m long; it should be at most {LONGEST_WALL:g} m"
+            long = f"wall[{i}].end: wall '{wall.name}' is {wall.length:g} m long"
+            yield f"{long}; it should be at most {LONGEST_WALL:g} m"
 
 
 def _without_bounds(plan: FloorPlan) -> Iterator[str]:
