@@ -42,7 +42,7 @@ def learn(
     Raises ``MapError`` where there is no view, where no word is to be kept, where a sensor asked for is in none of the
     views, and where the profile or a feature is unknown or no feature fits the sensors; also where the views are one
     place, or the odometry does not tell them apart. Raises ``ViewError`` for a view that is not ``usable``, for a
-    motion that is no finite number, and for a sensor that sees nothing in the whole drive.
+    motion that is no finite number, for a laser that no beam came back to, and where nothing is seen.
     """
     if most_informative is not None and most_informative < 1:
         raise MapError(f"{most_informative} words are to be kept; valid is at least 1")
@@ -98,15 +98,15 @@ def check_way(views: Sequence[View]) -> None:
 
 
 def check_seen(views: Sequence[View], extractors: Sequence[Extractor]) -> None:
-    """Raise ``ViewError`` for the first sensor that saw nothing: no beam came back, no picture has a feature."""
-    for sensor in sorted({extractor.sensor for extractor in extractors}):
-        seen = any(extractor.size for extractor in extractors if extractor.sensor == sensor)
-        if sensor == LASER:
-            seen = any(view.scan is not None and returned(view.scan).any() for view in views)
-        if not seen:
-            raise ViewError(
-                f"{sensor}: nothing is seen in any of {len(views)} views; valid is to learn from the others"
-            )
+    """Raise ``ViewError`` for a laser that no beam came back to, and where no picture has any feature.
+
+    A camera that saw bare walls says nothing later on; a blind laser would speak against every place.
+    """
+    sensors = {extractor.sensor for extractor in extractors}
+    if LASER in sensors and not any(view.scan is not None and returned(view.scan).any() for view in views):
+        raise ViewError(f"laser: no beam came back in any of {len(views)} views; valid is to learn from the others")
+    if not any(extractor.size for extractor in extractors):
+        raise ViewError(f"{', '.join(sorted(sensors))}: nothing is seen in any of {len(views)} views")
 
 
 def check_sensors(views: Sequence[View], wanted: Sequence[str] | None, what: str) -> tuple[str, ...]:

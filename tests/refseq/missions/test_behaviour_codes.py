@@ -8,7 +8,20 @@ from refseq.missions.behaviour_codes import SHORTEST, code_of, kind_of, lengthen
 from refseq_bench.robots.behaviours.written import KINDS, parse_behaviour
 
 GO = ["MN:8", "MW:left,0.6", "MW:right,1.25,5", "MA:3,0", "MA:0.5,0.0"]
-END = ["MA:3,0,0", "MA:3,1", "MA:-3,0", "MA:0,0", "MA:3,0,90", "MT:-180", "MT:90", "MC", "MC:left", "stop"]
+END = [
+    "MA:3,0,0",
+    "MA:3,1",
+    "MA:-3,0",
+    "MA:0,0",
+    "MA:3,0,90",
+    "MT:-180",
+    "MT:90",
+    "MC",
+    "MC:left",
+    "MO",
+    "MO:90",
+    "stop",
+]
 FROM_STRINGS = ["MN", "MA", "MW:right,1"]
 """As a mission string's behaviours are written, without a length."""
 lengths = st.floats(0.0, 999.0)

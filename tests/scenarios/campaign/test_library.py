@@ -62,7 +62,7 @@ OWN = {
     "smoke",
 }
 
-MISSIONS = {"end-of-corridor", "second-door", "laboratory-round", "three-paths", "lamp"}
+MISSIONS = {"end-of-corridor", "second-door", "laboratory-round", "three-paths", "lamp", "led-once"}
 
 
 @cache
