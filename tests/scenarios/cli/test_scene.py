@@ -28,7 +28,7 @@ def write(path: Path, images: list[np.ndarray], start: float) -> None:
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A day's drive towards the plane, an evening's that begins 0.5 m later, before other things, and one without it."""
+    """A day's drive towards the plane, an evening's that begins 0.5 m later, and one without it."""
     folder = tmp_path_factory.mktemp("desk")
     day = [shown(scene(), moved((0, 0, STEP * n - CUT), AHEAD, PLANE), 7, n) for n in range(5)]
     day[3] = picture(1)  # the picture that the scene is of
