@@ -12,7 +12,7 @@ from refseq.belief import Belief
 from refseq.errors import RefseqError
 from refseq.map.learning import learn
 from refseq.map.map import Map
-from refseq.modules.heads import MessageError, head_bytes
+from refseq.modules.heads import head_bytes
 from refseq.modules.messages import (
     BELIEF,
     CAMERA,
