@@ -12,9 +12,11 @@ import pytest
 
 from refseq.atlas.merge import Decision, merge_maps
 from refseq.atlas.routes import Leg, Route
+from refseq.logs import RecordingWriter
 from refseq.map.learning import learn
 from refseq.map.map import Map, beside
 from refseq.map.profile import BEST, THESIS
+from refseq.planar import Pose
 from refseq.view import LASER
 from refseq_bench.scenarios.cli.terminal.console import out
 from refseq_bench.scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
@@ -76,6 +78,47 @@ def test_shares_and_metres_that_are_none(refseq: Refseq, here: Path, wrong: list
     answer = refseq("map", "compact", "west.refseq", "-o", "none.refseq", *wrong)
     assert answer.code == 2
     assert not (here / "none.refseq").exists()
+
+
+@pytest.fixture(scope="module")
+def query(maps: Path) -> Path:
+    """A later drive through the first half, darker, with odometry."""
+    views = corridor_drive(np.random.default_rng(2), count=44, spacing=SPACING, size=96, brightness=0.8)[:20]
+    path, way = maps / "query.mcap", 0.0
+    with RecordingWriter(path, {}) as writer:
+        for view in views:
+            way += view.distance
+            writer.write(view, Pose(way, 0.0, 0.0))
+    return path
+
+
+def test_the_best_paths_of_a_drive_are_listed_with_their_shares(refseq: Refseq, here: Path, query: Path) -> None:
+    words = ("map", "paths", "west.refseq", query.name, "--count", "3")
+    found = json.loads(refseq(*words, "--json").out)
+    assert len(found["paths"]) == len(found["shares"]) == 3
+    assert found["shares"] == sorted(found["shares"], reverse=True)
+    assert 0 < sum(found["shares"]) <= 1
+    assert 0 <= found["told"] <= found["unknown"]
+    assert [len(path["states"]) for path in found["paths"]] == [20] * 3
+    answer = refseq(*words, "--durations", "1", "--second-order", "0.5")
+    assert (answer.code, answer.err) == (0, "")
+    told = f"20 views tell {found['told']:.1f} of {found['unknown']:.1f} bits of the path"
+    assert answer.out.splitlines()[-1].startswith(told)
+
+
+def test_features_are_seen_again_as_channels_that_tell_no_more_than_there_is(
+    refseq: Refseq, here: Path, query: Path
+) -> None:
+    words = ("map", "channel", "west.refseq", query.name)
+    found = json.loads(refseq(*words, "--json").out)
+    assert found["places"] == 28
+    assert {"sift/forward", "walls/laser"} <= {kind["name"] for kind in found["kinds"]}
+    for kind in found["kinds"]:
+        assert 0 <= kind["capacity"] <= kind["z_capacity"] <= 1
+        assert kind["told"]["bits"] <= np.log2(28)
+    answer = refseq(*words)
+    assert (answer.code, answer.err) == (0, "")
+    assert "west.refseq ← query.mcap: features as channels" in answer.out
 
 
 def test_two_maps_become_an_atlas(refseq: Refseq, here: Path) -> None:
