@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from refseq.limits import SECONDS
-from refseq.logs.picture import LazyPicture
+from refseq.logs.decoding.picture import LazyPicture
 from refseq.logs.transforms import Transform
 from refseq.planar import Pose
 from refseq.view import Scan

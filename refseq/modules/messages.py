@@ -17,8 +17,8 @@ from foxglove import messages
 from refseq.belief import Belief, Timings
 from refseq.errors import LogError
 from refseq.fault import DeclaredFault, FaultKind
+from refseq.logs.decoding.picture import CompressedPicture
 from refseq.logs.foxglove.writer import FAST_PNG
-from refseq.logs.picture import CompressedPicture
 from refseq.logs.source import NANOSECONDS
 from refseq.modules.heads import MessageError, head_bytes, read_head
 from refseq.serve.channels import robot_channel

@@ -14,7 +14,7 @@ import cv2
 from refseq.errors import LogError, SceneError
 from refseq.files import open_input, replace_bytes
 from refseq.limits import PIXELS, SCENE_BYTES
-from refseq.logs.picture import PNG_MAGIC, CompressedPicture, declared_size
+from refseq.logs.decoding.picture import PNG_MAGIC, CompressedPicture, declared_size
 from refseq.scenes.scene import Box, Scene
 
 MAGIC = b"refseq-scene 1\n"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from refseq.files import check_input, open_input
 from refseq.limits import ARRAY_BYTES, FILES, RIGHT_PICTURES, ROW_BYTES
-from refseq.logs.unpacking import translating
+from refseq.logs.decoding.unpacking import translating
 from refseq_bench.scenarios.errors import ScenarioError
 
 VALID_TABLE = "valid are rows of query,reference or query,first,last: numbers of pictures from 0"

@@ -7,8 +7,8 @@ from typing import TypeGuard
 
 import numpy as np
 
+from refseq.logs.decoding.picture import LazyPicture
 from refseq.logs.findings import Findings
-from refseq.logs.picture import LazyPicture
 from refseq.logs.source import Channel, Content, LogSource, Role, Sample
 from refseq.view import Scan
 from refseq_bench.scenarios.log_tools.timing import Timing, TopicClock

@@ -12,8 +12,8 @@ from mcap.records import Channel, Footer, Header, Metadata, Schema
 
 from refseq.files import open_input
 from refseq.limits import TOPICS
+from refseq.logs.decoding.unpacking import WholeReads, translating
 from refseq.logs.foxglove.records import MCAP_MAGIC, McapMessage, reason, records
-from refseq.logs.unpacking import WholeReads, translating
 
 FOOTER = 1 + 8 + 8 + 8 + 4
 """Bytes of the footer's record: opcode, length, two offsets, checksum."""

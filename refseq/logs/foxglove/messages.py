@@ -14,11 +14,11 @@ from mcap.records import Channel, Schema
 from mcap_protobuf.decoder import DecoderFactory
 
 from refseq.limits import FRAMES, JSON_BYTES, MESSAGE_BYTES
-from refseq.logs.picture import CompressedPicture, RawPicture
+from refseq.logs.decoding.picture import CompressedPicture, RawPicture
+from refseq.logs.decoding.unpacking import translating
 from refseq.logs.scans import scan_of
 from refseq.logs.source import NANOSECONDS, CameraCalibration, Content, GeoFix, Role
 from refseq.logs.transforms import Transform, pose_in_plane
-from refseq.logs.unpacking import translating
 from refseq.planar import Pose
 
 

@@ -14,7 +14,7 @@ from mcap.stream_reader import StreamReader
 
 from refseq.files import open_input
 from refseq.limits import CHUNK_BYTES, MESSAGES, TOPICS, UNPACKED_BYTES, TotalSize
-from refseq.logs.unpacking import WholeReads, translating, unpack_lz4, unpack_zstd
+from refseq.logs.decoding.unpacking import WholeReads, translating, unpack_lz4, unpack_zstd
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 

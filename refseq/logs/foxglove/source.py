@@ -9,13 +9,13 @@ from mcap.records import Footer
 
 from refseq.errors import LogError
 from refseq.logs.closing import noted_damage
+from refseq.logs.decoding.picture import CompressedPicture
+from refseq.logs.decoding.video import VideoStream
 from refseq.logs.foxglove.index import McapIndex, index_of
 from refseq.logs.foxglove.messages import MessageDecoder, role_of
 from refseq.logs.foxglove.records import McapMessage, reason, records
 from refseq.logs.foxglove.writer import METADATA_NAME, PROFILE
-from refseq.logs.picture import CompressedPicture
 from refseq.logs.source import Channel, Content, Role, Sample, seconds_of
-from refseq.logs.video import VideoStream
 
 
 class FoxgloveSource:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.logs.picture import CompressedPicture, LazyPicture, check_size, declared_size
+from refseq.logs.decoding.picture import CompressedPicture, LazyPicture, check_size, declared_size
 
 HELD = 128 << 20
 """Bytes of pixels that a drive's views hold. More spares decoding a long drive's pictures for each that asks; less

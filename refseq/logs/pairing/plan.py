@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
+from refseq.logs.decoding.picture import LazyPicture
 from refseq.logs.findings import Findings
 from refseq.logs.pairing.images import EncodedPicture, PictureStore, ViewImages
 from refseq.logs.pairing.moments import NONE, Moments
@@ -16,7 +17,6 @@ from refseq.logs.pairing.options import PairingOptions
 from refseq.logs.pairing.schedule import Schedule, schedule
 from refseq.logs.pairing.sensors import Choice, choose
 from refseq.logs.pairing.survey import Survey, survey
-from refseq.logs.picture import LazyPicture
 from refseq.logs.recording import Recording, views_of
 from refseq.logs.scans import mounted
 from refseq.logs.source import LogSource

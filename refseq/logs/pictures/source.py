@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from refseq.errors import LogError
 from refseq.files import open_input
 from refseq.limits import FILES, PICTURE_BYTES
-from refseq.logs.picture import CompressedPicture, check_size, declared_size
+from refseq.logs.decoding.picture import CompressedPicture, check_size, declared_size
 from refseq.logs.pictures.names import PICTURES, in_order
 from refseq.logs.source import Channel, Role, Sample
 from refseq.planar import Pose

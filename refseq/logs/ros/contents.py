@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from refseq.limits import BEAMS, FRAMES
-from refseq.logs.picture import CompressedPicture, RawPicture
+from refseq.logs.decoding.picture import CompressedPicture, RawPicture
 from refseq.logs.scans import scan_of
 from refseq.logs.source import NANOSECONDS, AngularRates, CameraCalibration, Content, GeoFix, Role
 from refseq.logs.transforms import Transform, pose_in_plane

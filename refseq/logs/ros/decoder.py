@@ -15,9 +15,9 @@ from rosbags.typesys.store import Typestore
 
 from refseq.errors import LogError
 from refseq.limits import MESSAGE_BYTES
+from refseq.logs.decoding.unpacking import translating
 from refseq.logs.ros.contents import ROS_TYPES, role_of
 from refseq.logs.source import NANOSECONDS, Role, Sample, seconds_of
-from refseq.logs.unpacking import translating
 
 
 class Serialization(StrEnum):

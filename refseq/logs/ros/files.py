@@ -15,6 +15,7 @@ from ruamel.yaml import YAML
 from refseq.errors import LogError
 from refseq.files import open_input
 from refseq.limits import CHUNK_BYTES, METADATA_BYTES, UNPACKED_BYTES
+from refseq.logs.decoding.unpacking import translating
 from refseq.logs.foxglove.records import is_mcap
 from refseq.logs.ros.mcap_file import McapRosFile, holds_ros
 from refseq.logs.ros.storage import (
@@ -26,7 +27,6 @@ from refseq.logs.ros.storage import (
     Rosbag1File,
     SqliteBag,
 )
-from refseq.logs.unpacking import translating
 
 METADATA_FILE = "metadata.yaml"
 STORAGE_SUFFIXES = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")

@@ -8,10 +8,10 @@ from mcap.records import Channel, Header, Schema
 from rosbags.typesys.msg import normalize_msgtype
 
 from refseq.limits import UNPACKED_BYTES
+from refseq.logs.decoding.unpacking import translating
 from refseq.logs.foxglove.index import index_of
 from refseq.logs.foxglove.records import McapMessage, is_mcap, records
 from refseq.logs.ros.storage import BagTopic, DamagedBagError, StoredMessage, unpacked_message
-from refseq.logs.unpacking import translating
 
 ROS_PROFILES = ("ros1", "ros2")
 ROS_ENCODINGS = ("cdr", "ros1")

@@ -18,7 +18,7 @@ from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 from refseq.errors import LogError
 from refseq.files import check_input
 from refseq.limits import CHUNK_BYTES, TOPICS, UNPACKED_BYTES
-from refseq.logs.unpacking import WholeReads, translating, unpack_bz2, unpack_lz4, unpack_zstd
+from refseq.logs.decoding.unpacking import WholeReads, translating, unpack_bz2, unpack_lz4, unpack_zstd
 
 SQLITE_MAGIC = b"SQLite format 3\0"
 ROSBAG1_MAGIC = b"#ROSBAG V"

@@ -7,9 +7,9 @@ import pytest
 
 from refseq.errors import LogError
 from refseq.logs import open_log, plan_views, read_recording
+from refseq.logs.decoding.picture import CompressedPicture
 from refseq.logs.pairing import images
 from refseq.logs.pairing.images import PictureStore
-from refseq.logs.picture import CompressedPicture
 from tests.refseq.logs.foxglove_drive import FoxgloveSetup, write_foxglove
 from tests.refseq.logs.robot_drive import RobotDrive
 

@@ -10,7 +10,7 @@ import pytest
 
 from refseq.errors import LogError
 from refseq.logs import PairingOptions, open_log, plan_views, read_recording
-from refseq.logs.picture import CompressedPicture
+from refseq.logs.decoding.picture import CompressedPicture
 from refseq.logs.trajectory import Trajectory
 from refseq.map.learning import learn
 from refseq.planar import after_motion, motion_between

@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refseq.errors import LogError
+from refseq.logs.decoding.picture import CompressedPicture
 from refseq.logs.pairing import stream as module
 from refseq.logs.pairing.options import PairingOptions
 from refseq.logs.pairing.plan import plan_views
 from refseq.logs.pairing.stream import ClockSetBackError, StreamTopics, ViewStream, topics_for
-from refseq.logs.picture import CompressedPicture
 from refseq.logs.source import Channel, Content, Role, Sample
 from refseq.logs.transforms import Transform
 from refseq.planar import Pose

@@ -17,7 +17,8 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
 
 from refseq.errors import LogError
-from refseq.logs import read_recording, unpacking
+from refseq.logs import read_recording
+from refseq.logs.decoding import unpacking
 from refseq.logs.ros import storage
 from refseq.logs.ros.bag import RosBag
 from refseq.logs.ros.decoder import RosDecoder, Serialization, known_types

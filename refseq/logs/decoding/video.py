@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.limits import PIXELS, VIDEO_FRAMES
-from refseq.logs.picture import check_size
-from refseq.logs.unpacking import translating
+from refseq.logs.decoding.picture import check_size
+from refseq.logs.decoding.unpacking import translating
 
 CODECS = {"h264": "h264", "h265": "hevc"}
 START_CODE = re.compile(rb"\x00\x00\x01(.)", re.DOTALL)

@@ -9,8 +9,9 @@ from refseq.belief import LOST, Belief, Stage, Timings
 from refseq.errors import LogError
 from refseq.fault import CLOCK, DeclaredFault, FaultKind
 from refseq.limits import Limit
-from refseq.logs import beliefs as beliefs_module
-from refseq.logs.beliefs import SCHEMA, read_beliefs, write_beliefs
+from refseq.logs.beliefs import read_beliefs, write_beliefs
+from refseq.logs.beliefs import table as beliefs_module
+from refseq.logs.beliefs.table import SCHEMA
 from refseq.planar import Pose
 from refseq.view import View
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.logs import read_recording
-from refseq.logs.video import VideoStream
+from refseq.logs.decoding.video import VideoStream
 from refseq.planar import Pose
 from tests.refseq.logs.foxglove_drive import ns, pose_message
 from tests.refseq.logs.robot_drive import RobotDrive

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.errors import LogError
-from refseq.logs.parquet_footer import declared_sizes
+from refseq.logs.beliefs.parquet_footer import declared_sizes
 
 RNG = np.random.default_rng(5)
 TABLE = pa.table(

@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.errors import LogError
-from refseq.logs.picture import RAW_ENCODINGS, CompressedPicture, RawPicture
+from refseq.logs.decoding.picture import RAW_ENCODINGS, CompressedPicture, RawPicture
 
 GREY = cv2.GaussianBlur(np.random.default_rng(4).integers(0, 256, (24, 32), np.uint8), (0, 0), 3)
 

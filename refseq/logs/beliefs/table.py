@@ -18,7 +18,7 @@ from refseq.errors import LogError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.files import open_input, replacing
 from refseq.limits import BELIEF_BYTES, METRES
-from refseq.logs.parquet_footer import declared_sizes
+from refseq.logs.beliefs.parquet_footer import declared_sizes
 from refseq.view import View
 
 COSTS = tuple(f"{field.name}_s" for field in fields(Timings))

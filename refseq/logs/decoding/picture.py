@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from refseq.errors import LogError
 from refseq.limits import JPEG_PASSES, PICTURE_BYTES, PIXELS
-from refseq.logs.unpacking import translating
+from refseq.logs.decoding.unpacking import translating
 
 DEPTH_ENCODINGS = frozenset({"16uc1", "32fc1", "compresseddepth"})
 """Encodings of distances, which are no pictures."""

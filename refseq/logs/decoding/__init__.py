@@ -1,0 +1,1 @@
+"""Decoding of pictures, video and packed data, within the limits of what they may declare."""
