@@ -44,6 +44,7 @@ from tests.refseq.viewer.readback import values
 from tests.scenarios.conftest import Refseq
 from tests.sim.modules.local_link import LocalLink
 from tests.support import corridor_drive
+from tests.worlds.conftest import SMALL
 
 MAP = "corridor.refseq"
 COMMAND_NAMES = ("robot", "control", "localiser", "mission", "viewer")
@@ -314,3 +315,38 @@ def test_the_viewer_writes_what_came(refseq: Refseq, here: Path, robot: Opened, 
     shown = values(here / "x.rrd", "/lost/map/chain", "Scalars:scalars", "view")
     assert [lost for (lost,) in shown] == [belief.lost for belief in beliefs]
     assert f"showed {len(drive)} views" in answer.out
+
+
+class Crew:
+    """Control and a mission that is over with the step of a number, on the link of a robot; they leave behind it."""
+
+    def __init__(self, link: LocalLink, last: int, over: str) -> None:
+        self.link, self.last, self.over = link, last, over
+        link.subscribe(STEPS, self.hear)
+        for role in ("control", "mission"):
+            link.join(role)
+
+    def hear(self, parts: Parts) -> None:
+        step = head_of(Step, parts)
+        if step.over:
+            for role in ("control", "mission"):
+                self.link.leave(role)
+            return
+        command = Command(step.drive, step.number, halt=True, over=self.over if step.number == self.last else "")
+        self.link.publisher(COMMANDS)([(HEAD, head_bytes(command))])
+
+
+@pytest.mark.parametrize(("over", "code"), [("completed", 0), ("failed", 1)])
+def test_the_robot_ends_as_the_mission_does(refseq: Refseq, here: Path, robot: Opened, over: str, code: int) -> None:
+    (here / "small.toml").write_text(SMALL.format(top="", end=""))
+    Crew(robot.link, 3, over)
+    drive = ("--world", "small.toml", "--light", "18:00", "--robot", "robuter", "--by-odometry")
+    answer = refseq("module", "robot", MAP, *drive, "--host", "10.1.2.3", "--token", TOKEN)
+    assert (answer.code, answer.err) == (code, "")
+    assert robot.policies == [(AccessPolicy("10.1.2.3", 7447, TOKEN), True)]
+    lines = answer.out.splitlines()
+    assert "robuter in small.toml: listens at 10.1.2.3 port 7447" in lines
+    assert lines[-1] == f"the mission is {over}; no view was answered"
+    steps = [head_of(Step, parts) for parts in robot.link.kept[STEPS]]
+    assert [step.number for step in steps] == [0, 1, 2, 3, 4]
+    assert [step.over for step in steps] == ["", "", "", "", over]
