@@ -125,11 +125,11 @@ def go(step: Step, until: int, **more: Any) -> Command:
 
 def test_damaged_foreign_and_late_messages_are_told_or_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
     """The drive is that of a link on which they were never said."""
-    plain = Played(monkeypatch, RobotSettings(NEVER, localised=False))
+    plain = Played(monkeypatch, RobotSettings(NEVER, realtime=True, localised=False))
     plain.answer = lambda step: go(step, 6)
-    hurt = Played(monkeypatch, RobotSettings(NEVER, localised=False))
+    hurt = Played(monkeypatch, RobotSettings(NEVER, realtime=True, localised=False))
 
-    def answer(step: Step) -> Command:
+    def answer(step: Step) -> None:
         away = {"linear": -3.0, "over": "failed"}
         hurt.say(COMMANDS, [(HEAD, b"{")])
         hurt.say(COMMANDS, [])
@@ -137,7 +137,6 @@ def test_damaged_foreign_and_late_messages_are_told_or_passed_over(monkeypatch: 
         hurt.say(COMMANDS, [(HEAD, head_bytes(Command("another drive", step.number, **away)))])  # type: ignore[arg-type]
         hurt.say(COMMANDS, [(HEAD, head_bytes(go(step, 6)))])
         hurt.say(COMMANDS, [(HEAD, head_bytes(Command("this drive", step.number - 1, **away)))])  # type: ignore[arg-type]
-        return go(step, 6)
 
     hurt.answer = answer
     assert hurt.run() == plain.run()
