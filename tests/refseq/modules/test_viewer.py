@@ -101,7 +101,7 @@ def at(place: float, lost: float) -> Belief:
 
 
 def shown(path: Path) -> list[tuple[int, float]]:
-    """What the recording tells of P(lost), by its number of the view."""
+    """P(lost) in the recording, with the numbers of its views."""
     return [(number, lost) for number, (lost,) in rows(path, LOST, "Scalars:scalars", "view")]
 
 
