@@ -6,6 +6,7 @@ one before was.
 """
 
 import json
+import math
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -22,7 +23,7 @@ from refseq.logs.foxglove.writer import FAST_PNG
 from refseq.logs.source import NANOSECONDS
 from refseq.modules.heads import MessageError, head_bytes, read_head
 from refseq.serve.channels import robot_channel
-from refseq.serve.protocol import ClientChannel
+from refseq.serve.protocol import ClientChannel, FoxgloveProtocolError
 from refseq.view import LASER, Scan, View
 
 Parts = list[tuple[str, bytes]]
@@ -237,6 +238,12 @@ def belief_in(data: bytes) -> NumberedBelief:
         raise MessageError(f"a message is no belief: {str(error)[:200]}") from error
     if places.ndim != 1 or not np.isfinite(places).all() or not 0 <= belief.best < len(places):
         raise MessageError(f"a belief of shape {places.shape} has its best place at {belief.best}")
+    if not (0 <= belief.lost <= 1 and math.isfinite(belief.entropy)):
+        raise MessageError(
+            f"a belief has lost {belief.lost} and entropy {belief.entropy}; valid are 0 to 1, and finite"
+        )
+    if belief.lost_after is not None and belief.lost_after.shape != places.shape:
+        raise MessageError(f"a belief of {len(places)} places has {belief.lost_after.shape} Lost_Places")
     return NumberedBelief(view, belief)
 
 
@@ -247,7 +254,10 @@ def _stamp(time: float) -> messages.Timestamp:
 
 def _content(data: bytes, kind: str) -> Any:
     """The content of a message of Foxglove's."""
-    sample = robot_channel(ClientChannel(0, kind, "protobuf", f"foxglove.{kind}")).read(data, 1)
+    try:
+        sample = robot_channel(ClientChannel(0, kind, "protobuf", f"foxglove.{kind}")).read(data, 1)
+    except FoxgloveProtocolError as error:
+        raise MessageError(f"a message cannot be read: {error}") from error
     if sample is None:
         raise MessageError(f"a {kind} tells nothing")
     return sample.content

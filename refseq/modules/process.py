@@ -51,7 +51,7 @@ def run_module(link: Link, module: Module, told: Callable[[str], None]) -> None:
     heard: _Heard = queue.SimpleQueue()
     link.join(module.role)
     answer = link.publisher(module.says) if module.says else None
-    for topic in {*module.hears, STEPS}:
+    for topic in dict.fromkeys((*module.hears, STEPS)):
         link.subscribe(topic, partial(_put, heard, topic))
     link.watch(partial(_tell, told, module.role))
     over = False

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import rerun as rr
 import rerun.blueprint as rrb
 
-from refseq.belief import Stage
+from refseq.belief import Belief, Stage
 from refseq.map.map import Map
 from refseq.modules.messages import (
     BELIEF,
@@ -76,6 +76,7 @@ class ViewerModule:
     def _begin(self) -> None:
         self._logger = LiveLogger(self._stream, [self._layer])
         self._views: dict[int, View] = {}
+        self._beliefs: dict[int, Belief] = {}
         self._poses: dict[int, Pose] = {}
         self._lines = 0
         self.shown = 0
@@ -88,6 +89,7 @@ class ViewerModule:
             view: ViewHead = head_of(ViewHead, parts)
             self._enter(view.drive)
             self._views[view.number] = view_in(view, parts)
+            self._show(view.number)
         else:
             self._step(head_of(Step, parts), parts)
 
@@ -96,20 +98,24 @@ class ViewerModule:
         if step.view is not None and len(step.truth) == 3:
             self._poses[step.view] = Pose(*step.truth)
         for data in [data for name, data in parts if name == BELIEF]:
-            self._show(data)
+            found = belief_in(data)
+            self._beliefs[found.view] = found.belief
+            self._show(found.view)
 
     def _enter(self, drive: str) -> None:
         if drive != self._drive:
             self._drive = drive
             self._begin()
 
-    def _show(self, data: bytes) -> None:
-        found = belief_in(data)
-        view = self._views.pop(found.view, None)
-        if view is not None:
-            truth = self._poses.pop(found.view, None)
-            self._logger.update(replace(view, truth=truth), {LAYER: {Stage.CHAIN.value: found.belief}})
+    def _show(self, number: int) -> None:
+        """Show a view with its belief once both are there: to a viewer that comes late either may come first."""
+        if number in self._views and number in self._beliefs:
+            view = replace(self._views[number], truth=self._poses.get(number))
+            self._logger.update(view, {LAYER: {Stage.CHAIN.value: self._beliefs[number]}})
             self.shown += 1
+            for known in (self._views, self._beliefs, self._poses):
+                for past in [one for one in known if one <= number]:
+                    del known[past]
 
     def _order(self, order: OrderHead) -> None:
         self._enter(order.drive)

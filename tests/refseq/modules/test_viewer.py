@@ -157,6 +157,20 @@ def test_one_that_comes_late_shows_the_drive_from_its_begin(told: Told, drive: l
     assert len(early[0]) == len(early[1]) == COUNT
 
 
+def test_beliefs_may_come_before_their_views(told: Told, drive: list[View], tmp_path: Path) -> None:
+    """To one that comes late the kept steps and the kept views come in either order."""
+    path = tmp_path / "a.rrd"
+    with watching(told, path) as module:
+        for number, view in enumerate(drive):
+            told.step((number, at(number, 0.1 * number)), view=number, at=view.truth)
+        assert module.shown == 0
+        for number, view in enumerate(drive):
+            told.view(number, view)
+        assert module.shown == COUNT
+    assert shown(path) == [(number, 0.1 * number) for number in range(COUNT)]
+    assert len(values(path, f"{BARS}/truth", "BarChart:abscissa", "view")) == COUNT
+
+
 def lines(path: Path) -> list[str]:
     """The mission's log, in the order in which it was written."""
     found = rows(path, LOG, "TextLog:text", "view")
