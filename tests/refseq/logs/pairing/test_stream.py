@@ -66,7 +66,8 @@ def drive(seed: int, seconds: float, jitter: float = 0.0, late: float = 0.0) -> 
     for topic, rate in RATES.items():
         # The leading camera begins and ends: elsewhere another would stand in for it, by rates that are not known yet.
         first, last = (0.0, seconds + 0.05) if "cam0" in topic else (rng.uniform(0.3, 0.9) / rate, seconds - 0.05)
-        last = seconds + 0.2 if topic == "/odom" else last
+        if topic == "/odom":  # within the tolerance: a view before that is kept of a log, but a stream leaves it out
+            first, last = min(first, 0.04), seconds + 0.2
         times = np.arange(first, last, 1 / rate)
         times[1:-1] += rng.uniform(-jitter, jitter, len(times) - 2) / rate
         for number, time in enumerate(times.tolist()):
