@@ -26,7 +26,7 @@ ROUNDS = 4
 SAME = 0.3
 """An echo so near to what the laser sees is the same thing's, of which the laser tells the bearing [m]: a choice."""
 SURFACE = 0.03
-"""What is nearest is the middle of all points that are hardly farther away [m]: a choice, of the scan's noise."""
+"""The nearest thing is the middle of all points that are hardly farther away [m]: a choice, of the scan noise."""
 
 
 class Orient(Guarded):

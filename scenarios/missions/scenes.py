@@ -78,6 +78,6 @@ def search(scene: Scene, log: Path) -> SceneSearch:
 
 
 def _along(plan: ViewPlan) -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
-    """How far along the drive each view was taken, by odometry [m]."""
+    """Way along the drive to each view, by odometry [m]."""
     steps = [0.0, *(abs(view.distance) for view in plan.views[1:])]
     return np.cumsum(steps)

@@ -283,7 +283,7 @@ class RobotModule:
 
 
 def latency_line(latency: Iterable[float]) -> str:
-    """How long beliefs took, in a line."""
+    """Times that beliefs took, in a line."""
     found = sorted(latency)
     if not found:
         return "no view was answered"
