@@ -26,6 +26,7 @@ from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
     from refseq.access.policy import AccessPolicy
+    from refseq.modules.process import Module
 
 app = group("Run the modules of a robot as processes that find each other, on one or several hosts.")
 
@@ -113,25 +114,19 @@ def robot(
 @grouped
 def control(access: RobotAddress = RobotAddress()) -> None:
     """Run behaviours: the Control layer, between the executor's orders and the robot's motors."""
-    from refseq.modules.link import opened
-    from refseq.modules.process import run_module
     from refseq_bench.sim.modules.control import ControlModule
 
-    with opened(access.policy, serves=False, waits=_told) as link:
-        run_module(link, ControlModule(), _told)
+    _run(ControlModule(), access.policy)
 
 
 @app.command(cls=BenchCommand, epilog="Example: `refseq module localiser offices.refseq --address robot.local`")
 @grouped
 def localiser(map_file: MapFile, access: RobotAddress = RobotAddress()) -> None:
     """Answer the robot's views with beliefs."""
-    from refseq.modules.link import opened
     from refseq.modules.localiser import LocaliserModule
-    from refseq.modules.process import run_module
 
     policy, map_ = access.policy, load_map(map_file)
-    with opened(policy, serves=False, waits=_told) as link:
-        run_module(link, LocaliserModule(map_), _told)
+    _run(LocaliserModule(map_), policy)
 
 
 @app.command(
@@ -153,14 +148,11 @@ def mission(
 ) -> None:
     """Run a mission: the executor, which orders behaviours by what is believed, and print its log."""
     from refseq.modules.executor import MissionModule
-    from refseq.modules.link import opened
-    from refseq.modules.process import run_module
 
     policy = access.policy
     map_, _, plan = compiled_mission(map_file, mission_text, start, goal, landmark)
     module = MissionModule(plan, len(map_), localised=not odometry, timeout=timeout, told=_told)
-    with opened(policy, serves=False, waits=_told) as link:
-        run_module(link, module, _told)
+    _run(module, policy)
     if not module.executor.status.completed:
         say(err, f"not completed: {module.executor.why}")
         raise typer.Exit(BELOW)
@@ -193,6 +185,15 @@ def viewer(
         module = ViewerModule(map_, stream, name)
         run_module(link, module, _told)
     say(out, f"showed {module.shown} views")
+
+
+def _run(module: "Module", policy: "AccessPolicy") -> None:
+    """Connect to the robot, and run a module until the drive is over."""
+    from refseq.modules.link import opened
+    from refseq.modules.process import run_module
+
+    with opened(policy, serves=False, waits=_told) as link:
+        run_module(link, module, _told)
 
 
 def _told(line: str) -> None:
