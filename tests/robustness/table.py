@@ -66,8 +66,12 @@ def _machine() -> str:
 
 def as_json(rows: Sequence[Row]) -> dict[str, Any]:
     """The rows with what tells where they are from."""
-    made = {"commit": commit(), "time": datetime.now(UTC).isoformat(timespec="seconds"), "machine": _machine()}
-    return {**made, "rows": [asdict(row) for row in rows]}
+    return {**origin(), "rows": [asdict(row) for row in rows]}
+
+
+def origin() -> dict[str, str]:
+    """Tell where and when a table was made."""
+    return {"commit": commit(), "time": datetime.now(UTC).isoformat(timespec="seconds"), "machine": _machine()}
 
 
 def read_rows(file: Path) -> list[Row]:
