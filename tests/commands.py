@@ -11,7 +11,7 @@ from pathlib import Path
 import typer
 from typer.core import TyperGroup
 
-from refseq_bench.scenarios.cli.app import app
+from refseq_bench.scenarios.cli.app import NAMES, command_tree
 from tests.pages import ROOT
 
 MISUSED = typer.BadParameter.__base__
@@ -45,7 +45,7 @@ def own(words: list[str]) -> list[str] | None:
 
 def parse(words: list[str]) -> None:
     """Have the real command line read the words, and do nothing. Raises ``MISUSED``."""
-    command, name, parent = typer.main.get_command(app), "refseq", None
+    command, name, parent = command_tree(*NAMES), "refseq", None
     while True:
         try:
             context = command.make_context(name, list(words), parent=parent)

@@ -12,7 +12,6 @@ from urllib.parse import unquote, urldefrag, urlsplit
 
 import numpy as np
 import pytest
-import typer
 from typer.core import TyperGroup
 
 from refseq.logs import RecordingWriter
@@ -20,7 +19,7 @@ from refseq.map.learning import learn
 from refseq_bench.scenarios.campaign.declare.assignment import LAMP, ODOMETRY
 from refseq_bench.scenarios.campaign.declare.cases import find, names
 from refseq_bench.scenarios.campaign.pages.tables import blocks
-from refseq_bench.scenarios.cli.app import app, exit_code
+from refseq_bench.scenarios.cli.app import NAMES, command_tree, exit_code
 from refseq_bench.scenarios.methods.by_name import check_methods
 from tests.commands import MISUSED, check_commands, own, parse
 from tests.pages import ASKED, FENCE, ROOT, Example, Page, pages
@@ -60,7 +59,7 @@ def test_commands_within_a_line_exist_with_their_options(page):
     for span in page.spans:
         if re.match(r"(\./run )?refseq \w", span):
             words = span.removeprefix("./run ").split()[1:]
-            command = typer.main.get_command(app)
+            command = command_tree(*NAMES)
             while isinstance(command, TyperGroup) and words and words[0] in command.commands:
                 command = command.commands[words.pop(0)]
             if isinstance(command, TyperGroup):

@@ -1,36 +1,23 @@
 """The command line's assembly, its one-line errors and its exit codes.
 
 Exit codes: 0 all went well; 1 it ran, but the result is below what was asked; 2 bad input, in one line; 130
-interrupted. A command imports what it needs when it runs, so that ``refseq doctor`` answers on a machine where half of
-it is missing, and ``--help`` comes at once.
+interrupted. The module of a command is imported when the command is asked for, and what it needs when it runs, so that
+``--help`` comes at once, and ``refseq doctor`` answers on a machine where half of it is missing.
 """
 
 import errno
 import os
 import signal
 import sys
-from collections.abc import Callable
 from functools import cache
-from importlib.metadata import version as package_version
+from importlib import import_module
 from typing import Annotated
 
 import typer
 
-from refseq_bench.scenarios.cli import log, module, robot, scenario, world
-from refseq_bench.scenarios.cli.compare import COMPARE_HELP, compare
-from refseq_bench.scenarios.cli.live import LIVE_HELP, live
-from refseq_bench.scenarios.cli.localise import LOCALISE_HELP, localise
-from refseq_bench.scenarios.cli.maps import LEARN_HELP, learn
-from refseq_bench.scenarios.cli.maps import app as maps
-from refseq_bench.scenarios.cli.record import DRIVE_HELP, RECORD_HELP, drive, record
-from refseq_bench.scenarios.cli.report import REPORT_HELP, report
-from refseq_bench.scenarios.cli.scene import app as missions
-from refseq_bench.scenarios.cli.serve import SERVE_HELP, serve
 from refseq_bench.scenarios.cli.terminal.console import err, out, settle_terminal
 from refseq_bench.scenarios.cli.terminal.options import flag
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, UsageError, asks_for_help, group, in_one_line
-from refseq_bench.scenarios.cli.view import VIEW_HELP, view
-from refseq_bench.scenarios.cli.workshop import DEMO_HELP, DOCTOR_HELP, demo, doctor
 from refseq_bench.scenarios.errors import input_errors
 from refseq_bench.scenarios.tables import say
 
@@ -40,31 +27,81 @@ SUMMARY = """Test bench for robots that find their place along a path.
 
 Lengths are in metres, angles in degrees, times in seconds. `refseq COMMAND --help` shows examples."""
 
-app = group(SUMMARY)
-PANELS: dict[str, dict[Callable[..., None] | typer.Typer, str]] = {
-    "Log": {log.app: "log"},
-    "Drive": {record: RECORD_HELP, drive: DRIVE_HELP},
-    "Map": {learn: LEARN_HELP, maps: "map"},
-    "Localise": {localise: LOCALISE_HELP, live: LIVE_HELP, serve: SERVE_HELP, missions: "mission"},
-    "Several processes": {module.app: "module"},
-    "Judge": {compare: COMPARE_HELP, scenario.app: "scenario"},
-    "Look": {report: REPORT_HELP, view: VIEW_HELP},
-    "Workshop": {demo: DEMO_HELP, doctor: DOCTOR_HELP, world.app: "world", robot.app: "robot"},
+COMMANDS = {
+    "Log": {
+        "log": (
+            "log",
+            "Look at logs of any robot, convert and cut them; `refseq log check FILE` is the first thing to run.",
+        )
+    },
+    "Drive": {
+        "record": ("record", "Record a robot that follows a route, behaviours or a script."),
+        "drive": ("record", "Record drives of a robot that you set up and lead in the browser."),
+    },
+    "Map": {
+        "learn": ("maps", "Learn a map, a reference sequence, from a first drive."),
+        "map": ("maps", "Merge, compact and compare maps, find routes in them, look into them."),
+    },
+    "Localise": {
+        "localise": ("localise", "Localise a recorded drive in a map, view by view."),
+        "live": ("live", "Localise while the robot drives, and show what it believes."),
+        "serve": ("serve", "Localise a robot while it drives: sensors in over a socket, beliefs out."),
+        "mission": ("scene", "Plan missions along what a map knows, and run them."),
+    },
+    "Several processes": {
+        "module": ("module", "Run the modules of a robot as processes that find each other, on one or several hosts."),
+    },
+    "Judge": {
+        "compare": ("compare", "Compare methods on the same views, baselines among them."),
+        "scenario": ("scenario", "Run declared experiments, and read their verdicts."),
+    },
+    "Look": {
+        "report": ("report", "Write a page about a localised drive."),
+        "view": ("view", "Show a drive, a map, or a localised drive in the Rerun viewer."),
+    },
+    "Workshop": {
+        "demo": ("workshop", "Record two drives, learn, localise and report, all at once."),
+        "doctor": ("workshop", "Tell what this machine lacks for the bench, and how to mend it."),
+        "world": ("world", "List, check, draw and measure the worlds to drive in."),
+        "robot": ("robot", "List, show, try and check the robots."),
+    },
 }
-for panel, commands in PANELS.items():
-    for command, text in commands.items():
-        if isinstance(command, typer.Typer):
-            app.add_typer(command, name=text, rich_help_panel=panel)
-        else:
-            app.command(cls=BenchCommand, epilog=text, rich_help_panel=panel)(command)
+"""Names by the panel of the help that has them, each with its module and its line there.
+
+A command is the function of its name, with its examples in a constant: ``record`` and ``RECORD_HELP``. A group has no
+such function: it is the module's ``app``."""
+NAMES = tuple(name for panel in COMMANDS.values() for name in panel)
 
 
-@app.callback(invoke_without_command=True, help=SUMMARY)
+def assembled(*asked: str) -> typer.Typer:
+    """All commands by name; of those that are not asked for, which are not imported, only the line in the help."""
+    app = group(SUMMARY)
+    app.callback(invoke_without_command=True, help=SUMMARY)(version)
+    for panel, commands in COMMANDS.items():
+        for name, (module, summary) in commands.items():
+            if name not in asked:
+                app.command(name, help=summary, rich_help_panel=panel)(_not_asked_for)
+                continue
+            home = import_module(f"{__package__}.{module}")
+            if command := getattr(home, name, None):
+                epilog = getattr(home, f"{name.upper()}_HELP")
+                app.command(name, cls=BenchCommand, epilog=epilog, rich_help_panel=panel)(command)
+            else:
+                app.add_typer(home.app, name=name, rich_help_panel=panel)
+    return app
+
+
+def _not_asked_for() -> None:
+    """Stand for a command in the help of all."""
+
+
 def version(
     shown: Annotated[bool, flag("--version", "Print the version.", is_eager=True)] = False,
 ) -> None:
     """Print the version where that is asked for."""
     if shown:
+        from importlib.metadata import version as package_version
+
         say(out, package_version("refseq-bench"))
         raise typer.Exit
 
@@ -79,15 +116,16 @@ def main() -> None:
 
 
 @cache
-def command_tree() -> typer.core.TyperGroup:
-    """All commands with their options, as Typer made them of the functions: once, for it takes as long as a command."""
-    return typer.main.get_group(app)
+def command_tree(*asked: str) -> typer.core.TyperGroup:
+    """All commands, with the options of those that are asked for: made once, for it takes as long as a command."""
+    return typer.main.get_group(assembled(*asked))
 
 
 def exit_code(words: list[str]) -> int:
     """Run one command; what went wrong is told in one line."""
+    asked = [word for word in words if not word.startswith("-")][:1]
     try:
-        with command_tree().make_context("refseq", words) as context:
+        with command_tree(*(name for name in asked if name in NAMES)).make_context("refseq", words) as context:
             context.command.invoke(context)
     except typer.Exit as leave:
         return leave.exit_code

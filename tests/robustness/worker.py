@@ -50,11 +50,11 @@ def _import_all() -> None:
             if not found.name.endswith("__main__"):
                 importlib.import_module(found.name)
     from refseq.logs.ros.decoder import Serialization, known_types
-    from refseq_bench.scenarios.cli.app import command_tree
+    from refseq_bench.scenarios.cli.app import NAMES, command_tree
 
     for one in Serialization:
         known_types(one)
-    command_tree()
+    command_tree(*NAMES)
 
 
 def _forked(request: dict[str, Any]) -> dict[str, Any]:

@@ -9,10 +9,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import typer
 from typer.core import TyperGroup
 
-from refseq_bench.scenarios.cli.app import app
+from refseq_bench.scenarios.cli.app import NAMES, command_tree
 from refseq_bench.scenarios.library import LIBRARY
 from tests.robustness.attack import attack
 from tests.robustness.attacks.cases import replays
@@ -34,7 +33,7 @@ STEPS = ("LD", "LI0", "LO3", "LA7", "LDMC", "LA1MW", "LDMT90", "LA2MT180", "LDMN
 @cache
 def commands() -> dict[str, Any]:
     """Every command by its words."""
-    return dict(_commands(typer.main.get_command(app)))
+    return dict(_commands(command_tree(*NAMES)))
 
 
 def _commands(command: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]]:

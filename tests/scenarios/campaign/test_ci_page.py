@@ -6,7 +6,6 @@ from pathlib import Path
 
 import click
 import pytest
-import typer.main
 
 from refseq_bench.scenarios.campaign.declare.cases import find
 from refseq_bench.scenarios.campaign.pages.index import INDEX
@@ -14,7 +13,7 @@ from refseq_bench.scenarios.campaign.pages.junit import JUNIT
 from refseq_bench.scenarios.campaign.results import PAGE as CASE_PAGE
 from refseq_bench.scenarios.campaign.store.cache import FOLDER
 from refseq_bench.scenarios.campaign.store.result_file import RESULT
-from refseq_bench.scenarios.cli.app import app
+from refseq_bench.scenarios.cli.app import NAMES, command_tree
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "ci.md").read_text()
 COMMANDS = [line.split(">>")[0] for line in re.findall(r"(?:^|run: |- )(?:\./run )?(refseq scenario .*)$", PAGE, re.M)]
@@ -23,7 +22,7 @@ COMMANDS = [line.split(">>")[0] for line in re.findall(r"(?:^|run: |- )(?:\./run
 @pytest.mark.parametrize("line", COMMANDS)
 def test_commands_of_the_page_are_taken(line: str) -> None:
     words = shlex.split(line)[1:]
-    command: click.Command = typer.main.get_command(app)
+    command: click.Command = command_tree(*NAMES)
     context = click.Context(command)
     while isinstance(command, click.Group):
         command = command.commands[words.pop(0)]

@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-import typer
 from typer.core import TyperGroup
 
-from refseq_bench.scenarios.cli.app import app
+from refseq_bench.scenarios.cli.app import NAMES, command_tree
 from refseq_bench.scenarios.cli.terminal.usage import RENAMED_COMMANDS, RENAMED_OPTIONS
 from tests.scenarios.conftest import Refseq
 
@@ -26,7 +25,7 @@ def commands(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, Any]
             yield from commands(command, (*path, name))
 
 
-COMMANDS = dict(commands(typer.main.get_command(app)))
+COMMANDS = dict(commands(command_tree(*NAMES)))
 RECORD = "record hallway -o new.mcap"
 
 
@@ -115,8 +114,41 @@ def test_what_a_program_would_read_on_is_json(refseq: Refseq) -> None:
     assert {"name", "found", "ok", "cost", "remedy"} <= set(checks[0])
 
 
-def test_help_loads_nothing_that_a_command_needs() -> None:
+def imported(line: str) -> set[str]:
+    """The modules that a command line imports in a process of its own."""
+    code = (
+        "import sys; from refseq_bench.scenarios.cli.app import exit_code; code = exit_code(sys.argv[1:]); "
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    told = subprocess.run([sys.executable, "-c", code, *line.split()], capture_output=True, text=True, check=True)
+    return set(told.stderr.splitlines()[-1].split())
+
+
+HEAVY = {"numpy", "scipy", "cv2", "mujoco", "rerun", "matplotlib", "pyarrow", "networkx", "faiss"}
+
+
+@pytest.mark.parametrize(
+    ("line", "more"),
+    [("--help", {"pydantic", "importlib.metadata"}), ("record --help", set()), ("map merge --help", set())],
+)
+def test_help_loads_nothing_that_a_command_needs(line: str, more: set[str]) -> None:
     """So that it comes at once, and `refseq doctor` answers where packages are missing."""
-    code = "import sys, refseq_bench.scenarios.cli.app; print(*{name.partition('.')[0] for name in sys.modules})"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert not {"numpy", "scipy", "cv2", "mujoco", "rerun", "matplotlib", "pydantic_settings", "pyarrow"} & {*loaded}
+    assert not (HEAVY | more) & imported(line)
+
+
+def test_only_the_module_of_the_command_that_is_asked_for_is_imported() -> None:
+    ours = "refseq_bench.scenarios.cli."
+    assert {name for name in imported("--help") if name.startswith(ours)} <= {
+        f"{ours}{name}" for name in ("app", "terminal", "terminal.console", "terminal.options", "terminal.usage")
+    }
+    assert f"{ours}record" not in imported("world --help")
+
+
+def test_the_help_of_all_says_of_each_command_what_its_own_help_says() -> None:
+    told, own = command_tree().commands, command_tree(*NAMES).commands
+    assert tuple(told) == NAMES
+    assert own.keys() == told.keys()
+    for name in NAMES:
+        first, _, _ = (own[name].help or "").partition("\n\n")
+        assert told[name].help == " ".join(first.split())
+        assert told[name].rich_help_panel == own[name].rich_help_panel
