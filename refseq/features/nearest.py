@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 BLOCK = 1024
 """Words that are compared at once: few enough to stay in the processor's cache, many enough for a fast product."""
@@ -61,6 +60,8 @@ def squared_distances(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
     number. Other numbers are compared pair by pair.
     """
     if not _multiplies(a):
+        from scipy.spatial.distance import cdist  # takes long to import, and few descriptors are of such numbers
+
         pairs: NDArray[np.float64] = cdist(a, b, "sqeuclidean")
         return pairs
     return _products(a, _block(b))

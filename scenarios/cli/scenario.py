@@ -86,7 +86,7 @@ def show(
         return
     store = Store(cache or default_store())
     for one in cases:
-        for line in lines(one, store):
+        for line in lines(one, rest_of([one], store).summary):
             say(out, line)
     if len(cases) > 1:
         say(out, f"all {len(cases)} cases together, which share drives: {rest_of(cases, store).summary}")

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from refseq_bench.sim.device_tables import TABLE, Number, Whole, require, require_positive, require_share
 
@@ -13,10 +13,6 @@ PHOTONS_PER_LUX_SECOND = 4.09e15
 """Photons on a square metre in a second at one lux: 1 / 683 W/m² of 3.58e-19 J each, all light at 555 nm."""
 WHITE = (1 << 12) - 1
 """Largest number of the analogue-digital converter: 12 bits, a choice."""
-_NORMAL = ndtri((np.arange(1 << 16) + 0.5) / (1 << 16)).astype(np.float32)
-"""The standard normal distribution in equally likely steps: a sixth of the time of drawing from the continuous one.
-
-The steps are far below those of the converter; the last one, at 4.3 σ, stands for all beyond, 1 pixel of 65 000."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +49,7 @@ class Sensor:
         n: nobody could tell, and the draw takes a tenth of the time. No pixel holds more than ``full_well``.
         """
         light = np.maximum(mean, np.float32(0.0))
-        electrons = _NORMAL.take(rng.integers(len(_NORMAL), size=mean.shape, dtype=np.uint16))
+        electrons = _normal_steps().take(rng.integers(1 << 16, size=mean.shape, dtype=np.uint16))
         electrons *= np.sqrt(light + np.float32(self.read_noise**2))
         electrons += light
         return np.minimum(electrons, np.float32(self.full_well), out=electrons)
@@ -64,3 +60,14 @@ class Sensor:
         np.clip(numbers, 0.0, WHITE, out=numbers)
         numbers += np.float32(0.5)
         return numbers.astype(np.uint16)
+
+
+@cache
+def _normal_steps() -> NDArray[np.float32]:
+    """The standard normal distribution in equally likely steps: a sixth of the time of drawing from the continuous one.
+
+    The steps are far below those of the converter; the last one, at 4.3 σ, stands for all beyond, 1 pixel of 65 000.
+    """
+    from scipy.special import ndtri  # takes long to import, and what only names a camera draws no noise
+
+    return ndtri((np.arange(1 << 16) + 0.5) / (1 << 16)).astype(np.float32)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 BEAMS = 361
 START, STEP = -np.pi / 2, np.pi / 360
@@ -76,6 +75,8 @@ def directions() -> NDArray[np.float64]:
 
 def sweep(model: mujoco.MjModel, data: mujoco.MjData, site: str) -> LaserSweep:
     """Trace the scanner at ``site`` back through the scan that ends now, as if its velocity had not changed."""
+    from scipy.spatial.transform import Rotation  # takes long to import, and what only names a laser turns nothing
+
     frame, velocity = data.site(site), np.empty(6)
     in_world_axes = 0
     mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, frame.id, velocity, in_world_axes)

@@ -24,7 +24,6 @@ from refseq.logs.trajectories.columns import (
 )
 from refseq.logs.trajectories.geodesy import headings_along, utm, zone_of
 from refseq.logs.trajectories.planar import CAMERA_TO_WORLD, in_plane, is_camera_frame, rotations_of
-from refseq.logs.trajectories.relations import FIELDS, poses_from_relations
 from refseq.logs.trajectories.table import PoseTable, TrajectoryFormat
 
 EPOCHS = ((1e17, "nanoseconds", 1e-9), (1e14, "microseconds", 1e-6), (1e11, "milliseconds", 1e-3))
@@ -201,6 +200,9 @@ def _kitti(path: Path, rows: Sequence[_TrajectoryRow]) -> PoseTable:
 
 
 def _related(path: Path, rows: Sequence[_TrajectoryRow]) -> PoseTable:
+    # With graphs and solvers, which no other log needs: they take longer to import than most logs to open.
+    from refseq.logs.trajectories.relations import FIELDS, poses_from_relations
+
     if len(rows[0].fields) != FIELDS:
         raise rows[0].error(f"has {len(rows[0].fields)} fields; valid are two times, x, y, z, roll, pitch and yaw")
     return poses_from_relations(path, np.array([[row.value(column) for column in range(FIELDS)] for row in rows]))
