@@ -160,7 +160,7 @@ PROFILES: Mapping[str, Profile] = {
 
 
 def uncalibrated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Calibration, "log_evidence", lambda self, scores: np.asarray(scores))
+    monkeypatch.setattr(Calibration, "log_ratios", lambda self, scores: np.asarray(scores))
 
 
 def one_rate(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,7 +184,7 @@ def equally_common(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def fixed_calibrator(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(log_ratio, "log_calibrated", lambda p: np.log(0.5 / np.sqrt(p)))
+    monkeypatch.setattr(log_ratio, "log_mean_calibrated", lambda p: np.log(0.5 / np.sqrt(p.high)))
 
 
 CHANGES: Mapping[str, Callable[[pytest.MonkeyPatch], None]] = {

@@ -72,8 +72,8 @@ def laser_revisit(log: Path, reference: str, queries: Sequence[str]) -> list[Com
         for comparison in ask(
             log.name,
             LASER_PROFILES,
-            read_drive(log, DriveSelection(reference, 0.5, seed)).views,
-            [read_drive(log, DriveSelection(query, 0.5, len(SEEDS) + seed)).views for query in queries],
+            read_drive(log, DriveSelection(reference, 0.5, noise_seed=seed)).views,
+            [read_drive(log, DriveSelection(query, 0.5, noise_seed=len(SEEDS) + seed)).views for query in queries],
         )
     ]
 

@@ -11,6 +11,7 @@ x cases.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,18 +46,46 @@ class Calibration:
     def __init__(self, elsewhere: NDArray[np.float64]) -> None:
         self._elsewhere = np.sort(elsewhere)
 
-    def p_values(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Share of the places elsewhere that score as high, the place itself counted among them."""
-        n = len(self._elsewhere)
-        order = np.argsort(scores)  # many numbers are found much faster one after the other
-        as_high = np.empty(len(scores), np.intp)
-        as_high[order] = n - np.searchsorted(self._elsewhere, scores[order], side="left")
-        p: NDArray[np.float64] = (as_high + 1) / (n + 1)
-        return p
-
     def log_ratios(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
         """Calibrated log-likelihood ratios of the places with these scores."""
-        return log_calibrated(self.p_values(scores))
+        return log_mean_calibrated(self.p_values(scores))
+
+    def p_values(self, scores: NDArray[np.float64]) -> "PValues":
+        """Share of the places elsewhere that score as high, the place itself counted among them, and its ties.
+
+        A score that ties with t of n elsewhere may stand before or behind any of them, so that its p-value spans their
+        ranks. One that ties with all of them spans 0 to 1 and says nothing; one that ties with none is a single rank.
+        """
+        n = len(self._elsewhere)
+        order = np.argsort(scores)  # many numbers are found much faster one after the other
+        as_high, higher = np.empty(len(scores), np.intp), np.empty(len(scores), np.intp)
+        as_high[order] = n - np.searchsorted(self._elsewhere, scores[order], side="left")
+        higher[order] = n - np.searchsorted(self._elsewhere, scores[order], side="right")
+        tied = (as_high - higher) / n if n else np.ones(len(scores))
+        return PValues((higher + 1 - tied) / (n + 1), (as_high + 1) / (n + 1))
+
+
+class PValues(NamedTuple):
+    """P-values of scores, (n,) each: ``low`` to ``high``, the same but for scores that tie."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+def log_mean_calibrated(p: PValues) -> NDArray[np.float64]:
+    """Logarithm of the calibrator's mean over p-values from ``low`` to ``high``, at most one of them 0."""
+    # Its integral is (p − 1) / ln p, from 0 at p = 0 to 1 at p = 1.
+    mean = log_calibrated(p.high)
+    spans = p.high > p.low
+    low, high = p.low[spans], p.high[spans]
+    mean[spans] = np.log((_integral(high) - _integral(low)) / (high - low))
+    return mean
+
+
+def _integral(p: NDArray[np.float64]) -> NDArray[np.float64]:
+    with np.errstate(divide="ignore"):
+        x = np.log(p)
+    return np.divide(np.expm1(x), x, out=np.ones_like(x), where=x < 0)
 
 
 def log_calibrated(p: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -76,6 +105,8 @@ class LogRatioModel:
         columns = matrix.columns_of(chosen)
         self._blocks: dict[str, tuple[Detection, Calibration]] = {}
         for key, block in matrix.blocks.items():
+            if np.isin(matrix.sightings(block), (0, matrix.K)).all():
+                continue  # the same at all places, it tells none from another
             model = Detection(matrix.block(key))
             views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
             self._blocks[key] = model, Calibration(_elsewhere(model, views, along, settings))
@@ -83,14 +114,15 @@ class LogRatioModel:
     def log_ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
         """Log-likelihood ratio of each place to elsewhere, (K,); ``observed`` has the ids seen by block.
 
-        Blocks are taken as independent. One that is not observed, its sensor being away, says nothing. The weighted
-        mean of their ratio and of 1, what a view brings that may be of any place, is a ratio too: no place falls below
-        ``blind``.
+        Blocks are taken as independent. One that is not observed, its sensor being away, says nothing, and neither does
+        one that is the same at all places. The weighted mean of their ratio and of 1, what a view brings that may be of
+        any place, is a ratio too: no place falls below ``blind``.
         """
         total = np.zeros(self._K)
         for key, ids in observed.items():
-            model, calibration = self._blocks[key]
-            total += calibration.log_ratios(model.log_ratios(ids))
+            if key in self._blocks:
+                model, calibration = self._blocks[key]
+                total += calibration.log_ratios(model.log_ratios(ids))
         if not self._blind:
             return total
         mixed: NDArray[np.float64] = np.logaddexp(np.log(self._blind), np.log1p(-self._blind) + total)

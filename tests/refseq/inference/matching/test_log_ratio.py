@@ -8,7 +8,14 @@ from scipy.integrate import quad
 from refseq.inference.matching.columns import Rows
 from refseq.inference.matching.detection import REACH, Detection
 from refseq.inference.matching.incidence import IncidenceMatrix
-from refseq.inference.matching.log_ratio import Calibration, LogRatioModel, LogRatioSettings, log_calibrated
+from refseq.inference.matching.log_ratio import (
+    Calibration,
+    LogRatioModel,
+    LogRatioSettings,
+    PValues,
+    log_calibrated,
+    log_mean_calibrated,
+)
 
 quick = settings(deadline=None, max_examples=80, derandomize=True)
 
@@ -50,23 +57,62 @@ def test_the_highest_score_of_all_brings_finite_evidence(n: int) -> None:
 @quick
 @given(arrays(np.int8, st.integers(0, 20)), arrays(np.int8, st.integers(1, 9)))
 def test_p_values_are_shares_of_scores_as_high(elsewhere: np.ndarray, scores: np.ndarray) -> None:
+    found = Calibration(elsewhere.astype(float)).p_values(scores.astype(float))
     expected = [(1 + sum(other >= score for other in elsewhere)) / (1 + len(elsewhere)) for score in scores]
-    np.testing.assert_allclose(Calibration(elsewhere.astype(float)).p_values(scores.astype(float)), expected)
+    np.testing.assert_allclose(found.high, expected)
+    alone = ~np.isin(scores, elsewhere) & (len(elsewhere) > 0)
+    np.testing.assert_array_equal(found.low[alone], found.high[alone])
+    assert (found.low >= 0).all()
+    assert (found.low[~alone] < found.high[~alone]).all()
 
 
 @quick
 @given(st.lists(st.integers(0, 6), min_size=2, max_size=15))
 def test_p_values_are_valid_whatever_the_scores(scores: list[int]) -> None:
     """Of exchangeable scores, each may be the one looked at: p ≤ a in no more than a share a of the cases."""
-    all_scores = np.array(scores, float)
-    p = np.array([Calibration(np.delete(all_scores, i)).p_values(all_scores[i : i + 1])[0] for i in range(len(scores))])
+    p = np.array([calibrated.p_values(score).high[0] for calibrated, score in each_against_the_others(scores)])
     for a in np.unique(p):
         assert (p <= a).mean() <= a + 1e-12
 
 
-def test_ties_count_as_high() -> None:
+@quick
+@given(st.lists(st.integers(0, 6), min_size=1, max_size=15))
+def test_ratios_average_no_more_than_one_whatever_ties(scores: list[int]) -> None:
+    """The promise of an e-value, exactly: over all ways to say which of exchangeable scores is the one looked at."""
+    ratios = [np.exp(calibrated.log_ratios(score)[0]) for calibrated, score in each_against_the_others(scores)]
+    assert np.mean(ratios) <= 1 + 1e-9
+    if len(set(scores)) == 1:
+        assert ratios == [1.0] * len(scores)  # they know nothing, and say nothing
+
+
+def each_against_the_others(scores: list[int]) -> list[tuple[Calibration, np.ndarray]]:
+    values = np.array(scores, float)
+    return [(Calibration(np.delete(values, i)), values[i : i + 1]) for i in range(len(values))]
+
+
+@quick
+@given(st.sets(st.floats(-50, 50), min_size=2, max_size=15))
+def test_scores_without_ties_are_calibrated_by_their_rank(scores: set[float]) -> None:
+    values = np.array(sorted(scores))
+    found = Calibration(values[1:]).log_ratios(values[:1])
+    np.testing.assert_array_equal(found, log_calibrated(np.array([1.0])))
+    found = Calibration(values[:-1]).log_ratios(values[-1:])
+    np.testing.assert_array_equal(found, log_calibrated(np.array([1 / len(values)])))
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1e-3), (0.0, 1.0), (1e-5, 2e-5), (0.2, 0.9), (0.999, 1.0)])
+def test_a_tie_brings_the_mean_over_what_it_spans(low: float, high: float) -> None:
+    mean, _ = quad(lambda x: np.exp(log_calibrated(np.exp(x)) + x), np.log(low) if low else -600, np.log(high))
+    mean += 0 if low else 1 / 600  # below e^−600 it is 1 / (p ln² p)
+    found = log_mean_calibrated(PValues(np.array([low]), np.array([high])))
+    assert np.exp(found[0]) == pytest.approx(mean / (high - low), rel=1e-3)
+
+
+def test_ties_span_their_ranks() -> None:
     calibration = Calibration(np.array([1.0, 2.0, 2.0, 2.0]))
-    np.testing.assert_allclose(calibration.p_values(np.array([2.0, 2.0 + 1e-9, 0.0])), [4 / 5, 1 / 5, 1])
+    found = calibration.p_values(np.array([2.0, 2.0 + 1e-9, 0.0]))
+    np.testing.assert_allclose(found.high, [4 / 5, 1 / 5, 1])
+    np.testing.assert_allclose(found.low, [(1 - 3 / 4) / 5, 1 / 5, 1])
 
 
 @pytest.mark.parametrize("decimals", [0, 1, 9])
@@ -180,11 +226,21 @@ def test_maps_too_short_to_know_places_elsewhere_give_finite_evidence(places: in
 
 
 @pytest.mark.parametrize("seen", [np.zeros((K, 5), bool), np.ones((K, 5), bool), np.zeros((K, 0), bool)])
-def test_blocks_that_are_the_same_everywhere_say_the_same_of_all_places(seen: np.ndarray) -> None:
-    found = model_of(seen).log_ratios(shown(seen[0]))
-    assert np.isfinite(found).all()
-    assert np.ptp(found) == pytest.approx(0, abs=1e-9)
-    assert found[0] <= 0  # nor do they speak against being elsewhere
+def test_a_block_that_is_the_same_everywhere_says_nothing(seen: np.ndarray) -> None:
+    np.testing.assert_array_equal(model_of(seen).log_ratios(shown(seen[0])), np.zeros(K))
+    telling = drive(8)
+    both, alone = model_of(telling, seen), model_of(telling)
+    row = shown(telling[11], seen[11])
+    np.testing.assert_array_equal(both.log_ratios(row), alone.log_ratios({"b0": row["b0"]}))
+
+
+def test_a_block_that_hardly_any_place_shows_says_hardly_anything_of_the_others() -> None:
+    """As doors, in a corridor with a single one: not to see it must not speak against all places without it."""
+    door = np.zeros((K, 1), bool)
+    door[30] = True
+    found = model_of(door, blind=0.0).log_ratios(shown(door[0]))
+    assert (np.abs(np.delete(found, range(26, 35))) < 0.25).all()
+    assert found[30] <= found.min() + 1e-9
 
 
 def test_a_view_that_shows_nothing_is_answered() -> None:
