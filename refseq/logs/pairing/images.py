@@ -1,7 +1,6 @@
-"""Pictures of views within a bound of memory: the first ones decoded, later ones encoded until they are asked for."""
+"""Pictures of views within a bound of memory: encoded until somebody asks for them, then the first ones decoded."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,23 +18,30 @@ LATEST = 16
 """So many pictures that were decoded last are kept, for those who ask twice for one of a view."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class EncodedPicture:
-    """A picture of a topic that is decoded when somebody asks for its pixels."""
+    """A compressed picture of a topic, decoded when somebody asks; while there is room its pixels take its place."""
 
-    path: Path
-    topic: str
-    picture: LazyPicture
+    def __init__(self, store: "PictureStore", topic: str, picture: CompressedPicture) -> None:
+        self._store, self._topic = store, topic
+        self._held: CompressedPicture | NDArray[np.uint8] = picture
 
     def pixels(self) -> NDArray[np.uint8]:
         """Grey pixels, (height, width). Raises ``LogError`` with file and topic for a picture that is damaged."""
-        try:
-            return self.picture.decode()
-        except LogError as error:
-            raise LogError(f"{self.path}: topic {self.topic}: {error}") from error
+        held = self._held
+        return held if isinstance(held, np.ndarray) else _latest(self)
+
+    def decoded(self) -> NDArray[np.uint8]:
+        """The pixels, decoded now and held if there is room."""
+        held = self._held
+        if isinstance(held, np.ndarray):
+            return held
+        pixels = self._store.decoded(self._topic, held)
+        if self._store.has_room(pixels.nbytes):
+            self._held = pixels
+        return pixels
 
 
-_latest = lru_cache(maxsize=LATEST)(EncodedPicture.pixels)
+_latest = lru_cache(maxsize=LATEST)(EncodedPicture.decoded)
 
 
 class ViewImages(Mapping[str, NDArray[np.uint8]]):
@@ -46,7 +52,10 @@ class ViewImages(Mapping[str, NDArray[np.uint8]]):
 
     def __getitem__(self, camera: str) -> NDArray[np.uint8]:
         held = self._pictures[camera]
-        return _latest(held) if isinstance(held, EncodedPicture) else held
+        return held.pixels() if isinstance(held, EncodedPicture) else held
+
+    def __contains__(self, camera: object) -> bool:
+        return camera in self._pictures  # a mapping's own would decode the picture
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._pictures)
@@ -65,34 +74,44 @@ class PictureStore:
         self._path = path
         self._held = 0
         self._sizes: dict[str, tuple[int, int]] = {}
+        self._shown: dict[str, tuple[int, int]] = {}  # decoded, a picture of which the head says so is turned
 
     def taken(self, topic: str, picture: LazyPicture) -> NDArray[np.uint8] | EncodedPicture:
-        """The picture's pixels while there is room; beyond that the picture, if it is smaller than its pixels.
+        """The picture if it is compressed, for whoever asks for it; the pixels of any other, which are smaller.
 
-        Raises ``LogError`` for one that is damaged or of another size than those before.
+        Raises ``LogError`` for one of which the head is damaged or tells another size than those before.
         """
-        kept = EncodedPicture(self._path, topic, picture)
-        if self._held > HELD and isinstance(picture, CompressedPicture):
-            self._check(kept, *_size_of(kept, picture))
-            return kept
-        pixels = kept.pixels()
-        self._check(kept, pixels.shape[1], pixels.shape[0])
-        self._held += pixels.nbytes
+        if not isinstance(picture, CompressedPicture):
+            return self.decoded(topic, picture)
+        try:
+            size = declared_size(picture.data)
+            check_size(*size)
+        except LogError as error:
+            raise self._named(topic, error) from error
+        self._check(topic, size, self._sizes)
+        return EncodedPicture(self, topic, picture)
+
+    def decoded(self, topic: str, picture: LazyPicture) -> NDArray[np.uint8]:
+        """Grey pixels, (height, width). Raises ``LogError`` for a picture that is damaged or of another size."""
+        try:
+            pixels = picture.decode()
+        except LogError as error:
+            raise self._named(topic, error) from error
+        self._check(topic, (pixels.shape[1], pixels.shape[0]), self._shown)
         return pixels
 
-    def _check(self, kept: EncodedPicture, width: int, height: int) -> None:
-        first = self._sizes.setdefault(kept.topic, (width, height))
-        if (width, height) != first:
-            raise LogError(
-                f"{kept.path}: topic {kept.topic}: an image is {width} × {height} pixels, the first {first[0]} × "
-                f"{first[1]}; valid is one size a topic"
-            )
+    def has_room(self, count: int) -> bool:
+        """Tell whether so many bytes of pixels more may be held; if so they are counted."""
+        if self._held + count > HELD:
+            return False
+        self._held += count
+        return True
 
+    def _check(self, topic: str, size: tuple[int, int], sizes: dict[str, tuple[int, int]]) -> None:
+        first = sizes.setdefault(topic, size)
+        if size != first:
+            told = f"{size[0]} × {size[1]} pixels, the first {first[0]} × {first[1]}"
+            raise self._named(topic, f"an image is {told}; valid is one size a topic")
 
-def _size_of(kept: EncodedPicture, picture: CompressedPicture) -> tuple[int, int]:
-    try:
-        width, height = declared_size(picture.data)
-        check_size(width, height)
-    except LogError as error:
-        raise LogError(f"{kept.path}: topic {kept.topic}: {error}") from error
-    return width, height
+    def _named(self, topic: str, reason: object) -> LogError:
+        return LogError(f"{self._path}: topic {topic}: {reason}")

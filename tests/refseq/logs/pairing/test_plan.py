@@ -109,6 +109,8 @@ def test_only_pictures_that_thinning_keeps_are_decoded(log: Path, monkeypatch: p
     plan = plan_views(open_log(log))
     assert (len(plan), decoded) == (pytest.approx(80, abs=2), [])
     views = tuple(plan.thinned(1.0).read())
+    assert decoded == []
+    assert all(dict(view.images) for view in views)
     assert len(decoded) == len(views) < 10
 
 
