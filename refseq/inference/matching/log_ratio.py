@@ -9,12 +9,14 @@ Statistics 49, 2021). So a view like those brings a ratio above x for a place th
 x cases.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import logsumexp
 
 from refseq.inference.matching.detection import REACH, Detection
 from refseq.inference.matching.incidence import IncidenceMatrix
@@ -104,29 +106,69 @@ class LogRatioModel:
         chosen = np.unique(np.linspace(0, matrix.K - 1, min(matrix.K, int(settings.views))).round().astype(int))
         columns = matrix.columns_of(chosen)
         self._blocks: dict[str, tuple[Detection, Calibration]] = {}
+        self._elsewhere: dict[str, NDArray[np.float32]] = {}
+        self._powers: dict[frozenset[str], float] = {}
         for key, block in matrix.blocks.items():
             if np.isin(matrix.sightings(block), (0, matrix.K)).all():
                 continue  # the same at all places, it tells none from another
             model = Detection(matrix.block(key))
             views = [(k, _within(column, block)) for k, column in zip(chosen, columns, strict=True)]
-            self._blocks[key] = model, Calibration(_elsewhere(model, views, along, settings))
+            scores = _elsewhere(model, views, along, settings)
+            calibration = Calibration(scores)
+            self._blocks[key] = model, calibration
+            self._elsewhere[key] = calibration.log_ratios(scores).astype(np.float32)
 
     def log_ratios(self, observed: Mapping[str, NDArray[np.intp]]) -> NDArray[np.float64]:
         """Log-likelihood ratio of each place to elsewhere, (K,); ``observed`` has the ids seen by block.
 
-        Blocks are taken as independent. One that is not observed, its sensor being away, says nothing, and neither does
-        one that is the same at all places. The weighted mean of their ratio and of 1, what a view brings that may be of
-        any place, is a ratio too: no place falls below ``blind``.
+        Blocks are multiplied, and the product taken to their ``power``. One that is not observed, its sensor being
+        away, says nothing, and neither does one that is the same at all places. The weighted mean of their ratio and of
+        1, what a view brings that may be of any place, is a ratio too: no place falls below ``blind``.
         """
-        total = np.zeros(self._K)
-        for key, ids in observed.items():
-            if key in self._blocks:
-                model, calibration = self._blocks[key]
-                total += calibration.log_ratios(model.log_ratios(ids))
+        blocks = self.by_block(observed)
+        total: NDArray[np.float64] = self.power(blocks) * sum(blocks.values(), np.zeros(self._K))
         if not self._blind:
             return total
         mixed: NDArray[np.float64] = np.logaddexp(np.log(self._blind), np.log1p(-self._blind) + total)
         return mixed
+
+    def by_block(self, observed: Mapping[str, NDArray[np.intp]]) -> dict[str, NDArray[np.float64]]:
+        """Log-likelihood ratios of each block for itself, (K,) each, but for those that say nothing."""
+        found = {}
+        for key, ids in observed.items():
+            if key in self._blocks:
+                model, calibration = self._blocks[key]
+                found[key] = calibration.log_ratios(model.log_ratios(ids))
+        return found
+
+    def power(self, keys: Iterable[str]) -> float:
+        """Power of the product of some blocks' ratios at which places elsewhere average 1 or less in the reference.
+
+        Blocks of one camera, or of sensors that look at one door, are wrong together: where each averages 1, their
+        product can average a hundred. The reference's own views, held out, tell by how much.
+        """
+        chosen = frozenset(keys)
+        if chosen not in self._powers:
+            products = sum((self._elsewhere[key] for key in sorted(chosen)), np.zeros(1, np.float32))
+            self._powers[chosen] = power_of(products.astype(np.float64))
+        return self._powers[chosen]
+
+
+def power_of(log_ratios: NDArray[np.float64]) -> float:
+    """The largest power up to 1 at which ratios average 1 or less; 0 where none does."""
+
+    def log_mean(power: float) -> float:
+        return float(logsumexp(power * log_ratios) - np.log(len(log_ratios)))
+
+    # A convex function that is 0 at 0: where it is above 0 at 1, it has one other root at most.
+    if not len(log_ratios) or log_mean(1.0) <= 0:
+        return 1.0
+    if log_ratios.mean() >= 0:
+        return 0.0
+    low = 0.5
+    while log_mean(low) > 0:
+        low /= 2
+    return float(brentq(log_mean, low, 1.0, xtol=1e-6))
 
 
 def _within(column: NDArray[np.intp], block: range) -> NDArray[np.intp]:

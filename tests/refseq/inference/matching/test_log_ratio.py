@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.integrate import quad
+from scipy.special import logsumexp
 
 from refseq.inference.matching.columns import Rows
 from refseq.inference.matching.detection import REACH, Detection
@@ -15,6 +16,7 @@ from refseq.inference.matching.log_ratio import (
     PValues,
     log_calibrated,
     log_mean_calibrated,
+    power_of,
 )
 
 quick = settings(deadline=None, max_examples=80, derandomize=True)
@@ -153,15 +155,40 @@ def shown(*rows: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def test_evidence_is_the_sum_over_blocks_and_nothing_from_those_not_observed() -> None:
+    """To the power of these blocks together, 1 where they err apart from each other."""
     first, second = drive(1), drive(2)
     both, *alone = (model_of(*seen, blind=0.0) for seen in ((first, second), (first,), (second,)))
     a, b = shown(first[20], second[20]).values()
     np.testing.assert_array_equal(both.log_ratios({"b0": a}), alone[0].log_ratios({"b0": a}))
     np.testing.assert_array_equal(both.log_ratios({"b1": b}), alone[1].log_ratios({"b0": b}))
-    np.testing.assert_allclose(
-        both.log_ratios({"b0": a, "b1": b}), both.log_ratios({"b0": a}) + both.log_ratios({"b1": b})
-    )
+    summed = both.log_ratios({"b0": a}) + both.log_ratios({"b1": b})
+    np.testing.assert_allclose(both.log_ratios({"b0": a, "b1": b}), both.power(["b0", "b1"]) * summed)
+    assert both.power(["b0"]) == both.power(["b1"]) == 1
     np.testing.assert_array_equal(both.log_ratios({}), np.zeros(K))
+
+
+@pytest.mark.parametrize("copies", [2, 4])
+def test_blocks_that_err_together_count_less(copies: int) -> None:
+    """A drive with doubles, and a block that says the same again: it adds no evidence that is not there."""
+    seen = drive(5, period=20)
+    model = model_of(*[seen] * copies, blind=0.0)
+    power = model.power([f"b{i}" for i in range(copies)])
+    assert 0 < power < 1
+    far = [np.abs(np.arange(K) - k) > REACH for k in range(K)]
+    found = [model.log_ratios(shown(*[seen[k]] * copies))[far[k]] for k in range(0, K, 3)]
+    assert np.exp(np.concatenate(found)).mean() < 1.2
+    assert np.exp(np.concatenate(found) / power).mean() > 1.3
+
+
+@quick
+@given(arrays(np.float64, st.integers(1, 30), elements=st.floats(-30, 30)))
+def test_the_power_is_the_largest_that_keeps_the_mean_at_one(log_ratios: np.ndarray) -> None:
+    power = power_of(log_ratios)
+    assert 0 <= power <= 1
+    assert logsumexp(power * log_ratios) - np.log(len(log_ratios)) <= 1e-4
+    if 0 < power < 1:
+        more = min(1.0, power + 1e-3)
+        assert logsumexp(more * log_ratios) - np.log(len(log_ratios)) > 0
 
 
 @pytest.mark.parametrize(("apart", "spacing"), [(4.0, 1.0), (9.5, 1.0), (4.0, 0.25), (0.0, 5.0)])
