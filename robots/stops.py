@@ -38,6 +38,8 @@ class Stops:
 
         A stop that holds keeps its time; its detail too where it is latched: what came first tells more.
         """
+        if detail is None and not self._held:
+            return
         before = self._held.get(cause)
         if detail is None:
             if cause not in LATCHED:
@@ -59,6 +61,8 @@ class Stops:
 def let_through(stops: Iterable[Stop], twist: Twist) -> Twist:
     """Return what ``stops`` let through of a command: all, nothing, or turning and going the other way."""
     blocked = {stop.blocks for stop in stops}
+    if not blocked:
+        return twist
     if Blocked.ALL in blocked:
         return Twist()
     linear = twist.linear

@@ -22,6 +22,8 @@ class Wire:
 
     def take(self, most: int = CAPACITY) -> bytes:
         """Read what waits, the oldest first, at most so many bytes."""
+        if not self._waiting:
+            return b""
         data = bytes(self._waiting[:most])
         del self._waiting[:most]
         return data

@@ -179,6 +179,8 @@ class LineReader:
 
     def feed(self, data: bytes) -> list[bytes]:
         """Return the lines that end in ``data``, without their ends."""
+        if not data:
+            return []
         *whole, rest = (bytes(self._held) + data).split(END)
         self._held = bytearray(rest[: MAX_LINE + 2])
         return [line.removesuffix(b"\r")[: MAX_LINE + 1] for line in whole]

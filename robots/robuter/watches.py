@@ -1,6 +1,6 @@
 """Watches that stop the Robuter: front sonars and bumpers."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,8 +60,10 @@ class BumperWatch:
     def __init__(self) -> None:
         self._hit: frozenset[Bumper] = frozenset()
 
-    def look(self, pressed: Iterable[str], wanted: Twist) -> str | None:
+    def look(self, pressed: Collection[str], wanted: Twist) -> str | None:
         """Tell the bumpers, None when the way is free."""
+        if not (pressed or self._hit):
+            return None
         self._hit = frozenset(map(Bumper, pressed)) | {one for one in self._hit if _into(one, wanted)}
         return ", ".join(bumper.value for bumper in Bumper if bumper in self._hit) or None
 

@@ -65,6 +65,8 @@ class Bench(Closing):
         self.model = compile_model(world, robot, self.settings)
         self.data = mujoco.MjData(self.model)
         self._crowd = Crowd(self.model, world.plan)
+        base = self.data.body(self._prefix + robot.base)
+        self._base_position, self._base_axes = base.xpos, base.xmat  # views: to look them up costs as much as a tick
         self._stand_at(start_of(self.route))
         self._physics = Physics(self.model, self.data)
         self._add_electronics()
@@ -126,9 +128,8 @@ class Bench(Closing):
 
         A machine that balances leans about its axle, so that its base's origin, on the floor, swings to and fro.
         """
-        body, up = self.data.body(self._prefix + self.robot.base), self.robot.drive.wheel_radius
-        x, y = body.xpos[:2] + up * body.xmat[[2, 5]]
-        return Pose(float(x), float(y), math.atan2(body.xmat[3], body.xmat[0]))
+        (x, y, _), axes, up = self._base_position.tolist(), self._base_axes.tolist(), self.robot.drive.wheel_radius
+        return Pose(x + up * axes[2], y + up * axes[5], math.atan2(axes[3], axes[0]))
 
     @property
     def odometry(self) -> Pose:

@@ -192,6 +192,9 @@ class _Leg:
         self._tangents = steps / lengths[:, None]  # (n - 1, 2)
         self._starts = np.concatenate([[0.0], np.cumsum(lengths)])
         self.length = float(self._starts[-1])
+        starts, corners, ways = self._starts.tolist(), points.tolist(), self._tangents.tolist()
+        # In numbers of Python's: a leg has few points, and each command projects on it.
+        self._segments = list(zip(starts[:-1], starts[1:], corners[:-1], ways, strict=True))
 
     def point(self, along: float) -> NDArray[np.float64]:
         """Return the point at path length ``along`` [m], (2,)."""
@@ -212,11 +215,13 @@ class _Leg:
     def project(self, pose: Pose, near: float, reach: float = 1.0) -> float:
         """Return the path length of the nearest point, of those within ``reach`` of ``near`` [m]: the same pass."""
         low, high = max(near - reach, 0.0), min(near + reach, self.length)
-        offset = np.array([pose.x, pose.y]) - self._points[:-1]  # (n - 1, 2)
-        along = self._starts[:-1] + np.sum(offset * self._tangents, axis=1)
-        along = np.clip(np.clip(along, self._starts[:-1], self._starts[1:]), low, high)
-        gaps = [math.dist((pose.x, pose.y), self.point(s)) for s in along]
-        return float(along[int(np.argmin(gaps))])
+        best, nearest = low, math.inf
+        for start, end, (x, y), (east, north) in self._segments:
+            foot = start + ((pose.x - x) * east + (pose.y - y) * north)
+            foot = min(max(min(max(foot, start), end), low), high)
+            if (gap := math.dist((pose.x, pose.y), self.point(foot))) < nearest:
+                best, nearest = foot, gap
+        return best
 
     def _segment(self, along: float) -> int:
         last = len(self._tangents) - 1

@@ -33,14 +33,16 @@ class InertialSensors:
 
     def __init__(self, model: InertialModel, rng: np.random.Generator) -> None:
         angle, rate = model.angle_bias, model.rate_bias
-        self._bias = rng.normal(0.0, 1.0, 4) * (angle, angle, rate, rate)
-        self._noise = np.array((model.angle_noise, model.angle_noise, model.rate_noise, model.rate_noise))
+        self._bias = (rng.normal(0.0, 1.0, 4) * (angle, angle, rate, rate)).tolist()
+        self._noise = (model.angle_noise, model.angle_noise, model.rate_noise, model.rate_noise)
         self._rng = rng
 
     def read(self, rotation: NDArray[np.float64], rates: NDArray[np.float64]) -> Inertial:
         """Read a body's ``rotation`` (w x y z) and its angular velocity in its own frame (3,) [rad/s]."""
         true = (*tilt(rotation), float(rates[1]), float(rates[2]))
-        return Inertial(*(true + self._bias + self._noise * self._rng.standard_normal(4)).tolist())
+        drawn = self._rng.standard_normal(4).tolist()
+        # Four numbers in each tick: arrays of them would take longer.
+        return Inertial(*(t + b + s * d for t, b, s, d in zip(true, self._bias, self._noise, drawn, strict=True)))
 
 
 def tilt(rotation: NDArray[np.float64]) -> tuple[float, float]:

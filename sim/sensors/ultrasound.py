@@ -190,21 +190,22 @@ def _any_points(
 
 def faces_of(met: RayHits) -> FlatFaces:
     """Flat faces: those of one geom on which two rays or more meet the same normal."""
-    ranger, ray = np.nonzero(np.isfinite(met.distance))
-    normal = met.normal[ranger, ray]
-    steps = np.round(normal / SMOOTH).astype(np.int64) + 64
-    key = ranger * 2**24 + met.geom[ranger, ray]
-    for axis in range(3):
-        key = key * 128 + steps[:, axis]
-    order = np.argsort(key, kind="stable")
+    (hits,) = np.isfinite(met.distance).ravel().nonzero()
+    ranger = hits // met.distance.shape[1]
+    normal = met.normal.reshape(-1, 3).take(hits, axis=0)
+    steps = np.rint(normal / SMOOTH).astype(np.int64) + 64
+    key = (ranger * 2**24 + met.geom.ravel().take(hits)) * 128**3 + steps @ _DIGITS
+    order = key.argsort(kind="stable")
     same = key[order[1:]] == key[order[:-1]]
     first = same.copy()
     first[1:] &= ~same[:-1]
     pairs = np.flatnonzero(first)  # the first two of each run
     flat = order[pairs]
-    ranger, ray, normal = ranger[flat], ray[flat], normal[flat]
-    point = met.point[ranger, ray]
+    ranger, normal, point = ranger[flat], normal[flat], met.point.reshape(-1, 3)[hits[flat]]
     return FlatFaces(ranger, normal, -(normal * point).sum(axis=1), point)
+
+
+_DIGITS = np.array([128**2, 128, 1])
 
 
 def mirror_points(faces: FlatFaces) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
@@ -215,7 +216,7 @@ def mirror_points(faces: FlatFaces) -> tuple[NDArray[np.intp], NDArray[np.float6
     corner_of, corners = _corners(faces)
     owner = np.concatenate([faces.ranger, corner_of])
     ways = np.concatenate([-faces.height[:, None] * faces.normal, corners])
-    order = np.argsort(owner, kind="stable")
+    order = owner.argsort(kind="stable")
     return owner[order], ways[order]
 
 

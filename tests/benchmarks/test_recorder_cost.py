@@ -42,10 +42,11 @@ KINDS = [
 ]
 
 
-RAW = ("mj_step", "mj_multiRay", "render")
+RAW = ("mj_step", "mj_multiRay", "mj_ray", "render")
 PARTS: tuple[tuple[object, str, str], ...] = (
     (mujoco, "mj_step", "mj_step"),
     (mujoco, "mj_multiRay", "mj_multiRay"),
+    (mujoco, "mj_ray", "mj_ray"),
     (Camera, "adapt", "meter"),
     (Sensor, "read", "noise"),
     (Camera, "expose", "rest of the camera"),
