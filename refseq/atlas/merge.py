@@ -1,50 +1,18 @@
-"""Merging maps: what two of their paths share is kept in one of them (4.4.2, Algorithm 2; card M5, M8)."""
+"""Merging maps: what their paths share is kept in one of them (4.4.2, Algorithm 2; card M5, M8)."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.atlas.consistency import CandidateJoin, JoinGraph, Verdict
+from refseq.atlas.decision import Confirm, Decision, leave_it, wished
 from refseq.atlas.overlap import Overlap, OverlapSettings, overlaps
+from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, track_of, views_of
 from refseq.errors import MapError
 from refseq.map.map import Map, beside
-from refseq.map.path import MapPath
-from refseq.map.reduction import reduced
-from refseq.map.sequence import ReferenceSequence, check_comparable
-
-
-@dataclass(frozen=True, slots=True)
-class Decision:
-    """A stretch that two sequences seem to share, by the places' numbers in the sequences as they were learnt.
-
-    ``one`` is the sequence that was in the map, ``other`` the one that is added; ``first`` and ``second`` are the
-    stretches, first and last place. ``joined`` says whether they were made one, and ``why`` why or why not.
-    """
-
-    one: str
-    other: str
-    first: tuple[int, int]
-    second: tuple[int, int]
-    lengths: tuple[float, float]
-    joined: bool
-    why: str
-
-    def about(self, other: "Decision") -> bool:
-        """True if two decisions are about stretches of the same sequences that have views in common."""
-        pairs = (self.first, other.first), (self.second, other.second)
-        return (self.one, self.other) == (other.one, other.other) and all(
-            mine[0] <= its[1] and its[0] <= mine[1] for mine, its in pairs
-        )
-
-
-Confirm = Callable[[Decision], Decision]
-"""A person's word on a decision: the same, or one turned round (M8)."""
-
-
-def leave_it(decision: Decision) -> Decision:
-    """Nobody is asked."""
-    return decision
 
 
 @dataclass(frozen=True)
@@ -56,7 +24,7 @@ class Merged:
 
 
 def merge(maps: Sequence[Map], settings: OverlapSettings | None = None) -> Map:
-    """Merge maps into one: what two of their paths share is kept in one sequence, and both run through it.
+    """Merge maps into one: what their paths share is kept in one sequence, and all of them run through it.
 
     The first may be of several paths, all others are of one. Raises ``MapError`` for no map, for paths of equal names,
     and for maps of other features or settings.
@@ -70,150 +38,136 @@ def merge_maps(
     confirm: Confirm = leave_it,
     wishes: Sequence[Decision] = (),
 ) -> Merged:
-    """Add maps to one another in their order, as ``merge`` does; the last may be added later, to the same effect.
+    """Merge maps as ``merge`` does, and tell what was decided; the order of the maps does not matter.
 
-    ``wishes`` are decisions of a person that hold whatever is found: joins made or refused, and joins that nobody would
-    have proposed. Raises ``MapError`` as ``merge`` does, and for wishes about views that there are not.
+    All pairs of paths are searched for stretches that they share. Those are joined that agree with each other and with
+    the paths' odometry (``refseq.atlas.consistency``). A shared stretch is kept by the path that had the fewest places
+    when it was learnt. ``wishes`` are decisions of a person that hold whatever is found: joins made or refused, and
+    joins that nobody would have proposed. Raises ``MapError`` as ``merge`` does, and for wishes about views that there
+    are not.
     """
-    beside(maps)  # what is wrong with the last is told before the first is merged
-    map_, decisions = maps[0], list[Decision]()
     for new in maps[1:]:
-        grown = added(map_, new, settings, confirm, wishes)
-        map_ = grown.map
-        decisions.extend(grown.decisions)
-    return Merged(map_, tuple(decisions))
+        new.sequence  # noqa: B018 - raises for a map of several paths
+    merging = _Merging(beside(maps), maps[0].names if maps else ())
+    found = merging.found(settings)
+    decided = [merging.decision(one, verdict) for one, verdict in zip(found, merging.verdicts(found), strict=True)]
+    told = [confirm(wished(decision, wishes)) for decision in decided]
+    for wish in merging.unasked(wishes, told):
+        found.append(merging.wish(wish))
+        told.append(wish)
+    joined = [one for one, decision in zip(found, told, strict=True) if decision.joined]
+    return Merged(merging.map(joined), tuple(told))
 
 
-def added(
-    map_: Map,
-    new: Map,
-    settings: OverlapSettings | None = None,
-    confirm: Confirm = leave_it,
-    wishes: Sequence[Decision] = (),
-) -> Merged:
-    """A map with one more path, the ``new`` map's, compared with each sequence that is there, in their order.
+@dataclass(frozen=True)
+class FoundOverlap:
+    """An overlap of two paths by their numbers, with the ``views`` (n, 2) of its places.
 
-    What it shares with one of them is taken out of the longer of the two, counted in places as they were learnt. Raises
-    ``MapError`` as ``merge_maps`` does, and for a new map of several paths.
+    ``one`` keeps the places, and is the path that had fewer of them when it was learnt; ``other`` gives them away.
     """
-    check_comparable(map_.sequences[0], new.sequence)
-    merging, decisions = _Merging(beside([map_, new])), list[Decision]()
-    for number in range(len(map_.sequences)):
-        if not (pair := merging.pair(number)):
-            continue
-        found = overlaps(*pair, settings)
-        told = [confirm(wished(merging.decision(number, overlap), wishes)) for overlap in found]
-        for wish in merging.unasked(number, wishes, told):
-            found.append(merging.overlap(number, wish))
-            told.append(wish)
-        merging.join(number, [overlap for overlap, decision in zip(found, told, strict=True) if decision.joined])
-        decisions.extend(told)
-    return Merged(merging.map(), tuple(decisions))
 
+    one: int
+    other: int
+    views: NDArray[np.intp]
+    overlap: Overlap
 
-def wished(decision: Decision, wishes: Sequence[Decision]) -> Decision:
-    """A decision as the first wish about the same stretch has it."""
-    wish = next((wish for wish in wishes if wish.about(decision)), None)
-    return decision if wish is None else replace(decision, joined=wish.joined, why=wish.why)
+    @property
+    def join(self) -> CandidateJoin:
+        """The overlap as a join to be decided about."""
+        return CandidateJoin(self.one, self.other, self.views, self.overlap.evidence, alone=not self.overlap.doubt)
 
 
 class _Merging:
-    """A map while places are taken out of one sequence or another; the last is the new one."""
+    """Maps beside each other, of which the first may hold joins already, those between its sequences ``known``."""
 
-    def __init__(self, map_: Map) -> None:
-        self._names = map_.names
-        self._held: list[ReferenceSequence | None] = list(map_.sequences)
-        self._paths = list(map_.paths)
+    def __init__(self, map_: Map, known: Sequence[str]) -> None:
+        self._map = map_
+        self._known = frozenset(known)
+        self._number = {path.name: number for number, path in enumerate(map_.paths)}
+        self._tracks = [track_of(map_, path) for path in map_.paths]
+        self._held = held_joins(map_)
 
-    def pair(self, number: int) -> tuple[ReferenceSequence, ReferenceSequence] | None:
-        """The places that a sequence and the new one still hold; None if either holds nothing."""
-        one, new = self._held[number], self._held[-1]
-        return (one, new) if one and new else None
+    def found(self, settings: OverlapSettings | None) -> list[FoundOverlap]:
+        """All stretches that two sequences seem to share, but those of the map that were compared before."""
+        return sorted(self._found(settings), key=lambda one: (*sorted([one.one, one.other]), one.views.tolist()))
 
-    def decision(self, number: int, overlap: Overlap) -> Decision:
+    def _found(self, settings: OverlapSettings | None) -> Iterator[FoundOverlap]:
+        held = sorted(zip(self._map.names, self._map.sequences, strict=True), key=lambda pair: self._rank(pair[0]))
+        for (one, first), (other, second) in combinations(held, 2):
+            if {one, other} <= self._known:
+                continue
+            views = views_of(self._map, one), views_of(self._map, other)
+            for overlap in overlaps(first, second, settings):
+                pairs = np.column_stack([views[0][overlap.pairs[:, 0]], views[1][overlap.pairs[:, 1]]])
+                yield FoundOverlap(self._number[one], self._number[other], pairs, overlap)
+
+    def verdicts(self, found: Sequence[FoundOverlap]) -> list[Verdict | None]:
+        """What the joins together say of each; None of those that are objected to, or that no odometry goes with."""
+        judged = [n for n, one in enumerate(found) if not one.overlap.objection and self._tracked(one.join)]
+        graph = self._graph([found[n].join for n in judged])
+        verdicts = dict(zip(judged, graph.verdicts()[len(graph.candidates) - len(judged) :], strict=True))
+        return [verdicts.get(n) for n in range(len(found))]
+
+    def _tracked(self, join: CandidateJoin) -> bool:
+        return all(len(self._tracks[path]) for path in (join.one, join.other))
+
+    def _graph(self, joins: Sequence[CandidateJoin]) -> JoinGraph:
+        """The joins that the map has, and some more."""
+        held = [join for join in self._held if self._tracked(join)]
+        return JoinGraph(self._tracks, [*held, *joins])
+
+    def decision(self, found: FoundOverlap, verdict: Verdict | None) -> Decision:
         """The decision about an overlap, with the reasons for and against it."""
-        ends = overlap.pairs[[0, -1]]
-        first, second = self._views(number)[ends[:, 0]], self._views(len(self._held) - 1)[ends[:, 1]]
+        overlap = found.overlap
         told = ", ".join(f"{sensor} tells {nats:.2f}" for sensor, nats in overlap.told.items())
-        why = overlap.objection or f"{len(overlap.pairs)} views lead to each other; {told} nats a view"
-        spans = (int(first[0]), int(first[1])), (int(second[0]), int(second[1]))
-        return Decision(self._names[number], self._names[-1], *spans, overlap.lengths, not overlap.objection, why)
+        evidence = f"{len(overlap.pairs)} views lead to each other; {told} nats a view"
+        against = overlap.objection
+        if verdict is Verdict.CONTRADICTED:
+            against = f"other joins and the odometry contradict it; {evidence}"
+        elif verdict is Verdict.UNSUPPORTED or (verdict is None and overlap.doubt):
+            against = against or f"no other join supports it, and it is {overlap.doubt}"
+        sides = [
+            (number, (int(first), int(last)), length)
+            for number, (first, last), length in zip(
+                (found.one, found.other), found.views[[0, -1]].T, overlap.lengths, strict=True
+            )
+        ]
+        (one, first, length), (other, second, its) = sorted(sides)
+        names = self._map.paths[one].name, self._map.paths[other].name
+        return Decision(*names, first, second, (length, its), not against, against or evidence)
 
-    def unasked(self, number: int, wishes: Sequence[Decision], told: Sequence[Decision]) -> list[Decision]:
-        """Wishes to join a sequence and the new one where nothing was found."""
-        names = self._names[number], self._names[-1]
-        ours = [wish for wish in wishes if (wish.one, wish.other) == names and wish.joined]
+    def unasked(self, wishes: Sequence[Decision], told: Sequence[Decision]) -> list[Decision]:
+        """Wishes to join two paths of which one is new where nothing was found."""
+        ours = [wish for wish in wishes if wish.joined and not {wish.one, wish.other} <= self._known]
         return [wish for wish in ours if not any(wish.about(decision) for decision in told)]
 
-    def overlap(self, number: int, wish: Decision) -> Overlap:
+    def wish(self, wish: Decision) -> FoundOverlap:
         """The stretches of a wish as an overlap: of equal lengths, as far as nobody can say better."""
         sides = []
-        for sequence, (first, last) in ((number, wish.first), (len(self._held) - 1, wish.second)):
-            held, views = self._held[sequence], self._views(sequence)
-            places = np.flatnonzero((views >= first) & (views <= last))
-            if held is None or not len(places):
-                raise MapError(f"views {first} to {last} of {self._names[sequence]!r} are not there, or joined already")
-            sides.append((places, held.along[places]))
-        (ours, at), (theirs, along) = sides
+        for name, (first, last) in ((wish.one, wish.first), (wish.other, wish.second)):
+            held = views_of(self._map, name) if name in self._map.names else np.zeros(0, np.intp)
+            views = held[(held >= first) & (held <= last)]
+            if not len(views):
+                raise MapError(f"views {first} to {last} of {name!r} are not there, or joined already")
+            sides.append((self._rank(name), views, self._map.paths[self._number[name]].along[views]))
+        (keeps, ours, at), (gives, theirs, along) = sorted(sides, key=lambda side: side[0])
         share = (at - at[0]) / max(float(np.ptp(at)), 1e-9)
-        pairs = np.stack([ours, theirs[_nearest(along, along[0] + share * np.ptp(along))]], axis=1)
-        return Overlap(pairs, (float(np.ptp(at)), float(np.ptp(along))), {})
+        views = np.column_stack([ours, theirs[nearest(along, along[0] + share * np.ptp(along))]])
+        overlap = Overlap(views, (float(np.ptp(at)), float(np.ptp(along))), {})
+        return FoundOverlap(self._number[keeps[1]], self._number[gives[1]], views, overlap)
 
-    def join(self, number: int, overlaps: Sequence[Overlap]) -> None:
-        """Take the overlaps of a sequence with the new one out of the longer of the two; of equal ones, the new one."""
-        last = len(self._held) - 1
-        shorter, longer, column = (number, last, 0) if self._length(last) >= self._length(number) else (last, number, 1)
-        self._take(longer, shorter, [overlap.pairs if column == 0 else overlap.pairs[:, ::-1] for overlap in overlaps])
+    def map(self, joined: Sequence[FoundOverlap]) -> Map:
+        """The map with some overlaps joined, and the poses that all its joins give to its paths."""
+        shared = SharedPlaces(self._map)
+        for giving in sorted(self._number, key=self._rank):
+            shared.take(self._number[giving], [(one.one, one.views) for one in self._given(joined, giving)])
+        return shared.map(self._tracks)
 
-    def _take(self, longer: int, shorter: int, joints: Sequence[NDArray[np.intp]]) -> None:
-        """Places of the longer sequence become those of the shorter; ``joints`` are pairs (shorter's, longer's)."""
-        giving, keeping = self._held[longer], self._held[shorter]
-        if not joints or giving is None or keeping is None:
-            return
-        stands_for = np.full(len(giving), -1)
-        for pairs in joints:
-            taken = np.arange(pairs[0, 1], pairs[-1, 1] + 1)
-            at = np.interp(giving.along[taken], giving.along[pairs[:, 1]], keeping.along[pairs[:, 0]])
-            stands_for[taken] = _nearest(keeping.along, at)
-        kept = np.flatnonzero(stands_for < 0)
-        self._held[longer] = reduced(giving, kept) if len(kept) else None
-        number = np.full(len(giving), -1)
-        number[kept] = np.arange(len(kept))
-        self._paths = [_moved(path, longer, shorter, stands_for, number) for path in self._paths]
+    def _rank(self, name: str) -> tuple[int, str]:
+        """Order of paths by the places that were learnt along them; a path's places go to those before it."""
+        return len(self._map.paths[self._number[name]]), name
 
-    def map(self) -> Map:
-        """The map as it is now; sequences that hold nothing any more are left out."""
-        left = [number for number, held in enumerate(self._held) if held]
-        number = np.full(len(self._held), -1)
-        number[left] = np.arange(len(left))
-        return Map(
-            names=tuple(self._names[n] for n in left),
-            sequences=tuple(held for held in self._held if held),
-            paths=tuple(replace(path, sequences=number[path.sequences]) for path in self._paths),
-        )
-
-    def _path(self, number: int) -> MapPath:
-        return next(path for path in self._paths if path.name == self._names[number])
-
-    def _length(self, number: int) -> int:
-        return len(self._path(number))
-
-    def _views(self, number: int) -> NDArray[np.intp]:
-        """The number that each place which a sequence still holds had when it was learnt."""
-        return np.flatnonzero(self._path(number).sequences == number)
-
-
-def _nearest(along: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.intp]:
-    """The places nearest to some distances, the first of equals."""
-    return np.asarray(np.abs(along[None, :] - at[:, None]).argmin(axis=1))
-
-
-def _moved(path: MapPath, giver: int, keeper: int, stands_for: NDArray[np.intp], number: NDArray[np.intp]) -> MapPath:
-    """A path after some of the giver's places became the keeper's, and its others got new numbers."""
-    there = path.sequences == giver
-    old = path.places[there]
-    gone = stands_for[old] >= 0
-    sequences, places = path.sequences.copy(), path.places.copy()
-    sequences[there] = np.where(gone, keeper, giver)
-    places[there] = np.where(gone, stands_for[old], number[old])
-    return replace(path, sequences=sequences, places=places)
+    def _given(self, joined: Sequence[FoundOverlap], giving: str) -> list[FoundOverlap]:
+        """Overlaps that a path gives away, by the paths that keep them."""
+        ours = [one for one in joined if one.other == self._number[giving]]
+        return sorted(ours, key=lambda one: (self._rank(self._map.paths[one.one].name), one.views.tolist()))

@@ -17,6 +17,9 @@ from refseq.errors import MapError
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import LASER
 
+SPACING = 1.0
+"""Stretches may differ by so much more [m]: places lie so far apart, and a short stretch ends at one or the next."""
+
 
 @dataclass(frozen=True, slots=True)
 class OverlapSettings:
@@ -31,6 +34,10 @@ class OverlapSettings:
     sequence with a mean probability of ``surely``, whichever is asked; and where each camera tells ``told`` for it:
     look-alikes deceive one camera, and the laser takes a corridor for its reverse. Without cameras the laser has to
     tell as much. ``surely`` and ``told`` were chosen in the world ``annex``, see docs/atlas.md.
+
+    An overlap that is only the share ``held`` of ``least`` long, or on each other with ``surely_held``, is doubtful: it
+    is one where other overlaps hold it (``refseq.atlas.consistency``). An overlap may stand ``alone`` where the
+    mean of what the witnesses tell, times its length, is so much [nats·m].
     """
 
     sure: float = 0.5
@@ -41,15 +48,18 @@ class OverlapSettings:
     met: float = 0.6
     surely: float = 0.95
     told: float = 0.3
+    held: float = 0.6
+    surely_held: float = 0.75
+    alone: float = 17.0
 
     def __post_init__(self) -> None:
         """Raise ``MapError`` for what is no probability or length."""
         if not 0 <= self.sure < 1:
             raise MapError(f"overlap.sure is {self.sure}; valid is at least 0 and less than 1")
-        for name in ("near", "bridge", "least"):
+        for name, unit in (("near", "m"), ("bridge", "m"), ("least", "m"), ("alone", "nats·m")):
             if not 0 <= getattr(self, name) < np.inf:
-                raise MapError(f"overlap.{name} is {getattr(self, name)} m; valid is 0 or more")
-        for name in ("met", "surely"):
+                raise MapError(f"overlap.{name} is {getattr(self, name)} {unit}; valid is 0 or more")
+        for name in ("met", "surely", "held", "surely_held"):
             if not 0 <= getattr(self, name) <= 1:
                 raise MapError(f"overlap.{name} is {getattr(self, name)}; valid is 0 to 1")
         if not 1 <= self.stretched < np.inf:
@@ -61,13 +71,16 @@ class Overlap:
     """A stretch of one sequence beside a stretch of another: ``pairs`` (n, 2) of places, rising in both.
 
     ``lengths`` are those of the two stretches [m]; ``told`` is what each sensor tells for it [nats a view], the mean of
-    log(likelihood · K) of the places that the views were matched with. ``objection`` says why it is none, if it is.
+    log(likelihood · K) of the places that the views were matched with. ``objection`` says why it is none, if it is, and
+    ``doubt`` why others have to hold it. ``evidence`` is the mean of what the witnesses tell times its length [nats·m].
     """
 
     pairs: NDArray[np.intp]
     lengths: tuple[float, float]
     told: dict[str, float]
     objection: str = ""
+    doubt: str = ""
+    evidence: float = 0.0
 
 
 Told = Callable[[str, NDArray[np.intp]], NDArray[np.float64]]
@@ -163,7 +176,7 @@ class _Judge:
         witnesses = sorted(self.one.sensors - {LASER}) or sorted(self.one.sensors)
         nats = np.mean([self.telling(sensor, pairs) for sensor in witnesses], axis=0)
         part = pairs[most_beyond(nats, self.settings.told)]
-        if (shorter := min(self._lengths(part))) < self.settings.least:
+        if (shorter := min(self._lengths(part))) < self._least:
             found = self._told(pairs)
             return replace(found, objection=f"only {shorter:.1f} m of it tell anything: {_in_words(found.told)}")
         found = self._told(part)
@@ -171,7 +184,19 @@ class _Judge:
             return replace(
                 found, objection=f"it tells too little, valid is {self.settings.told:g}: {_in_words(found.told)}"
             )
-        return found
+        return self._weighed(found, float(np.mean([found.told[sensor] for sensor in witnesses])))
+
+    def _weighed(self, found: Overlap, nats: float) -> Overlap:
+        """An overlap and whether it needs others that hold it."""
+        valid, lengths, surely = self.settings, found.lengths, self._surely(found.pairs)
+        evidence, doubt = nats * sum(lengths) / 2, ""
+        if min(lengths) < valid.least:
+            doubt = f"only {min(lengths):.1f} m long; valid is {valid.least:g} m"
+        elif surely < valid.surely:
+            doubt = f"on each other with probability {surely:.4f} only; valid is {valid.surely:g}"
+        elif evidence < valid.alone:
+            doubt = f"told of by {evidence:.1f} nats·m only; valid is {valid.alone:g}"
+        return replace(found, doubt=doubt, evidence=evidence)
 
     def _told(self, pairs: NDArray[np.intp]) -> Overlap:
         told = {sensor: float(self.telling(sensor, pairs).mean()) for sensor in sorted(self.one.sensors)}
@@ -182,18 +207,24 @@ class _Judge:
             return 0.0, 0.0
         return float(np.ptp(self.one.along[pairs[:, 0]])), float(np.ptp(self.other.along[pairs[:, 1]]))
 
+    @property
+    def _least(self) -> float:
+        return self.settings.held * self.settings.least
+
+    def _surely(self, pairs: NDArray[np.intp]) -> float:
+        return float(np.minimum(self.there.on[pairs[:, 0]], self.back.on[pairs[:, 1]]).mean())
+
     def _objections(self, pairs: NDArray[np.intp]) -> Iterator[str]:
         valid, lengths = self.settings, self._lengths(pairs)
-        if min(lengths) < valid.least:
-            yield f"only {min(lengths):.1f} m long; valid is {valid.least:g} m"
-        if max(lengths) > valid.stretched * min(lengths):
+        if min(lengths) < self._least:
+            yield f"only {min(lengths):.1f} m long; valid is {self._least:g} m"
+        if max(lengths) - SPACING > valid.stretched * min(lengths):
             yield f"{lengths[0]:.1f} m beside {lengths[1]:.1f} m: not the same way"
         met = len(pairs) / (1 + max(np.ptp(pairs, axis=0)))
         if met < valid.met:
             yield f"only {met:.0%} of the views lead to each other; valid is {valid.met:.0%}"
-        surely = np.minimum(self.there.on[pairs[:, 0]], self.back.on[pairs[:, 1]]).mean()
-        if surely < valid.surely:
-            yield f"on each other with probability {surely:.4f} only; valid is {valid.surely:g}"
+        if (surely := self._surely(pairs)) < (held := min(valid.surely, valid.surely_held)):
+            yield f"on each other with probability {surely:.4f} only; valid is {held:g}"
 
 
 def _in_words(told: Mapping[str, float]) -> str:

@@ -15,6 +15,10 @@ class MapPath:
     ``along`` (K,) is each view's odometric distance from the first [m], rising; ``sequences`` and ``places`` (K,) say
     which sequence holds the place, and the number that it has there. For most views that is the path's own sequence.
     ``annotations`` are what missions need of the path beside.
+
+    ``odometry`` (K, 3) are the views' poses by the drive's own odometry, kept where other sequences hold some of them:
+    x, y [m] and heading [rad]; ``poses`` (K, 3) those in the one frame of all paths that are joined. Both are (0, 3)
+    where they are not known.
     """
 
     name: str
@@ -22,6 +26,8 @@ class MapPath:
     sequences: NDArray[np.intp]
     places: NDArray[np.intp]
     annotations: Annotations = field(default_factory=Annotations)
+    odometry: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+    poses: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __len__(self) -> int:
         return len(self.along)

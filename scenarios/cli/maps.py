@@ -29,7 +29,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import say
 
 if TYPE_CHECKING:
-    from refseq.atlas.merge import Decision
+    from refseq.atlas.decision import Decision
 
 BELOW = 1
 
@@ -106,7 +106,8 @@ def merge(
     min_overlap: MinOverlap = 5.0,
 ) -> None:
     """Merge maps to one of several paths, which share the places that they have in common."""
-    from refseq.atlas.merge import leave_it, merge_maps
+    from refseq.atlas.decision import leave_it
+    from refseq.atlas.merge import merge_maps
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps import joins
     from refseq_bench.scenarios.maps.checks import read_maps

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from refseq.atlas.merge import Decision
+from refseq.atlas.decision import Decision
 from refseq.errors import MapError
 from refseq.map.map import Map, check_names
 from refseq.map.sequence import check_comparable

@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, NonNegativeInt, ValidationError
 from rich.text import Text
 
-from refseq.atlas.merge import Decision
+from refseq.atlas.decision import Decision
 from refseq.files import replace_text
 from refseq_bench.scenarios.drives.inputs import writing
 from refseq_bench.scenarios.errors import ScenarioError

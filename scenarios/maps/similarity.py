@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from numpy.typing import NDArray
 
-from refseq.atlas.merge import Decision
+from refseq.atlas.decision import Decision
 from refseq.atlas.similarity import view_similarity
 from refseq.files import replacing, replacing_at
 from refseq.map.map import Map

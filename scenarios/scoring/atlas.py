@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.merge import Decision
+from refseq.atlas.decision import Decision
 from refseq.belief import LOST_ABOVE, Belief
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.merging import Merging

@@ -12,7 +12,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.atlas.merge import Decision, Merged, merge_maps
+from refseq.atlas.decision import Decision
+from refseq.atlas.merge import Merged, merge_maps
 from refseq.belief import LOST, Belief
 from refseq.map.map import Map, beside
 

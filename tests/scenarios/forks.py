@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from refseq.atlas.merge import Decision
+from refseq.atlas.decision import Decision
 from refseq.belief import Belief, belief_from
 from refseq.planar import Pose
 from refseq.view import View

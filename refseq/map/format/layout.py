@@ -54,6 +54,8 @@ PATH: Mapping[str, ArrayRule] = {
     "along": ArrayRule("f8", ("V",)),
     "sequences": ArrayRule("i8", ("V",), low=0, high=MAP_PLACES),
     "places": ArrayRule("i8", ("V",), low=0, high=MAP_PLACES),
+    "odometry": ArrayRule("f8", ("V", 3), or_empty=True, optional=True),
+    "poses": ArrayRule("f8", ("V", 3), or_empty=True, optional=True),
 }
 """Arrays of a path."""
 

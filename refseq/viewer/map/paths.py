@@ -10,7 +10,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from refseq.atlas.merge import Decision
+from refseq.atlas.decision import Decision
 from refseq.belief import Belief
 from refseq.errors import RefseqError
 from refseq.map.map import Map

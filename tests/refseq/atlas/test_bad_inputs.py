@@ -11,7 +11,9 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from refseq.atlas.merge import Decision, added, merge_maps
+from refseq.atlas.decision import Decision
+from refseq.atlas.merge import merge_maps
+from refseq.atlas.overlap import OverlapSettings
 from refseq.atlas.similarity import view_similarity
 from refseq.errors import MapError
 from refseq.map.format.archive import encode
@@ -34,9 +36,8 @@ def drive() -> list[View]:
 @pytest.fixture(scope="module")
 def atlas(drive: list[View]) -> Map:
     """Two halves of a drive, which share ten views: these are the first's."""
-    return merge_maps(
-        named_maps(["first", "second"], [learn(drive[:20], profile=BEST), learn(drive[10:], profile=BEST)])
-    ).map
+    halves = named_maps(["first", "second"], [learn(drive[:20], profile=BEST), learn(drive[10:], profile=BEST)])
+    return merge_maps(halves, OverlapSettings(alone=0)).map
 
 
 @pytest.fixture
@@ -179,13 +180,13 @@ def test_a_map_of_another_version(saved: Path, version: object) -> None:
 def test_maps_of_other_sensors_or_vocabularies(
     drive: list[View], atlas: Map, saved: Path, profile: Profile, sensors: list[str] | None, told: str
 ) -> None:
-    """Whether they are compared, laid side by side, merged, added or read."""
+    """Whether they are compared, laid side by side, merged or read."""
     first, unlike = learn(drive[:8], profile=BEST), learn(drive[4:12], profile=profile, sensors=sensors)
     for refused in (
         lambda: view_similarity(unlike.sequence, first.sequence),
         lambda: beside(named_maps(["a", "b"], [first, unlike])),
         lambda: merge_maps(named_maps(["a", "b"], [first, unlike])),
-        lambda: added(atlas, *named_maps(["b"], [unlike])),
+        lambda: merge_maps([atlas, *named_maps(["b"], [unlike])]),
     ):
         with pytest.raises(MapError) as caught:
             refused()

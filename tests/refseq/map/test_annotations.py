@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.atlas.merge import merge
+from refseq.atlas.overlap import OverlapSettings
 from refseq.errors import MapError
 from refseq.features.doors import find_doors
 from refseq.logs import RecordingWriter, read_recording
@@ -170,7 +171,7 @@ def test_maps_keep_their_annotations(learnt: Map, tmp_path: Path) -> None:
 
 def test_a_merged_map_keeps_the_annotations_of_each_path(halves: list[Map], tmp_path: Path) -> None:
     told = [half.paths[0].annotations for half in halves]
-    merged = merge(halves)
+    merged = merge(halves, OverlapSettings(alone=0))
     assert len(merged) < sum(map(len, halves)), "something was merged"
     assert [path.annotations for path in merged.paths] == told
     assert [path.annotations.behaviours[0] for path in merged.paths] == ["MN:12", ""]

@@ -10,7 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
-from refseq.atlas.merge import Decision, merge_maps
+from refseq.atlas.decision import Decision
+from refseq.atlas.merge import merge_maps
 from refseq.atlas.routes import Leg, Route
 from refseq.logs import RecordingWriter
 from refseq.map.learning import learn
@@ -252,7 +253,7 @@ def test_a_map_that_does_not_go_with_the_others_is_refused_before_any_is_merged(
     def begun(*_: object) -> None:
         pytest.fail("a merge was begun")
 
-    monkeypatch.setattr("refseq.atlas.merge.added", begun)
+    monkeypatch.setattr("refseq.atlas.merge.overlaps", begun)
     answer = refseq("map", "merge", "west.refseq", "east.refseq", "one-eye.refseq", "-o", "x.refseq")
     assert answer.code == 2
     assert answer.err.startswith("error: one-eye.refseq: features are ")

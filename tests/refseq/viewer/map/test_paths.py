@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from refseq.atlas.merge import Decision, Merged, merge_maps
+from refseq.atlas.decision import Decision
+from refseq.atlas.merge import Merged, merge_maps
 from refseq.atlas.similarity import view_similarity
 from refseq.belief import Stage
 from refseq.errors import RefseqError

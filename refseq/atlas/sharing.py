@@ -1,0 +1,124 @@
+"""Places that several paths run through: taking them out of all sequences but one, and finding them again."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.atlas.consistency import CandidateJoin
+from refseq.atlas.overlap import stretches
+from refseq.map.map import Map
+from refseq.map.path import MapPath
+from refseq.map.reduction import reduced
+from refseq.map.sequence import ReferenceSequence
+
+APART = 3.0
+"""Shared places with more than so much between them [m] are two stretches, as in the search for overlaps."""
+
+
+def views_of(map_: Map, name: str) -> NDArray[np.intp]:
+    """The view of its own path that each place of the sequence ``name`` was learnt from."""
+    path = next(path for path in map_.paths if path.name == name)
+    return np.flatnonzero(path.sequences == map_.names.index(name))
+
+
+def track_of(map_: Map, path: MapPath) -> NDArray[np.float64]:
+    """Poses of a path's views by its own odometry, (K, 3); (0, 3) where that is not known."""
+    if len(path.odometry) or path.name not in map_.names:
+        return path.odometry
+    own = map_.sequences[map_.names.index(path.name)]
+    return own.odometry if len(own) == len(path) else path.odometry
+
+
+def held_joins(map_: Map) -> list[CandidateJoin]:
+    """The joins that a map has: where a path runs through places that were learnt along another."""
+    numbers = {path.name: number for number, path in enumerate(map_.paths)}
+    found = []
+    for number, path in enumerate(map_.paths):
+        for sequence, name in enumerate(map_.names):
+            theirs = np.flatnonzero(path.sequences == sequence)
+            if name == path.name or not len(theirs):
+                continue
+            holder = map_.paths[numbers[name]]
+            pairs = np.column_stack([views_of(map_, name)[path.places[theirs]], theirs])
+            runs = stretches(pairs, holder.along, path.along, APART)
+            found += [CandidateJoin(numbers[name], number, run, held=True) for run in runs if len(run) > 1]
+    return found
+
+
+class SharedPlaces:
+    """A map while places are taken out of one sequence after another."""
+
+    def __init__(self, map_: Map) -> None:
+        self._names = map_.names
+        self._sequences = list(map_.sequences)
+        self._kept = [np.arange(len(sequence)) for sequence in map_.sequences]
+        self._paths = list(map_.paths)
+
+    def take(self, giving: int, joints: Sequence[tuple[int, NDArray[np.intp]]]) -> None:
+        """Let views of a path be where others have theirs: each joint is a path, and pairs of its views and of these.
+
+        Only places that the path holds itself are given away, each once, to where the other path's view is now.
+        """
+        path = self._paths[giving]
+        if not joints or path.name not in self._names:
+            return
+        own = self._names.index(path.name)
+        sequences = np.full(len(self._sequences[own]), -1)
+        places = sequences.copy()
+        for keeper, pairs in joints:
+            views = np.arange(pairs[0, 1], pairs[-1, 1] + 1)
+            its = self._paths[keeper]
+            at = np.interp(path.along[views], path.along[pairs[:, 1]], its.along[pairs[:, 0]])
+            between = np.arange(pairs[:, 0].min(), pairs[:, 0].max() + 1)
+            there = between[nearest(its.along[between], at)]
+            mine = path.sequences[views] == own
+            place = path.places[views[mine]]
+            free = sequences[place] < 0
+            sequences[place[free]] = its.sequences[there[mine][free]]
+            places[place[free]] = its.places[there[mine][free]]
+        self._paths = [_moved(one, own, sequences, places) for one in self._paths]
+        self._kept[own] = np.flatnonzero(sequences < 0)
+
+    def map(self, tracks: Sequence[NDArray[np.float64]]) -> Map:
+        """The map as it is now; sequences that hold nothing any more are left out."""
+        left = [number for number, kept in enumerate(self._kept) if len(kept)]
+        number = np.full(len(self._sequences), -1)
+        number[left] = np.arange(len(left))
+        places = [np.full(len(sequence), -1) for sequence in self._sequences]
+        for old, kept in zip(places, self._kept, strict=True):
+            old[kept] = np.arange(len(kept))
+        joined = any(len(kept) < len(old) for kept, old in zip(self._kept, places, strict=True))
+        paths = tuple(_renumbered(path, number, places) for path in self._paths)
+        if joined:
+            paths = tuple(replace(path, odometry=track) for path, track in zip(paths, tracks, strict=True))
+        return Map(
+            names=tuple(self._names[n] for n in left),
+            sequences=tuple(self._reduced(n) for n in left),
+            paths=paths,
+        )
+
+    def _reduced(self, number: int) -> ReferenceSequence:
+        sequence, kept = self._sequences[number], self._kept[number]
+        return sequence if len(kept) == len(sequence) else reduced(sequence, kept)
+
+
+def nearest(along: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.intp]:
+    """The places nearest to some distances, the first of equals."""
+    return np.asarray(np.abs(along[None, :] - at[:, None]).argmin(axis=1))
+
+
+def _moved(path: MapPath, own: int, sequences: NDArray[np.intp], places: NDArray[np.intp]) -> MapPath:
+    """A path after some places of a sequence became others'."""
+    there = np.flatnonzero(path.sequences == own)
+    gone = there[sequences[path.places[there]] >= 0]
+    new_sequences, new_places = path.sequences.copy(), path.places.copy()
+    new_sequences[gone], new_places[gone] = sequences[path.places[gone]], places[path.places[gone]]
+    return replace(path, sequences=new_sequences, places=new_places)
+
+
+def _renumbered(path: MapPath, number: NDArray[np.intp], places: Sequence[NDArray[np.intp]]) -> MapPath:
+    """A path by the numbers that sequences and places have in the end."""
+    new = np.array([places[s][p] for s, p in zip(path.sequences, path.places, strict=True)], np.intp)
+    return replace(path, sequences=number[path.sequences], places=new)

@@ -1,0 +1,136 @@
+"""Joins that agree, against all subsets of few joins, and against paths through a building whose truth is known."""
+
+from dataclasses import replace
+from itertools import combinations, pairwise, permutations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from refseq.atlas.consistency import CandidateJoin, ConsistencySettings, JoinGraph, Verdict
+from refseq.pose_graph import motions_between, moved
+
+Corners = list[tuple[float, float]]
+WAYS: list[Corners] = [
+    [(0, 0), (20, 0), (20, 15), (0, 15)],
+    [(5, 0), (20, 0), (20, 15), (30, 15)],
+    [(10, 15), (0, 15), (0, 0), (15, 0)],
+]
+"""Three ways through a building: the first two share two corridors round a corner, the third one with each."""
+
+
+def walked(corners: Corners) -> NDArray[np.float64]:
+    """True poses of a walk, (V, 3): a view a metre."""
+    poses = []
+    for (x, y), (to_x, to_y) in pairwise(corners):
+        way, heading = np.hypot(to_x - x, to_y - y), np.arctan2(to_y - y, to_x - x)
+        at = np.arange(0.0, way)
+        poses.append(np.column_stack([x + at * np.cos(heading), y + at * np.sin(heading), np.full(len(at), heading)]))
+    return np.concatenate(poses)
+
+
+def by_odometry(truth: NDArray[np.float64], seed: int, scale: float = 1.0) -> NDArray[np.float64]:
+    """What odometry makes of a walk, from its own origin on."""
+    rng = np.random.default_rng(seed)
+    steps = motions_between(truth[:-1], truth[1:]) + rng.normal(scale=(0.02, 0.01, 0.01), size=(len(truth) - 1, 3))
+    steps[:, :2] *= scale
+    poses = [np.zeros(3)]
+    for step in steps:
+        poses.append(moved(poses[-1], step))
+    return np.array(poses)
+
+
+def shared(one: NDArray[np.float64], other: NDArray[np.float64]) -> list[NDArray[np.intp]]:
+    """The stretches that two walks truly share, as pairs of views."""
+    near = np.hypot(*(one[:, None, :2] - other[None, :, :2]).transpose(2, 0, 1)) < 0.6
+    near &= np.abs(np.sin((one[:, None, 2] - other[None, :, 2]) / 2)) < 0.1
+    pairs = np.argwhere(near)
+    breaks = np.flatnonzero((np.diff(pairs, axis=0) != 1).any(axis=1)) + 1
+    return [run for run in np.split(pairs, breaks) if len(run) >= 6]
+
+
+TRUTH = [walked(way) for way in WAYS]
+TRACKS = [by_odometry(truth, seed) for seed, truth in enumerate(TRUTH)]
+RIGHT = [
+    CandidateJoin(a, b, run, evidence=2.5 * len(run))
+    for a, b in combinations(range(3), 2)
+    for run in shared(TRUTH[a], TRUTH[b])
+]
+
+
+def wrong(one: int, first: int, other: int, second: int, count: int = 8, evidence: float = 18.0) -> CandidateJoin:
+    """A join of stretches that look alike."""
+    pairs = np.column_stack([first + np.arange(count), second + np.arange(count)])
+    return CandidateJoin(one, other, pairs, evidence=evidence, alone=False)
+
+
+WRONG = [wrong(0, 2, 1, 28), wrong(0, 38, 2, 2), wrong(1, 2, 2, 12)]
+
+
+def test_there_are_joins_to_find() -> None:
+    assert len(RIGHT) >= 4
+
+
+def test_right_joins_agree_and_wrong_ones_are_contradicted() -> None:
+    verdicts = JoinGraph(TRACKS, [*RIGHT, *WRONG]).verdicts()
+    assert verdicts == (Verdict.AGREES,) * len(RIGHT) + (Verdict.CONTRADICTED,) * len(WRONG)
+
+
+def test_no_set_of_joins_costs_less() -> None:
+    """All 2^n sets by brute force."""
+    candidates = [*RIGHT[:3], *WRONG]
+    graph = JoinGraph(TRACKS, candidates)
+    sets = [frozenset(s) for size in range(len(candidates) + 1) for s in combinations(range(len(candidates)), size)]
+    assert graph.cost(graph.agreeing()) == pytest.approx(min(map(graph.cost, sets)))
+
+
+def test_the_order_of_paths_and_joins_does_not_matter() -> None:
+    candidates = [*RIGHT, *WRONG[:1]]
+    for order in permutations(range(3)):
+        new = {old: number for number, old in enumerate(order)}
+        renamed = [replace(one, one=new[one.one], other=new[one.other]) for one in reversed(candidates)]
+        found = JoinGraph([TRACKS[old] for old in order], renamed).verdicts()
+        assert found == tuple(reversed(JoinGraph(TRACKS, candidates).verdicts()))
+
+
+def test_a_wheel_a_tenth_too_small_contradicts_no_right_join() -> None:
+    tracks = [by_odometry(truth, seed, 1.1 if seed == 1 else 1.0) for seed, truth in enumerate(TRUTH)]
+    assert set(JoinGraph(tracks, RIGHT).verdicts()) == {Verdict.AGREES}
+
+
+def test_a_join_that_no_loop_supports_needs_more_evidence() -> None:
+    (doubtful,) = [replace(RIGHT[0], alone=False)]
+    assert JoinGraph(TRACKS[:2], [doubtful]).verdicts() == (Verdict.UNSUPPORTED,)
+    assert JoinGraph(TRACKS[:2], [replace(doubtful, alone=True)]).verdicts() == (Verdict.AGREES,)
+
+
+def test_joins_at_one_spot_do_not_support_each_other() -> None:
+    """Two paths along one corridor, a third back along it: taken for the same way, both joins of it agree."""
+    there, again, back = walked([(0, 0), (20, 0)]), walked([(0, 0), (20, 0)]), walked([(20, 0), (0, 0)])
+    tracks = [by_odometry(truth, seed) for seed, truth in enumerate((there, again, back))]
+    sure = replace(wrong(0, 3, 1, 3, 12, evidence=30), alone=True)
+    joins = [sure, wrong(0, 3, 2, 3, 12, evidence=15), wrong(1, 3, 2, 3, 12, evidence=15)]
+    assert JoinGraph(tracks, joins).verdicts() == (Verdict.AGREES, Verdict.UNSUPPORTED, Verdict.UNSUPPORTED)
+
+
+def test_what_is_given_is_not_left_out() -> None:
+    given = replace(WRONG[0], held=True, alone=True)
+    assert 0 in JoinGraph(TRACKS, [given, *RIGHT]).agreeing()
+
+
+def test_joined_paths_lie_where_they_are() -> None:
+    """In the frame of the first: rigidly laid over the truth, no view is farther off than odometry drifts."""
+    graph = JoinGraph(TRACKS, RIGHT, ConsistencySettings())
+    layout = graph.layout(range(len(RIGHT)))
+    assert set(layout.groups) == {0}
+    found, true = (np.concatenate(poses)[:, :2] for poses in (layout.poses, TRUTH))
+    centred = found - found.mean(axis=0), true - true.mean(axis=0)
+    u, _, v = np.linalg.svd(centred[0].T @ centred[1])
+    turn = u @ np.diag([1, np.sign(np.linalg.det(u @ v))]) @ v
+    assert np.hypot(*(centred[0] @ turn - centred[1]).T).max() < 1.0
+
+
+def test_paths_that_no_join_leads_between_have_frames_of_their_own() -> None:
+    layout = JoinGraph(TRACKS, RIGHT[:1]).layout([0])
+    assert len(set(layout.groups)) == 2
+    assert layout.poses[2] is TRACKS[2]
