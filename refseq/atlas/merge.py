@@ -1,5 +1,6 @@
 """Merging maps: what their paths share is kept in one of them (4.4.2, Algorithm 2; card M5, M8)."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -161,7 +162,21 @@ class _Merging:
         shared = SharedPlaces(self._map)
         for giving in sorted(self._number, key=self._rank):
             shared.take(self._number[giving], [(one.one, one.views) for one in self._given(joined, giving)])
-        return shared.map(self._tracks)
+        return shared.map(self._tracks, self._poses([one.join for one in joined]))
+
+    def _poses(self, joins: Sequence[CandidateJoin]) -> list[NDArray[np.float64]]:
+        """Poses of the largest group of paths that joins lead between, (0, 3) for others: theirs are other frames."""
+        tracked = [join for join in joins if self._tracked(join)]
+        graph = self._graph(tracked)
+        layout = graph.layout(range(len(graph.candidates)))
+        sizes = Counter[int]()
+        for path, group in zip(self._map.paths, layout.groups, strict=True):
+            sizes[group] += len(path)
+        largest = max(sizes, key=lambda group: sizes[group])
+        if layout.groups.count(largest) == 1:
+            return [np.zeros((0, 3))] * len(self._map.paths)
+        found = zip(layout.poses, layout.groups, strict=True)
+        return [poses if group == largest else np.zeros((0, 3)) for poses, group in found]
 
     def _rank(self, name: str) -> tuple[int, str]:
         """Order of paths by the places that were learnt along them; a path's places go to those before it."""

@@ -36,8 +36,9 @@ class OverlapSettings:
     tell as much. ``surely`` and ``told`` were chosen in the world ``annex``, see docs/atlas.md.
 
     An overlap that is only the share ``held`` of ``least`` long, or on each other with ``surely_held``, is doubtful: it
-    is one where other overlaps hold it (``refseq.atlas.consistency``). An overlap may stand ``alone`` where the
-    mean of what the witnesses tell, times its length, is so much [nats·m].
+    is one where other overlaps hold it (``refseq.atlas.consistency``). An overlap stands by itself where the
+    mean of what the witnesses tell is ``clear`` [nats a view], and times its length ``alone`` [nats·m]: a corridor and
+    its way back are alike a little, for long.
     """
 
     sure: float = 0.5
@@ -51,12 +52,13 @@ class OverlapSettings:
     held: float = 0.6
     surely_held: float = 0.75
     alone: float = 17.0
+    clear: float = 1.5
 
     def __post_init__(self) -> None:
         """Raise ``MapError`` for what is no probability or length."""
         if not 0 <= self.sure < 1:
             raise MapError(f"overlap.sure is {self.sure}; valid is at least 0 and less than 1")
-        for name, unit in (("near", "m"), ("bridge", "m"), ("least", "m"), ("alone", "nats·m")):
+        for name, unit in (("near", "m"), ("bridge", "m"), ("least", "m"), ("alone", "nats·m"), ("clear", "nats")):
             if not 0 <= getattr(self, name) < np.inf:
                 raise MapError(f"overlap.{name} is {getattr(self, name)} {unit}; valid is 0 or more")
         for name in ("met", "surely", "held", "surely_held"):
@@ -196,6 +198,8 @@ class _Judge:
             doubt = f"on each other with probability {surely:.4f} only; valid is {valid.surely:g}"
         elif evidence < valid.alone:
             doubt = f"told of by {evidence:.1f} nats·m only; valid is {valid.alone:g}"
+        elif nats < valid.clear:
+            doubt = f"told of by {nats:.2f} nats a view only; valid is {valid.clear:g}"
         return replace(found, doubt=doubt, evidence=evidence)
 
     def _told(self, pairs: NDArray[np.intp]) -> Overlap:

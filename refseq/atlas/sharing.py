@@ -81,8 +81,8 @@ class SharedPlaces:
         self._paths = [_moved(one, own, sequences, places) for one in self._paths]
         self._kept[own] = np.flatnonzero(sequences < 0)
 
-    def map(self, tracks: Sequence[NDArray[np.float64]]) -> Map:
-        """The map as it is now; sequences that hold nothing any more are left out."""
+    def map(self, tracks: Sequence[NDArray[np.float64]], poses: Sequence[NDArray[np.float64]]) -> Map:
+        """The map as it is now, with odometry and poses of its paths; sequences that hold nothing are left out."""
         left = [number for number, kept in enumerate(self._kept) if len(kept)]
         number = np.full(len(self._sequences), -1)
         number[left] = np.arange(len(left))
@@ -92,7 +92,8 @@ class SharedPlaces:
         joined = any(len(kept) < len(old) for kept, old in zip(self._kept, places, strict=True))
         paths = tuple(_renumbered(path, number, places) for path in self._paths)
         if joined:
-            paths = tuple(replace(path, odometry=track) for path, track in zip(paths, tracks, strict=True))
+            known = zip(paths, tracks, poses, strict=True)
+            paths = tuple(replace(path, odometry=track, poses=where) for path, track, where in known)
         return Map(
             names=tuple(self._names[n] for n in left),
             sequences=tuple(self._reduced(n) for n in left),

@@ -32,6 +32,7 @@ class MapFrame(StrEnum):
     """Frame that the places of a map have poses in."""
 
     TRUTH = "truth"
+    JOINED = "joined"
     ODOMETRY = "odometry"
     NONE = "none"
 
@@ -163,9 +164,14 @@ class Map:
 
     @cached_property
     def frame(self) -> MapFrame:
-        """The frame that ``places_in_frame`` are in: the truth's where any true pose is known, else the odometry's."""
+        """The frame that ``places_in_frame`` are in: the truth's where any true pose is known.
+
+        Else it is that of joined paths, and for a map of one path that of its odometry.
+        """
         if any(self.poses):
             return MapFrame.TRUTH
+        if any(len(path.poses) for path in self.paths):
+            return MapFrame.JOINED
         measured = self.has_one_path and len(self.sequence.odometry)
         assumed = self.metadata.get("odometry", "").startswith(ASSUMED)
         return MapFrame.ODOMETRY if measured and not assumed else MapFrame.NONE
@@ -174,11 +180,25 @@ class Map:
     def places_in_frame(self) -> tuple[Pose | None, ...]:
         """Poses of all places in one frame, None where there is none known in it.
 
-        Drives without truth have no frame in common: the odometry of each begins at its own first view.
+        Drives without truth have a frame in common where they are joined: joins and odometry say where they lie to each
+        other. Paths that no join leads to have none in it: the odometry of each begins at its own first view.
         """
+        if self.frame is MapFrame.JOINED:
+            return self.joined_poses
         if self.frame is MapFrame.ODOMETRY:
             return tuple(Pose(*row) for row in self.sequence.odometry.tolist())
         return self.poses
+
+    @cached_property
+    def joined_poses(self) -> tuple[Pose | None, ...]:
+        """Poses of all places by joins and odometry alone, None on paths that are not joined."""
+        poses: list[Pose | None] = [None] * len(self)
+        for path in self.paths:
+            if len(path.poses):
+                own = self._own(path)
+                for place, row in zip(self.numbered(path)[own].tolist(), path.poses[own].tolist(), strict=True):
+                    poses[place] = Pose(*row)
+        return tuple(poses)
 
     def pose(self, belief: Belief, lost_above: float = LOST_ABOVE) -> Pose | None:
         """Pose in the map's frame that a belief stands for: that of its most probable place.

@@ -1,4 +1,4 @@
-"""The commands ``refseq learn`` and ``refseq map merge | compact | similarity | route | matrix | channel | paths``."""
+"""The commands ``refseq learn`` and ``refseq map merge | compact | similarity | plan | route`` and others."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -229,6 +229,44 @@ def similarity(
     if output is not None:
         with wrote(output, quiet=as_json):
             draw(output, matrices, decisions)
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq map plan whole.refseq -o plan.png`
+* `refseq map plan whole.refseq --json`""",
+)
+def plan(map_file: MapFile, output: Annotated[Path | None, CHART] = None, as_json: Json = False) -> None:
+    """Draw the paths of a merged map where joins and odometry put them, and tell the error where truth is known."""
+    from refseq.map.map import Map
+    from refseq_bench.scenarios.maps.matrix import check_picture
+    from refseq_bench.scenarios.maps.plan import check_plan, draw_plan, plan_error
+
+    if output is not None:
+        check_output(output)
+        check_picture(output)
+    map_ = Map.load(map_file)
+    check_plan(map_, map_file)
+    error = plan_error(map_)
+    laid = [path.name for path in map_.paths if len(path.poses)]
+    apart = [path.name for path in map_.paths if not len(path.poses)]
+    if as_json:
+        print_json({"paths": laid, "apart": apart, "error": error})
+    else:
+        say(out, f"{len(laid)} paths in one frame: {', '.join(laid)}")
+        if apart:
+            say(out, f"not joined to them: {', '.join(apart)}")
+        if error is not None:
+            say(
+                out,
+                f"error against the truth {error.rmse:.2f} m (RMSE of {error.places} places, rigidly aligned), "
+                f"worst {error.worst:.2f} m, {100 * error.share:.2f} % of the way",
+            )
+    if output is not None:
+        with wrote(output, quiet=as_json):
+            draw_plan(output, map_)
 
 
 @app.command(

@@ -37,7 +37,7 @@ def drive() -> list[View]:
 def atlas(drive: list[View]) -> Map:
     """Two halves of a drive, which share ten views: these are the first's."""
     halves = named_maps(["first", "second"], [learn(drive[:20], profile=BEST), learn(drive[10:], profile=BEST)])
-    return merge_maps(halves, OverlapSettings(alone=0)).map
+    return merge_maps(halves, OverlapSettings(alone=0, clear=0)).map
 
 
 @pytest.fixture

@@ -171,7 +171,7 @@ def test_maps_keep_their_annotations(learnt: Map, tmp_path: Path) -> None:
 
 def test_a_merged_map_keeps_the_annotations_of_each_path(halves: list[Map], tmp_path: Path) -> None:
     told = [half.paths[0].annotations for half in halves]
-    merged = merge(halves, OverlapSettings(alone=0))
+    merged = merge(halves, OverlapSettings(alone=0, clear=0))
     assert len(merged) < sum(map(len, halves)), "something was merged"
     assert [path.annotations for path in merged.paths] == told
     assert [path.annotations.behaviours[0] for path in merged.paths] == ["MN:12", ""]
