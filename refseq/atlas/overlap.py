@@ -52,7 +52,7 @@ class OverlapSettings:
     held: float = 0.6
     surely_held: float = 0.75
     alone: float = 17.0
-    clear: float = 1.5
+    clear: float = 1.25
 
     def __post_init__(self) -> None:
         """Raise ``MapError`` for what is no probability or length."""
