@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 
 import mujoco
@@ -24,6 +25,7 @@ from refseq_bench.sim.rendering.opening import open_renderer
 from refseq_bench.sim.rendering.renderer import Closing, Renderer, RendererKind
 from refseq_bench.sim.sensors.laser import Laser
 from refseq_bench.worlds.build import World
+from refseq_bench.worlds.lighting.baking import bake
 from refseq_bench.worlds.parts.people import Crowd
 
 CONTROL_PERIOD = 0.04
@@ -73,7 +75,8 @@ class Bench(Closing):
         self._add_sensors(streams_of(seed, robot))
         self._due = Due(self._physics, _whole(self.control.period, self.model.opt.timestep, "physics step"))
         self._ticks = _whole(CONTROL_PERIOD, self.control.period, "tick")
-        self.renderer: Renderer = open_renderer(self.settings.renderer, self.model)
+        light = partial(bake, world.plan, world.photometry)
+        self.renderer: Renderer = open_renderer(self.settings.renderer, self.model, light)
 
     def _add_electronics(self) -> None:
         unit = np.random.default_rng(self.settings.unit)

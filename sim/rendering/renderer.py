@@ -12,6 +12,7 @@ class RendererKind(StrEnum):
     """The ways to draw that a user can ask for."""
 
     FILAMENT = "filament"
+    BAKED = "baked"
     CLASSIC = "classic"
     NONE = "none"
 

@@ -15,6 +15,7 @@ from refseq_bench.sim.rendering.renderer import Renderer, RendererKind
 
 KINDS = [
     pytest.param(RendererKind.FILAMENT, marks=pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")),
+    pytest.param(RendererKind.BAKED, marks=pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")),
     pytest.param(RendererKind.CLASSIC, marks=pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")),
 ]
 SIZE = (64, 48)

@@ -16,7 +16,12 @@ from refseq_bench.scenarios.methods.by_name import family
 from refseq_bench.scenarios.methods.plugins import is_plugin
 from refseq_bench.sim.rendering.renderer import RendererKind
 
-METRE = {RendererKind.FILAMENT: 0.9, RendererKind.CLASSIC: 0.35, RendererKind.NONE: 0.05}
+METRE = {
+    RendererKind.FILAMENT: 0.9,
+    RendererKind.BAKED: 0.3,
+    RendererKind.CLASSIC: 0.35,
+    RendererKind.NONE: 0.05,
+}
 """Processor time of recording a metre [s]: two cameras, a view every 0.85 m, measured in the hallway."""
 ASKING = {
     "thesis": 0.2,

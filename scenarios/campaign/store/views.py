@@ -50,7 +50,7 @@ def _device(renderer: RendererKind) -> GlDevice | VulkanDriver | None:
     match renderer:
         case RendererKind.FILAMENT:
             return vulkan_driver()
-        case RendererKind.CLASSIC:
+        case RendererKind.CLASSIC | RendererKind.BAKED:
             return gl_device()
         case RendererKind.NONE:
             return None

@@ -30,6 +30,7 @@ class RendererName(StrEnum):
     """Values of ``--renderer``: those of ``sim.rendering.renderer.RendererKind``, not imported for help."""
 
     FILAMENT = "filament"
+    BAKED = "baked"
     CLASSIC = "classic"
     NONE = "none"
 
@@ -53,6 +54,7 @@ class CameraRenderer(StrEnum):
     """Values of ``--renderer`` where pictures are what is wanted."""
 
     FILAMENT = "filament"
+    BAKED = "baked"
     CLASSIC = "classic"
 
 
@@ -94,8 +96,8 @@ ROBOT = option("ROBOT", "Robot that drives.")
 ROUTE = option("ROUTE", "Route of the world.")
 START = option("METRES", "Begin so far along the route.")
 SEED = option("N", "Seed of every random draw.", min=0)
-RENDERER = option("RENDERER", "filament: photometric; classic: fast; none: no images, laser only.")
-CAMERA_RENDERER = option("RENDERER", "filament: photometric; classic: fast.")
+RENDERER = option("RENDERER", "filament: photometric; baked: the same, faster; classic: crude; none: laser only.")
+CAMERA_RENDERER = option("RENDERER", "filament: photometric; baked: the same, faster; classic: crude.")
 SENSORS = option("NAMES", "Only these sensors, commas between: of our robots camera-1, camera-2, laser. [default: all]")
 DISTANCE = option("METRES", "Take a view every so far by the odometer; 0: not by distance.")
 TIMEOUT = option("SECONDS", "Longest simulated time for each step.")

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.drivers import gl_backend, vulkan_device
 from refseq_bench.sim.rendering.filament import prepare_spec
 from refseq_bench.sim.rendering.opening import open_renderer
 from refseq_bench.sim.rendering.renderer import RendererKind
@@ -45,16 +45,22 @@ def sunlit(points: NDArray[np.float64], beam: NDArray[np.float64], grown: float)
     return lit
 
 
-@pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")
+KINDS = [
+    pytest.param(RendererKind.FILAMENT, marks=pytest.mark.skipif(vulkan_device() is None, reason="no Vulkan device")),
+    pytest.param(RendererKind.BAKED, marks=pytest.mark.skipif(gl_backend() is None, reason="no OpenGL")),
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("hour", ["13:00", "16:00"])
-def test_the_sun_falls_through_a_window_to_where_geometry_puts_it(hour: str) -> None:
+def test_the_sun_falls_through_a_window_to_where_geometry_puts_it(hour: str, kind: RendererKind) -> None:
     world = build_world(parse_plan(SMALL.format(top=WINDOW, end=ENDS)), light_named(hour), seed=0)
     world.spec.worldbody.add_camera(name="above", pos=[4, 0, HEIGHT], fovy=90.0)
     prepare_spec(world.spec)
     model = world.spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    with open_renderer(RendererKind.FILAMENT, model) as renderer:
+    with open_renderer(kind, model) as renderer:
         picture = renderer.radiance(data, "above", SIDE, SIDE)
     points = floor_points()
     on_floor = np.abs(points[..., 1]) < 1.1

@@ -1,0 +1,111 @@
+"""Baked light against the meter in an empty room, against the sky's, and against form factors."""
+
+from functools import partial
+
+import mujoco
+import numpy as np
+import pytest
+
+from refseq_bench.sim.rendering.baked.still_light import light_still
+from refseq_bench.sim.rendering.baked.surfaces import surfaces_of
+from refseq_bench.worlds.build import build_world
+from refseq_bench.worlds.light import light_named
+from refseq_bench.worlds.lighting.baking import Baked, Shell, about, bake, hemisphere, sunny_patches
+from refseq_bench.worlds.lighting.form_factors import Cards
+from refseq_bench.worlds.lighting.occluders import Occluders
+from refseq_bench.worlds.meter import Meter
+from refseq_bench.worlds.plans.load import load_plan, parse_plan
+from tests.worlds.conftest import SMALL
+
+ROOM = SMALL.format(
+    top='window = [{ name = "w", wall = "right", at = 4 }]',
+    end="".join(
+        f'[[wall]]\nname = "{name}"\nstart = [{x}, -1.2]\nend = [{x}, 1.2]\ninside = "{inside}"\nmaterial = "plaster"\n'
+        for name, x, inside in (("start", 0, "right"), ("end", 8, "left"))
+    ),
+)
+UNIT = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]], float)
+
+
+def baked_on(text: str, light: str, cards: Cards) -> np.ndarray:
+    """Light on cards in a world of a plan."""
+    world = build_world(parse_plan(text), light_named(light), seed=0)
+    model, found = world.spec.compile(), []
+
+    def keeping(shell: Shell, others: Cards) -> Baked:
+        found.append(bake(world.plan, world.photometry, shell, cards))
+        return bake(world.plan, world.photometry, shell, others)
+
+    light_still(model, surfaces_of(model, 0.4), keeping)
+    return found[0].around
+
+
+@pytest.mark.parametrize(("light", "off"), [("13:00", 0.1), ("13:00,cloud=1", 0.1), ("18:00", 0.2)])
+def test_an_empty_room_has_the_meters_light(light: str, off: float) -> None:
+    """Two ways: patches and form factors that lose no light there, rays and sources that are seen in part here.
+
+    A low sun falls on the window's reveal, which the meter knows nothing of.
+    """
+    places = np.array([[2, 0, 1.0], [4, 0, 1.0], [6, 0.5, 1.5]])
+    axes = np.array([[0, 0, 1], [0, 1, 0], [1, 0, 0], [0, -1, 0], [0, 0, -1]], float)
+    cards = Cards(np.repeat(places, len(axes), axis=0), np.tile(axes, (len(places), 1)))
+    wanted = Meter(parse_plan(ROOM), light_named(light)).for_camera(cards)
+    found = baked_on(ROOM, light, cards)
+    deviation = found / wanted - 1.0
+    assert abs(np.mean(deviation)) < off
+    assert np.std(deviation) < 0.15
+
+
+def test_open_ground_gets_the_skys_light() -> None:
+    plan, light = load_plan("car-park"), light_named("13:00,cloud=1")
+    world = build_world(plan, light, seed=0, pictured=False)
+    triangles = np.array([[-50, -50, 0.0], [50, -50, 0], [50, 50, 0], [-50, 50, 0]])[[[0, 1, 2], [0, 2, 3]]]
+    shell = Shell(
+        triangles,
+        np.zeros(2),
+        Cards(triangles.reshape(-1, 3), np.tile([0, 0, 1.0], (6, 1))),
+        np.arange(6).reshape(2, 3),
+    )
+    around = bake(plan, world.photometry, shell, Cards(np.array([[0, 0, 1.0]]), np.array([[0, 0, 1.0]]))).around
+    assert around[0] == pytest.approx(world.photometry.outdoors.sky, rel=1e-6)
+
+
+def test_rays_leave_by_the_cosine_and_turn_with_the_normal() -> None:
+    rays = hemisphere(2000)
+    np.testing.assert_allclose(np.linalg.norm(rays, axis=1), 1.0)
+    assert rays[:, 2].mean() == pytest.approx(2 / 3, abs=0.01)  # ∫ cos² over ∫ cos
+    np.testing.assert_allclose(rays[:, :2].mean(axis=0), 0.0, atol=0.01)
+    normals = np.random.default_rng(1).normal(size=(50, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    turns = about(normals)
+    np.testing.assert_allclose(turns[..., 2], normals)
+    np.testing.assert_allclose(turns @ turns.transpose(0, 2, 1), np.tile(np.eye(3), (50, 1, 1)), atol=1e-12)
+
+
+def test_rays_meet_the_nearest_triangle_and_see_past_others() -> None:
+    occluders = Occluders(np.concatenate([UNIT, UNIT + np.array([0, 0, 1.0])]))
+    origins = np.array([[0.7, 0.2, 2.0], [0.2, 0.7, 2.0], [0.7, 0.2, 0.5], [3.0, 3.0, 2.0]])
+    down = np.tile([0.0, 0.0, -1.0], (4, 1))
+    assert occluders.hit(origins, down).tolist() == [2, 3, 0, -1]
+    assert occluders.clear(origins, origins + 1.5 * down).tolist() == [False, False, False, True]
+    assert occluders.clear(origins, origins + 0.4 * down).tolist() == [True] * 4
+    assert occluders.open_to(origins, np.array([0.0, 0.0, 1.0])).tolist() == [True, True, False, True]
+    with pytest.raises(ValueError, match="no triangles"):
+        Occluders(np.empty((0, 3, 3)))
+
+
+def test_patches_of_sun_keep_flux_and_area() -> None:
+    patches = sunny_patches(UNIT, np.array([10.0, 30.0]))
+    assert patches.flux.sum() == pytest.approx(20.0)
+    assert patches.areas.sum() == pytest.approx(1.0)
+    assert sunny_patches(UNIT, np.zeros(2)).flux.size == 0
+
+
+def test_walls_behind_a_cabinet_say_nothing() -> None:
+    world = build_world(load_plan("offices"), light_named("13:00"), seed=0)
+    model = world.spec.compile()
+    light = light_still(model, surfaces_of(model, 0.4), partial(bake, world.plan, world.photometry))
+    assert np.isfinite(light.sheet).all()
+    assert (light.sheet >= 0.0).all()
+    assert light.probes.at(np.array([*world.routes["forward"][0], 1.0])).min() > 1.0
+    assert isinstance(model, mujoco.MjModel)
