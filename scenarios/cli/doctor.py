@@ -47,6 +47,8 @@ COSTS = {
     "pyarrow": "no beliefs.parquet: results cannot be kept",
     "rerun-sdk": "no viewer: the report still shows the result",
     "mujoco": "no simulated drives: only logs of real robots can be learnt and localised",
+    "moderngl": "no --renderer baked",
+    "embreex": "no --renderer baked, and no simulated drives: the bench imports it",
     "pydantic": "no floor plans, routes and profiles: the files that people write are not read",
     "astral": "no daylight: nobody knows where the sun stands",
     "typer": "no command line",

@@ -5,6 +5,7 @@ import json
 import logging
 import math
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -72,6 +73,10 @@ class Notes(logging.Handler):
         say(err, f"note: {record.getMessage()}")
 
 
+OBEYED = re.compile("[\x7f-\x9f]")
+"""Control characters that JSON takes for any other."""
+
+
 def settle_terminal() -> None:
     """Decide what the terminal is told: notes of ours, and of the libraries' warnings nothing, unless Python is asked.
 
@@ -88,8 +93,12 @@ def settle_terminal() -> None:
 
 
 def print_json(value: object) -> None:
-    """Print a value for other programs: dataclasses as tables, NaN and the like as null."""
-    print(json.dumps(_plain(value), indent=2, ensure_ascii=False, allow_nan=False), file=out.file)
+    """Print a value for other programs: dataclasses as tables, NaN and the like as null.
+
+    JSON lets some control characters stand as they are, which a terminal would obey: they are written as their numbers.
+    """
+    text = json.dumps(_plain(value), indent=2, ensure_ascii=False, allow_nan=False)
+    print(OBEYED.sub(lambda sign: f"\\u{ord(sign[0]):04x}", text), file=out.file)
 
 
 def _plain(value: object) -> object:

@@ -1,8 +1,9 @@
 import io
+import json
 
 import pytest
 
-from refseq_bench.scenarios.cli.terminal.console import WideConsole
+from refseq_bench.scenarios.cli.terminal.console import WideConsole, print_json
 from refseq_bench.scenarios.tables import TextTable
 
 
@@ -31,3 +32,12 @@ def test_a_window_keeps_its_width(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
     monkeypatch.setattr("os.get_terminal_size", lambda *_: __import__("os").terminal_size((70, 20)))
     assert max(map(len, printed(WideConsole(file=io.StringIO(), force_terminal=True, color_system=None)))) <= 70
+
+
+def test_json_holds_no_sign_that_a_terminal_obeys(capsys: pytest.CaptureFixture[str]) -> None:
+    value = {"topic\x7f": "a\x9b31m\x1b[0m é"}
+    print_json(value)
+    text = capsys.readouterr().out
+    assert json.loads(text) == value
+    assert all(sign.isprintable() or sign == "\n" for sign in text)
+    assert "é" in text
