@@ -93,7 +93,7 @@ class JoinGraph:
         return [_link(one, self.tracks, self.settings) for one in self.candidates]
 
     def price(self, join: int) -> float:
-        """What leaving a join out costs: its evidence, that of a view every so many metres being new."""
+        """Cost of leaving a join out: its evidence, that of a view every so many metres being new."""
         return 2 * self.candidates[join].evidence / self.settings.news
 
     def strain(self, join: int, joins: Iterable[int]) -> float:
@@ -299,7 +299,7 @@ class _Knots:
         return np.asarray(self.first[path] + np.searchsorted(self.views[path], views), np.intp)
 
     def odometry(self, settings: ConsistencySettings) -> Relations:
-        """What odometry says from knot to knot."""
+        """Ways by odometry from knot to knot."""
         every = Relations.of([], [], 1.0)
         for number, path in enumerate(self.paths):
             views, track = self.views[path], self.tracks[path]
@@ -316,7 +316,7 @@ class _Knots:
         return every
 
     def joints(self, links: Sequence[_Link], settings: ConsistencySettings) -> Relations:
-        """What joins say."""
+        """Ways by the joins."""
         pairs = [
             np.column_stack([self.number(link.one, link.views[:, 0]), self.number(link.other, link.views[:, 1])])
             for link in links

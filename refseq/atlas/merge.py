@@ -103,7 +103,7 @@ class _Merging:
                 yield FoundOverlap(self._number[one], self._number[other], pairs, overlap)
 
     def verdicts(self, found: Sequence[FoundOverlap]) -> list[Verdict | None]:
-        """What the joins together say of each; None of those that are objected to, or that no odometry goes with."""
+        """The word of all joins on each; None of those that are objected to, or that no odometry goes with."""
         judged = [n for n, one in enumerate(found) if not one.overlap.objection and self._tracked(one.join)]
         graph = self._graph([found[n].join for n in judged])
         verdicts = dict(zip(judged, graph.verdicts()[len(graph.candidates) - len(judged) :], strict=True))

@@ -16,7 +16,7 @@ LAYOUTS = {
     True: ("3f 3f 2f 2f 4f", "place", "normal", "uv", "chart", "look"),
     False: ("3f 12x 2f 2f 4f", "place", "uv", "chart", "look"),
 }
-"""What is read of a vertex where there is a sun, and where not."""
+"""Columns that are read of a vertex where there is a sun, and where not."""
 PLACE_ALONE = ("3f 44x", "place")
 COLUMNS = 14
 PLACE, NORMAL, LUX = slice(0, 3), slice(3, 6), 10

@@ -9,7 +9,7 @@ from refseq_bench.sim.rendering.baked.still_light import Probes, on_cards
 from refseq_bench.sim.rendering.baked.triangles import Floats
 
 REACH = 30.0
-"""What is farther away from the camera than this [m] throws no shadow of the sun: a choice."""
+"""Things farther away from the camera than this [m] throw no shadow of the sun: a choice."""
 
 
 def moved(batch: Batch, data: mujoco.MjData, probes: Probes) -> NDArray[np.float32]:

@@ -71,45 +71,56 @@ def surfaces_of(model: mujoco.MjModel, longest: float) -> Surfaces:
 
     What glows needs none: it shows light of its own.
     """
-    rest, sheet = mujoco.MjData(model), Sheet()
-    mujoco.mj_kinematics(model, rest)
-    finish = tuple(finish_of(model, geom) for geom in range(model.ngeom))
-    parts, charts, geoms, laid = [], [], [], []
-    for geom in np.flatnonzero(mujoco.MjvOption().geomgroup[model.geom_group]).tolist():
-        body = int(model.geom_bodyid[geom])
-        if moves(model, body):
-            place, rotation = model.geom_pos[geom], np.empty(9)
-            mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
-        else:
-            place, rotation = rest.geom_xpos[geom], rest.geom_xmat[geom]
-        shape = shape_of(model, geom).placed(place, rotation.reshape(3, 3))
-        chart, faces = np.zeros((len(shape), 3, 2)), faces_of(model, geom)
-        if not moves(model, body) and not finish[geom].emission:
-            step = max(longest, math.sqrt(shape.area) / PIECES)
+    layout = _Layout(model, longest)
+    shown = np.flatnonzero(mujoco.MjvOption().geomgroup[model.geom_group]).tolist()
+    parts, charts = zip(*(layout.lay(geom) for geom in shown), strict=True)
+    geom_of = np.repeat(shown, [len(part) for part in parts])
+    moved = np.array([body if moves(model, body) else 0 for body in range(model.nbody)])
+    return Surfaces(
+        triangles=Triangles.joined(parts),
+        chart=np.concatenate(charts),
+        geom=geom_of,
+        body=moved[model.geom_bodyid[geom_of]],
+        finish=layout.finish,
+        casts=model.geom_castshadow != 0,
+        flat=model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE,
+        closed=model.geom_type != mujoco.mjtGeom.mjGEOM_MESH,
+        sheet=layout.sheet,
+        sheet_geom=np.array(layout.laid, np.intp),
+    )
+
+
+class _Layout:
+    """Puts geoms where they are, and lays out the faces of those that stand still on a sheet."""
+
+    def __init__(self, model: mujoco.MjModel, longest: float) -> None:
+        self._model, self._longest, self._rest = model, longest, mujoco.MjData(model)
+        mujoco.mj_kinematics(model, self._rest)
+        self.finish = tuple(finish_of(model, geom) for geom in range(model.ngeom))
+        self.sheet, self.laid = Sheet(), list[int]()
+
+    def lay(self, geom: int) -> tuple[Triangles, Floats]:
+        """A geom's triangles, and where their corners are on the sheet, (n, 3, 2) [texels]."""
+        still, finish = not moves(self._model, int(self._model.geom_bodyid[geom])), self.finish[geom]
+        place, rotation = self._placed(geom, still)
+        shape, faces = shape_of(self._model, geom).placed(place, rotation), faces_of(self._model, geom)
+        step, chart = max(self._longest, math.sqrt(shape.area) / PIECES), None
+        if still and not finish.emission:
             if faces is None:
                 shape = shape.cut(LOOSE * step)
-                chart = np.zeros((len(shape), 3, 2))
             else:
-                chart = _charted(sheet, faces, place, rotation.reshape(3, 3), step)
-                laid += [geom] * len(faces.corners)
-        parts.append(Triangles(shape.corners, shape.normals, shape.uv * finish[geom].repeat))
-        charts.append(chart)
-        geoms.append(np.full(len(shape), geom))
-    geom_of = np.concatenate(geoms)
-    moved = np.array([body if moves(model, body) else 0 for body in range(model.nbody)])
-    body_of = moved[model.geom_bodyid[geom_of]]
-    return Surfaces(
-        Triangles.joined(parts),
-        np.concatenate(charts),
-        geom_of,
-        body_of,
-        finish,
-        model.geom_castshadow != 0,
-        model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE,
-        model.geom_type != mujoco.mjtGeom.mjGEOM_MESH,
-        sheet,
-        np.array(laid, np.intp),
-    )
+                chart = _charted(self.sheet, faces, place, rotation, step)
+                self.laid += [geom] * len(faces.corners)
+        pictured = Triangles(shape.corners, shape.normals, shape.uv * finish.repeat)
+        return pictured, np.zeros((len(shape), 3, 2)) if chart is None else chart
+
+    def _placed(self, geom: int, still: bool) -> tuple[Floats, Floats]:
+        """Position (3,) and rotation (3, 3) of a geom: in the world where it stands still, else in its body's frame."""
+        if still:
+            return self._rest.geom_xpos[geom], self._rest.geom_xmat[geom].reshape(3, 3)
+        rotation = np.empty(9)
+        mujoco.mju_quat2Mat(rotation, self._model.geom_quat[geom])
+        return self._model.geom_pos[geom], rotation.reshape(3, 3)
 
 
 def _charted(sheet: Sheet, faces: Faces, place: Floats, rotation: Floats, step: float) -> Floats:
