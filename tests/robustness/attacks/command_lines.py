@@ -25,7 +25,20 @@ ODD_WORDS = (
     "0x10", "/dev/zero", "/dev/full", "pipe", "folder", "link", "nothing.toml", "text.txt", "--help", "-h", "100%",
 )  # fmt: skip
 FILES = ("thesis.refseq", "drive.mcap", "beliefs.parquet")
-SLOW = {"demo", "doctor", "live", "drive", "serve", "robot serve", "robot check", "robot umbmark", "robot filmstrip"}
+SLOW = {
+    "demo",
+    "doctor",
+    "live",
+    "drive",
+    "serve",
+    "robot serve",
+    "robot check",
+    "robot umbmark",
+    "robot filmstrip",
+} | {
+    "mission page",
+    *(f"module {role}" for role in ("control", "localiser", "mission", "robot", "viewer")),
+}
 """Commands that work or wait for long when nothing is wrong: they are only given words that are wrong."""
 STEPS = ("LD", "LI0", "LO3", "LA7", "LDMC", "LA1MW", "LDMT90", "LA2MT180", "LDMN", "LDMA")
 

@@ -59,7 +59,8 @@ def test_a_mission_is_run_told_and_left_in_a_folder(refseq: Refseq, here: Path, 
     assert [line for (line,) in values(record, "/mission/log", "TextLog:text", "time")] == log.splitlines()
     lost = values(record, "/mission/lost", "Scalars:scalars", "view")
     assert len(lost) > 10
-    assert max(value for (value,) in lost) < 0.5
+    # The last ones are of the crossing itself, which leaves the path.
+    assert max(value for (value,) in lost[:-2]) < 0.5
 
 
 def test_a_mission_s_folder_is_viewed_as_it_was_recorded(refseq: Refseq, here: Path, tmp_path: Path) -> None:

@@ -58,7 +58,7 @@ def floor() -> World:
 @pytest.fixture
 def lamp(monkeypatch: pytest.MonkeyPatch) -> Lamp:
     lamp = Lamp(100.0)
-    monkeypatch.setattr(refseq_bench.sim.bench.bench, "open_renderer", lambda kind, model: lamp)
+    monkeypatch.setattr(refseq_bench.sim.bench.bench, "open_renderer", lambda kind, model, bake: lamp)
     return lamp
 
 
