@@ -26,18 +26,8 @@ ODD_WORDS = (
 )  # fmt: skip
 FILES = ("thesis.refseq", "drive.mcap", "beliefs.parquet")
 SLOW = {
-    "demo",
-    "doctor",
-    "live",
-    "drive",
-    "serve",
-    "robot serve",
-    "robot check",
-    "robot umbmark",
-    "robot filmstrip",
-} | {
-    "mission page",
-    *(f"module {role}" for role in ("control", "localiser", "mission", "robot", "viewer")),
+    *("demo", "doctor", "live", "drive", "serve", "robot serve", "robot check", "robot umbmark", "robot filmstrip"),
+    *("mission page", "module control", "module localiser", "module mission", "module robot", "module viewer"),
 }
 """Commands that work or wait for long when nothing is wrong: they are only given words that are wrong."""
 STEPS = ("LD", "LI0", "LO3", "LA7", "LDMC", "LA1MW", "LDMT90", "LA2MT180", "LDMN", "LDMA")
