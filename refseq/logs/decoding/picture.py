@@ -87,6 +87,8 @@ class CompressedPicture:
         check_size(width, height)
         if self.data[:3] == JPEG_MAGIC:
             JPEG_PASSES.check(self.data.count(JPEG_PASS), "an image has")
+        else:
+            check_chunks(self.data)
         with translating(lambda reason: LogError(f"an image cannot be decoded: {reason}")):
             image, told = _decoded(self.data)
         if image is None or "libpng error: " in told:  # of a damaged JPEG, as cheap cameras send them, enough is seen
@@ -144,6 +146,8 @@ class RawPicture:
 
 
 PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+CHUNK_FRAME = 12
+"""Bytes of a part of a PNG file beside what it declares: its length, kind and checksum."""
 JPEG_MAGIC = b"\xff\xd8\xff"
 JPEG_PASS = b"\xff\xda"
 """Begins each pass over a JPEG's pixels; within their data there is a zero behind 0xff."""
@@ -163,6 +167,17 @@ def declared_size(data: bytes) -> tuple[int, int]:
     if data[:3] == JPEG_MAGIC:
         return _jpeg_size(data)
     raise LogError("an image cannot be decoded; valid are PNG and JPEG")
+
+
+def check_chunks(data: bytes) -> None:
+    """Raise ``LogError`` where a part of a PNG file declares more bytes than are left: OpenCV would allocate them."""
+    at, kind = len(PNG_MAGIC), b""
+    while at < len(data) and kind != b"IEND":
+        declared, kind = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
+        left = max(0, len(data) - at - CHUNK_FRAME)
+        if declared > left:
+            raise LogError(f"an image cannot be decoded: a part of it declares {declared} bytes, and {left} are left")
+        at += CHUNK_FRAME + declared
 
 
 def _jpeg_size(data: bytes) -> tuple[int, int]:

@@ -89,6 +89,14 @@ def png_of(width: int, height: int) -> bytes:
     return bytes(data)
 
 
+def png_with_a_part_of(count: int) -> bytes:
+    """A PNG file whose pixels are said to take ``count`` bytes."""
+    data = bytearray(cv2.imencode(".png", GREY)[1].tobytes())
+    at = data.index(b"IDAT") - 4
+    data[at : at + 4] = struct.pack(">I", count)
+    return bytes(data)
+
+
 def jpeg_of(width: int, height: int) -> bytes:
     data = bytearray(cv2.imencode(".jpg", GREY)[1].tobytes())
     at = data.index(b"\xff\xc0") + 5
@@ -106,6 +114,10 @@ def jpeg_of(width: int, height: int) -> bytes:
         ),
         (CompressedPicture(png_of(60_000, 60_000)), "an image declares 60000 × 60000 pixels; valid are 1 to 67108864"),
         (CompressedPicture(jpeg_of(60_000, 60_000)), "an image declares 60000 × 60000 pixels; valid are 1 to 67108864"),
+        (
+            CompressedPicture(png_with_a_part_of(1 << 31)),
+            "an image cannot be decoded: a part of it declares 2147483648",
+        ),
         (CompressedPicture(b"\xff\xd8\xff\xe0"), "an image cannot be decoded; valid are PNG and JPEG"),
         (RawPicture(bytes(9), "nv21", 3, 3, 3), "encoding 'nv21' is not read; valid are mono8, 8uc1, mono16, rgb8"),
         (RawPicture(bytes(9), "rgb8", 3, 3, 9), "an image of 3 × 3 rgb8 has 9 bytes and rows of 9; valid are at least"),
