@@ -180,7 +180,7 @@ def test_a_map_of_another_version(saved: Path, version: object) -> None:
 def test_maps_of_other_sensors_or_vocabularies(
     drive: list[View], atlas: Map, saved: Path, profile: Profile, sensors: list[str] | None, told: str
 ) -> None:
-    """Whether they are compared, laid side by side, merged or read."""
+    """All the same if they are compared, laid side by side, merged or read."""
     first, unlike = learn(drive[:8], profile=BEST), learn(drive[4:12], profile=profile, sensors=sensors)
     for refused in (
         lambda: view_similarity(unlike.sequence, first.sequence),

@@ -30,7 +30,7 @@ def walked(corners: Corners) -> NDArray[np.float64]:
 
 
 def by_odometry(truth: NDArray[np.float64], seed: int, scale: float = 1.0) -> NDArray[np.float64]:
-    """What odometry makes of a walk, from its own origin on."""
+    """A walk by its odometry, from its own origin on."""
     rng = np.random.default_rng(seed)
     steps = motions_between(truth[:-1], truth[1:]) + rng.normal(scale=(0.02, 0.01, 0.01), size=(len(truth) - 1, 3))
     steps[:, :2] *= scale
