@@ -17,7 +17,7 @@ from refseq_bench.worlds.light import LightSetting
 from refseq_bench.worlds.lighting.colour import camera_weight
 from refseq_bench.worlds.lighting.daylight import sun_direction
 from refseq_bench.worlds.lighting.form_factors import Cards, form_factors
-from refseq_bench.worlds.lighting.open_air import CONE, INNER, axial, head_of
+from refseq_bench.worlds.lighting.open_air import post_illuminance
 from refseq_bench.worlds.lighting.photometry import Photometry, outlook, photometry
 from refseq_bench.worlds.lighting.radiosity import light_up, window_factors
 from refseq_bench.worlds.lighting.sunlight import shaded, sunlit
@@ -125,12 +125,7 @@ class _OpenAir:
         return np.asarray(np.repeat(self._below * (1.0 - cards.normals[:, 2:]) / 2, 2, axis=1))
 
     def lamps(self, cards: Cards) -> Floats:
-        """E = I(θ) cosβ / d², the intensity as ``refseq_bench.worlds.lighting.open_air`` has it."""
-        total, (outer, inner) = np.zeros((len(cards), 2)), np.cos([CONE, INNER])
+        total = np.zeros((len(cards), 2))
         for post in self._posts:
-            ray = cards.points - head_of(post)
-            d = np.linalg.norm(ray, axis=1)
-            cone = np.clip((-ray[:, 2] / d - outer) / (inner - outer), 0.0, 1.0) ** 2
-            facing = np.maximum(0.0, -np.einsum("mc,mc->m", ray, cards.normals) / d)
-            total += np.outer(axial(post) * cone * facing / d**2, [1.0, camera_weight(post.kelvin)])
+            total += np.outer(post_illuminance(post, cards), [1.0, camera_weight(post.kelvin)])
         return total

@@ -146,7 +146,7 @@ class JoinGraph:
 
     @cached_property
     def _ways(self) -> list[NDArray[np.float64]]:
-        return [np.cumsum([0.0, *np.hypot(*np.diff(track[:, :2], axis=0).T)]) for track in self.tracks]
+        return [_way(track) for track in self.tracks]
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """Which candidates agree, are contradicted by others, or lack support."""
@@ -304,7 +304,7 @@ class _Knots:
         for number, path in enumerate(self.paths):
             views, track = self.views[path], self.tracks[path]
             at, knots = track[views], self.number(path, views)
-            steps = np.cumsum([0.0, *np.hypot(*np.diff(track[:, :2], axis=0).T)])
+            steps = _way(track)
             turns = np.cumsum([0.0, *np.abs(wrapped(np.diff(track[:, 2])))])
             way, turn = np.maximum(np.diff(steps[views]), 0.1), np.diff(turns[views])
             heading = np.hypot(settings.drift * np.sqrt(way), settings.turning * np.sqrt(turn))
@@ -355,7 +355,7 @@ class _Component:
         """Poses of all views of a path: odometry from knot to knot, and what does not close spread over the way."""
         views = self.knots.views[path]
         at = self.fit.poses[self.knots.number(path, views)]
-        steps = np.cumsum([0.0, *np.hypot(*np.diff(track[:, :2], axis=0).T)])
+        steps = _way(track)
         every = np.arange(len(track))
         before = np.clip(np.searchsorted(views, every, side="right") - 1, 0, len(views) - 1)
         after = np.clip(before + 1, 0, len(views) - 1)
@@ -366,6 +366,11 @@ class _Component:
         difference = other - one
         difference[:, 2] = wrapped(difference[:, 2])
         return np.asarray(one + share * difference)
+
+
+def _way(track: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Way from the first view of a path to each, (V,) [m]."""
+    return np.cumsum([0.0, *np.hypot(*np.diff(track[:, :2], axis=0).T)])
 
 
 def _groups(paths: int, links: Iterable[_Link]) -> tuple[int, ...]:

@@ -56,10 +56,17 @@ def farthest(
 def frustum(
     model: mujoco.MjModel, data: mujoco.MjData, camera: str, shape: float = WIDTH_TO_HEIGHT
 ) -> mujoco.MjvGLCamera:
-    """Pose and frustum of a named camera, its near plane at ``CLIP_NEAR``; ``shape`` is width to height of the picture.
+    """See ``eye_of``; the far plane is just behind what is there. ``shape`` is width to height of the picture."""
+    seen = eye_of(model, data, camera)
+    reach = farthest(model, data, seen, shape)
+    if reach < NEARBY:
+        # Twice as far, and a little more: what shows in a gap between two rays must not be cut off.
+        seen.frustum_far = min(seen.frustum_far, 2.0 * reach + 2.0)
+    return seen
 
-    Raises ``SimError`` for an unknown name.
-    """
+
+def eye_of(model: mujoco.MjModel, data: mujoco.MjData, camera: str) -> mujoco.MjvGLCamera:
+    """Pose and frustum of a named camera, its near plane at ``CLIP_NEAR``. Raises ``SimError`` for an unknown name."""
     names = [model.camera(i).name for i in range(model.ncam)]
     if camera not in names:
         raise SimError(f"unknown camera '{camera}': the model has {', '.join(names) or 'none'}")
@@ -70,8 +77,4 @@ def frustum(
     seen.frustum_near = CLIP_NEAR
     for side in ("frustum_bottom", "frustum_top", "frustum_center", "frustum_width"):
         setattr(seen, side, scale * getattr(seen, side))
-    reach = farthest(model, data, seen, shape)
-    if reach < NEARBY:
-        # Twice as far, and a little more: what shows in a gap between two rays must not be cut off.
-        seen.frustum_far = min(seen.frustum_far, 2.0 * reach + 2.0)
     return seen

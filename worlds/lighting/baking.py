@@ -16,7 +16,7 @@ from refseq_bench.worlds.lighting.colour import camera_weight
 from refseq_bench.worlds.lighting.daylight import sun_direction
 from refseq_bench.worlds.lighting.form_factors import SIGHT, Cards, Quads, configuration_factor
 from refseq_bench.worlds.lighting.occluders import AWAY, Occluders
-from refseq_bench.worlds.lighting.open_air import CONE, INNER, axial, head_of
+from refseq_bench.worlds.lighting.open_air import head_of, post_illuminance
 from refseq_bench.worlds.lighting.photometry import Photometry, outlook, sources, transmission
 from refseq_bench.worlds.plans.schema import FloorPlan
 
@@ -253,14 +253,10 @@ def _share_in_sight(occluders: Occluders, origins: Floats, quad: Floats) -> Floa
 
 
 def _from_posts(plan: FloorPlan, numbers: Photometry, occluders: Occluders, cards: Cards) -> Floats:
-    """E = I(θ) cosβ / d² of the street lamps that burn and are in sight."""
-    lux, (outer, inner) = np.zeros(len(cards)), np.cos([CONE, INNER])
+    """Light of the street lamps that burn and are in sight, (m,) [lx]."""
+    lux = np.zeros(len(cards))
     for post in (post for post in plan.post if post.name in numbers.burning):
-        ray = cards.points - head_of(post)
-        d = np.linalg.norm(ray, axis=1)
-        cone = np.clip((-ray[:, 2] / d - outer) / (inner - outer), 0.0, 1.0) ** 2
-        facing = np.maximum(0.0, -np.einsum("mc,mc->m", ray, cards.normals) / d)
-        found = axial(post) * camera_weight(post.kelvin) * cone * facing / d**2
+        found = camera_weight(post.kelvin) * post_illuminance(post, cards)
         lit = np.flatnonzero(found > 0.0)
         head = np.broadcast_to(head_of(post), (len(lit), 3))
         lux[lit] += found[lit] * occluders.clear(cards.points[lit], head)

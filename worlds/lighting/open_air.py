@@ -13,6 +13,7 @@ from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.lighting.ambient import Ambient
 from refseq_bench.worlds.lighting.colour import camera_weight
 from refseq_bench.worlds.lighting.daylight import sun_direction
+from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.lighting.lights import add_image_light, add_spot
 from refseq_bench.worlds.lighting.photometry import LAMPS_BELOW, Photometry, outlook
 from refseq_bench.worlds.lighting.sky import BEND, HIGHEST, LOWEST, panorama
@@ -119,6 +120,16 @@ def axial(post: Post) -> float:
 def head_of(post: Post) -> Floats:
     """Where its light comes from, (3,) [m]."""
     return LocalFrame.under(post).point(ARM, 0.0, post.height - 0.03)
+
+
+def post_illuminance(post: Post, cards: Cards) -> Floats:
+    """E = I(θ) cosβ / d² of a street lamp on cards, past all that stands there, (m,) [lx]."""
+    outer, inner = np.cos([CONE, INNER])
+    ray = cards.points - head_of(post)
+    d = np.linalg.norm(ray, axis=1)
+    cone = np.clip((-ray[:, 2] / d - outer) / (inner - outer), 0.0, 1.0) ** 2
+    facing = np.maximum(0.0, -np.einsum("mc,mc->m", ray, cards.normals) / d)
+    return np.asarray(axial(post) * cone * facing / d**2)
 
 
 def _posts(site: Site, plan: FloorPlan, numbers: Photometry) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from refseq_bench.sim.rendering.baked.programs import Programs
 from refseq_bench.sim.rendering.baked.surfaces import Surfaces
-from refseq_bench.sim.rendering.baked.triangles import Floats
+from refseq_bench.sim.rendering.baked.triangles import Floats, distinct
 
 LAYOUTS = {
     True: ("3f 3f 2f 2f 4f", "place", "normal", "uv", "chart", "look"),
@@ -141,6 +141,4 @@ def _vertices(surfaces: Surfaces, which: NDArray[np.intp], lux: Floats) -> NDArr
 def _distinct(vertices: NDArray[np.float32], body: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Indices of vertices that differ to the bit, and which of these each one is."""
     codes = np.column_stack([np.ascontiguousarray(vertices).view(np.uint32), body]).astype(np.uint64)
-    mix = np.random.default_rng(0).integers(1, 2**63, codes.shape[1], dtype=np.uint64)
-    _, first, index = np.unique((codes * mix).sum(axis=1), return_index=True, return_inverse=True)
-    return first, index
+    return distinct(codes)

@@ -13,7 +13,7 @@ REACH = 30.0
 
 
 def moved(batch: Batch, data: mujoco.MjData, probes: Probes) -> NDArray[np.float32]:
-    """Return a batch's vertices, (m, 12), as its bodies stand."""
+    """Return a batch's vertices, (m, 14), as its bodies stand."""
     vertices = batch.vertices.copy()
     for body in np.unique(batch.bodies):
         own = batch.bodies == body

@@ -17,7 +17,7 @@ from refseq_bench.sim.rendering.baked.sunlight import SunMap, column_major, fram
 from refseq_bench.sim.rendering.baked.surfaces import picture_of, surfaces_of
 from refseq_bench.sim.rendering.baked.triangles import Floats
 from refseq_bench.sim.rendering.drivers import GL_PACKAGES, quiet_terminal
-from refseq_bench.sim.rendering.frustum import frustum
+from refseq_bench.sim.rendering.frustum import eye_of
 from refseq_bench.sim.rendering.renderer import Closing, RendererKind
 
 LONGEST = 0.4
@@ -91,7 +91,7 @@ class BakedRenderer(Closing):
         """See ``Renderer``. There are no mirrors and no gloss; colours count by their red channel: use greys."""
         if self._context is None:
             raise RendererError("renderer 'baked' is closed")
-        seen = frustum(self._model, data, camera, width / height)
+        seen = eye_of(self._model, data, camera)
         size = (width, height)
         with self._context:
             if size not in self._targets:

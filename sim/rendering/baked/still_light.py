@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from refseq_bench.sim.rendering.baked.charts import MARGIN, Chart
 from refseq_bench.sim.rendering.baked.surfaces import Surfaces, picture_of
-from refseq_bench.sim.rendering.baked.triangles import Floats, Triangles
+from refseq_bench.sim.rendering.baked.triangles import Floats, Triangles, distinct
 from refseq_bench.worlds.lighting.ambient import AXES, EYE
 from refseq_bench.worlds.lighting.baking import Baked, Shell
 from refseq_bench.worlds.lighting.form_factors import Cards
@@ -94,10 +94,7 @@ def _loose(surfaces: Surfaces) -> NDArray[np.intp]:
 def _distinct(triangles: Triangles) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Indices of corners that lie or face apart, and which of these each corner is."""
     both = np.concatenate([triangles.corners / CLOSE, triangles.normals / TURNED], axis=2).reshape(-1, 6)
-    whole = np.round(both).astype(np.int64).astype(np.uint64)
-    mix = np.random.default_rng(0).integers(1, 2**63, whole.shape[1], dtype=np.uint64)
-    _, first, index = np.unique((whole * mix).sum(axis=1), return_index=True, return_inverse=True)
-    return first, index
+    return distinct(np.round(both).astype(np.int64).astype(np.uint64))
 
 
 def _cards(charts: list[Chart], single: Triangles, first: NDArray[np.intp]) -> Cards:

@@ -66,6 +66,13 @@ class Triangles:
         return Triangles.joined(done)
 
 
+def distinct(rows: NDArray[np.uint64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Indices of rows that differ, and which of these each row is; by a hash, as sorting whole rows is slow."""
+    mix = np.random.default_rng(0).integers(1, 2**63, rows.shape[1], dtype=np.uint64)
+    _, first, index = np.unique((rows * mix).sum(axis=1), return_index=True, return_inverse=True)
+    return first, index
+
+
 _PIECES = {
     1: ((0, 3, 2), (3, 1, 2)),
     2: ((0, 3, 2), (3, 4, 2), (3, 1, 4)),
