@@ -30,7 +30,8 @@ def translating(refused: Callable[[str], Exception], *told: type[Exception]) -> 
     except Exception as error:
         if isinstance(error, (RefseqError, *told)):
             raise
-        raise refused(" ".join(str(error).split())[:LONGEST_REASON] or type(error).__name__) from error
+        words = f"it names {error}, which it does not hold" if isinstance(error, KeyError) else str(error)
+        raise refused(" ".join(words.split())[:LONGEST_REASON] or type(error).__name__) from error
 
 
 class WholeReads(io.BufferedReader):

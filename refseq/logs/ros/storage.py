@@ -176,6 +176,8 @@ class Rosbag1File:
             wanted = [connection for connection in reader.connections if connection.topic in topics]
             for connection, logged, data in reader.messages(wanted) if wanted else ():
                 unpacked.add(len(data))
+                if connection.topic not in topics:
+                    raise ValueError(f"its index leads to a message of {connection.topic} instead of another topic's")
                 yield StoredMessage(connection.topic, connection.msgtype, logged, data)
 
 

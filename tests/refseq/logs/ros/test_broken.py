@@ -1,5 +1,6 @@
 """Bags that are cut off, damaged or not what they say: one line each, with the place and what is valid."""
 
+import re
 import sqlite3
 import struct
 import sys
@@ -171,6 +172,21 @@ def test_a_ros1_bag_that_was_never_closed(tmp_path: Path) -> None:
     at = whole.index(b"index_pos=") + len(b"index_pos=")
     path.write_bytes(whole[:at] + bytes(8) + whole[at + 8 :])
     assert "reindex" in refusal(path)
+
+
+def test_an_index_that_leads_to_another_topic(tmp_path: Path) -> None:
+    """Where the indices of two connections are exchanged, nothing is taken for what it is not."""
+    path = write_rosbag1(tmp_path / "a.bag", DRIVE, SMALL)
+    whole = path.read_bytes()
+    index = rb"(?<=op=\x04).{0,40}?conn=(.{4})"
+    first, other = list(re.finditer(index, whole, re.DOTALL))[:2]
+    path.write_bytes(
+        whole[: first.start(1)] + other[1] + whole[first.end(1) : other.start(1)] + first[1] + whole[other.end(1) :]
+    )
+    bag = RosBag(path)
+    topics = [channel.topic for channel in bag.channels]
+    with pytest.raises(LogError, match="its index leads to a message of /"):
+        [list(bag.samples([topic])) for topic in topics]
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
