@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from refseq_bench.scenarios.cli.terminal.console import err, out, print_json
-from refseq_bench.scenarios.cli.terminal.options import CACHE, CASE, METHODS, Json, flag, only_one_of, option, output
+from refseq_bench.scenarios.cli.terminal.options import (
+    CACHE,
+    CAMERA_RENDERER,
+    CASE,
+    METHODS,
+    CameraRenderer,
+    Json,
+    defaulting,
+    flag,
+    only_one_of,
+    option,
+    output,
+)
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_folder, check_output, words, writing
 from refseq_bench.scenarios.errors import ScenarioError
@@ -109,6 +121,7 @@ def _only(cases: "list[Case]", names: Sequence[str]) -> "list[Case]":
 * `refseq scenario run light-dial kidnap -j 4 -o out/nightly`
 * `refseq scenario run smoke --localiser my_localiser:MyLocaliser --methods none`
 * `refseq scenario run my/scenario.toml --seeds 1,2 --cache out/cache`
+* `refseq scenario run table --renderer baked`
 * `refseq scenario run thesis --ray 10.0.0.1:6379`
 
 Stop with Ctrl-C whenever you like: the same command goes on, since nothing that is in the cache is done again.
@@ -130,17 +143,20 @@ def run(
         option("NAME", "Judge your own localiser, module:Class or ./program, or another method; may be repeated."),
     ] = None,
     methods: Annotated[str | None, option("NAMES", f"{METHODS.help} none: only --localiser.")] = None,
+    renderer: Annotated[CameraRenderer | None, defaulting(CAMERA_RENDERER, "that of each scenario")] = None,
     fresh: Annotated[bool, flag("--fresh", "Ask all methods anew; recordings are kept.")] = False,
 ) -> None:
     """Run scenarios and judge them."""
     from refseq_bench.scenarios.campaign.declare.cases import find
-    from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_seeds
+    from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
     from refseq_bench.scenarios.campaign.results import Results
     from refseq_bench.scenarios.campaign.store.cache import Store, default_store
+    from refseq_bench.sim.rendering.renderer import RendererKind
 
     only_one_of(workers=workers, ray=ray)
     check_folder(output)
     cases = with_seeds(with_methods(find(scenarios), localiser or (), words(methods, "methods")), seeds)
+    cases = with_renderer(cases, RendererKind(renderer) if renderer else None)
     store = Store(cache or default_store())
     results = _judged(cases, Results(output, cases, store), _executor(workers, ray, store), store, fresh=fresh)
     _leave(results)

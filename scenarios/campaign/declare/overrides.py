@@ -1,4 +1,4 @@
-"""Override what scenarios declare: localisers of a user, fewer methods, other seeds."""
+"""Override what scenarios declare: localisers of a user, fewer methods, other seeds, another renderer."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,9 +6,11 @@ from dataclasses import replace
 from refseq_bench.scenarios.campaign.declare.cases import Case
 from refseq_bench.scenarios.campaign.declare.drivable import named
 from refseq_bench.scenarios.campaign.declare.expectations import about
+from refseq_bench.scenarios.campaign.declare.schema import DriveTable, SourceTable
 from refseq_bench.scenarios.campaign.declare.schema_types import schema_type_for
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.by_name import written_out
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 NOBODY = "none"
 """Stands for no method, where methods are named."""
@@ -64,3 +66,24 @@ def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:
         raise ScenarioError(f"--seeds {seeds!r} is not valid; it should be whole numbers that differ, commas between")
     numbers = {"seeds": tuple(map(int, texts))}
     return [replace(case, scenario=case.scenario.model_copy(update=numbers)) for case in cases]
+
+
+def with_renderer(cases: Sequence[Case], renderer: RendererKind | None) -> list[Case]:
+    """The same cases with pictures by another renderer wherever cameras take some; None: by their own."""
+    if renderer is None:
+        return list(cases)
+
+    def other(table: SourceTable) -> SourceTable:
+        pictured = isinstance(table, DriveTable) and table.renderer is not RendererKind.NONE
+        return table.model_copy(update={"renderer": renderer}) if pictured else table
+
+    def changed(case: Case) -> Case:
+        declared = case.scenario
+        tables = {
+            "reference": other(declared.reference),
+            "further": tuple(map(other, declared.further)),
+            "query": other(declared.query),
+        }
+        return replace(case, scenario=declared.model_copy(update=tables))
+
+    return [changed(case) for case in cases]

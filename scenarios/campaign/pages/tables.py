@@ -29,6 +29,7 @@ from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.text_file import TextFileError, parse_toml
 
 END = "<!-- end table -->"
@@ -244,7 +245,18 @@ def _origin(sources: Sequence[CellSource]) -> str:
     )
     seeds = sorted({len(source.case.seeds) for source in sources})
     told = f"{_span(seeds)} seed{'s' if seeds != [1] else ''}"
-    return f"Run on {_span(days)} by {' and '.join(versions)}; {told} a case."
+    drawn = sorted({renderer for source in sources for renderer in _renderers(source.case)})
+    pictures = "" if drawn in ([], [RendererKind.FILAMENT]) else f", pictures by {' and '.join(drawn)}"
+    return f"Run on {_span(days)} by {' and '.join(versions)}{pictures}; {told} a case."
+
+
+def _renderers(case: CaseRecord) -> Iterator[str]:
+    """By which renderers the pictures of a case's drives were drawn; none of drives without, and of logs."""
+    resolved = case.resolved
+    for table in (resolved.get("reference"), *resolved.get("further", ()), resolved.get("query")):
+        renderer = (table or {}).get("renderer", RendererKind.NONE)
+        if renderer != RendererKind.NONE:
+            yield str(renderer)
 
 
 def _span(ordered: Sequence[object]) -> str:

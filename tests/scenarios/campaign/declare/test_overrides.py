@@ -1,8 +1,11 @@
+from pathlib import Path
+
 import pytest
 
 from refseq_bench.scenarios.campaign.declare.cases import Case, load
-from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_seeds
+from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
 from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.sim.rendering.renderer import RendererKind
 
 FILE = """
 title = "T"
@@ -98,3 +101,38 @@ def test_what_are_no_seeds_is_told(cases: list[Case], seeds: str) -> None:
     with pytest.raises(ScenarioError) as caught:
         with_seeds(cases, seeds)
     assert str(caught.value).startswith(f"--seeds {seeds!r} is not valid; it should be whole numbers that differ")
+
+
+def test_another_renderer_draws_wherever_cameras_take_pictures(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.toml"
+    path.write_text(
+        """
+title = "T"
+[reference]
+world = "annex"
+[[further]]
+world = "annex"
+renderer = "none"
+[query]
+light = "18:00"
+[localise]
+sensors = ["laser"]
+methods = ["thesis"]
+"""
+    )
+    cases = load(path)
+    (case,) = with_renderer(cases, RendererKind.BAKED)
+    assert [source.renderer for source in case.sources(1)] == [
+        RendererKind.BAKED,
+        RendererKind.NONE,
+        RendererKind.BAKED,
+    ]
+    assert with_renderer(cases, None) == cases
+
+
+def test_recordings_of_others_are_drawn_by_nobody(tmp_path: Path) -> None:
+    path = tmp_path / "real.toml"
+    path.write_text(
+        'title = "T"\n[reference]\nlog = "a.log"\n[query]\nlog = "b.log"\n[localise]\nmethods = ["thesis"]\n'
+    )
+    assert with_renderer(load(path), RendererKind.BAKED) == load(path)

@@ -58,6 +58,17 @@ def body(text: str, *runs: CampaignRecord) -> str:
     return filled(block, CampaignRuns(runs or (RUN,)))
 
 
+@pytest.mark.parametrize(
+    ("query", "told"),
+    [("filament", "filament"), ("baked", "baked and filament"), ("none", "filament")],
+)
+def test_another_renderer_than_filament_is_named(query: str, told: str) -> None:
+    sides = {"reference": {"renderer": "filament"}, "further": [{"log": "a.log"}], "query": {"renderer": query}}
+    resolved = [one.model_copy(update={"resolved": sides}) for one in RUN.cases]
+    pictures = "" if told == "filament" else f", pictures by {told}"
+    assert f"MuJoCo 4.0.0{pictures}; 2 seeds" in body(PAGE, RUN.model_copy(update={"cases": tuple(resolved)}))
+
+
 def test_a_table_has_a_cell_for_each_row_and_column() -> None:
     assert body(PAGE) == (
         "| asked at | one \\| two | other |\n"
