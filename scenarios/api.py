@@ -12,10 +12,11 @@ from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.results import Results
 from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
-from refseq_bench.scenarios.campaign.store.cache import Store, default_store
+from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.drives.evaluate import comparison_of
 from refseq_bench.scenarios.scoring import score as scorer
 from refseq_bench.scenarios.scoring.path_geometry import WIDE, Tolerance
+from refseq_bench.user_cache import user_cache
 
 ANSWERS = "localiser"
 
@@ -37,7 +38,7 @@ def run(
     """
     numbers = None if seeds is None else ",".join(map(str, seeds))
     cases = with_seeds(with_methods(find([str(one) for one in scenarios]), localisers, methods), numbers)
-    store = Store(cache or default_store())
+    store = Store(cache or user_cache())
     conclude = leave_it if output is None else Results(output, cases, store).add
     executor, finished = LocalWorkers(workers, store.folder), False
     try:

@@ -90,13 +90,14 @@ def show(
     from refseq_bench.scenarios.campaign.declare.cases import find
     from refseq_bench.scenarios.campaign.pages.listing import lines, resolved
     from refseq_bench.scenarios.campaign.run.estimate import rest_of
-    from refseq_bench.scenarios.campaign.store.cache import Store, default_store
+    from refseq_bench.scenarios.campaign.store.cache import Store
+    from refseq_bench.user_cache import user_cache
 
     cases = _only(find([name]), case or ())
     if as_json:
         print_json([resolved(one) for one in cases])
         return
-    store = Store(cache or default_store())
+    store = Store(cache or user_cache())
     for one in cases:
         for line in lines(one, rest_of([one], store).summary):
             say(out, line)
@@ -150,14 +151,15 @@ def run(
     from refseq_bench.scenarios.campaign.declare.cases import find
     from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
     from refseq_bench.scenarios.campaign.results import Results
-    from refseq_bench.scenarios.campaign.store.cache import Store, default_store
+    from refseq_bench.scenarios.campaign.store.cache import Store
     from refseq_bench.sim.rendering.renderer import RendererKind
+    from refseq_bench.user_cache import user_cache
 
     only_one_of(workers=workers, ray=ray)
     check_folder(output)
     cases = with_seeds(with_methods(find(scenarios), localiser or (), words(methods, "methods")), seeds)
     cases = with_renderer(cases, RendererKind(renderer) if renderer else None)
-    store = Store(cache or default_store())
+    store = Store(cache or user_cache())
     results = _judged(cases, Results(output, cases, store), _executor(workers, ray, store), store, fresh=fresh)
     _leave(results)
 

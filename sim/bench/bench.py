@@ -21,9 +21,11 @@ from refseq_bench.sim.cameras.camera import Camera
 from refseq_bench.sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.physics import Due, Physics, alone
+from refseq_bench.sim.rendering.baked.kept_light import kept
 from refseq_bench.sim.rendering.opening import open_renderer
 from refseq_bench.sim.rendering.renderer import Closing, Renderer, RendererKind
 from refseq_bench.sim.sensors.laser import Laser
+from refseq_bench.user_cache import user_cache
 from refseq_bench.worlds.build import World
 from refseq_bench.worlds.lighting.baking import bake
 from refseq_bench.worlds.parts.people import Crowd
@@ -75,7 +77,8 @@ class Bench(Closing):
         self._add_sensors(streams_of(seed, robot))
         self._due = Due(self._physics, _whole(self.control.period, self.model.opt.timestep, "physics step"))
         self._ticks = _whole(CONTROL_PERIOD, self.control.period, "tick")
-        light = partial(bake, world.plan, world.photometry)
+        about = world.plan, world.photometry
+        light = kept(partial(bake, *about), user_cache() / "light", *about)
         self.renderer: Renderer = open_renderer(self.settings.renderer, self.model, light)
 
     def _add_electronics(self) -> None:

@@ -12,8 +12,6 @@ from refseq_bench.scenarios.errors import ScenarioError
 
 RECORDING, MAP, ANSWERS = ".mcap", ".refseq", ".parquet"
 """Endings of what is kept."""
-FOLDER = "REFSEQ_CACHE"
-"""Environment variable that names another folder than the user's own."""
 ENDS = {
     RECORDING: (b"\x89MCAP0\r\n", b"\x89MCAP0\r\n", 8),
     MAP: (b"PK\3\4", b"PK\5\6", 22),
@@ -112,10 +110,3 @@ def _whole(path: Path) -> bool:
             return begins and start >= len(begin) and file.read(len(end)) == end
     except OSError:
         return False
-
-
-def default_store() -> Path:
-    """The folder of the user's own store: ``REFSEQ_CACHE``, or ``refseq`` in the user's cache folder."""
-    if named := os.environ.get(FOLDER):
-        return Path(named)
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "refseq"

@@ -8,8 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from refseq.files import replace_text
-from refseq_bench.scenarios.campaign.store.cache import default_store
 from refseq_bench.scenarios.campaign.store.keys import key_of
+from refseq_bench.user_cache import user_cache
 
 KEPT = "contents"
 """Folder of the user's own store in which digests are kept, one file for each path."""
@@ -29,7 +29,7 @@ def content_digest(path: Path) -> str:
     files = sorted(path.rglob("*")) if path.is_dir() else [path]
     named = [(file.relative_to(path).as_posix(), file) for file in files if file.is_file()]
     now, state = time.time_ns(), _state(named)
-    place = default_store() / KEPT / f"{key_of(str(path.resolve()))}.json"
+    place = user_cache() / KEPT / f"{key_of(str(path.resolve()))}.json"
     if (kept := _kept(place, state)) is not None:
         return kept
     digest = hashlib.sha256()

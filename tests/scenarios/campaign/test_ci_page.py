@@ -11,9 +11,9 @@ from refseq_bench.scenarios.campaign.declare.cases import find
 from refseq_bench.scenarios.campaign.pages.index import INDEX
 from refseq_bench.scenarios.campaign.pages.junit import JUNIT
 from refseq_bench.scenarios.campaign.results import PAGE as CASE_PAGE
-from refseq_bench.scenarios.campaign.store.cache import FOLDER
 from refseq_bench.scenarios.campaign.store.result_file import RESULT
 from refseq_bench.scenarios.cli.app import NAMES, command_tree
+from refseq_bench.user_cache import VARIABLE
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "ci.md").read_text()
 COMMANDS = [line.split(">>")[0] for line in re.findall(r"(?:^|run: |- )(?:\./run )?(refseq scenario .*)$", PAGE, re.M)]
@@ -35,4 +35,4 @@ def test_commands_of_the_page_are_taken(line: str) -> None:
 
 def test_page_names_what_a_campaign_leaves() -> None:
     assert len(COMMANDS) >= 6
-    assert all(name in PAGE for name in (JUNIT, RESULT, INDEX, CASE_PAGE, FOLDER))
+    assert all(name in PAGE for name in (JUNIT, RESULT, INDEX, CASE_PAGE, VARIABLE))
