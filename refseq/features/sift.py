@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
+from weakref import ReferenceType, ref
 
 import cv2
 import numpy as np
@@ -65,7 +66,7 @@ class SiftWords(WordExtractor):
         self.settings = settings
         self.vocabulary = Vocabulary(settings.alias_distance, _NONE if words is None else words, settings.exact_up_to)
         self._sift = cv2.SIFT.create(contrastThreshold=settings.contrast)
-        self._latest: tuple[NDArray[np.uint8] | None, SiftKeys] = (None, SiftKeys(_NOWHERE, _NONE))
+        self._found: dict[int, tuple[ReferenceType[NDArray[np.uint8]], SiftKeys]] = {}
 
     def describe(self, view: View) -> NDArray[np.uint8]:
         """Descriptors of a view, (n, 128)."""
@@ -73,14 +74,14 @@ class SiftWords(WordExtractor):
 
     def keys(self, image: NDArray[np.uint8]) -> SiftKeys:
         """The strongest keys of an image, at most ``cap``; a blank image has none."""
-        found = self._find(image)
-        self._latest = image, found
+        found, number = self._find(image), id(image)
+        self._found[number] = ref(image, lambda _: self._found.pop(number, None)), found
         return found
 
     def drawn(self, image: NDArray[np.uint8]) -> SiftKeys:
-        """As ``keys``, for drawing: not found again if the image is the one that was looked at last."""
-        latest, found = self._latest
-        return found if latest is image else self.keys(image)
+        """As ``keys``, for drawing: not found again in an image that was looked at, while somebody holds it."""
+        looked_at, found = self._found.get(id(image), (None, None))
+        return found if found and looked_at and looked_at() is image else self.keys(image)
 
     def _find(self, image: NDArray[np.uint8]) -> SiftKeys:
         s = self.settings

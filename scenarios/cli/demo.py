@@ -1,9 +1,12 @@
 """The bench end to end: two drives in different light, the map of the first, the second localised in it, the report."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from refseq.logs import read_recording
 from refseq.logs.beliefs import write_beliefs
 from refseq.map.learning import learn
 from refseq.map.profile import THESIS, Profile
@@ -13,6 +16,7 @@ from refseq.viewer.map.tab import MapTab
 from refseq.viewer.places import Places
 from refseq.viewer.recording import write_recording
 from refseq.viewer.tab import Tab
+from refseq_bench.scenarios.campaign.run.workers import Processes
 from refseq_bench.scenarios.cli.terminal.bars import Step
 from refseq_bench.scenarios.drives.evaluate import compare
 from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive, record
@@ -39,7 +43,8 @@ def run_demo(demo: Demo, folder: Path, step: Step) -> list[Comparison]:
     ``demo.rrd``; further ones lie in folders of their own. ``report.html`` holds all.
     """
     homes = [folder if seed == demo.seeds[0] else folder / f"seed-{seed}" for seed in demo.seeds]
-    by_seed = [_one_seed(demo, seed, home, step) for seed, home in zip(demo.seeds, homes, strict=True)]
+    with _beside() as beside:
+        by_seed = [_one_seed(demo, seed, home, step, beside) for seed, home in zip(demo.seeds, homes, strict=True)]
     # By light first, so that the seeds of each experiment stand together.
     comparisons = [comparison for of_one_light in zip(*by_seed, strict=True) for comparison in of_one_light]
     step("report")
@@ -53,23 +58,37 @@ def run_demo(demo: Demo, folder: Path, step: Step) -> list[Comparison]:
     return comparisons
 
 
-def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]:
+@contextmanager
+def _beside() -> Iterator[Processes]:
+    """A process that records later drives while this one drives the first and learns it."""
+    process, ended = Processes(1, sharing=2), False
+    try:
+        yield process
+        ended = True
+    finally:
+        process.close(at_once=not ended)
+
+
+def _one_seed(demo: Demo, seed: int, home: Path, step: Step, beside: Processes) -> list[Comparison]:
     first = replace(demo.reference, seed=seed)
+    later = [replace(first, light=light, seed=seed + QUERY_SEEDS) for light in demo.lights]
+    places = [home if index == 0 else home / light.replace(":", "-") for index, light in enumerate(demo.lights)]
+    drives = [_driven(beside, drive, place / "query.mcap") for drive, place in zip(later, places, strict=True)]
     reference = record(first, home / "reference.mcap", step(f"drive at {first.light}"))
     step("learn")
     map_ = learn(reference.views, profile=demo.profile, metadata=reference.metadata)
     map_.save(home / "map.refseq")
-    places = Places.of(map_, reference.views)
+    known = Places.of(map_, reference.views)
     comparisons = []
-    for index, light in enumerate(demo.lights):
-        place = home if index == 0 else home / light.replace(":", "-")
-        query = record(
-            replace(first, light=light, seed=seed + QUERY_SEEDS), place / "query.mcap", step(f"drive at {light}")
-        )
+    for light, place, drive in zip(demo.lights, places, drives, strict=True):
+        step(f"await the drive at {light}")
+        if (error := drive.result()) is not None:
+            raise error
+        query = read_recording(place / "query.mcap")
         step("localise")
         comparison = compare(f"{first.light} → {light}", map_, query, reference=reference.views)
         write_beliefs(place / "beliefs.parquet", query.views, comparison.beliefs, query.metadata)
-        layer = LocaliserLayer("beliefs", tuple(comparison.beliefs), places)
+        layer = LocaliserLayer("beliefs", tuple(comparison.beliefs), known)
         tabs: list[Tab] = [
             MapTab(map_, reference.views),
             LocaliseTab(query.views, [layer], {layer.name: comparison.beliefs}),
@@ -77,3 +96,12 @@ def _one_seed(demo: Demo, seed: int, home: Path, step: Step) -> list[Comparison]
         write_recording(place / "demo.rrd", tabs, name=comparison.name, active=1)
         comparisons.append(comparison)
     return comparisons
+
+
+def _driven(beside: Processes, drive: Drive, file: Path) -> "Future[BaseException | None]":
+    """Record a drive in the other process; in the end there is the error that it ended with, if any."""
+    return beside.call(lambda error: error, None, _recorded, drive, file)
+
+
+def _recorded(drive: Drive, file: Path) -> None:
+    record(drive, file, whole=False)

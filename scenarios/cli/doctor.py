@@ -21,7 +21,7 @@ from refseq_bench.sim.rendering.drivers import VULKAN_PACKAGES, gl_device, vulka
 
 DISTRIBUTION = "refseq-bench"
 GL_PACKAGES = ("libegl1", "libopengl0", "libgl1-mesa-dri")
-"""Debian packages for the classic renderer: EGL, the functions that PyOpenGL looks up by name, Mesa's drivers."""
+"""Debian packages for the baked and the classic renderer: EGL, functions that are looked up by name, Mesa's drivers."""
 
 DISK_GIB = 1.0
 """Free disk that the demo's recordings, map and report fit into with room to spare [GiB]; a choice."""
@@ -172,17 +172,17 @@ def _graphics() -> list[Check]:
             "Vulkan",
             vulkan or "no device",
             vulkan is not None,
-            "no camera images from Filament: record with --renderer classic, or none (laser only)",
+            "no camera images from Filament: record with --renderer baked, classic, or none (laser only)",
             _apt(tuple(VULKAN_PACKAGES.split())),
+            needed=False,
             packages=tuple(VULKAN_PACKAGES.split()),
         ),
         Check(
             "OpenGL",
             f"{classic.renderer}, {classic.backend}" if classic else "no device",
             classic is not None,
-            "no --renderer classic, the faster and plainer one",
+            "no --renderer baked, by which the demo draws, and no classic: `refseq demo --renderer filament`",
             _apt(GL_PACKAGES),
-            needed=False,
             packages=GL_PACKAGES,
         ),
     ]

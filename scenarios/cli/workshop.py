@@ -40,7 +40,7 @@ def demo(
     ] = None,
     runs: Annotated[int, option("N", "Pairs of drives, with seeds 1 to N.", min=1)] = 1,
     robot: Annotated[str, ROBOT] = "robuter",
-    renderer: Annotated[RendererName, RENDERER] = RendererName.FILAMENT,
+    renderer: Annotated[RendererName, RENDERER] = RendererName.BAKED,
     profile: Profile = "thesis",
     at_least: AtLeast = None,
 ) -> None:

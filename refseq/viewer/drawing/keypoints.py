@@ -33,8 +33,8 @@ class Keypoints:
     def marked(self, view: View, camera: str, place: int) -> MarkedKeypoints | None:
         """The keys of a view's picture, by the words of ``place``; ``None`` without picture or words.
 
-        If the map's own extractor has just looked at this very picture, as when a localiser of this map is at work,
-        its keys are used and not found again.
+        If the map's own extractor has looked at this very picture, as when a localiser of this map was at work, its
+        keys are used and not found again.
         """
         sequence, number = self.places.held(place)
         key, image = f"sift/{camera}", view.images.get(camera)

@@ -139,3 +139,22 @@ def test_state_makes_the_same_extractor_again() -> None:
     assert (again.key, again.sensor, again.size) == ("sift/camera", "camera", words.size)
     view = seen(texture(1)[2:, 3:].copy())
     np.testing.assert_array_equal(again.observe(view).ids, words.observe(view).ids)
+
+
+def test_keys_are_found_once_in_a_picture_that_somebody_holds(monkeypatch: pytest.MonkeyPatch) -> None:
+    words, looked_at = sift(), list[int]()
+    find = words._find
+    monkeypatch.setattr(words, "_find", lambda image: looked_at.append(id(image)) or find(image))
+    pictures = [texture(seed) for seed in range(3)]
+    found = [words.keys(picture) for picture in pictures]
+    assert all(words.drawn(picture) is keys for picture, keys in zip(pictures, found, strict=True))
+    assert len(looked_at) == 3
+    assert len(words.drawn(pictures[0].copy()).points) == len(found[0].points)
+    assert len(looked_at) == 4
+
+
+def test_no_keys_are_kept_of_pictures_that_nobody_holds() -> None:
+    words = sift()
+    for seed in range(3):
+        words.keys(texture(seed))
+    assert not words._found

@@ -16,8 +16,8 @@ from refseq_bench.sim.rendering.drivers import GlDevice
 ROOT = Path(__file__).resolve().parents[3]
 DEPENDENCIES = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
 FINE = Check("Disk", "plenty", True)
-OPTIONAL = Check("GL", "no device", False, "no classic renderer", "apt-get install -y libegl1", needed=False)
-NEEDED = Check("Vulkan", "no device", False, "no camera images", "apt-get install -y libvulkan1")
+OPTIONAL = Check("Vulkan", "no device", False, "no images from Filament", "apt-get install -y libvulkan1", needed=False)
+NEEDED = Check("OpenGL", "no device", False, "no camera images", "apt-get install -y libegl1")
 
 
 @pytest.fixture
@@ -122,7 +122,7 @@ def test_a_folder_that_cannot_be_written_to_is_told(machine, tmp_path):
     [
         ([FINE], 0, "All is there."),
         ([FINE, OPTIONAL], 0, "The demo can run: it does without what is absent."),
-        ([FINE, NEEDED, OPTIONAL], 1, "The demo cannot run without Vulkan."),
+        ([FINE, NEEDED, OPTIONAL], 1, "The demo cannot run without OpenGL."),
     ],
 )
 def test_the_exit_code_is_one_only_when_the_demo_cannot_run(monkeypatch, found, code, verdict):
