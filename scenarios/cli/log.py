@@ -1,13 +1,23 @@
 """The commands ``refseq log info | check``: logs of any robot, before anything is learnt."""
 
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from refseq_bench.scenarios.cli.terminal.console import err, out, print_json
-from refseq_bench.scenarios.cli.terminal.options import LOG_KINDS, Json, Selection, grouped, only_one_of, option, output
+from refseq_bench.scenarios.cli.terminal.options import (
+    LOG_KINDS,
+    Json,
+    LogReading,
+    Selection,
+    grouped,
+    only_one_of,
+    option,
+    output,
+)
 from refseq_bench.scenarios.cli.terminal.usage import BenchCommand, group
 from refseq_bench.scenarios.drives.inputs import check_beside, check_output, plan_drive, thinned_drive, writing
 from refseq_bench.scenarios.errors import ScenarioError
@@ -138,6 +148,36 @@ def _print_check(found: "LogCheckup") -> None:
         say(out, f"{one.task:<10} {one.usability}: {one.reason}")
         for command in one.commands:
             say(out, f"{'':<10} {command}")
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq log drift first.mcap second.mcap`
+* `refseq log drift raw.clf --truth poses.csv`""",
+)
+@grouped
+def drift(
+    files: Annotated[list[Path], typer.Argument(metavar="LOG", help=LOG_HELP)],
+    as_json: Json = False,
+    reading: LogReading = LogReading(),
+) -> None:
+    """Measure how odometry drifts from true poses: a metre, a turn, and by chance."""
+    from refseq.logs import open_log
+    from refseq_bench.scenarios.log_tools.drift import drift_of
+    from refseq_bench.scenarios.log_tools.facts import DRIFT_HEADINGS, drift_row
+
+    if len(files) > 1 and (reading.truth or reading.odometry):
+        raise ScenarioError(f"--truth and --odometry belong to one log; valid is one with them, not {len(files)}")
+    found = {path: drift_of(plan_drive(open_log(path), reading.chosen()).views, str(path)) for path in files}
+    if as_json:
+        print_json([{"log": str(path), **asdict(one)} for path, one in found.items()])
+        return
+    table = TextTable(*DRIFT_HEADINGS)
+    for path, one in found.items():
+        table.add_row(*drift_row(path.name, one))
+    print_whole(out, table)
 
 
 @app.command(

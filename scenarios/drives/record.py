@@ -21,6 +21,7 @@ from refseq.logs.writing import DriveWriter, OutputFormat
 from refseq.view import LASER, View
 from refseq_bench import robots
 from refseq_bench.robots import Robot
+from refseq_bench.robots.individual import CALIBRATED, spread_named
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.faults import Fault
@@ -69,6 +70,8 @@ class Drive:
 
     With ``behaviours``, as ``refseq_bench.robots.behaviours.written`` reads them, nobody leads the robot: from the
     start of the route it runs them one after another.
+
+    ``robot_spread`` is one of ``robots.individual.SPREADS``: with ``as-built`` each seed drives a robot of its own.
     """
 
     world: str = "hallway"
@@ -76,6 +79,7 @@ class Drive:
     change: str = "none"
     change_seed: int | None = None
     robot: str = "robuter"
+    robot_spread: str = CALIBRATED
     route: str = "forward"
     seed: int = 1
     world_seed: int = 0
@@ -99,6 +103,11 @@ class Drive:
             )
         if not 0 < self.patience < math.inf:
             raise ScenarioError(f"patience {self.patience} s is not valid; it should be positive")
+
+    @property
+    def unit(self) -> int:
+        """Number of the individual robot: the bench's one, or where they differ as built, each drive's own."""
+        return 1 if self.robot_spread == CALIBRATED else self.seed
 
     @property
     def day(self) -> int:
@@ -139,6 +148,8 @@ def open_bench(drive: Drive, *, watched: bool = False, pictured: bool = False) -
         cameras=cameras,
         camera_models={name: load_camera(model) for name, model in drive.cameras.items()},
         laser=LaserModel(mode=drive.laser),
+        spread=spread_named(drive.robot_spread),
+        unit=drive.unit,
     )
     route = OWN_ROUTE if drive.waypoints else drive.route
     if route not in world.routes:

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from refseq_bench.scenarios.log_tools.checkup import LogCheckup
+from refseq_bench.scenarios.log_tools.drift import OdometryDrift
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin
 from refseq_bench.scenarios.log_tools.warnings import times
 from refseq_bench.scenarios.report.words import duration_text, size_text
@@ -11,6 +12,7 @@ from refseq_bench.scenarios.report.words import duration_text, size_text
 NONE = "–"
 
 TOPIC_HEADINGS = ("topic", "schema", ">messages", ">rate", ">jitter", ">pauses", "taken as")
+DRIFT_HEADINGS = ("log", ">way", ">heading a metre", ">of a turn", ">by chance", ">length", ">farthest off")
 INFO_HEADINGS = ("topic", "schema", "encoding", ">messages", ">rate", "role")
 
 
@@ -40,6 +42,19 @@ def topic_row(topic: TopicSurvey, taken: str) -> tuple[str, ...]:
     longest = timing.longest_gap
     pauses = f"{len(timing.gaps)}, {longest.length:.1f} s" if longest else NONE
     return (topic.name, topic.channel.schema, str(timing.count), rate_text(topic), jitter, pauses, taken)
+
+
+def drift_row(name: str, drift: OdometryDrift) -> tuple[str, ...]:
+    """Cells of a log under ``DRIFT_HEADINGS``."""
+    return (
+        name,
+        f"{drift.way:.0f} m",
+        f"{math.degrees(drift.bend):+.2f}°",
+        f"{100 * drift.turn:+.1f} %",
+        f"{math.degrees(drift.walk):.2f}°/√m",
+        f"{100 * drift.length:+.1f} %",
+        f"{drift.off:.1f} m, {100 * drift.off / drift.way:.0f} %",
+    )
 
 
 def info_row(topic: TopicSurvey) -> tuple[str, ...]:

@@ -49,22 +49,22 @@ def travel(path: NDArray[np.float64]) -> Travel:
     """The figures of a path (n, 3) of x, y [m] and heading [rad]; a path of no pose is nowhere."""
     if not len(path):
         return Travel(0.0, 0.0, 0.0, 0, 0, 0.0, math.nan)
-    moved = _moved(path)
-    kept = path[moved]
+    kept_at = moved(path)
+    kept = path[kept_at]
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(kept[:, :2], axis=0).T))])
     width, height = np.ptp(path[:, :2], axis=0)
-    left, right = _turns(along, np.unwrap(path[:, 2])[moved])
+    left, right = _turns(along, np.unwrap(path[:, 2])[kept_at])
     back = _revisits(along, kept)
     revisited = float(back.mean()) if len(kept) > 1 else 0.0
     back_at = float(along[np.argmax(back)]) if back.any() else math.nan
     return Travel(float(along[-1]), float(width), float(height), left, right, revisited, back_at)
 
 
-def _moved(path: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Indices of the poses that lie ``STEP`` or more from the last one taken."""
+def moved(path: NDArray[np.float64], step: float = STEP) -> NDArray[np.intp]:
+    """Indices of the poses that lie ``step`` [m] or more from the last one taken."""
     kept, (x, y) = [0], path[0, :2]
     for index, (east, north) in enumerate(path[:, :2].tolist()):
-        if math.hypot(east - x, north - y) >= STEP:
+        if math.hypot(east - x, north - y) >= step:
             kept.append(index)
             x, y = east, north
     return np.array(kept)

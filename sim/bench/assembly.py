@@ -26,14 +26,15 @@ class SensorStreams(NamedTuple):
     cameras: Mapping[str, np.random.Generator]
     sonar: np.random.Generator
     inertial: np.random.Generator
+    rolling: np.random.Generator
 
 
 def streams_of(seed: int, robot: Robot) -> SensorStreams:
     """Spawn a stream for each sensor of a robot, also for cameras that take no images: none changes another's noise."""
-    laser, *cameras, sonar, inertial = map(
-        np.random.default_rng, np.random.SeedSequence(seed).spawn(3 + len(robot.cameras))
+    laser, *cameras, sonar, inertial, rolling = map(
+        np.random.default_rng, np.random.SeedSequence(seed).spawn(4 + len(robot.cameras))
     )
-    return SensorStreams(laser, dict(zip(robot.cameras, cameras, strict=True)), sonar, inertial)
+    return SensorStreams(laser, dict(zip(robot.cameras, cameras, strict=True)), sonar, inertial, rolling)
 
 
 def prefix_of(robot: Robot) -> str:

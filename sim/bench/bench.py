@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from refseq.planar import Pose, motion_between
 from refseq.view import Scan, View
 from refseq_bench.robots import ControlLayer, Inertial, Robot, RobotState, Signals, Twist
-from refseq_bench.robots.odometry import believed_geometry
+from refseq_bench.robots.individual import built
+from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.bench.assembly import SensorStreams, compile_model, prefix_of, route_named, start_of, streams_of
 from refseq_bench.sim.bench.hardware import Hardware
+from refseq_bench.sim.bench.mounts import shift_mounts, with_focal_lengths
 from refseq_bench.sim.bench.settings import BenchSettings, resolved
 from refseq_bench.sim.cameras.camera import Camera
 from refseq_bench.sim.cameras.motion_blur import MocapPoses, paths, smeared, tell_velocities
@@ -47,7 +49,7 @@ class Bench(Closing):
 
     ``route`` is the name of one of the world's, or a polyline (n, 2) [m].
 
-    Every random draw (noise of laser and cameras, calibration) comes from ``seed`` and the settings' ``unit``: the same
+    Every random draw (sensors' noise, the robot's own errors) comes from ``seed`` and the settings' ``unit``: the same
     seed gives the same scans and poses, bit for bit. ``settings`` are kept with every camera's name and model written
     out. Raises ``SimError`` for an unknown route or camera, ``RendererError`` where the renderer's driver is missing.
     """
@@ -66,7 +68,11 @@ class Bench(Closing):
         if self.settings.renderer is not RendererKind.NONE and not world.pictured:
             raise SimError(f"world {world.name!r} was built without pictures; valid is the renderer 'none'")
         self._prefix = prefix_of(robot)
+        self.individual = built(robot.drive, robot.cameras, self.settings.spread, self.settings.unit)
+        """How the robot differs from its drawing."""
+        self.settings = with_focal_lengths(self.settings, self.individual)
         self.model = compile_model(world, robot, self.settings)
+        shift_mounts(self.model, robot, self.individual)
         self.data = mujoco.MjData(self.model)
         self._crowd = Crowd(self.model, world.plan)
         base = self.data.body(self._prefix + robot.base)
@@ -82,8 +88,7 @@ class Bench(Closing):
         self.renderer: Renderer = open_renderer(self.settings.renderer, self.model, light)
 
     def _add_electronics(self) -> None:
-        unit = np.random.default_rng(self.settings.unit)
-        self.believed = believed_geometry(self.robot.drive, self.settings.calibration, unit)
+        self.believed = self.individual.believed
         """The wheels' geometry that the robot believes in."""
         self.control: ControlLayer = self.robot.control(self.believed)
         self.tamper: Callable[[Signals], Signals] = _untouched
@@ -98,7 +103,8 @@ class Bench(Closing):
             if name in (settings.cameras or ())
         }
         sonars, inertial = (settings.sonar, streams.sonar), (settings.inertial, streams.inertial)
-        self._hardware = Hardware(self.model, self.data, self.robot, self._prefix, sonars, inertial)
+        rolling = UnevenRolling(self.individual.walk, self.robot.drive, streams.rolling)
+        self._hardware = Hardware(self.model, self.data, self.robot, self._prefix, sonars, inertial, rolling)
         self.covered: frozenset[str] = frozenset()
         """Cameras into which no light falls."""
         self._scanned: tuple[float, Scan] | None = None

@@ -6,6 +6,7 @@ import numpy as np
 from refseq.view import Scan
 from refseq_bench.robots import Actuation, Robot, Signals
 from refseq_bench.robots.odometry import Encoders
+from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.sensors.inertial import InertialModel, InertialSensors
 from refseq_bench.sim.sensors.sonar import SonarModel, SonarRing
 
@@ -18,7 +19,7 @@ NOTHING: frozenset[str] = frozenset()
 class Hardware:
     """Reads and moves ``robot`` in ``data``, where its names begin with ``prefix``.
 
-    Sensors come as a model and the generator of their noise.
+    Sensors come as a model and the generator of their noise; ``rolling`` stands between wheels and encoders.
     """
 
     def __init__(
@@ -29,6 +30,7 @@ class Hardware:
         prefix: str,
         sonars: tuple[SonarModel, np.random.Generator],
         inertial: tuple[InertialModel, np.random.Generator],
+        rolling: UnevenRolling,
     ) -> None:
         self._model, self._data = model, data
         # Addresses are looked up once and views kept: by name it would cost as much in each tick as the physics.
@@ -40,7 +42,7 @@ class Hardware:
         self._rotation = data.qpos[base.qposadr[0] + 3 : base.qposadr[0] + 7]
         self._rates = data.qvel[base.dofadr[0] + 3 : base.dofadr[0] + 6]
         self._qpos, self._torques, self._told = data.qpos, data.actuator_force, data.ctrl
-        self._encoders = Encoders(robot.pulses_per_turn)
+        self._encoders, self._rolling = Encoders(robot.pulses_per_turn), rolling
         self._bumpers = {name: model.geom(prefix + geom).id for name, geom in robot.bumpers.items()}
         self._friction = model.dof_frictionloss[self._dofs].copy()
         self._tyres = {side: _tyre(model, int(joint.bodyid[0])) for side, joint in zip(SIDES, wheels, strict=True)}
@@ -55,7 +57,7 @@ class Hardware:
         left, right = self._angles
         return Signals(
             time=float(self._data.time),
-            pulses=self._encoders.read(float(self._qpos[left]), float(self._qpos[right])),
+            pulses=self._encoders.read(*self._rolling.seen(float(self._qpos[left]), float(self._qpos[right]))),
             torques=(float(self._torques[self._motors[0]]), float(self._torques[self._motors[1]])),
             inertial=self._inertial.read(self._rotation, self._rates),
             bumpers=self._pressed(),

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from refseq_bench.robots import Robot
-from refseq_bench.robots.odometry import CalibrationErrors
+from refseq_bench.robots.individual import RobotSpread
 from refseq_bench.sim.cameras.camera import CameraModel
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.rendering.renderer import RendererKind
@@ -15,7 +15,7 @@ from refseq_bench.sim.sensors.sonar import SonarModel
 
 @dataclass(frozen=True, slots=True)
 class BenchSettings:
-    """Sensors of the bench, and the individual robot ``unit``, which fixes its calibration errors for all drives.
+    """Sensors of the bench, and the individual robot ``unit`` of those that differ by ``spread``.
 
     ``cameras`` are those that take images, None for all of the robot's: rendering is the cost of the bench.
     ``camera_models`` are the cameras that are no plain ``CameraModel()``, by name; a model's lens and sensor rule over
@@ -28,7 +28,7 @@ class BenchSettings:
     laser: LaserModel = field(default_factory=LaserModel)
     sonar: SonarModel = field(default_factory=SonarModel)
     inertial: InertialModel = field(default_factory=InertialModel)
-    calibration: CalibrationErrors = field(default_factory=CalibrationErrors)
+    spread: RobotSpread = field(default_factory=RobotSpread)
     unit: int = 1
 
 

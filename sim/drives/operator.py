@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from refseq.planar import Pose
 from refseq_bench.robots import Twist
 from refseq_bench.robots.planar import wrapped
+from refseq_bench.robots.wandering import Wandering
 from refseq_bench.sim.errors import SimError
 
 REVERSAL = math.radians(100)
@@ -76,9 +77,9 @@ class Operator:
         self._turning = False
         self._time: float | None = None
         self._last = Twist()
-        self._wander = _Wandering(style.strength * style.wander, style.wander_length, rng)
-        self._heading = _Wandering(style.strength * style.heading_error, style.heading_length, rng)
-        self._speed = _Wandering(style.strength * style.speed_error, style.speed_time, rng)
+        self._wander = Wandering(style.strength * style.wander, style.wander_length, rng)
+        self._heading = Wandering(style.strength * style.heading_error, style.heading_length, rng)
+        self._speed = Wandering(style.strength * style.speed_error, style.speed_time, rng)
 
     @property
     def length(self) -> float:
@@ -167,19 +168,6 @@ class Operator:
             _moved(self._last.linear, wanted.linear, style.acceleration * elapsed),
             _moved(self._last.angular, wanted.angular, style.angular_acceleration * elapsed),
         )
-
-
-class _Wandering:
-    """Ornstein–Uhlenbeck process, sampled exactly: standard deviation ``sigma``, correlation e⁻¹ over ``scale``."""
-
-    def __init__(self, sigma: float, scale: float, rng: np.random.Generator) -> None:
-        self._sigma, self._scale, self._rng = sigma, scale, rng
-        self.value = sigma * float(rng.normal())
-
-    def advance(self, by: float) -> None:
-        """Let the process run on."""
-        keep = math.exp(-by / self._scale)
-        self.value = keep * self.value + self._sigma * math.sqrt(1 - keep * keep) * float(self._rng.normal())
 
 
 class _Leg:

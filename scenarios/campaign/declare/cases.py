@@ -190,6 +190,7 @@ def _drive(table: DriveTable, seed: int, steps: int, file: Path) -> Drive:
         change=table.change,
         change_seed=table.change_seed,
         robot=table.robot,
+        robot_spread=table.robot_spread,
         route=table.route,
         seed=seed,
         world_seed=table.world_seed,

@@ -79,6 +79,7 @@ class TriggerTable(Table):
 class DriveTable(Table):
     """A drive to simulate; the fields of ``refseq_bench.scenarios.drives.record.Drive`` but its seed.
 
+    ``robot_spread``: ``as-built`` gives each drive a robot of its own, ``calibrated`` all the same one.
     ``operator`` scales how unevenly the person drives: 0 is perfect, 1 a careful person. With ``behaviours``, as
     ``refseq_bench.robots.behaviours.written`` reads them, nobody leads the robot: it runs them from the start of the
     route on.
@@ -86,6 +87,7 @@ class DriveTable(Table):
 
     world: Line
     robot: str = "robuter"
+    robot_spread: Literal["calibrated", "as-built"] = "calibrated"
     light: str = "16:00"
     change: str = "none"
     change_seed: Seed | None = None

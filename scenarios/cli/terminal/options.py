@@ -19,6 +19,13 @@ if TYPE_CHECKING:
     from refseq_bench.sim.drives.recorder import Trigger
 
 
+class SpreadName(StrEnum):
+    """Values of ``--robot-spread``: those of ``robots.individual.SPREADS``, not imported for help."""
+
+    CALIBRATED = "calibrated"
+    AS_BUILT = "as-built"
+
+
 class LaserReach(StrEnum):
     """Values of ``--laser-range``; the modes of ``sim.sensors.laser.RangeMode``, not imported for help."""
 
@@ -93,6 +100,11 @@ CHANGE = option(
     "bins, furniture, posters, cars: people=0.5,doors=0.3.",
 )
 ROBOT = option("ROBOT", "Robot that drives.")
+SPREAD = option(
+    "SPREAD",
+    "calibrated: one robot, well measured, makes all drives; as-built: each seed its own, with its own errors of "
+    "wheels and mounts.",
+)
 ROUTE = option("ROUTE", "Route of the world.")
 START = option("METRES", "Begin so far along the route.")
 SEED = option("N", "Seed of every random draw.", min=0)
@@ -198,6 +210,7 @@ class Carrier:
 
     panel: ClassVar[str] = "Robot"
     robot: Annotated[str | None, ROBOT] = "robuter"
+    robot_spread: Annotated[SpreadName, SPREAD] = SpreadName.CALIBRATED
     sensors: Annotated[str | None, SENSORS] = None
     camera: Annotated[
         list[str] | None,
@@ -392,6 +405,7 @@ def drive_in(world: str, setting: Setting, carrier: Carrier, sampling: Sampling,
         "world": world,
         **{one.name: getattr(setting, one.name) for one in fields(setting)},
         "robot": carrier.robot,
+        "robot_spread": carrier.robot_spread.value,
         "sensors": words(carrier.sensors, "sensors"),
         "cameras": assignments(carrier.camera, "camera"),
         "laser": RangeMode[f"METRES_{carrier.laser_range.value}"],

@@ -11,6 +11,7 @@ import pytest
 from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.robots import Cause, Motors, Signals, Twist
+from refseq_bench.robots.individual import RobotSpread
 from refseq_bench.robots.odometry import CalibrationErrors
 from refseq_bench.robots.robuter import LIMITS, SHAPE
 from refseq_bench.robots.robuter.control import COMMAND_PERIOD
@@ -27,7 +28,7 @@ from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import box, in_the_open
 
-PERFECT = BenchSettings(renderer=RendererKind.NONE, calibration=CalibrationErrors(0.0, 0.0, 0.0))
+PERFECT = BenchSettings(renderer=RendererKind.NONE, spread=RobotSpread(CalibrationErrors(0.0, 0.0, 0.0)))
 WALL = 8.0
 FACE = SHAPE.ahead
 """How far the front bumper is ahead of the axle [m]."""

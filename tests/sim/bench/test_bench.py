@@ -12,6 +12,7 @@ from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench import robots
 from refseq_bench.robots import Twist
+from refseq_bench.robots.individual import RobotSpread
 from refseq_bench.robots.odometry import CalibrationErrors
 from refseq_bench.sim.bench.bench import ADAPTATION, CONTROL_PERIOD, Bench
 from refseq_bench.sim.bench.settings import BenchSettings
@@ -165,7 +166,7 @@ def test_the_same_seed_gives_the_same_scans_bit_for_bit_and_another_does_not(cor
 def test_a_unit_keeps_its_calibration_errors_over_drives_and_another_unit_has_others(corridor: World) -> None:
     poses = []
     for unit, seed in ((1, 1), (1, 2), (2, 1)):
-        settings = BenchSettings(RendererKind.NONE, calibration=CalibrationErrors(size=0.05), unit=unit)
+        settings = BenchSettings(RendererKind.NONE, spread=RobotSpread(CalibrationErrors(size=0.05)), unit=unit)
         with bench_in(corridor, seed, settings) as bench:
             drive(bench, Twist(0.3, 0.0), 2.0)
             poses.append(bench.odometry)

@@ -9,6 +9,7 @@ from refseq.planar import Pose
 from refseq_bench import robots
 from refseq_bench.robots.behaviours import Behaviour, BehaviourOutcome
 from refseq_bench.robots.behaviours.written import make_behaviour, parse_behaviour
+from refseq_bench.robots.individual import RobotSpread
 from refseq_bench.robots.odometry import CalibrationErrors
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
@@ -20,7 +21,7 @@ from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import parse_plan
 from tests.worlds.conftest import PLAIN
 
-PERFECT = BenchSettings(RendererKind.NONE, calibration=CalibrationErrors(0.0, 0.0, 0.0))
+PERFECT = BenchSettings(RendererKind.NONE, spread=RobotSpread(CalibrationErrors(0.0, 0.0, 0.0)))
 """A robot that knows its wheels: what is off then is the behaviour's."""
 
 PLAN = (

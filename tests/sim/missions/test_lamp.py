@@ -79,7 +79,7 @@ def test_a_length_is_gone_to_within_the_odometer_s_error(bare: World, unit: int)
     ended, rest, _ = ran(bare, "MOVE LV 200 DIL 1500", settings=settings)
     assert ended.finished
     # Three deviations of the wheels' size, and what it rolls on.
-    assert rest.x - 3.0 == pytest.approx(1.5, abs=1.5 * 3 * settings.calibration.size + 0.006)
+    assert rest.x - 3.0 == pytest.approx(1.5, abs=1.5 * 3 * settings.spread.calibration.size + 0.006)
 
 
 def test_it_goes_backwards_and_along_an_arc(bare: World) -> None:
