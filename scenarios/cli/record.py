@@ -1,6 +1,7 @@
 """The commands ``refseq record`` and ``refseq drive``: a drive that leads itself, and one that a person leads."""
 
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -38,6 +39,7 @@ RECORD_HELP = """Examples:
 * `refseq record hallway --light 17:45,cloud=0.6 --change busy --seed 3 -o another-day.mcap`
 * `refseq record corridor:7 --camera camera-2=fire-i-wide -o wide.mcap`
 * `refseq record hallway --renderer none -o laser-only.mcap`
+* `refseq record hallway --operator-style weaving --side -0.3 --robot-spread as-built -o other-robot.mcap`
 * `refseq record hallway --format rosbag2 -o hallway-bag`
 * `refseq record hallway --behaviours "MN:12 MT:180 MN:10" -o there-and-back.mcap`
 * `refseq record hallway --script keys.txt -o scripted.mcap`
@@ -76,6 +78,10 @@ def record(
         str | None, option("WORDS", "Run these from the start of the route, blanks between, instead of following it.")
     ] = None,
     script: Annotated[Path | None, SCRIPT] = None,
+    operator_style: Annotated[
+        str, option("STYLE", "Who leads along the route: careful, or weaving, 0.3 m to the sides and 10°.")
+    ] = "careful",
+    side: Annotated[float, option("METRES", "Lane to the left of the route; negative: to its right.")] = 0.0,
     name: Annotated[str | None, option("NAME", "With --script: name of the sequence. [default: the file's]")] = None,
     notes: Annotated[str, NOTES] = "",
     form: Form = FormatName.MCAP,
@@ -88,9 +94,11 @@ def record(
     from refseq.logs.formats import DriveFormat, output_format
     from refseq_bench.scenarios.drives.record import record as record_drive
     from refseq_bench.scenarios.drives.teleop import TeleopDrive
+    from refseq_bench.sim.drives.operator import style_named
 
     only_one_of(behaviours=behaviours, script=script)
-    drive = drive_in(world, setting, carrier, sampling, behaviours=tuple((behaviours or "").split()))
+    style = replace(style_named(operator_style), side=side)
+    drive = drive_in(world, setting, carrier, sampling, behaviours=tuple((behaviours or "").split()), style=style)
     if script is not None:
         session = TeleopDrive(name or output.stem, drive, sampling.trigger_unless(on_request), notes)
         tell_of(_by_script(session, output, script, form), output)

@@ -7,6 +7,7 @@ time.
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,9 @@ from refseq_bench.sim.errors import SimError
 REVERSAL = math.radians(100)
 """A route that bends by more than this is left at a stop, after which the robot turns on the spot."""
 
+WIDEST = 1.0
+"""Farthest lane beside a route [m]: a choice, about half a wide corridor."""
+
 ARRIVED = 0.03
 """Distance from the end of a leg at which it counts as done [m]."""
 
@@ -29,7 +33,8 @@ ARRIVED = 0.03
 class OperatorStyle:
     """Style of somebody who drives; raises ``SimError`` for values that nobody could drive with.
 
-    ``strength`` scales all imperfections: 0 is perfect, 1 a careful person. ``wander`` [m] to the side is correlated
+    ``strength`` scales all imperfections: 0 is perfect, 1 a careful person. ``side`` [m] is the lane, to the
+    left of the route. ``wander`` [m] to the side is correlated
     over ``wander_length`` [m] and never more than ``wander_limit`` [m]; ``heading_error`` [rad] over ``heading_length``
     [m]; ``speed_error`` [m/s] over ``speed_time`` [s]. ``speed`` [m/s] is the mean; ``lookahead`` [m] is how far ahead
     the person looks. Limits [m/s, rad/s, m/s², rad/s²] are those of the rebuilt robot's teleoperation, accelerations
@@ -45,6 +50,7 @@ class OperatorStyle:
     wander_limit: float = 0.2
     heading_error: float = math.radians(1.5)
     heading_length: float = 1.5
+    side: float = 0.0
     lookahead: float = 0.7
     max_speed: float = 0.5
     max_angular: float = 0.5
@@ -55,12 +61,28 @@ class OperatorStyle:
         for key in ("strength", "speed_error", "wander", "heading_error"):
             if not getattr(self, key) >= 0:
                 raise SimError(f"operator: {key} = {getattr(self, key)} must be 0 or more")
+        if not abs(self.side) <= WIDEST:
+            raise SimError(f"operator: side = {self.side} m must be within ±{WIDEST:g} m")
         for key in ("speed", "speed_time", "wander_length", "wander_limit", "heading_length", "lookahead"):
             if not getattr(self, key) > 0:
                 raise SimError(f"operator: {key} = {getattr(self, key)} must be positive")
         for key in ("max_speed", "max_angular", "acceleration", "angular_acceleration"):
             if not getattr(self, key) > 0:
                 raise SimError(f"operator: {key} = {getattr(self, key)} must be positive")
+
+
+STYLES: Mapping[str, OperatorStyle] = {
+    "careful": OperatorStyle(),
+    "weaving": OperatorStyle(wander=0.3, wander_limit=0.45, heading_error=math.radians(10)),
+}
+"""People by name: who weaves is 0.3 m beside the lane and looks 10° aside, one standard deviation each."""
+
+
+def style_named(name: str) -> OperatorStyle:
+    """Find a style by its name. Raises ``SimError`` for an unknown one."""
+    if name not in STYLES:
+        raise SimError(f"unknown operator style {name!r}: valid are {', '.join(STYLES)}")
+    return STYLES[name]
 
 
 class Operator:
@@ -145,7 +167,7 @@ class Operator:
         style, leg = self._style, self._legs[self._leg]
         ahead = self._along + style.lookahead
         side = style.wander_limit * math.tanh(self._wander.value / style.wander_limit)
-        x, y = leg.point(ahead) + side * leg.normal(ahead)
+        x, y = leg.point(ahead) + (style.side + side) * leg.normal(ahead)
         distance = math.hypot(x - pose.x, y - pose.y)
         alpha = wrapped(math.atan2(y - pose.y, x - pose.x) + self._heading.value - pose.heading)
         self._turning = abs(alpha) > (math.radians(10) if self._turning else math.radians(60))

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.library import LIBRARY
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD
-from refseq_bench.sim.drives.operator import OperatorStyle
+from refseq_bench.sim.drives.operator import style_named
 from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.sensors.laser import RangeMode
 from refseq_bench.text_file import TextFileError, read_toml
@@ -196,7 +196,7 @@ def _drive(table: DriveTable, seed: int, steps: int, file: Path) -> Drive:
         world_seed=table.world_seed,
         renderer=table.renderer,
         trigger=Trigger(trigger.distance or None, math.radians(trigger.turn) or None, trigger.time or None),
-        style=OperatorStyle(strength=table.operator),
+        style=replace(style_named(table.operator_style), strength=table.operator, side=table.side),
         cameras={camera: _beside(model, file) for camera, model in table.cameras.items()},
         laser=RangeMode[f"METRES_{table.laser_range}"],
         waypoints=table.waypoints,

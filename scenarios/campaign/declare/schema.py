@@ -16,6 +16,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Dis
 from refseq_bench.scenarios.campaign.declare.assignment import ODOMETRY
 from refseq_bench.scenarios.methods.by_name import written_out
 from refseq_bench.sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
+from refseq_bench.sim.drives.operator import WIDEST
 from refseq_bench.sim.drives.signal_faults import SignalFault
 from refseq_bench.sim.rendering.renderer import RendererKind
 
@@ -80,14 +81,14 @@ class DriveTable(Table):
     """A drive to simulate; the fields of ``refseq_bench.scenarios.drives.record.Drive`` but its seed.
 
     ``robot_spread``: ``as-built`` gives each drive a robot of its own, ``calibrated`` all the same one.
-    ``operator`` scales how unevenly the person drives: 0 is perfect, 1 a careful person. With ``behaviours``, as
+    ``operator`` scales how unevenly the person drives: 0 is perfect, 1 a person of the
+    ``operator_style``; ``side`` [m] is the lane, to the left of the route. With ``behaviours``, as
     ``refseq_bench.robots.behaviours.written`` reads them, nobody leads the robot: it runs them from the start of the
     route on.
     """
 
     world: Line
     robot: str = "robuter"
-    robot_spread: Literal["calibrated", "as-built"] = "calibrated"
     light: str = "16:00"
     change: str = "none"
     change_seed: Seed | None = None
@@ -101,6 +102,9 @@ class DriveTable(Table):
     cameras: dict[str, Line] = {}
     laser_range: Literal[8, 80] = 80
     operator: NotNegative = 1.0
+    operator_style: Literal["careful", "weaving"] = "careful"
+    side: Annotated[Finite, Field(ge=-WIDEST, le=WIDEST)] = 0.0
+    robot_spread: Literal["calibrated", "as-built"] = "calibrated"
     faults: tuple[Fault, ...] = ()
     behaviours: tuple[Line, ...] = ()
 

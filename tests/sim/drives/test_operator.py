@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from refseq.planar import Pose
 from refseq_bench.robots import Twist
-from refseq_bench.sim.drives.operator import Operator, OperatorStyle
+from refseq_bench.sim.drives.operator import Operator, OperatorStyle, style_named
 from refseq_bench.sim.errors import SimError
 from tests.robots.driving import Driven
 
@@ -202,3 +202,22 @@ def test_time_does_not_go_back() -> None:
     with pytest.raises(SimError) as error:
         operator.command(1.0, Pose(0, 0, 0))
     assert str(error.value) == "operator: time 1.0 s is before the last command's 2.0 s"
+
+
+def test_who_weaves_is_a_third_of_a_metre_aside_and_looks_ten_degrees_off() -> None:
+    poses = np.concatenate([lead(STRAIGHT, seed, style_named("weaving")).poses[50:] for seed in range(4)])
+    assert poses[:, 1].std() == pytest.approx(0.3, abs=0.08)
+    assert np.degrees(poses[:, 2]).std() == pytest.approx(10.0, abs=2.0)
+
+
+@pytest.mark.parametrize("side", [-0.4, 0.4])
+def test_a_lane_beside_the_route_is_kept(side: float) -> None:
+    poses = lead(STRAIGHT, 1, OperatorStyle(side=side)).poses[50:]
+    assert poses[:, 1].mean() == pytest.approx(side, abs=0.05)
+
+
+def test_who_or_what_lane_is_not_known_is_told() -> None:
+    with pytest.raises(SimError, match=r"^unknown operator style 'hasty': valid are careful, weaving$"):
+        style_named("hasty")
+    with pytest.raises(SimError, match=r"^operator: side = nan m must be within ±1 m$"):
+        OperatorStyle(side=math.nan)
