@@ -24,7 +24,15 @@ from refseq_bench.worlds.plans.schema import LINES, ON_WALL, STANDING, FloorPlan
 
 FACINGS: Mapping[str, tuple[float, float, float]] = {"up": (0.0, 0.0, 1.0), "down": (0.0, 0.0, -1.0)}
 THINGS = (*ON_WALL, *STANDING, *LINES)
-GENERATED = "corridor:SEED"
+GENERATED = (
+    ("corridor:SEED", "A new corridor from any whole number from 0", "40 to 120", "forward ⇄"),
+    (
+        "building:SEED",
+        "A new building, with loops and wings",
+        "29 to 66 × 13 to 20",
+        "forward ⇄, wing, last-wing, detour",
+    ),
+)
 
 
 # --- list and show ---
@@ -45,12 +53,13 @@ def library() -> list[dict[str, object]]:
 
 
 def library_table() -> TextTable:
-    """The worlds of the library, a row each, and the one that is made from a seed."""
+    """The worlds of the library, a row each, and those that are made from a seed."""
     table = TextTable("world", "what", "size [m]", "routes [m]", ">things", wraps=("what", "routes [m]"))
     for name in world_names():
         plan = load_plan(name)
         table.add_row(name, plan.title, size_text(plan), routes_text(plan), str(sum(_counts(plan).values())))
-    table.add_row(GENERATED, "A new corridor from any whole number from 0", "40 to 120", "forward ⇄", "")
+    for row in GENERATED:
+        table.add_row(*row, "")
     return table
 
 

@@ -12,6 +12,8 @@ from pydantic import BaseModel, ValidationError
 
 from refseq_bench.text_file import TextFileError, parse_toml, read_text
 from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.plans.building import building
+from refseq_bench.worlds.plans.dials import AS_DRAWN, parse_dials
 from refseq_bench.worlds.plans.generate import corridor
 from refseq_bench.worlds.plans.rules import checked, short
 from refseq_bench.worlds.plans.schema import FloorPlan
@@ -26,17 +28,23 @@ def world_names() -> tuple[str, ...]:
 def load_plan(name_or_path: str | Path) -> FloorPlan:
     """Read a world of the library by its name, or a plan file by its path (one that ends in ``.toml``).
 
-    ``corridor:SEED`` is a world that is made from a seed.
+    ``corridor:SEED`` and ``building:SEED`` are worlds that are made from a seed, with ``Dials`` behind: ``,width=2``.
 
     Raises ``PlanError`` with one line: file, key, value and what is valid.
     """
     path = Path(name_or_path)
     if path.suffix == ".toml":
         return parse_plan(_read(path), path.name)
-    if made := re.fullmatch(r"corridor:(\d{1,18})", str(name_or_path)):
-        return corridor(int(made[1]))
+    if made := re.fullmatch(r"(corridor|building):(\d{1,18})(?:,(.*))?", str(name_or_path), re.ASCII):
+        make = corridor if made[1] == "corridor" else building
+        return make(int(made[2]), AS_DRAWN if made[3] is None else parse_dials(made[3], str(name_or_path)))
+    name, turned, _ = str(name_or_path).partition(",")
+    if turned and name in world_names():
+        raise PlanError(
+            f"world '{name_or_path}': it has no dials; valid are they behind corridor:SEED and building:SEED"
+        )
     if str(name_or_path) not in world_names():
-        known = f"{', '.join(world_names())}, corridor:SEED (a whole number from 0)"
+        known = f"{', '.join(world_names())}, corridor:SEED, building:SEED (a whole number from 0)"
         raise PlanError(f"unknown world '{name_or_path}'; known are {known}, or a path ending in .toml")
     return _of_library(f"{name_or_path}.toml")
 

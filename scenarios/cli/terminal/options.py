@@ -87,7 +87,7 @@ def output(text: str, metavar: str = "FILE") -> Any:
     return option(metavar, text, "--output", "-o")
 
 
-WORLD_HELP = "World of the library, corridor:SEED, or floor plan (.toml)."
+WORLD_HELP = "World of the library, corridor:SEED, building:SEED, both with dials, or floor plan (.toml)."
 WORLD = option("WORLD", WORLD_HELP)
 LIGHT = option(
     "LIGHT",

@@ -29,7 +29,9 @@ def test_all_worlds_of_the_library_load() -> None:
 def test_unknown_world() -> None:
     with pytest.raises(WorldsError) as caught:
         load_plan("halway")
-    known = f"{', '.join(world_names())}, corridor:SEED (a whole number from 0), or a path ending in .toml"
+    known = (
+        f"{', '.join(world_names())}, corridor:SEED, building:SEED (a whole number from 0), or a path ending in .toml"
+    )
     assert str(caught.value) == f"unknown world 'halway'; known are {known}"
 
 

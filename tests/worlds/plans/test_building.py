@@ -1,0 +1,119 @@
+"""Buildings made from a seed, and the dials of generated worlds."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from refseq_bench.worlds.errors import PlanError
+from refseq_bench.worlds.plans.areas import rectangles
+from refseq_bench.worlds.plans.building import building
+from refseq_bench.worlds.plans.dials import Dials
+from refseq_bench.worlds.plans.footprints import gaps, room_behind
+from refseq_bench.worlds.plans.generate import corridor
+from refseq_bench.worlds.plans.load import load_plan, parse_plan
+from refseq_bench.worlds.plans.schema import ON_WALL, FloorPlan
+from refseq_bench.worlds.plans.write import plan_text
+
+seeds = st.integers(0, 10**18 - 1)
+dials = st.builds(
+    Dials,
+    texture=st.none() | st.sampled_from([0.0, 0.2, 1.0]),
+    repetition=st.none() | st.sampled_from([0.0, 0.5, 1.0]),
+    glass=st.none() | st.sampled_from([0.0, 0.3, 0.9]),
+    width=st.none() | st.sampled_from([1.8, 2.5, 4.0]),
+)
+quick = settings(max_examples=10, deadline=None)
+
+
+def on(plan: FloorPlan, wall: str) -> list[tuple[str, float, str]]:
+    """What is on a wall, by its table, place and all else but its name."""
+    items = [(table, item) for table in ON_WALL for item in getattr(plan, table) if item.wall == wall]
+    return sorted((t, i.at, i.model_copy(update={"name": "", "wall": ""}).model_dump_json()) for t, i in items)
+
+
+@given(seeds, dials)
+@quick
+def test_a_building_keeps_all_rules_of_plans_and_is_read_back_the_same(seed: int, turned: Dials) -> None:
+    plan = building(seed, turned)
+    assert parse_plan(plan_text(plan)) == plan
+    assert plan == building(seed, turned)
+    rooms = [room_behind(plan, door) for door in plan.door if door.open]
+    for i, room in enumerate(rooms[1:], start=1):
+        assert gaps(room, rooms[:i]).min() > 0.0
+
+
+@given(seeds, dials)
+@quick
+def test_all_routes_have_half_a_metre_to_either_side(seed: int, turned: Dials) -> None:
+    plan = building(seed, turned)
+    assert set(plan.routes) == {"forward", "reverse", "wing", "last-wing", "detour"}
+    areas = rectangles(plan)
+    for route in plan.routes.values():
+        for a, b in pairwise(np.array(route)):
+            across = np.array([a[1] - b[1], b[0] - a[0]]) / np.linalg.norm(b - a)
+            for t in np.linspace(0.0, 1.0, 25):
+                for side in (-0.5, 0.5):
+                    assert any(area.holds(a + t * (b - a) + side * across) for area in areas)
+
+
+def test_wings_are_identical_where_the_dial_says_so() -> None:
+    for seed in range(6):
+        same = building(seed, Dials(repetition=1.0, glass=0.0))
+        for side in ("south", "east", "north", "west"):
+            closed = [[(t, at) for t, at, _ in on(same, f"{side}-{block}")] for block in (1, 2)]
+            assert closed[0] == closed[1]
+        differ = building(seed, Dials(repetition=0.0))
+        assert any(on(differ, f"{side}-1") != on(differ, f"{side}-2") for side in ("south", "north"))
+
+
+def test_texture_at_none_leaves_doors_and_windows() -> None:
+    for seed in range(10):
+        for plan in (building(seed, Dials(texture=0.0)), corridor(seed, Dials(texture=0.0))):
+            assert {table for table in ON_WALL if getattr(plan, table)} <= {"door", "window", "fixture"}
+            assert {one.kind for one in plan.fixture} <= {"radiator"}
+
+
+def test_texture_is_posters_a_metre_where_there_is_room() -> None:
+    """Things that find no free place are left out, so that there are some fewer."""
+    counts, metres = 0, 0.0
+    for seed in range(40):
+        plan = corridor(seed, Dials(texture=0.2, glass=0.0))
+        counts, metres = counts + len(plan.poster), metres + sum(w.length for w in plan.wall if "-" in w.name)
+    assert 0.1 < counts / metres <= 0.2
+
+
+def test_width_and_glass_are_as_asked() -> None:
+    for seed in range(10):
+        assert corridor(seed, Dials(width=3.5)).wall_named("start").length == pytest.approx(3.5)
+        assert not building(seed, Dials(glass=0.0)).window
+        glazed = [sum(w.width for w in building(seed, Dials(glass=g)).window) for g in (0.2, 0.8)]
+        assert 0 < glazed[0] < glazed[1]
+
+
+def test_dials_stand_behind_the_seed() -> None:
+    asked = Dials(texture=0.1, width=2.0)
+    assert load_plan("building:3,texture=0.1,width=2") == building(3, asked)
+    assert load_plan("corridor:3,width=2,texture=0.1") == corridor(3, asked)
+    assert load_plan("corridor:3") == corridor(3)
+    assert building(3, asked).name == "building-3-texture0.1-width2"
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("building:3,textur=1", "unknown dial 'textur'; valid are texture, repetition, glass, width"),
+        ("building:3,", "unknown dial ''; valid are texture, repetition, glass, width"),
+        ("corridor:3,width=9", "width = '9' is not valid; it should be from 1.8 to 4"),
+        ("corridor:3,glass=nan", "glass = 'nan' is not valid; it should be from 0 to 0.9"),
+        ("corridor:3,glass", "glass = '' is not valid; it should be from 0 to 0.9"),
+        ("corridor:3,width=2,width=3", "width is given twice; valid is once"),
+        ("hallway,width=2", "it has no dials; valid are they behind corridor:SEED and building:SEED"),
+    ],
+)
+def test_dials_that_are_none(name: str, told: str) -> None:
+    with pytest.raises(PlanError) as caught:
+        load_plan(name)
+    assert str(caught.value) == f"world '{name}': {told}"
