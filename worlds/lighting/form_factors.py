@@ -79,6 +79,9 @@ class Cards:
     def __len__(self) -> int:
         return len(self.points)
 
+    def __getitem__(self, which: slice) -> "Cards":
+        return Cards(self.points[which], self.normals[which])
+
 
 # --- one card, one rectangle ---
 

@@ -80,7 +80,9 @@ def light_still(model: mujoco.MjModel, surfaces: Surfaces, bake: Bake) -> StillL
     six = Cards(np.repeat(places, len(AXES), axis=0), np.tile(AXES, (len(places), 1)))
     found = bake(shell, six)
     corners = np.zeros((len(surfaces), 3))
-    corners[loose] = np.where(found.buried, 0.0, found.lux)[on_charts + index].reshape(-1, 3)
+    corners[loose] = _of_nearest(cards[on_charts:], found.lux[on_charts:], found.buried[on_charts:])[index].reshape(
+        -1, 3
+    )
     probes = Probes(places, found.around.reshape(-1, len(AXES)), cKDTree(places))
     return StillLight(_sheet(surfaces, found), corners, probes)
 
@@ -95,6 +97,18 @@ def _distinct(triangles: Triangles) -> tuple[NDArray[np.intp], NDArray[np.intp]]
     """Indices of corners that lie or face apart, and which of these each corner is."""
     both = np.concatenate([triangles.corners / CLOSE, triangles.normals / TURNED], axis=2).reshape(-1, 6)
     return distinct(np.round(both).astype(np.int64).astype(np.uint64))
+
+
+def _of_nearest(cards: Cards, lux: Floats, buried: NDArray[np.bool_]) -> Floats:
+    """The light on cards, (n,) [lx]; one that is buried, as where a frame meets its wall, gets the nearest other's."""
+    clear = np.flatnonzero(~buried)
+    if not len(clear):
+        return np.zeros(len(lux))
+    places = np.concatenate([cards.points / CLOSE, cards.normals / TURNED], axis=1)
+    _, nearest = cKDTree(places[clear]).query(places[buried])
+    found = lux.copy()
+    found[buried] = lux[clear[nearest]]
+    return found
 
 
 def _cards(charts: list[Chart], single: Triangles, first: NDArray[np.intp]) -> Cards:
