@@ -8,7 +8,7 @@ from refseq.logs import Recording
 from refseq.map.map import Map
 from refseq_bench.scenarios.campaign.campaign import Watcher, leave_it, run_campaign
 from refseq_bench.scenarios.campaign.declare.cases import find
-from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_seeds
+from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
 from refseq_bench.scenarios.campaign.judge.drives import Judged
 from refseq_bench.scenarios.campaign.results import Results
 from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
@@ -16,6 +16,7 @@ from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.drives.evaluate import comparison_of
 from refseq_bench.scenarios.scoring import score as scorer
 from refseq_bench.scenarios.scoring.path_geometry import WIDE, Tolerance
+from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.user_cache import user_cache
 
 ANSWERS = "localiser"
@@ -26,18 +27,20 @@ def run(
     localisers: Sequence[str] = (),
     methods: Sequence[str] | None = None,
     seeds: Sequence[int] | None = None,
+    renderer: RendererKind | None = None,
     output: Path | None = None,
     cache: Path | None = None,
     workers: int = 1,
 ) -> list[Judged]:
     """Run scenarios by name, tag or path (.toml); return each case's verdict, reasons, figures and comparisons.
 
-    ``localisers`` (``package.module:Class``) are judged in the scenarios' stead, beside ``methods`` only; ``seeds``
-    replace those of the scenarios. Pages are written to the folder ``output``, if there is one; recordings, maps and
+    ``localisers`` (``package.module:Class``) are judged in the scenarios' stead, beside ``methods`` only; ``seeds`` and
+    the ``renderer`` of cameras' pictures replace those of the scenarios. Pages are written to the folder ``output``, if there is one; recordings, maps and
     answers are kept in ``cache``, by default where ``refseq scenario run`` keeps them. Raises ``ScenarioError``.
     """
     numbers = None if seeds is None else ",".join(map(str, seeds))
     cases = with_seeds(with_methods(find([str(one) for one in scenarios]), localisers, methods), numbers)
+    cases = with_renderer(cases, renderer)
     store = Store(cache or user_cache())
     conclude = leave_it if output is None else Results(output, cases, store).add
     executor, finished = LocalWorkers(workers, store.folder), False
