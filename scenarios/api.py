@@ -35,8 +35,9 @@ def run(
     """Run scenarios by name, tag or path (.toml); return each case's verdict, reasons, figures and comparisons.
 
     ``localisers`` (``package.module:Class``) are judged in the scenarios' stead, beside ``methods`` only; ``seeds`` and
-    the ``renderer`` of cameras' pictures replace those of the scenarios. Pages are written to the folder ``output``, if there is one; recordings, maps and
-    answers are kept in ``cache``, by default where ``refseq scenario run`` keeps them. Raises ``ScenarioError``.
+    the ``renderer`` of cameras' pictures replace those of the scenarios. Pages are written to the folder ``output``, if
+    there is one; recordings, maps and answers are kept in ``cache``, by default where ``refseq scenario run`` keeps
+    them. Raises ``ScenarioError``.
     """
     numbers = None if seeds is None else ",".join(map(str, seeds))
     cases = with_seeds(with_methods(find([str(one) for one in scenarios]), localisers, methods), numbers)
