@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,23 @@ LOST = -1
 
 LOST_ABOVE = 0.5
 """A belief whose ``lost`` is above this says that the robot is lost, where nothing else was asked for."""
+
+
+MODE_FLOOR = 0.01
+"""Places below this share of the most probable one's probability part modes: a larger one parts hills of one mode."""
+
+MODE_LEAST = 0.05
+"""A run of places of less probability than this, all together, is no mode."""
+
+
+class BeliefMode(NamedTuple):
+    """One of the stretches that a belief is spread over.
+
+    ``best`` is its most probable place, ``probability`` that of all its places, given that the robot is on the map.
+    """
+
+    best: int
+    probability: float
 
 
 class Stage(StrEnum):
@@ -82,6 +99,19 @@ class Belief:
         if self.lost_after is None or self.lost <= LOST_ABOVE or 2 * self.lost_after.sum() <= self.lost:
             return None
         return int(np.argmax(self.lost_after))
+
+    @property
+    def modes(self) -> tuple[BeliefMode, ...]:
+        """Stretches of places that the robot may be on, the most probable first: several where places look alike.
+
+        A mode is a run of neighbouring places, each of at least ``MODE_FLOOR`` of the highest probability, that have
+        ``MODE_LEAST`` together. A belief that is the same everywhere is one mode; one too scattered has none.
+        """
+        high = np.flatnonzero(self.places >= MODE_FLOOR * self.places.max())
+        runs = np.split(high, np.flatnonzero(np.diff(high) > 1) + 1)
+        modes = [BeliefMode(int(run[np.argmax(self.places[run])]), float(self.places[run].sum())) for run in runs]
+        likely = (mode for mode in modes if mode.probability >= MODE_LEAST)
+        return tuple(sorted(likely, key=lambda mode: -mode.probability))
 
 
 def belief_from(

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from refseq.belief import Belief, Stage
-from refseq.inference.chain.forward import smooth
+from refseq.inference.chain.run_out import path_smoothed
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
 from refseq.map.stages import ChainTracker
@@ -83,11 +83,11 @@ def smoothed(map_: Map, views: Iterable[View], *, sensors: Sequence[str] | None 
     """The chain's answers in hindsight: each view's in the light of the whole drive, those after it among them.
 
     They are not what a robot could have known on its way, and are scored apart. The chain is that of the map's
-    profile, summed over all paths (``forward.smooth``) whatever its decoding. Raises ``MapError`` for a map of several
+    profile, summed over all paths (``path_smoothed``) whatever its decoding. Raises ``MapError`` for a map of several
     paths.
     """
     tracker = ChainTracker(map_.sequence)
     guard = SensorGuard(map_, sensors=sensors, seed=seed)
     measured = [guard.match(view)[0] for view in views]
-    posteriors = smooth([tracker.observation(one) for one in measured], tracker.chain)
+    posteriors = path_smoothed([tracker.observation(one) for one in measured], tracker.chain)
     return [tracker.belief(*pair) for pair in zip(posteriors, (one.timings for one in measured), strict=True)]

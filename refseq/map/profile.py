@@ -88,6 +88,7 @@ BEST = Profile(
     chain=ChainSettings(
         lost_per_metre=0.01,
         exit_at_ends=True,
+        run_out=10.0,
         stay_lost=0.92,
         lost_at_start=0.1,
         kidnap_probability=0.3,
@@ -143,7 +144,7 @@ def _change(content: dict[str, Any], change: str) -> None:
 LATER: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
         "mixture": {"seeds": "likeness", "as_printed": False, "all_features": False},
-        "chain": {"lost_view": "entropy", "observation": "posterior"},
+        "chain": {"lost_view": "entropy", "observation": "posterior", "run_out": 0.0},
     }
 )
 """Settings that maps of earlier versions lack, with the values that do as those versions did."""

@@ -12,8 +12,9 @@ from scipy.special import expit, logit, logsumexp
 from refseq.belief import LOST, LOST_ABOVE, Belief, Stage, Timings, entropy
 from refseq.inference.chain.chain import Chain, ChainSettings, Observation, ObservedDistribution
 from refseq.inference.chain.emissions import Seen
-from refseq.inference.chain.forward import ForwardFilter, StatePosterior
+from refseq.inference.chain.forward import StatePosterior
 from refseq.inference.chain.motion import motion_prior
+from refseq.inference.chain.run_out import path_filter
 from refseq.inference.chain.viterbi import Decoding, SlidingViterbi
 from refseq.map.matcher import Measurement
 from refseq.map.profile import Decoder
@@ -124,7 +125,7 @@ class ChainTracker:
         self._filter = MotionFilter(sequence)
         self._sequence = sequence
         forward = profile.method.decoding is Decoder.FORWARD
-        self._decoder = ForwardFilter(self.chain) if forward else SlidingViterbi(self.chain)
+        self._decoder = path_filter(self.chain) if forward else SlidingViterbi(self.chain)
 
     def reset(self) -> None:
         """Forget all views seen."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief, Stage, Timings, belief_from, normalised_entropy
 from refseq.inference.chain.chain import Chain, Observation
-from refseq.inference.chain.forward import ForwardFilter
+from refseq.inference.chain.run_out import path_filter
 from refseq.inference.chain.trajectory import trajectory_entropy
 from refseq.map.map import Map
 from refseq.map.matcher import Measurement
@@ -155,7 +155,7 @@ class NetworkTracker:
 
     def __init__(self, map_: Map) -> None:
         self._network, self._count = map_.network, len(map_)
-        self._filter = ForwardFilter(self._network)
+        self._filter = path_filter(self._network)
 
     def reset(self) -> None:
         """Forget all views seen."""

@@ -40,6 +40,17 @@ SCHEMA = {
             "type": ["integer", "null"],
             "description": "place behind which it got lost; null: not lost, or unknown",
         },
+        "modes": {
+            "type": "array",
+            "description": "stretches of places that it may be on, the most probable first; several: places look alike",
+            "items": {
+                "type": "object",
+                "properties": {
+                    "best": WHOLE | {"description": "the most probable place of the stretch"},
+                    "probability": NUMBER | {"description": "that of all its places, if the robot is on the map"},
+                },
+            },
+        },
         "entropy": NUMBER | {"description": "entropy of the places [nats]"},
         "path": {"type": "array", "items": WHOLE, "description": "best places of the last views; -1: lost"},
         "places": {"type": "array", "items": NUMBER, "description": "probability of each place"},
@@ -104,6 +115,7 @@ class BeliefAnswer:
             "lost": belief.lost,
             "lost_after": None if belief.lost_after is None else belief.lost_after.tolist(),
             "last_sure": belief.last_sure,
+            "modes": [mode._asdict() for mode in belief.modes],
             "entropy": belief.entropy,
             "path": list(belief.path),
             "places": belief.places.tolist(),

@@ -67,3 +67,31 @@ def test_entropy_by_hand() -> None:
 def test_it_was_last_sure_where_it_most_probably_got_lost(lost: float, after: list[float] | None, sure: object) -> None:
     belief = belief_from([1, 0, 0], lost, lost_after=None if after is None else np.array(after))
     assert belief.last_sure == sure
+
+
+@pytest.mark.parametrize(
+    ("weights", "modes"),
+    [
+        ([0, 0, 1, 0], [(2, 1.0)]),
+        ([1, 3, 1, 0, 0, 4, 1], [(1, 0.5), (5, 0.5)]),  # two corridors that look alike
+        ([6, 0.1, 0, 3.9, 0], [(0, 0.61), (3, 0.39)]),
+        ([960, 0, 40, 0], [(0, 0.96)]),  # a run of less than 0.05 is none
+        ([960, 9, 31, 0], [(0, 0.96)]),  # a place below 0.01 of the highest parts what it lies between
+        ([1, 1, 1, 1], [(0, 1.0)]),
+        ([1, 0] * 30, []),
+    ],
+)
+def test_modes_are_runs_of_likely_places(weights: list[float], modes: list[tuple[int, float]]) -> None:
+    found = belief_from(weights).modes
+    assert [mode.best for mode in found] == [best for best, _ in modes]
+    assert [mode.probability for mode in found] == pytest.approx([probability for _, probability in modes])
+
+
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=19).filter(any))  # the best of so few is no less than a mode
+def test_modes_part_the_belief_and_the_best_place_leads_one(weights: list[float]) -> None:
+    belief = belief_from(weights)
+    modes = belief.modes
+    assert math.fsum(mode.probability for mode in modes) <= 1 + 1e-9
+    assert [mode.probability for mode in modes] == sorted((mode.probability for mode in modes), reverse=True)
+    assert len({mode.best for mode in modes}) == len(modes)
+    assert belief.best in {mode.best for mode in modes}

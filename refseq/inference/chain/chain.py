@@ -47,6 +47,10 @@ class ChainSettings:
     place, or reversing before its first, has left the path: that share of the motion window goes to the Lost_Place.
     Otherwise all that comes to the end of a path stays there.
 
+    With a ``run_out`` above 0 each path goes on for so long behind its end [m] in the forward filter, and looks there
+    as its last place does: so a robot that has driven on is not taken for one at the end while that stays in sight.
+    With a shorter one it is again sooner; with a longer one a robot that is put there wrongly stays lost for longer.
+
     ``kidnap_probability`` is the share of a Lost_Place's way out that leads to Lost_0 instead of to near places ahead:
     the robot forgets where it got lost, and may turn up anywhere, as after being carried off or turned round.
 
@@ -56,13 +60,14 @@ class ChainSettings:
     ``lost_view_at_lost``, and any view of the sequence alike (3.8); where it is learnt, or none, they are not used.
 
     The thesis gives only ``lost`` and ``window``, T, the number of observations; the others are choices, and the
-    defaults of ``lost_per_metre``, ``exit_at_ends`` and ``kidnap_probability`` leave them out.
+    defaults of ``lost_per_metre``, ``exit_at_ends``, ``run_out`` and ``kidnap_probability`` leave them out.
     """
 
     window: int = 5
     lost: float = 0.5
     lost_per_metre: float = 0.0
     exit_at_ends: bool = False
+    run_out: float = 0.0
     stay_lost: float = 0.5
     lost_at_start: float = 0.5
     kidnap_probability: float = 0.0

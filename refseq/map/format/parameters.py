@@ -83,6 +83,7 @@ RANGES: Mapping[str, Mapping[str, Range]] = MappingProxyType(
             "window": (1, 10_000),
             "lost": SHARE,
             "lost_per_metre": (0.0, 1e4),
+            "run_out": LENGTH,
             "stay_lost": SHARE,
             "lost_at_start": SHARE,
             "kidnap_probability": SHARE,

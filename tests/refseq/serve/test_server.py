@@ -96,6 +96,7 @@ def check_equal(answers: Sequence[dict[str, Any]], beliefs: Sequence[Belief]) ->
         assert (answer["lost"], answer["best"], answer["entropy"]) == (belief.lost, belief.best, belief.entropy)
         assert answer["path"] == list(belief.path)
         assert (answer["lost_after"], answer["last_sure"]) == (belief.lost_after.tolist(), belief.last_sure)
+        assert [(mode["best"], mode["probability"]) for mode in answer["modes"]] == list(belief.modes)
 
 
 def offline(map_: Map, path: Path, options: PairingOptions | None = None, thin: float | None = None) -> list[Belief]:

@@ -165,5 +165,7 @@ def test_a_line_tells_how_it_stands() -> None:
     assert told == "view 7: place 1 of 3, P 0.80, P(lost) 0.10, 0.5 m off"
     lost = Belief(np.array([0.1, 0.8, 0.1]), lost=0.9, best=1, entropy=0.5, path=(0, 1))
     assert status(view, 8, {Stage.CHAIN: lost}, places).endswith("P(lost) 0.90")
+    alias = Belief(np.array([0.7, 0.0, 0.3]), lost=0.1, best=0, entropy=0.6, path=(0,))
+    assert ", P 0.70, P(lost) 0.10, or 2 (P 0.30), " in status(view, 8, {Stage.CHAIN: alias}, places)
     nowhere = Belief(np.array([0.1, 0.1, 0.8]), lost=0.1, best=2, entropy=0.5, path=(2,))
     assert status(view, 9, {Stage.CHAIN: nowhere}, places).endswith("P(lost) 0.10")
