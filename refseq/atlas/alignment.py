@@ -7,7 +7,11 @@ from numpy.typing import NDArray
 
 from refseq.atlas.similarity import Translation
 from refseq.inference.chain.forward import smooth
+from refseq.map.matcher import Measurement
 from refseq.map.stages import ChainTracker
+
+LEAST = -2.0
+"""No view tells more against a place [nats], where only likelihoods are known: one of zero would rule it out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,10 +19,12 @@ class Alignment:
     """For each of K views of one sequence the place in another that it most probably is, (K,), and how probable it is.
 
     ``on`` (K,) is the probability that the view is on the other sequence at all, ``places`` the best place if it is.
+    ``nats`` (K, L) is what each view alone tells for each place: its log-likelihood ratio to elsewhere.
     """
 
     places: NDArray[np.intp]
     on: NDArray[np.float64]
+    nats: NDArray[np.float64]
 
 
 def align(translation: Translation, seed: int = 0) -> Alignment:
@@ -28,9 +34,19 @@ def align(translation: Translation, seed: int = 0) -> Alignment:
     """
     to = translation.to
     tracker = ChainTracker(to, replace(to.profile.chain, exit_at_ends=True))
-    observations = [tracker.observation(measured) for measured in translation.measurements(seed=seed)]
+    measured = list(translation.measurements(seed=seed))
+    observations = [tracker.observation(one) for one in measured]
     posteriors = smooth(observations, tracker.chain)
     return Alignment(
         places=np.array([int(np.argmax(posterior.places)) for posterior in posteriors]),
         on=np.array([float(posterior.places.sum()) for posterior in posteriors]),
+        nats=np.array([told(one) for one in measured]),
     )
+
+
+def told(measured: Measurement) -> NDArray[np.float64]:
+    """What a view tells for each place, (L,) [nats]: its log ratio, or its likelihood against an even one."""
+    if measured.log_ratio is not None:
+        return measured.log_ratio
+    with np.errstate(divide="ignore"):
+        return np.maximum(np.log(measured.likelihood * len(measured.likelihood)), LEAST)

@@ -1,8 +1,9 @@
 """Merging maps: what their paths share is kept in one of them (4.4.2, Algorithm 2; card M5, M8)."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from refseq.atlas.consistency import CandidateJoin, JoinGraph, Verdict
 from refseq.atlas.decision import Confirm, Decision, leave_it, wished
-from refseq.atlas.overlap import Overlap, OverlapSettings, overlaps
+from refseq.atlas.overlap import LaidViews, Overlap, OverlapSettings, PairSearch
 from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, track_of, views_of
 from refseq.errors import MapError
 from refseq.map.map import Map, beside
@@ -49,9 +50,10 @@ def merge_maps(
     """
     for new in maps[1:]:
         new.sequence  # noqa: B018 - raises for a map of several paths
-    merging = _Merging(beside(maps), maps[0].names if maps else ())
-    found = merging.found(settings)
-    decided = [merging.decision(one, verdict) for one, verdict in zip(found, merging.verdicts(found), strict=True)]
+    merging = _Merging(beside(maps), maps[0].names if maps else (), settings or OverlapSettings())
+    found = merging.found()
+    found, verdicts = merging.found_beside(found, merging.verdicts(found))
+    decided = [merging.decision(one, verdict) for one, verdict in zip(found, verdicts, strict=True)]
     told = [confirm(wished(decision, wishes)) for decision in decided]
     for wish in merging.unasked(wishes, told):
         found.append(merging.wish(wish))
@@ -78,29 +80,76 @@ class FoundOverlap:
         return CandidateJoin(self.one, self.other, self.views, self.overlap.evidence, alone=not self.overlap.doubt)
 
 
+def _in_order(found: FoundOverlap) -> tuple[object, ...]:
+    """An order of stretches that is the same whatever they were found in."""
+    return (*sorted([found.one, found.other]), found.views.tolist())
+
+
 class _Merging:
     """Maps beside each other, of which the first may hold joins already, those between its sequences ``known``."""
 
-    def __init__(self, map_: Map, known: Sequence[str]) -> None:
+    def __init__(self, map_: Map, known: Sequence[str], settings: OverlapSettings) -> None:
         self._map = map_
         self._known = frozenset(known)
+        self._settings = settings
         self._number = {path.name: number for number, path in enumerate(map_.paths)}
         self._tracks = [track_of(map_, path) for path in map_.paths]
         self._held = held_joins(map_)
 
-    def found(self, settings: OverlapSettings | None) -> list[FoundOverlap]:
-        """All stretches that two sequences seem to share, but those of the map that were compared before."""
-        return sorted(self._found(settings), key=lambda one: (*sorted([one.one, one.other]), one.views.tolist()))
-
-    def _found(self, settings: OverlapSettings | None) -> Iterator[FoundOverlap]:
+    @cached_property
+    def _pairs(self) -> list[tuple[str, str, PairSearch]]:
+        """All pairs of sequences but those of the map that were compared before."""
         held = sorted(zip(self._map.names, self._map.sequences, strict=True), key=lambda pair: self._rank(pair[0]))
-        for (one, first), (other, second) in combinations(held, 2):
-            if {one, other} <= self._known:
+        return [
+            (one, other, PairSearch(first, second, self._settings))
+            for (one, first), (other, second) in combinations(held, 2)
+            if not {one, other} <= self._known
+        ]
+
+    def found(self) -> list[FoundOverlap]:
+        """All stretches that two sequences seem to share."""
+        found = [self._found(one, other, each) for one, other, search in self._pairs for each in search.overlaps()]
+        return sorted(found, key=_in_order)
+
+    def _found(self, one: str, other: str, overlap: Overlap) -> FoundOverlap:
+        ours, theirs = views_of(self._map, one), views_of(self._map, other)
+        pairs = np.column_stack([ours[overlap.pairs[:, 0]], theirs[overlap.pairs[:, 1]]])
+        return FoundOverlap(self._number[one], self._number[other], pairs, overlap)
+
+    def found_beside(
+        self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]
+    ) -> tuple[list[FoundOverlap], list[Verdict | None]]:
+        """Look again where the joins that agree lay paths beside each other, as long as that finds more of them."""
+        found, verdicts = list(found), list(verdicts)
+        for _ in range(self._settings.rounds):
+            agreed = [one for one, verdict in zip(found, verdicts, strict=True) if verdict is Verdict.AGREES]
+            more = self._beside(agreed)
+            graph = self._graph([one.join for one in [*agreed, *more]])
+            begin = len(graph.candidates) - len(more)
+            added = graph.extended(range(begin), range(begin, len(graph.candidates)))
+            new = [more[n - begin] for n in sorted(added) if n >= begin]
+            if not new:
+                break
+            found += new
+            verdicts += [Verdict.AGREES] * len(new)
+        return found, verdicts
+
+    def _beside(self, agreed: Sequence[FoundOverlap]) -> list[FoundOverlap]:
+        """Stretches of paths that the frame of some joins lays beside each other, and that are not joined there."""
+        graph = self._graph([one.join for one in agreed])
+        layout = graph.layout(range(len(graph.candidates)))
+        more = []
+        for one, other, search in self._pairs:
+            numbers = self._number[one], self._number[other]
+            if layout.groups[numbers[0]] != layout.groups[numbers[1]]:
                 continue
-            views = views_of(self._map, one), views_of(self._map, other)
-            for overlap in overlaps(first, second, settings):
-                pairs = np.column_stack([views[0][overlap.pairs[:, 0]], views[1][overlap.pairs[:, 1]]])
-                yield FoundOverlap(self._number[one], self._number[other], pairs, overlap)
+            laid, its = (
+                LaidViews(layout.poses[number][views], layout.sigmas[number][views])
+                for number, views in zip(numbers, (views_of(self._map, one), views_of(self._map, other)), strict=True)
+            )
+            joined = [each.overlap.pairs for each in agreed if (each.one, each.other) == numbers]
+            more += [self._found(one, other, each) for each in search.beside(laid, its, joined)]
+        return sorted(more, key=_in_order)
 
     def verdicts(self, found: Sequence[FoundOverlap]) -> list[Verdict | None]:
         """The word of all joins on each; None of those that are objected to, or that no odometry goes with."""

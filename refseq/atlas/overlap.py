@@ -1,20 +1,24 @@
 """Where two sequences run through the same places: stretches that both find in each other (4.4.1, 4.4.2).
 
 Localising the views of one sequence in the other says where it runs along it, but a chain may be wrong about where it
-comes off. So each is localised in the other, and only what both say alike counts.
+comes off. So each is localised in the other, and only what both say alike counts. Runs of few metres, which a chain
+passes over, are looked for pair by pair (``refseq.atlas.runs``); and where a frame is known that both lie in, what lies
+beside each other there.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from functools import cache
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.alignment import Alignment, align
+from refseq.atlas.runs import RunSettings, best_runs
 from refseq.atlas.similarity import Translation, translated
 from refseq.errors import MapError
 from refseq.map.sequence import ReferenceSequence
+from refseq.pose_graph import wrapped
 from refseq.view import LASER
 
 SPACING = 1.0
@@ -35,10 +39,20 @@ class OverlapSettings:
     look-alikes deceive one camera, and the laser takes a corridor for its reverse. Without cameras the laser has to
     tell as much. ``surely`` and ``told`` were chosen in the world ``annex``, see docs/atlas.md.
 
-    An overlap that is only the share ``held`` of ``least`` long, or on each other with ``surely_held``, is doubtful: it
-    is one where other overlaps hold it (``refseq.atlas.consistency``). An overlap stands by itself where the
-    mean of what the witnesses tell is ``clear`` [nats a view], and times its length ``alone`` [nats·m]: a corridor and
-    its way back are alike a little, for long.
+    An overlap that is only the share ``held`` of ``least`` long, or less surely on each other, is doubtful: it is one
+    where other overlaps hold it (``refseq.atlas.consistency``). An overlap stands by itself where the mean of what the
+    witnesses tell is ``clear`` [nats a view], and times its length ``alone`` [nats·m]: a corridor and its way back are
+    alike a little, for long. It stands as well where the log ratios of its pairs, which count against a place none that
+    look like it, have a mean of ``striking`` [nats].
+
+    Below ``surely_held`` it is none.
+
+    Of the ``runs`` that the chain passes over the best ``most`` of two sequences are looked at, and ``rounds`` times it
+    is looked again where joins lay paths beside each other; 0 leaves either out. Views that a frame lays beside each
+    other are told ``expected`` nats for being at one place before they are looked at, where the frame is certain; less
+    where it is not, and less the farther off they are: a normal density, whose deviation is at least ``apart`` [m].
+    None is looked at beyond ``reach`` deviations, or turned by more than ``askew`` [rad]; a run of them needs a score
+    of ``laid`` [nats].
     """
 
     sure: float = 0.5
@@ -53,6 +67,15 @@ class OverlapSettings:
     surely_held: float = 0.75
     alone: float = 17.0
     clear: float = 1.25
+    striking: float = np.inf
+    runs: RunSettings = field(default_factory=RunSettings)
+    most: int = 0
+    rounds: int = 0
+    expected: float = 2.0
+    laid: float = 3.0
+    reach: float = 2.5
+    askew: float = 0.5
+    apart: float = 0.8
 
     def __post_init__(self) -> None:
         """Raise ``MapError`` for what is no probability or length."""
@@ -66,6 +89,10 @@ class OverlapSettings:
                 raise MapError(f"overlap.{name} is {getattr(self, name)}; valid is 0 to 1")
         if not 1 <= self.stretched < np.inf:
             raise MapError(f"overlap.stretched is {self.stretched}; valid is 1 or more")
+
+
+SHORT_JOINS = OverlapSettings(held=0.4, surely_held=0.0, striking=4.5, most=4, rounds=4)
+"""Short joins as well: more of what real logs share, and more that is false where the frame is (decision 0025)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,13 +123,97 @@ def overlaps(
 
     Raises ``MapError`` for maps of other features or settings.
     """
-    settings = settings or OverlapSettings()
-    ways = translated(one, other), translated(other, one)
-    there, back = map(align, ways)
-    telling = told_by(*ways)
-    found = stretches(matched(one, there, back, settings), one.along, other.along, settings.bridge)
-    judge = _Judge(one, other, there, back, telling, settings)
-    return [judge.overlap(trimmed(pairs)) for pairs in found]
+    return PairSearch(one, other, settings or OverlapSettings()).overlaps()
+
+
+@dataclass(frozen=True, slots=True)
+class LaidViews:
+    """Poses of a sequence's places in a frame, (K, 3), and how uncertain each position is, ``sigmas`` (K,) [m]."""
+
+    poses: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PairSearch:
+    """Search of two sequences for what they share. Raises ``MapError`` for maps of other features or settings."""
+
+    one: ReferenceSequence
+    other: ReferenceSequence
+    settings: OverlapSettings = field(default_factory=OverlapSettings)
+
+    @cached_property
+    def _judge(self) -> "_Judge":
+        ways = translated(self.one, self.other), translated(self.other, self.one)
+        there, back = map(align, ways)
+        return _Judge(self.one, self.other, there, back, told_by(*ways), self.settings)
+
+    @cached_property
+    def _nats(self) -> NDArray[np.float64]:
+        """What each pair of places tells, the mean of both ways, (K, L)."""
+        return np.asarray((self._judge.there.nats + self._judge.back.nats.T) / 2)
+
+    def overlaps(self) -> list[Overlap]:
+        """All stretches that the sequences seem to share, those that are objected to among them."""
+        judge, settings = self._judge, self.settings
+        found = stretches(
+            matched(self.one, judge.there, judge.back, settings), self.one.along, self.other.along, settings.bridge
+        )
+        long = [judge.overlap(trimmed(pairs)) for pairs in found]
+        left = self._without(self._nats, [one.pairs for one in long if not one.objection])
+        runs = best_runs(left, _track(self.one), _track(self.other), settings.runs)
+        short = [judge.overlap(pairs) for pairs in runs]
+        return long + [one for one in short if not one.objection][: settings.most]
+
+    def beside(self, laid: LaidViews, its: LaidViews, joined: Sequence[NDArray[np.intp]] = ()) -> list[Overlap]:
+        """Stretches that a frame lays beside each other; each is doubtful, as it is found where it was looked for.
+
+        Views that are ``joined`` already, pairs (n, 2), are left out.
+        """
+        given = self._given(laid, its)
+        if not np.isfinite(given).any():
+            return []
+        nats = self._nats + given
+        for pairs in joined:
+            nats[_between(pairs[:, 0])] = -np.inf
+            nats[:, _between(pairs[:, 1])] = -np.inf
+        valid = replace(self.settings.runs, score=self.settings.laid)
+        runs = best_runs(nats, _track(self.one), _track(self.other), valid)
+        found = [self._judge.laid(run, float(nats[tuple(run.T)].mean())) for run in runs]
+        return [one for one in found if not one.objection]
+
+    def _given(self, laid: LaidViews, its: LaidViews) -> NDArray[np.float64]:
+        """What a frame tells for pairs being at one place (K, L) [nats]; −∞ for those that it lays too far apart."""
+        valid = self.settings
+        off = np.hypot(*(laid.poses[:, None, :2] - its.poses[None, :, :2]).transpose(2, 0, 1))
+        turn = np.abs(wrapped(laid.poses[:, None, 2] - its.poses[None, :, 2]))
+        variance = valid.apart**2 + np.add.outer(np.square(laid.sigmas), np.square(its.sigmas))
+        told = valid.expected - np.log(variance / valid.apart**2) - np.square(off) / (2 * variance)
+        return np.where((np.square(off) <= valid.reach**2 * variance) & (turn <= valid.askew), told, -np.inf)
+
+    def _without(self, nats: NDArray[np.float64], runs: Sequence[NDArray[np.intp]]) -> NDArray[np.float64]:
+        """What pairs tell, those too near to some runs to be another left out."""
+        left = nats.copy()
+        for i, j in (pair for run in runs for pair in run):
+            rows = np.abs(self.one.along - self.one.along[i]) <= self.settings.bridge
+            columns = np.abs(self.other.along - self.other.along[j]) <= self.settings.bridge
+            left[np.ix_(rows, columns)] = -np.inf
+        return left
+
+
+BESIDE = "found where the frame of other joins lays it"
+
+
+def _between(places: NDArray[np.intp]) -> NDArray[np.intp]:
+    """All places from the first to the last of some."""
+    return np.arange(places.min(), places.max() + 1)
+
+
+def _track(sequence: ReferenceSequence) -> NDArray[np.float64]:
+    """Poses by odometry, (K, 3); without any, places along a straight line."""
+    if len(sequence.odometry):
+        return sequence.odometry
+    return np.column_stack([sequence.along, np.zeros((len(sequence), 2))])
 
 
 def matched(one: ReferenceSequence, there: Alignment, back: Alignment, settings: OverlapSettings) -> NDArray[np.intp]:
@@ -182,11 +293,20 @@ class _Judge:
             found = self._told(pairs)
             return replace(found, objection=f"only {shorter:.1f} m of it tell anything: {_in_words(found.told)}")
         found = self._told(part)
-        if min(found.told[sensor] for sensor in witnesses) < self.settings.told:
-            return replace(
-                found, objection=f"it tells too little, valid is {self.settings.told:g}: {_in_words(found.told)}"
-            )
+        if min(found.told[sensor] for sensor in witnesses) < (bar := self.settings.told):
+            return replace(found, objection=f"it tells too little, valid is {bar:g}: {_in_words(found.told)}")
         return self._weighed(found, float(np.mean([found.told[sensor] for sensor in witnesses])))
+
+    def laid(self, pairs: NDArray[np.intp], nats: float) -> Overlap:
+        """A run that a frame lays beside the other sequence, its pairs telling ``nats`` in the mean; or objections.
+
+        Every sensor has to tell for it: a frame that is wrong lays whole corridors beside each other.
+        """
+        found = self._told(pairs)
+        objection = next(self._objections(pairs), "")
+        if not objection and min(found.told.values()) < self.settings.told:
+            objection = f"it tells too little, valid is {self.settings.told:g}: {_in_words(found.told)}"
+        return replace(found, objection=objection, doubt=BESIDE, evidence=nats * sum(found.lengths) / 2)
 
     def _weighed(self, found: Overlap, nats: float) -> Overlap:
         """An overlap and whether it needs others that hold it."""
@@ -196,11 +316,18 @@ class _Judge:
             doubt = f"only {min(lengths):.1f} m long; valid is {valid.least:g} m"
         elif surely < valid.surely:
             doubt = f"on each other with probability {surely:.4f} only; valid is {valid.surely:g}"
+        elif self._striking(found):
+            doubt = ""
         elif evidence < valid.alone:
             doubt = f"told of by {evidence:.1f} nats·m only; valid is {valid.alone:g}"
         elif nats < valid.clear:
             doubt = f"told of by {nats:.2f} nats a view only; valid is {valid.clear:g}"
         return replace(found, doubt=doubt, evidence=evidence)
+
+    def _striking(self, found: Overlap) -> bool:
+        """True where the views tell, against the places elsewhere, what chance does not for so long."""
+        nats = float(((self.there.nats + self.back.nats.T) / 2)[tuple(found.pairs.T)].mean())
+        return nats >= self.settings.striking and nats * sum(found.lengths) / 2 >= self.settings.alone
 
     def _told(self, pairs: NDArray[np.intp]) -> Overlap:
         told = {sensor: float(self.telling(sensor, pairs).mean()) for sensor in sorted(self.one.sensors)}

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.atlas.overlap import OverlapSettings, most_beyond, told_by
+from refseq.atlas.overlap import SHORT_JOINS, LaidViews, OverlapSettings, PairSearch, most_beyond, told_by
 from refseq.atlas.similarity import translated, view_similarity
 from refseq.errors import MapError
 from refseq.map.profile import BEST
@@ -52,3 +52,17 @@ def test_what_is_told_is_the_mean_of_both_ways() -> None:
 def test_settings_that_are_none_are_told(settings: Callable[[], OverlapSettings]) -> None:
     with pytest.raises(MapError, match=r"overlap\.\w+ is .*; valid is"):
         settings()
+
+
+def test_a_frame_shows_what_the_places_hardly_tell() -> None:
+    """Where a frame lays a stretch on another and is sure of it, less has to be told; where it does not, nothing is."""
+    one, other = (TOWN.learnt([("A", 0, 30)], seed, BEST) for seed in (1, 2))
+    search = PairSearch(one, other, SHORT_JOINS)
+    laid = LaidViews(np.column_stack([one.along, np.zeros((30, 2))]), np.zeros(30))
+    aside = LaidViews(laid.poses + np.array([0.0, 8.0, 0.0]), np.zeros(30))
+    (found,) = search.beside(laid, laid)
+    assert np.abs(np.diff(found.pairs, axis=1)).max() <= 1
+    assert min(found.lengths) > 20
+    assert found.doubt
+    assert search.beside(laid, aside) == []
+    assert search.beside(laid, laid, [found.pairs]) == []
