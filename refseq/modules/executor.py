@@ -6,7 +6,7 @@ from refseq.missions.executor import Executor
 from refseq.missions.plan import Plan
 from refseq.missions.status import Status
 from refseq.missions.tasks import Wait
-from refseq.modules.heads import MessageError, head_bytes
+from refseq.modules.heads import MessageError, MissingError, head_bytes
 from refseq.modules.messages import (
     BELIEF,
     HEAD,
@@ -56,7 +56,7 @@ class MissionModule:
     def hear(self, topic: str, parts: Parts) -> Parts | None:
         """Take the next step, and answer with the order in force; None for a step that was taken.
 
-        Raises ``RefseqError`` where one is missing.
+        Raises ``MissingError`` where one before it did not come.
         """
         step: Step = head_of(Step, parts)
         if step.drive != self._drive:
@@ -64,7 +64,7 @@ class MissionModule:
         if step.number < self._next:
             return None
         if step.number > self._next:
-            raise MessageError(f"step {self._next} of the drive is missing: {step.number} came; start the module anew")
+            raise MissingError(f"step {self._next} of the drive is missing: {step.number} came; start the module anew")
         self._next += 1
         self._take(step, parts)
         for entry in self.executor.log[self._said :]:

@@ -18,6 +18,10 @@ class MessageError(RefseqError):
     """A message from another module cannot be used."""
 
 
+class MissingError(MessageError):
+    """A message came before one that its publisher keeps for those who come late; to ask for them again may mend it."""
+
+
 def head_bytes(head: Any) -> bytes:
     """A dataclass in JSON; numbers read back are the same to the last bit."""
     return json.dumps(asdict(head)).encode()

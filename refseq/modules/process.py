@@ -1,13 +1,18 @@
 """The loop of a module: what it hears, one message after the other, and what it answers, until the drive is over."""
 
 import queue
+import time
 from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
 from typing import Protocol
 
-from refseq.modules.link import Link
+from refseq.modules.heads import MissingError
+from refseq.modules.link import AGAIN, Link, Publish
 from refseq.modules.messages import STEPS, Parts, Step, head_of
+
+TRIES = 10
+"""So often a module asks for what is kept: on a busy machine a new message may come before the older ones."""
 
 
 class Role(StrEnum):
@@ -43,26 +48,45 @@ class Module(Protocol):
         """Topic that it answers on."""
 
     def hear(self, topic: str, parts: Parts) -> Parts | None:
-        """Take a message, and answer it; None: with nothing. Raises ``RefseqError`` for what is none."""
+        """Take a message, and answer it; None: with nothing. Raises ``RefseqError`` for what is none.
+
+        ``MissingError`` asks to hear all again that is kept, from before what came.
+        """
 
 
 def run_module(link: Link, module: Module, told: Callable[[str], None]) -> None:
     """Run a module until the robot says that the drive is over; others come and go, and that is told."""
-    heard: _Heard = queue.SimpleQueue()
     link.join(module.role)
     answer = link.publisher(module.says) if module.says else None
-    for topic in dict.fromkeys((*module.hears, STEPS)):
-        link.subscribe(topic, partial(_put, heard, topic))
     link.watch(partial(_tell, told, module.role))
-    over = False
-    while not over:
+    for left in reversed(range(TRIES)):
         try:
-            topic, parts = heard.get(timeout=1.0)  # so that Ctrl-C is heard
-        except queue.Empty:
-            continue
-        if topic in module.hears and (said := module.hear(topic, parts)) is not None and answer is not None:
-            answer(said)
-        over = topic == STEPS and bool(head_of(Step, parts).over)
+            _follow(link, module, answer)
+        except MissingError:
+            if not left:
+                raise
+            time.sleep(AGAIN)
+        else:
+            return
+
+
+def _follow(link: Link, module: Module, answer: Publish | None) -> None:
+    """Hear what is kept and what comes, and answer it, until the drive is over."""
+    heard: _Heard = queue.SimpleQueue()
+    ends = [link.subscribe(topic, partial(_put, heard, topic)) for topic in dict.fromkeys((*module.hears, STEPS))]
+    over = False
+    try:
+        while not over:
+            try:
+                topic, parts = heard.get(timeout=1.0)  # so that Ctrl-C is heard
+            except queue.Empty:
+                continue
+            if topic in module.hears and (said := module.hear(topic, parts)) is not None and answer is not None:
+                answer(said)
+            over = topic == STEPS and bool(head_of(Step, parts).over)
+    finally:
+        for end in ends:
+            end()
 
 
 def _put(heard: _Heard, topic: str, parts: Parts) -> None:

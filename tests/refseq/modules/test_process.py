@@ -1,13 +1,14 @@
 """The loop of a module on a link in this thread: it hears what it asked for, answers, and ends with the drive."""
 
 import queue
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from refseq.modules.heads import MessageError, head_bytes
-from refseq.modules.messages import HEAD, STEPS, VIEWS, Parts, Step
-from refseq.modules.process import Role, run_module
+from refseq.modules.heads import MessageError, MissingError, head_bytes
+from refseq.modules.messages import HEAD, STEPS, VIEWS, Parts, Step, head_of
+from refseq.modules.process import TRIES, Role, run_module
 from tests.sim.modules.local_link import LocalLink
 
 ANSWERS = "answers"
@@ -131,3 +132,48 @@ def test_a_step_that_is_none_ends_it(link: LocalLink, hears: str) -> None:
     keep(link, STEPS, [(HEAD, b'{"drive": 3}')], step(1, over="completed"))
     with pytest.raises(MessageError, match=r"a message is no Step: drive: "):
         run_module(link, Counting(hears), pytest.fail)
+
+
+class InOrder(Counting):
+    """A module that takes steps from the first on, each once, and misses those before one that comes."""
+
+    def hear(self, topic: str, parts: Parts) -> None:
+        number = head_of(Step, parts).number
+        if number > len(self.heard):
+            raise MissingError(f"step {len(self.heard)} is missing: {number} came")
+        if number == len(self.heard):
+            self.heard.append((topic, parts))
+
+
+class Hasty(LocalLink):
+    """A link that is asked so often before it remembers what it kept: until then the newest message comes alone."""
+
+    def __init__(self, asked: int) -> None:
+        super().__init__()
+        self.asked = asked
+
+    def subscribe(self, topic: str, take: Callable[[Parts], None]) -> Callable[[], None]:
+        self.asked -= 1
+        if self.asked < 0:
+            return super().subscribe(topic, take)
+        take(self.kept[topic][-1])
+        return lambda: None
+
+
+@pytest.mark.parametrize("asked", [0, 1, TRIES - 1])
+def test_a_step_that_comes_before_older_ones_makes_it_ask_again(asked: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("refseq.modules.process.AGAIN", 0.0)
+    link, module = Hasty(asked), InOrder(STEPS)
+    drive = [step(0), step(1), step(2, over="completed")]
+    keep(link, STEPS, *drive)
+    run_module(link, module, pytest.fail)
+    assert [parts for _, parts in module.heard] == drive
+
+
+def test_steps_that_nobody_has_any_more_end_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("refseq.modules.process.AGAIN", 0.0)
+    link = LocalLink()
+    keep(link, STEPS, step(1), step(2, over="completed"))
+    with pytest.raises(MissingError, match="step 0 is missing: 1 came"):
+        run_module(link, InOrder(STEPS), pytest.fail)
+    assert not link.takers[STEPS]
