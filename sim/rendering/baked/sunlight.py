@@ -1,5 +1,6 @@
 """A map of what the sun sees: how far off along its beam the first thing lies, by place across the beam."""
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -11,6 +12,8 @@ EDGE = 3
 """Texels around what is on a map that stay empty: beside the map all is as at its edge, in the sun."""
 FINEST = 1e-3
 """No texel is smaller than this [m]."""
+LARGEST = 16_384
+"""A map has so many texels along a side at most: as many as OpenGL 4 promises, for a corridor along the sun's way."""
 BIAS = 2e-3
 """A surface is lit when it lies no farther than this behind the map's [m]."""
 
@@ -38,7 +41,8 @@ def frame_over(points: Floats, towards: Floats, texels: int) -> SunMapFrame:
     rotation = np.vstack([axes, -beam])  # away from the sun is deeper
     local = points @ rotation.T
     low, high = local.min(axis=0), local.max(axis=0) + BIAS
-    texel = max(float(np.sqrt(np.prod(high[:2] - low[:2]) / texels)), FINEST)
+    wide, tall = high[:2] - low[:2]
+    texel = max(math.sqrt(wide * tall / texels), max(wide, tall) / (LARGEST - 2 * EDGE), FINEST)
     columns, rows = (int(n) + 2 * EDGE for n in np.ceil((high - low)[:2] / texel))
     middle = (low[:2] + high[:2]) / 2
     half = texel / 2 * np.array([columns, rows])

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from refseq_bench.sim.rendering.baked.charts import Sheet
 from refseq_bench.sim.rendering.baked.shapes import box, capsule, ellipsoid, shape_of, turned
+from refseq_bench.sim.rendering.baked.sunlight import EDGE, LARGEST, frame_over
 from refseq_bench.sim.rendering.baked.triangles import Triangles
 
 sides = st.floats(0.05, 3.0)
@@ -84,3 +85,21 @@ def test_charts_lie_apart_and_their_cells_cover_their_face() -> None:
     assert taken[0, 0] == 0
     assert sheet.size[1] < 4000
     assert not taken[sheet.size[1] :].any()
+
+
+@given(
+    st.tuples(st.floats(0.01, 200.0), st.floats(0.001, 50.0), st.floats(0.001, 5.0)),
+    st.floats(0.05, 1.5),
+    st.floats(0.0, 6.3),
+)
+def test_a_map_of_the_sun_holds_all_points_in_a_size_that_devices_have(
+    box_size: tuple[float, float, float], height: float, azimuth: float
+) -> None:
+    """Seen along its length, a corridor of 100 m is a strip a few decimetres wide."""
+    corners = np.array(list(np.ndindex(2, 2, 2))) * np.array(box_size)
+    towards = np.array([np.cos(height) * np.cos(azimuth), np.cos(height) * np.sin(azimuth), np.sin(height)])
+    frame = frame_over(corners, towards, 4096**2)
+    on_map = np.c_[corners, np.ones(8)] @ frame.matrix.T
+    assert np.abs(on_map[:, :2]).max() <= 1.0 + 1e-6
+    assert all(2 * EDGE < side <= LARGEST for side in frame.size)
+    assert frame.size[0] * frame.size[1] < 1.5 * 4096**2
