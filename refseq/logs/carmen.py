@@ -372,7 +372,7 @@ def _scan(ranges: NDArray[np.float64], start: float, step: float, max_range: flo
     return Scan(seen, start, step, limit)
 
 
-def write_carmen(path: Path, views: Sequence[View], metadata: Mapping[str, str] | None = None) -> None:
+def write_carmen(path: Path | str, views: Sequence[View], metadata: Mapping[str, str] | None = None) -> None:
     """Write the scans of ``views`` as a CARMEN log, replacing ``path`` in one step.
 
     A view whose true pose and odometry are known is a FLASER line, which has no angles; for scans of other angles or
@@ -383,6 +383,7 @@ def write_carmen(path: Path, views: Sequence[View], metadata: Mapping[str, str] 
     odometer pose is the sum of the views' motions from the first one's truth. Raises ``LogError`` when no view has a
     scan.
     """
+    path = Path(path)
     scans = [view.scan for view in views if view.scan is not None]
     if not scans:
         raise LogError(f"{path}: a CARMEN log holds laser scans; none of the {len(views)} views has one")

@@ -70,8 +70,9 @@ def is_log_folder(path: Path) -> bool:
     return path.is_dir() and any(kind.recognises(path) for kind in KINDS)
 
 
-def open_log(path: Path) -> LogSource:
+def open_log(path: Path | str) -> LogSource:
     """Open a log of any kind. Raises ``LogError`` where there is none, or none that is known."""
+    path = Path(path)
     try:
         if not path.is_dir():
             check_input(path)

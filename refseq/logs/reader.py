@@ -12,7 +12,7 @@ from refseq.logs.trajectory import Trajectory
 
 
 def read_recording(
-    path: Path,
+    path: Path | str,
     options: PairingOptions | None = None,
     *,
     views: slice | None = None,

@@ -24,7 +24,7 @@ LONGEST = 200
 """Characters of a camera's or drive's name: a choice."""
 
 
-def save_scene(path: Path, scene: Scene) -> None:
+def save_scene(path: Path | str, scene: Scene) -> None:
     """Write a scene's file in one step. Raises ``SceneError`` for one that is too large to be read again."""
     picture = cv2.imencode(".png", scene.patch)[1].tobytes()
     table = {
@@ -37,13 +37,13 @@ def save_scene(path: Path, scene: Scene) -> None:
     }
     content = MAGIC + json.dumps(table).encode() + b"\n" + picture
     SCENE_BYTES.check(len(content), f"{path}: would take", SceneError)
-    replace_bytes(path, content)
+    replace_bytes(Path(path), content)
 
 
-def load_scene(path: Path) -> Scene:
+def load_scene(path: Path | str) -> Scene:
     """Read a scene's file. Raises ``SceneError`` in one line that names the file and what is wrong with it."""
     try:
-        with open_input(path) as file:
+        with open_input(Path(path)) as file:
             content = file.read(SCENE_BYTES + 1)
         return _scene(content)
     except OSError as error:

@@ -74,7 +74,7 @@ ROUNDING = 1e-6
 
 
 def write_beliefs(
-    path: Path,
+    path: Path | str,
     views: Sequence[View],
     beliefs: Mapping[str, Sequence[Belief]],
     metadata: Mapping[str, str] | None = None,
@@ -90,7 +90,7 @@ def write_beliefs(
     ]
     schema = SCHEMA.with_metadata({"refseq": json.dumps(dict(metadata or {}))})
     try:
-        with replacing(path) as file:
+        with replacing(Path(path)) as file:
             pq.write_table(pa.Table.from_pylist(rows, schema=schema), file, write_page_checksum=True)
     except OSError as error:
         raise LogError(f"{path}: cannot be written: {error.strerror or error}") from error
@@ -122,16 +122,17 @@ class LocalisedViews:
     beliefs: dict[str, list[Belief]]
 
 
-def read_beliefs(path: Path) -> dict[str, list[Belief]]:
+def read_beliefs(path: Path | str) -> dict[str, list[Belief]]:
     """The beliefs of ``read_localised_views``."""
     return read_localised_views(path).beliefs
 
 
-def read_localised_views(path: Path) -> LocalisedViews:
+def read_localised_views(path: Path | str) -> LocalisedViews:
     """Read a table of beliefs.
 
     Raises ``LogError`` when the file is no table of beliefs, or holds what no belief is.
     """
+    path = Path(path)
     try:
         with open_input(path) as file:
             # What a run of equal values takes on the disk says nothing of what it takes in memory.

@@ -66,8 +66,8 @@ class RecordingWriter(ClosedAtExit):
     older recording in one step. Where an error ends the ``with`` block it stays, marked as incomplete.
     """
 
-    def __init__(self, path: Path, metadata: Mapping[str, str]) -> None:
-        self.path = path
+    def __init__(self, path: Path | str, metadata: Mapping[str, str]) -> None:
+        self.path = path = Path(path)
         self._context = foxglove.Context()
         self._images: dict[str, CompressedImageChannel] = {}
         try:
