@@ -10,6 +10,7 @@ import numpy as np
 from refseq_bench import robots
 from refseq_bench.robots import Signals, Twist
 from refseq_bench.robots.odometry import true_geometry
+from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.bench.hardware import Hardware
 from refseq_bench.sim.sensors.inertial import InertialModel, tilt
 from refseq_bench.sim.sensors.laser import Laser, LaserModel
@@ -45,7 +46,13 @@ class Machine:
         noise = np.random.SeedSequence(seed).spawn(3)
         sonar, inner, light = (np.random.default_rng(one) for one in noise)
         self._hardware = Hardware(
-            self.model, self.data, self.robot, "r/", sonars=(SonarModel(), sonar), inertial=(inertial, inner)
+            self.model,
+            self.data,
+            self.robot,
+            "r/",
+            sonars=(SonarModel(), sonar),
+            inertial=(inertial, inner),
+            rolling=UnevenRolling(0.0, self.robot.drive, inner),
         )
         self._laser = Laser(LaserModel(), light) if scans else None
         self._scan: Any = None

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from refseq_bench.robots import Actuation, Twist
+from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.bench.hardware import BRAKE_TORQUE, Hardware
 from refseq_bench.sim.sensors.inertial import InertialModel
 from refseq_bench.sim.sensors.sonar import SonarModel
@@ -16,7 +17,9 @@ FRONT, REAR = 0.335, -0.74
 
 def hardware_of(driven: Driven) -> Hardware:
     noise = np.random.default_rng(0)
-    return Hardware(driven.model, driven.data, driven.robot, PREFIX, (SonarModel(), noise), (InertialModel(), noise))
+    rolling = UnevenRolling(0.0, driven.robot.drive, noise)
+    models = (SonarModel(), noise), (InertialModel(), noise)
+    return Hardware(driven.model, driven.data, driven.robot, PREFIX, *models, rolling)
 
 
 def pressed(driven: Driven) -> frozenset[str]:
