@@ -25,9 +25,6 @@ class Role(StrEnum):
     VIEWER = "viewer"
 
 
-_Heard = queue.SimpleQueue[tuple[str, Parts]]
-
-
 class Module(Protocol):
     """A part of the robot: it hears topics, and answers on one; empty: on none.
 
@@ -58,39 +55,50 @@ def run_module(link: Link, module: Module, told: Callable[[str], None]) -> None:
     """Run a module until the robot says that the drive is over; others come and go, and that is told."""
     link.join(module.role)
     answer = link.publisher(module.says) if module.says else None
+    ear = _Ear(link, module)
     link.watch(partial(_tell, told, module.role))
     for left in reversed(range(TRIES)):
         try:
-            _follow(link, module, answer)
+            _follow(ear, module, answer)
         except MissingError:
             if not left:
                 raise
             time.sleep(AGAIN)
         else:
             return
+        finally:
+            ear.close()
+        ear = _Ear(link, module)
 
 
-def _follow(link: Link, module: Module, answer: Publish | None) -> None:
-    """Hear what is kept and what comes, and answer it, until the drive is over."""
-    heard: _Heard = queue.SimpleQueue()
-    ends = [link.subscribe(topic, partial(_put, heard, topic)) for topic in dict.fromkeys((*module.hears, STEPS))]
-    over = False
-    try:
-        while not over:
-            try:
-                topic, parts = heard.get(timeout=1.0)  # so that Ctrl-C is heard
-            except queue.Empty:
-                continue
-            if topic in module.hears and (said := module.hear(topic, parts)) is not None and answer is not None:
-                answer(said)
-            over = topic == STEPS and bool(head_of(Step, parts).over)
-    finally:
-        for end in ends:
+class _Ear:
+    """All that a module hears, from what was kept on, until it is closed."""
+
+    def __init__(self, link: Link, module: Module) -> None:
+        self.heard: queue.SimpleQueue[tuple[str, Parts]] = queue.SimpleQueue()
+        topics = dict.fromkeys((*module.hears, STEPS))
+        self._ends = [link.subscribe(topic, partial(self._put, topic)) for topic in topics]
+
+    def _put(self, topic: str, parts: Parts) -> None:
+        self.heard.put((topic, parts))
+
+    def close(self) -> None:
+        """Hear no more."""
+        for end in self._ends:
             end()
 
 
-def _put(heard: _Heard, topic: str, parts: Parts) -> None:
-    heard.put((topic, parts))
+def _follow(ear: _Ear, module: Module, answer: Publish | None) -> None:
+    """Have a module answer what it hears, until the drive is over."""
+    over = False
+    while not over:
+        try:
+            topic, parts = ear.heard.get(timeout=1.0)  # so that Ctrl-C is heard
+        except queue.Empty:
+            continue
+        if topic in module.hears and (said := module.hear(topic, parts)) is not None and answer is not None:
+            answer(said)
+        over = topic == STEPS and bool(head_of(Step, parts).over)
 
 
 def _tell(told: Callable[[str], None], own: str, role: str, there: bool) -> None:

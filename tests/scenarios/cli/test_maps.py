@@ -253,7 +253,7 @@ def test_a_map_that_does_not_go_with_the_others_is_refused_before_any_is_merged(
     def begun(*_: object) -> None:
         pytest.fail("a merge was begun")
 
-    monkeypatch.setattr("refseq.atlas.merge.overlaps", begun)
+    monkeypatch.setattr("refseq.atlas.merge.PairSearch", begun)
     answer = refseq("map", "merge", "west.refseq", "east.refseq", "one-eye.refseq", "-o", "x.refseq")
     assert answer.code == 2
     assert answer.err.startswith("error: one-eye.refseq: features are ")
