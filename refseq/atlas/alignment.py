@@ -45,7 +45,7 @@ def align(translation: Translation, seed: int = 0) -> Alignment:
 
 
 def told(measured: Measurement) -> NDArray[np.float64]:
-    """What a view tells for each place, (L,) [nats]: its log ratio, or its likelihood against an even one."""
+    """Evidence of a view for each place, (L,) [nats]: its log ratio, or its likelihood against an even one."""
     if measured.log_ratio is not None:
         return measured.log_ratio
     with np.errstate(divide="ignore"):

@@ -150,7 +150,7 @@ class PairSearch:
 
     @cached_property
     def _nats(self) -> NDArray[np.float64]:
-        """What each pair of places tells, the mean of both ways, (K, L)."""
+        """Evidence of each pair of places, the mean of both ways, (K, L)."""
         return np.asarray((self._judge.there.nats + self._judge.back.nats.T) / 2)
 
     def overlaps(self) -> list[Overlap]:
@@ -183,7 +183,7 @@ class PairSearch:
         return [one for one in found if not one.objection]
 
     def _given(self, laid: LaidViews, its: LaidViews) -> NDArray[np.float64]:
-        """What a frame tells for pairs being at one place (K, L) [nats]; −∞ for those that it lays too far apart."""
+        """Evidence of a frame for pairs being at one place (K, L) [nats]; −∞ for those that it lays too far apart."""
         valid = self.settings
         off = np.hypot(*(laid.poses[:, None, :2] - its.poses[None, :, :2]).transpose(2, 0, 1))
         turn = np.abs(wrapped(laid.poses[:, None, 2] - its.poses[None, :, 2]))
@@ -192,7 +192,7 @@ class PairSearch:
         return np.where((np.square(off) <= valid.reach**2 * variance) & (turn <= valid.askew), told, -np.inf)
 
     def _without(self, nats: NDArray[np.float64], runs: Sequence[NDArray[np.intp]]) -> NDArray[np.float64]:
-        """What pairs tell, those too near to some runs to be another left out."""
+        """Evidence of pairs, those too near to some runs to be another left out."""
         left = nats.copy()
         for i, j in (pair for run in runs for pair in run):
             rows = np.abs(self.one.along - self.one.along[i]) <= self.settings.bridge

@@ -69,7 +69,7 @@ class Bench(Closing):
             raise SimError(f"world {world.name!r} was built without pictures; valid is the renderer 'none'")
         self._prefix = prefix_of(robot)
         self.individual = built(robot.drive, robot.cameras, self.settings.spread, self.settings.unit)
-        """How the robot differs from its drawing."""
+        """Differences of the robot from its drawing."""
         self.settings = with_focal_lengths(self.settings, self.individual)
         self.model = compile_model(world, robot, self.settings)
         shift_mounts(self.model, robot, self.individual)

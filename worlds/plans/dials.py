@@ -31,7 +31,7 @@ class Dials:
 
     @property
     def suffix(self) -> str:
-        """What they add to a plan's name."""
+        """Addition to a plan's name."""
         given = {one.name: getattr(self, one.name) for one in fields(self)}
         return "".join(f"-{name}{value:g}" for name, value in given.items() if value is not None)
 

@@ -67,7 +67,7 @@ class LongerNetwork:
         return self.longer.transitions(distance)
 
     def sight(self, observation: Observation) -> Observation:
-        """What is seen of the network's positions, with that of the run-outs."""
+        """The observation of the network's positions, with that of the run-outs."""
         return replace(observation, places=observation.places[self.seen])
 
     def folded(self, posterior: StatePosterior) -> StatePosterior:

@@ -29,7 +29,7 @@ quick = settings(max_examples=10, deadline=None)
 
 
 def on(plan: FloorPlan, wall: str) -> list[tuple[str, float, str]]:
-    """What is on a wall, by its table, place and all else but its name."""
+    """Things on a wall, by table, place and all else but the name."""
     items = [(table, item) for table in ON_WALL for item in getattr(plan, table) if item.wall == wall]
     return sorted((t, i.at, i.model_copy(update={"name": "", "wall": ""}).model_dump_json()) for t, i in items)
 
