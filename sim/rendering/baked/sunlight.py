@@ -42,7 +42,8 @@ def frame_over(points: Floats, towards: Floats, texels: int) -> SunMapFrame:
     local = points @ rotation.T
     low, high = local.min(axis=0), local.max(axis=0) + BIAS
     wide, tall = high[:2] - low[:2]
-    texel = max(math.sqrt(wide * tall / texels), max(wide, tall) / (LARGEST - 2 * EDGE), FINEST)
+    most = LARGEST - 2 * EDGE - 1  # one to spare: a side that is rounded up must fit
+    texel = max(math.sqrt(wide * tall / texels), max(wide, tall) / most, FINEST)
     columns, rows = (int(n) + 2 * EDGE for n in np.ceil((high - low)[:2] / texel))
     middle = (low[:2] + high[:2]) / 2
     half = texel / 2 * np.array([columns, rows])
