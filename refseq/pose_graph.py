@@ -88,6 +88,11 @@ def motions_between(start: ArrayLike, end: ArrayLike) -> NDArray[np.float64]:
     return np.stack([cos * east + sin * north, cos * north - sin * east, turn], axis=-1)
 
 
+def ways_along(track: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Way from the first pose of a track (n, 3) to each, (n,) [m]."""
+    return np.cumsum([0.0, *np.hypot(*np.diff(track[:, :2], axis=0).T)])
+
+
 def wrapped(angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """The same directions, in [−π, π) [rad]."""
     return np.remainder(angles + math.pi, 2 * math.pi) - math.pi

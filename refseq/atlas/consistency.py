@@ -15,7 +15,7 @@ import networkx as nx
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.pose_graph import PoseFit, Relations, best_fit, motions_between, moved, wrapped
+from refseq.pose_graph import PoseFit, Relations, best_fit, motions_between, moved, ways_along, wrapped
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +151,7 @@ class JoinGraph:
 
     @cached_property
     def _ways(self) -> list[NDArray[np.float64]]:
-        return [_way(track) for track in self.tracks]
+        return [ways_along(track) for track in self.tracks]
 
     def verdicts(self) -> tuple[Verdict, ...]:
         """Which candidates agree, are contradicted by others, or lack support."""
@@ -340,7 +340,7 @@ class _Knots:
         for number, path in enumerate(self.paths):
             views, track = self.views[path], self.tracks[path]
             at, knots = track[views], self.number(path, views)
-            steps = _way(track)
+            steps = ways_along(track)
             turns = np.cumsum([0.0, *np.abs(wrapped(np.diff(track[:, 2])))])
             way, turn = np.maximum(np.diff(steps[views]), 0.1), np.diff(turns[views])
             heading = np.hypot(settings.drift * np.sqrt(way), settings.turning * np.sqrt(turn))
@@ -391,7 +391,7 @@ class _Component:
         """Poses of all views of a path: odometry from knot to knot, and what does not close spread over the way."""
         views = self.knots.views[path]
         at = self.fit.poses[self.knots.number(path, views)]
-        steps = _way(track)
+        steps = ways_along(track)
         every = np.arange(len(track))
         before = np.clip(np.searchsorted(views, every, side="right") - 1, 0, len(views) - 1)
         after = np.clip(before + 1, 0, len(views) - 1)
@@ -402,11 +402,6 @@ class _Component:
         difference = other - one
         difference[:, 2] = wrapped(difference[:, 2])
         return np.asarray(one + share * difference)
-
-
-def _way(track: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Way from the first view of a path to each, (V,) [m]."""
-    return np.cumsum([0.0, *np.hypot(*np.diff(track[:, :2], axis=0).T)])
 
 
 def _groups(paths: int, links: Iterable[_Link]) -> tuple[int, ...]:

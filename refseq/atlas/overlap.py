@@ -148,11 +148,6 @@ class PairSearch:
         there, back = map(align, ways)
         return _Judge(self.one, self.other, there, back, told_by(*ways), self.settings)
 
-    @cached_property
-    def _nats(self) -> NDArray[np.float64]:
-        """Evidence of each pair of places, the mean of both ways, (K, L)."""
-        return np.asarray((self._judge.there.nats + self._judge.back.nats.T) / 2)
-
     def overlaps(self) -> list[Overlap]:
         """All stretches that the sequences seem to share, those that are objected to among them."""
         judge, settings = self._judge, self.settings
@@ -160,7 +155,9 @@ class PairSearch:
             matched(self.one, judge.there, judge.back, settings), self.one.along, self.other.along, settings.bridge
         )
         long = [judge.overlap(trimmed(pairs)) for pairs in found]
-        left = self._without(self._nats, [one.pairs for one in long if not one.objection])
+        if not settings.most:
+            return long
+        left = self._without(self._judge.nats, [one.pairs for one in long if not one.objection])
         runs = best_runs(left, _track(self.one), _track(self.other), settings.runs)
         short = [judge.overlap(pairs) for pairs in runs]
         return long + [one for one in short if not one.objection][: settings.most]
@@ -173,7 +170,7 @@ class PairSearch:
         given = self._given(laid, its)
         if not np.isfinite(given).any():
             return []
-        nats = self._nats + given
+        nats = self._judge.nats + given
         for pairs in joined:
             nats[_between(pairs[:, 0])] = -np.inf
             nats[:, _between(pairs[:, 1])] = -np.inf
@@ -271,7 +268,7 @@ def most_beyond(values: NDArray[np.float64], bar: float) -> slice:
     return slice(int(np.argmin(sums[: end + 1])), end)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Judge:
     """Make an overlap of matched pairs, or object."""
 
@@ -281,6 +278,11 @@ class _Judge:
     back: Alignment
     telling: Told
     settings: OverlapSettings
+
+    @cached_property
+    def nats(self) -> NDArray[np.float64]:
+        """Evidence of each pair of places, the mean of both ways, (K, L)."""
+        return np.asarray((self.there.nats + self.back.nats.T) / 2)
 
     def overlap(self, pairs: NDArray[np.intp]) -> Overlap:
         """The part of a stretch for which the witnesses tell, and what speaks against it."""
@@ -326,7 +328,7 @@ class _Judge:
 
     def _striking(self, found: Overlap) -> bool:
         """True where the views tell, against the places elsewhere, what chance does not for so long."""
-        nats = float(((self.there.nats + self.back.nats.T) / 2)[tuple(found.pairs.T)].mean())
+        nats = float(self.nats[tuple(found.pairs.T)].mean())
         return nats >= self.settings.striking and nats * sum(found.lengths) / 2 >= self.settings.alone
 
     def _told(self, pairs: NDArray[np.intp]) -> Overlap:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.pose_graph import motions_between, moved, wrapped
+from refseq.pose_graph import motions_between, moved, ways_along, wrapped
 
 STEPS = ((1, 1), (1, 2), (2, 1), (2, 2), (2, 3), (3, 2), (3, 3), (3, 4), (4, 3))
 """Places that a run may go on by, on the one and on the other: views are not taken at the same spots, and one of them
@@ -82,14 +82,10 @@ def _costs(
 ) -> NDArray[np.float64]:
     """Cost of a step from each pair on, (K − a, L − b), by the lengths and the turns of both."""
     (a, b), K, L = by, len(one), len(other)
-    ways = [_way(track) for track in (one, other)]
+    ways = [ways_along(track) for track in (one, other)]
     length = np.subtract.outer(ways[0][a:] - ways[0][: max(K - a, 0)], ways[1][b:] - ways[1][: max(L - b, 0)])
     turn = wrapped(np.subtract.outer(one[a:, 2] - one[: max(K - a, 0), 2], other[b:, 2] - other[: max(L - b, 0), 2]))
     return np.asarray(np.square(length / settings.slack) / 2 + np.square(turn / settings.bend) / 2)
-
-
-def _way(track: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.cumsum([0.0, *np.hypot(*np.diff(track[:, :2], axis=0).T)])
 
 
 def _traced(scores: NDArray[np.float64], steps: NDArray[np.intp], least: float) -> Iterator[NDArray[np.intp]]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from refseq.map.learning import dead_reckoned
+from refseq.pose_graph import ways_along
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.log_tools.travel import moved, positions
@@ -55,7 +56,7 @@ def odometry_drift(truth: NDArray[np.float64], odometer: NDArray[np.float64], na
     """Fit the errors of an odometer: both (n, 3) of x, y [m], heading [rad]. Raises ``ScenarioError`` as above."""
     heading, error = np.unwrap(truth[:, 2]), np.unwrap(odometer[:, 2] - truth[:, 2])
     kept = moved(truth, STEP)
-    along = _along(truth[kept])
+    along = ways_along(truth[kept])
     cuts = _cuts(along)
     if len(cuts) <= FEWEST:
         raise ScenarioError(
@@ -67,14 +68,9 @@ def odometry_drift(truth: NDArray[np.float64], odometer: NDArray[np.float64], na
         lambda errors: (off - causes @ errors) / np.sqrt(length), (0.0, 0.0), loss="soft_l1", f_scale=USUAL
     )
     (bend, turn), left = fitted.x, fitted.fun
-    shown = _along(odometer[kept])[-1] / along[-1] - 1
+    shown = ways_along(odometer[kept])[-1] / along[-1] - 1
     walk = float(NORMAL * np.median(np.abs(left))) * math.sqrt(len(left) / (len(left) - 2))
     return OdometryDrift(float(along[-1]), float(bend), float(turn), walk, float(shown), _farthest(truth, odometer))
-
-
-def _along(path: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Way to each pose of a path (n, 3) [m], (n,)."""
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T))])
 
 
 def _cuts(along: NDArray[np.float64]) -> list[int]:

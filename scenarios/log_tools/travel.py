@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from refseq.planar import Pose
+from refseq.pose_graph import ways_along
 
 STEP = 0.1
 """Poses nearer to the last one kept are left out [m]: an odometer that trembles at rest drives nowhere."""
@@ -51,7 +52,7 @@ def travel(path: NDArray[np.float64]) -> Travel:
         return Travel(0.0, 0.0, 0.0, 0, 0, 0.0, math.nan)
     kept_at = moved(path)
     kept = path[kept_at]
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(kept[:, :2], axis=0).T))])
+    along = ways_along(kept)
     width, height = np.ptp(path[:, :2], axis=0)
     left, right = _turns(along, np.unwrap(path[:, 2])[kept_at])
     back = _revisits(along, kept)

@@ -29,7 +29,8 @@ from refseq_bench.sim.rendering.renderer import Closing, Renderer, RendererKind
 from refseq_bench.sim.sensors.laser import Laser
 from refseq_bench.user_cache import user_cache
 from refseq_bench.worlds.build import World
-from refseq_bench.worlds.lighting.baking import bake
+from refseq_bench.worlds.lighting.baking import Baked, Shell, bake
+from refseq_bench.worlds.lighting.form_factors import Cards
 from refseq_bench.worlds.parts.people import Crowd
 
 CONTROL_PERIOD = 0.04
@@ -84,7 +85,10 @@ class Bench(Closing):
         self._due = Due(self._physics, _whole(self.control.period, self.model.opt.timestep, "physics step"))
         self._ticks = _whole(CONTROL_PERIOD, self.control.period, "tick")
         about = world.plan, world.photometry
-        light = kept(partial(bake, *about), user_cache() / "light", *about)
+
+        def light(shell: Shell, others: Cards) -> Baked:
+            return kept(partial(bake, *about), user_cache() / "light", *about)(shell, others)
+
         self.renderer: Renderer = open_renderer(self.settings.renderer, self.model, light)
 
     def _add_electronics(self) -> None:

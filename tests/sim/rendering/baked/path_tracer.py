@@ -154,7 +154,7 @@ class PathTracer:
         lux = np.zeros(len(points))
         facing = np.maximum(0.0, normals @ self._sun.towards) * self._sun.lux
         sunny = np.flatnonzero(facing)
-        lux[sunny] = facing[sunny] * self._all_open(off[sunny])
+        lux[sunny] = facing[sunny] * self._opaque.open_to(off[sunny], self._sun.towards)
         panels = self._panels
         if not len(panels.corner):
             return lux
@@ -175,9 +175,6 @@ class PathTracer:
         worth = np.flatnonzero(given)
         lux[worth] += given[worth] * self._opaque.clear(off[worth], targets[worth])
         return lux
-
-    def _all_open(self, points: Floats) -> NDArray[np.bool_]:
-        return self._opaque.open_to(points, self._sun.towards)
 
 
 def _rays(seen: mujoco.MjvGLCamera, width: int, height: int, within: Floats) -> tuple[Floats, Floats]:
