@@ -14,7 +14,7 @@ from refseq_bench.scenarios.campaign.judge.records import closed_record, share_r
 from refseq_bench.scenarios.campaign.run.mission_task import MissionTask, mission_of
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.campaign.store.missions import KeptMission
-from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, MethodRecord, SeedRecord
+from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, MethodRecord, RunRecord, SeedRecord
 from refseq_bench.scenarios.report.plot_selection import MOST
 from refseq_bench.scenarios.scoring.missions import MissionFigures, MissionScore, mission_record, score_mission
 
@@ -102,6 +102,7 @@ def _method(one: MissionFigures, result: JudgedMissions, *, plotted: bool) -> Me
         figures=mission_record(one),
         costs={seed: each.cost for seed, each in kept.items()},
         digests={seed: each.digest for seed, each in kept.items()},
+        runs={seed: RunRecord(right=int(result.score(one.method, seed).completed), of=1) for seed in kept},
     )
 
 

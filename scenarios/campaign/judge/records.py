@@ -11,6 +11,7 @@ from refseq_bench.scenarios.campaign.store.result_file import (
     CaseRecord,
     MethodRecord,
     MishapRecord,
+    RunRecord,
     SeedRecord,
     ShareRecord,
 )
@@ -18,6 +19,7 @@ from refseq_bench.scenarios.report.plot_selection import select_methods
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import Figures, figures_record
 from refseq_bench.scenarios.scoring.proportion import Proportion
+from refseq_bench.scenarios.scoring.score import Score
 
 
 def open_record(case: Case) -> CaseRecord:
@@ -80,7 +82,13 @@ def _method(one: Figures, result: Judged, *, plotted: bool) -> MethodRecord:
         figures=figures_record(one),
         costs=dict(zip(seeds, costs, strict=False)),
         digests=dict(zip(seeds, result.digests.get(one.method, ()), strict=False)),
+        runs={seed: _run(run) for seed, run in zip(seeds, one.wide_runs, strict=True)},
     )
+
+
+def _run(run: Score) -> RunRecord:
+    curve, right = run.retrieval, run.success
+    return RunRecord(right=right.successes, of=right.trials, auc=curve.auc if curve else None)
 
 
 def share_record(share: Proportion) -> ShareRecord:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from refseq_bench.scenarios.campaign.declare.cases import Case
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.campaign.judge.drives import Judged, tolerances
+from refseq_bench.scenarios.campaign.pages.decisive import comparison_rows, undecided
 from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, asked_views, learnt_drives
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, JudgementRecord
@@ -52,6 +53,8 @@ def verdict_parts(result: Judged, record: CaseRecord, campaign: CampaignRecord) 
         "resolved": json.dumps(record.resolved, indent=2, ensure_ascii=False),
         "seconds": duration_text(record.seconds),
         "campaign": campaign,
+        "undecided": undecided(record),
+        "comparisons": comparison_rows(record),
     }
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.pages.decisive import power_line, power_rows, undecided
 from refseq_bench.scenarios.campaign.pages.sweep_plot import SweepPlot
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord
 from refseq_bench.scenarios.report.page import rendered
@@ -16,7 +17,10 @@ INDEX = "index.html"
 
 @dataclass(frozen=True)
 class IndexRow:
-    """A case in words; ``within`` and ``narrow`` are the tolerances of the successes, empty where there are none."""
+    """A case in words; ``within`` and ``narrow`` are the tolerances of the successes, empty where there are none.
+
+    ``undecided`` is why it tells no methods apart, empty where it does.
+    """
 
     name: str
     page: str | None
@@ -30,6 +34,7 @@ class IndexRow:
     met: str
     reason: str
     seconds: str
+    undecided: str = ""
 
 
 def index_page(record: CampaignRecord, sweep_plots: Sequence[SweepPlot]) -> str:
@@ -47,6 +52,8 @@ def index_page(record: CampaignRecord, sweep_plots: Sequence[SweepPlot]) -> str:
         campaign=record,
         seconds=duration_text(record.seconds),
         sweep_plots=sweep_plots,
+        power_line=power_line(record),
+        power=power_rows(record),
     )
 
 
@@ -79,4 +86,5 @@ def index_row(case: CaseRecord) -> IndexRow:
         met=f"{met} of {expected}" if expected else NONE,
         reason=reasons[0] + (f" (and {len(reasons) - 1} more)" if len(reasons) > 1 else "") if reasons else "",
         seconds=duration_text(case.seconds),
+        undecided=undecided(case),
     )

@@ -6,6 +6,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from refseq_bench.scenarios.campaign.pages.decisive import power_line, smallest_words, undecided
 from refseq_bench.scenarios.campaign.pages.index import INDEX, index_row, verdict_line
 from refseq_bench.scenarios.campaign.pages.summary import Summary, plain
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
@@ -47,6 +48,8 @@ def print_report(record: CampaignRecord, folder: Path, console: Console, *, figu
             print_whole(console, _verdicts(title, cases))
             for line in _reasons(cases):
                 say(console, line)
+    if line := power_line(record):
+        say(console, line)
     if figures:
         for case in _with_figures(record):
             headings, *rows = _figures(case)
@@ -88,6 +91,8 @@ def _reasons(cases: list[CaseRecord]) -> Iterator[str]:
     for case in cases:
         for reason in case.reasons:
             yield f"  {case.name}: {reason}"
+        if flag := undecided(case):
+            yield f"  {case.name}: {flag}"
 
 
 def _with_figures(record: CampaignRecord) -> list[CaseRecord]:
@@ -95,7 +100,8 @@ def _with_figures(record: CampaignRecord) -> list[CaseRecord]:
 
 
 def _title(case: CaseRecord) -> str:
-    return f"{case.name}: {len(case.seeds)} seed{'s' if len(case.seeds) != 1 else ''}, {case.views} views"
+    seeds = f"{len(case.seeds)} seed{'s' if len(case.seeds) != 1 else ''}"
+    return ", ".join((f"{case.name}: {seeds}", f"{case.views} views", *smallest_words(case)))
 
 
 def _figures(case: CaseRecord) -> list[tuple[str, ...]]:
@@ -122,9 +128,11 @@ def report_markdown(record: CampaignRecord, *, figures: bool) -> str:
     for case in sorted(record.cases, key=lambda one: not one.blocking):
         row = index_row(case)
         verdict = case.verdict_word + ("" if case.blocking else " (not blocking)")
-        rows.append((verdict, row.name, row.judged, _within(row.success, row.within), row.met, row.reason))
-    headings = ("verdict", "case", "judged method", "success", "met", "why not")
+        why = "; ".join(filter(None, (row.reason, row.undecided)))
+        rows.append((verdict, row.name, row.judged, _within(row.success, row.within), row.met, why))
+    headings = ("verdict", "case", "judged method", "success", "met", "why")
     parts = [f"**{verdict_line(record)}**, {duration_text(record.seconds)}\n", markdown_table(headings, rows)]
+    parts += [f"{line}.\n"] if (line := power_line(record)) else []
     if figures:
         for case in _with_figures(record):
             of_methods, *methods = _figures(case)

@@ -61,8 +61,19 @@ class ShareRecord(Record):
         return f"{self.of - self.right} of {self.of}" if self.of else NONE
 
 
+class RunRecord(Record):
+    """One method at one seed: ``right`` of ``of`` views within the wider tolerance, and the area under its curve.
+
+    Of missions: 1 of 1 that was completed, and no curve.
+    """
+
+    right: int
+    of: int
+    auc: Number = None
+
+
 class MethodRecord(Record):
-    """One method over all seeds: ``figures`` by their names, with units in them; costs and digests are by seed.
+    """One method over all seeds: ``figures`` by their names, with units in them; costs, digests, ``runs`` by seed.
 
     A digest is of the beliefs, bit for bit but for the time that they took: equal ones are the same answers.
     """
@@ -76,6 +87,7 @@ class MethodRecord(Record):
     figures: Mapping[str, float | int | str | None]
     costs: Mapping[int, Cost]
     digests: Mapping[int, str]
+    runs: Mapping[int, RunRecord] = {}
 
 
 class JudgementRecord(Record):

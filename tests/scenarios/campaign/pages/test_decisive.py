@@ -1,0 +1,78 @@
+from pathlib import Path
+
+import pytest
+
+from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
+from refseq_bench.scenarios.campaign.pages.decisive import corrected, power_line, power_rows, undecided
+from refseq_bench.scenarios.campaign.pages.index import index_page
+from refseq_bench.scenarios.campaign.pages.text_report import report_markdown
+from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, RunRecord, SeedRecord, write_result
+from tests.scenarios.campaign.pages.test_text_report import campaign, case, method
+from tests.scenarios.conftest import Refseq
+from tests.scenarios.report.test_document import Page
+
+SEED = SeedRecord(reference="r", query="q", answers={}, learnt_views=100, asked_views=100)
+
+
+def asked(name: str, verdict: Verdict = Verdict.PASSED, **rights: list[int]) -> CaseRecord:
+    """A case in which methods were right at so many of 100 views, an entry a seed; ``a`` is judged."""
+    methods = []
+    for label, of_seeds in rights.items():
+        runs = {seed: RunRecord(right=right, of=100) for seed, right in enumerate(of_seeds, 1)}
+        share = method(label, 0).success.model_copy(update={"right": sum(of_seeds), "of": 100 * len(of_seeds)})
+        methods.append(method(label, 0).model_copy(update={"success": share, "runs": runs}))
+    seeds = dict.fromkeys(range(1, len(next(iter(rights.values()))) + 1), SEED)
+    return case(name, verdict, methods=tuple(methods), seeds=seeds)
+
+
+EASY = asked("easy", a=[100, 99, 100, 100, 98], b=[97, 96, 98, 95, 96])
+HOPELESS = asked("hopeless", a=[3, 4, 5, 0, 1], b=[0, 0, 0, 0, 1])
+TELLING = asked("telling", a=[91, 93, 90, 92, 91], b=[60, 64, 58, 62, 61], c=[91, 92, 90, 93, 91])
+
+
+@pytest.mark.parametrize(
+    ("record", "reason"),
+    [
+        (EASY, "decides nothing: all 2 methods are right at 95 % or more"),
+        (HOPELESS, "decides nothing: none of 2 methods is right at more than 5 %"),
+        (TELLING, ""),
+        (asked("alone", a=[100] * 5), ""),
+    ],
+)
+def test_case_that_tells_no_methods_apart_is_flagged(record: CaseRecord, reason: str) -> None:
+    assert undecided(record) == reason
+
+
+def test_off_the_map_rejections_count() -> None:
+    """A method that never says lost differs from one that does, though both are right on the map."""
+    telling = EASY.methods[0].model_copy(update={"figures": {"accuracy_percent": 60.0}})
+    assert undecided(EASY.model_copy(update={"methods": (telling, EASY.methods[1])})) == ""
+
+
+def test_comparisons_are_corrected_over_all_cases() -> None:
+    record = campaign(EASY, TELLING)
+    by_name = {(one.case, one.method): one for one in corrected(record)}
+    assert set(by_name) == {("easy", "b"), ("telling", "b"), ("telling", "c")}
+    assert by_name["telling", "b"].found.difference == pytest.approx(0.304)
+    assert by_name["telling", "b"].corrected == pytest.approx(3 * by_name["telling", "b"].found.p)
+    assert by_name["telling", "c"].corrected == 1.0
+
+
+def test_two_seeds_show_nothing_and_say_what_would() -> None:
+    record = campaign(asked("few", a=[91, 93], b=[60, 64]))
+    assert power_line(record).endswith("2 seeds can show none of so many, 3 could")
+    assert power_rows(record)[0].smallest == "n/a"
+    assert "show none" not in power_line(campaign(TELLING))
+
+
+def test_every_page_flags_and_tells(tmp_path: Path, refseq: Refseq) -> None:
+    record = campaign(EASY, TELLING)
+    page = index_page(record, [])
+    assert page.count("decides nothing: all 2 methods") == 1
+    assert "What the seeds can show" in page
+    assert any(row[0] == "telling" and row[3] == "2" for row in Page(page).rows if len(row) > 3)
+    assert "decides nothing: all 2 methods" in report_markdown(record, figures=False)
+    write_result(tmp_path, record)
+    answer = refseq("scenario", "report", tmp_path, "--figures").out
+    assert "easy: decides nothing" in answer
+    assert "points on can be shown" in answer
