@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.extractor import BaseExtractor
+from refseq.features.memory import described
 from refseq.features.sift import DESCRIPTOR_SIZE
 from refseq.view import View
 
@@ -74,7 +75,7 @@ class DenseWords(BaseExtractor):
 
     def describe(self, view: View) -> NDArray[np.int64]:
         """Words of a view."""
-        return self.words_of(view.images[self.sensor])
+        return described(self.settings, view.images[self.sensor], self.words_of)
 
     def recognise(self, described: NDArray[np.int64]) -> NDArray[np.intp]:
         """Those that are known."""

@@ -1,6 +1,5 @@
 """The one interface of all features."""
 
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
@@ -8,6 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.features.memory import clock
 from refseq.view import View
 
 
@@ -68,8 +68,8 @@ class BaseExtractor(ABC):
 
     def observe(self, view: View) -> Observed:
         """Ids of the known features in a view, and what finding them took."""
-        start = time.perf_counter()
+        start = clock()
         described = self.describe(view)
-        middle = time.perf_counter()
+        middle = clock()
         ids = self.recognise(described)
-        return Observed(ids, middle - start, time.perf_counter() - middle)
+        return Observed(ids, middle - start, clock() - middle)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from refseq.features.memory import described
 from refseq.features.vocabulary import Vocabulary
 from refseq.features.word_extractor import WordExtractor
 from refseq.view import View
@@ -70,7 +71,7 @@ class SiftWords(WordExtractor):
 
     def describe(self, view: View) -> NDArray[np.uint8]:
         """Descriptors of a view, (n, 128)."""
-        return self.descriptors(view.images[self.sensor])
+        return described(self.settings, view.images[self.sensor], self.descriptors)
 
     def keys(self, image: NDArray[np.uint8]) -> SiftKeys:
         """The strongest keys of an image, at most ``cap``; a blank image has none."""

@@ -12,6 +12,7 @@ from scipy.special import softmax
 
 from refseq.belief import Timings
 from refseq.errors import MapError
+from refseq.features.memory import clock
 from refseq.map.map import Map
 from refseq.map.profile import Matching
 from refseq.map.sequence import ReferenceSequence
@@ -62,9 +63,9 @@ class Matcher:
 
     def match(self, view: View) -> list[Measurement]:
         """Compare a view with the places of every sequence."""
-        start = time.perf_counter()
+        start = clock()
         described = {e.key: e.describe(view) for e in self.extractors[0] if e.sensor in view.sensors}
-        spent = time.perf_counter() - start
+        spent = clock() - start
         distance = view.distance if view.has_odometry else math.nan
         measured = []
         for sequence, extractors in zip(self._sequences, self.extractors, strict=True):

@@ -26,7 +26,7 @@ GL_PACKAGES = ("libegl1", "libopengl0", "libgl1-mesa-dri")
 DISK_GIB = 1.0
 """Free disk that the demo's recordings, map and report fit into with room to spare [GiB]; a choice."""
 MEMORY_GIB = 2.0
-"""Memory below which two cameras under Filament (about 0.8 GiB), the map and the report get tight [GiB]; a choice."""
+"""Memory below which two cameras (about 0.8 GiB by Filament), the map and the report get tight [GiB]; a choice."""
 
 COSTS = {
     "numpy": "nothing runs: every array of the bench is one of numpy's",
@@ -172,7 +172,7 @@ def _graphics() -> list[Check]:
             "Vulkan",
             vulkan or "no device",
             vulkan is not None,
-            "no camera images from Filament: record with --renderer baked, classic, or none (laser only)",
+            "no --renderer filament; the others need no Vulkan",
             _apt(tuple(VULKAN_PACKAGES.split())),
             needed=False,
             packages=tuple(VULKAN_PACKAGES.split()),
@@ -181,7 +181,7 @@ def _graphics() -> list[Check]:
             "OpenGL",
             f"{classic.renderer}, {classic.backend}" if classic else "no device",
             classic is not None,
-            "no --renderer baked, by which the demo draws, and no classic: `refseq demo --renderer filament`",
+            "no camera images but by --renderer filament: baked, the default, and classic draw by OpenGL",
             _apt(GL_PACKAGES),
             packages=GL_PACKAGES,
         ),

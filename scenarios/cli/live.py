@@ -8,6 +8,7 @@ from refseq_bench.scenarios.cli.localise import conclude
 from refseq_bench.scenarios.cli.terminal.bars import status_line
 from refseq_bench.scenarios.cli.terminal.options import (
     BELIEFS,
+    DEFAULT_RENDERER_NAME,
     SCRIPT,
     AtLeast,
     CarrierInMap,
@@ -92,7 +93,7 @@ def _drive(map_: "Map", world: str, setting: Setting, carrier: CarrierInMap, sam
     from refseq_bench.scenarios.drives.live import sensors_for
 
     sensors = sensors_for(map_, words(carrier.sensors, "sensors"))
-    needed = RendererName.NONE if set(sensors) == {LASER} else RendererName.FILAMENT
+    needed = RendererName.NONE if set(sensors) == {LASER} else DEFAULT_RENDERER_NAME
     robot = carrier.robot or str(map_.sequences[0].metadata.get("robot", "robuter"))
     carrier = replace(carrier, robot=robot, renderer=carrier.renderer or needed)
     return drive_in(world, setting, carrier, sampling, sensors=sensors)

@@ -60,7 +60,7 @@ def list_robots(as_json: Json = False) -> None:
 def show(
     robot: RobotName,
     output: Picture = None,
-    renderer: Renderer = CameraRenderer.FILAMENT,
+    renderer: Renderer = CameraRenderer.BAKED,
     as_json: Json = False,
 ) -> None:
     """Describe one robot, and draw it from three sides to scale."""
@@ -101,7 +101,7 @@ def filmstrip(
     frames: Annotated[int, option("N", "Number of frames, at equal times.")] = 12,
     speed: Annotated[float, option("M/S", "Mean speed of the drive.")] = 0.4,
     seed: Seed = 1,
-    renderer: Renderer = CameraRenderer.FILAMENT,
+    renderer: Renderer = CameraRenderer.BAKED,
 ) -> None:
     """Show a drive as frames that a bystander takes, with time, speed and pitch."""
     from refseq_bench.scenarios.robot_checks.filmstrip import FilmedDrive, film

@@ -8,6 +8,7 @@ import typer
 from refseq_bench.scenarios.cli.terminal.bars import step_bars
 from refseq_bench.scenarios.cli.terminal.console import leave_below, out, print_json, print_results
 from refseq_bench.scenarios.cli.terminal.options import (
+    DEFAULT_RENDERER_NAME,
     LIGHT,
     RENDERER,
     ROBOT,
@@ -40,7 +41,7 @@ def demo(
     ] = None,
     runs: Annotated[int, option("N", "Pairs of drives, with seeds 1 to N.", min=1)] = 1,
     robot: Annotated[str, ROBOT] = "robuter",
-    renderer: Annotated[RendererName, RENDERER] = RendererName.BAKED,
+    renderer: Annotated[RendererName, RENDERER] = DEFAULT_RENDERER_NAME,
     profile: Profile = "thesis",
     at_least: AtLeast = None,
 ) -> None:

@@ -32,7 +32,7 @@ from refseq_bench.sim.drives.chase_camera import with_chase_camera
 from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import PATIENCE, RecordedView, Trigger, describe, drive_and_sense, operator_for
 from refseq_bench.sim.drives.sensor_rig import sensor_rig
-from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.sim.sensors.laser import LaserModel, RangeMode
 from refseq_bench.sim.teleop.session import AbortedError
 from refseq_bench.worlds.build import build_world
@@ -83,7 +83,7 @@ class Drive:
     route: str = "forward"
     seed: int = 1
     world_seed: int = 0
-    renderer: RendererKind = RendererKind.FILAMENT
+    renderer: RendererKind = DEFAULT_RENDERER
     trigger: Trigger = field(default_factory=Trigger)
     style: OperatorStyle = field(default_factory=OperatorStyle)
     sensors: tuple[str, ...] | None = None

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from refseq.belief import Belief, LocaliserProtocol, Stage
+from refseq.features.memory import DescriptionMemory, described_once
 from refseq.map.localiser import localise, smoothed
 from refseq.map.profile import PROFILES, profile_named
 from refseq.view import View
@@ -104,7 +105,8 @@ def answers(
     methods: Sequence[str], reference: Sequence[View], query: Sequence[View], *, seed: int = 0
 ) -> dict[str, list[Belief]]:
     """Answers of each method to the query views after it has learnt the reference views."""
-    with Learnt(methods, {"reference": Reference(reference)}, seed=seed) as learnt:
+    drives = {"reference": Reference(reference)}
+    with described_once(DescriptionMemory()), Learnt(methods, drives, seed=seed) as learnt:
         return learnt.answers(query)
 
 

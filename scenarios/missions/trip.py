@@ -32,7 +32,7 @@ from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.missions.mission import EVERY
-from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.drawing.outline import outline_of
 
 
@@ -74,7 +74,7 @@ class MissionTrip:
             if given is None and name not in told:
                 raise ScenarioError(f"the map does not tell its {name}; valid is to say it: --{name}")
         looks = (map_.sensors != {LASER} and not odometry) or strip is not None or seeks
-        kind = renderer or (told.get("renderer", "filament") if looks else RendererKind.NONE.value)
+        kind = renderer or (told.get("renderer", DEFAULT_RENDERER) if looks else RendererKind.NONE.value)
         if kind not in list(RendererKind):
             raise ScenarioError(f"renderer {kind!r} is unknown; valid are {', '.join(RendererKind)}")
         drive = Drive(
@@ -87,7 +87,7 @@ class MissionTrip:
             trigger=Trigger(distance=every),
         )
         if strip is not None and drive.renderer is RendererKind.NONE:
-            raise ScenarioError("a strip needs a renderer; valid are --renderer filament and classic")
+            raise ScenarioError("a strip needs a renderer; valid are --renderer baked, filament, classic")
         return cls(drive, at, odometry, strip)
 
 

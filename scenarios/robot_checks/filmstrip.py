@@ -18,7 +18,7 @@ from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.chase_camera import ChaseCamera, with_chase_camera
 from refseq_bench.sim.drives.operator import OperatorStyle
 from refseq_bench.sim.drives.recorder import operator_for
-from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.build import build_world
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.plans.load import load_plan
@@ -39,7 +39,7 @@ class FilmedDrive:
     frames: int = 12
     speed: float = 0.4
     seed: int = 1
-    renderer: RendererKind = RendererKind.FILAMENT
+    renderer: RendererKind = DEFAULT_RENDERER
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.seconds) and self.seconds > 0):

@@ -15,7 +15,7 @@ from refseq_bench.sim.acceptance.floor import empty_floor
 from refseq_bench.sim.bench.bench import Bench
 from refseq_bench.sim.bench.settings import BenchSettings
 from refseq_bench.sim.drives.chase_camera import ChaseCamera, with_chase_camera
-from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 
 LIGHT = "10:30"
 BEARING, DISTANCE, EYES = math.radians(-40), 2.2, 1.45
@@ -29,7 +29,7 @@ SETTLED = 1.0
 """Time that the robot stands before it is looked at [s]."""
 
 
-def picture(body: Body, renderer: RendererKind = RendererKind.FILAMENT) -> Figure:
+def picture(body: Body, renderer: RendererKind = DEFAULT_RENDERER) -> Figure:
     """Draw the robot ``body`` is the model of."""
     name = body.robot.name
     seen = _seen(name, renderer)

@@ -7,7 +7,7 @@ from refseq_bench.robots import Robot
 from refseq_bench.robots.individual import RobotSpread
 from refseq_bench.sim.cameras.camera import CameraModel
 from refseq_bench.sim.errors import SimError
-from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.sim.sensors.inertial import InertialModel
 from refseq_bench.sim.sensors.laser import LaserModel
 from refseq_bench.sim.sensors.sonar import SonarModel
@@ -22,7 +22,7 @@ class BenchSettings:
     the field of view in the robot's own file.
     """
 
-    renderer: RendererKind = RendererKind.FILAMENT
+    renderer: RendererKind = DEFAULT_RENDERER
     cameras: tuple[str, ...] | None = None
     camera_models: Mapping[str, CameraModel] = field(default_factory=dict)
     laser: LaserModel = field(default_factory=LaserModel)

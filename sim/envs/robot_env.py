@@ -26,7 +26,7 @@ from refseq_bench.sim.envs.worlds.named import check_light, plan_named, world_na
 from refseq_bench.sim.errors import SimError
 from refseq_bench.sim.physics import Due, alone
 from refseq_bench.sim.rendering.opening import open_renderer
-from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from refseq_bench.worlds.plans.schema import FloorPlan
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         light: str = "16:00",
         cameras: Sequence[str] = (),
         belief: str = "summary",
-        renderer: str = "filament",
+        renderer: str = DEFAULT_RENDERER,
         render_mode: str | None = None,
         **asked: Any,
     ) -> None:

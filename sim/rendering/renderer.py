@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 class RendererKind(StrEnum):
     """The ways to draw that a user can ask for."""
 
-    FILAMENT = "filament"
     BAKED = "baked"
+    FILAMENT = "filament"
     CLASSIC = "classic"
     NONE = "none"
+
+
+DEFAULT_RENDERER = RendererKind.BAKED
+"""What draws where nobody chose: nearest to the light of a path tracer, and the cheapest but for the crude one."""
 
 
 class Renderer(Protocol):

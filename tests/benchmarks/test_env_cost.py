@@ -113,7 +113,7 @@ def test_workers_bring_more_than_they_cost() -> None:
 def test_what_cameras_cost() -> None:
     blind, _ = single(TWIST, world=CORRIDOR)
     print(f"\n{TWIST}: without cameras {blind:.0f} steps/s", end="")
-    for renderer in ("filament", "classic"):
+    for renderer in ("filament", "baked", "classic"):
         seeing, _ = single(TWIST, world=CORRIDOR, cameras=["camera-1", "camera-2"], renderer=renderer)
         print(f", with two by {renderer} {seeing:.2f}, one of {blind / seeing:.0f}", end="")
         assert 2 * seeing < blind

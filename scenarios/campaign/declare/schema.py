@@ -18,7 +18,7 @@ from refseq_bench.scenarios.methods.by_name import written_out
 from refseq_bench.sim.bench.faults import FAULTS, CameraBlack, Kidnap, LaserDazzled, WheelSlip
 from refseq_bench.sim.drives.operator import WIDEST
 from refseq_bench.sim.drives.signal_faults import SignalFault
-from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Finite, Field(gt=0)]
@@ -97,7 +97,7 @@ class DriveTable(Table):
     start: NotNegative = 0.0
     end: Positive | None = None
     world_seed: Seed = 0
-    renderer: RendererKind = RendererKind.FILAMENT
+    renderer: RendererKind = DEFAULT_RENDERER
     trigger: TriggerTable = TriggerTable()
     cameras: dict[str, Line] = {}
     laser_range: Literal[8, 80] = 80

@@ -246,7 +246,7 @@ def _origin(sources: Sequence[CellSource]) -> str:
     seeds = sorted({len(source.case.seeds) for source in sources})
     told = f"{_span(seeds)} seed{'s' if seeds != [1] else ''}"
     drawn = sorted({renderer for source in sources for renderer in _renderers(source.case)})
-    pictures = "" if drawn in ([], [RendererKind.FILAMENT]) else f", pictures by {' and '.join(drawn)}"
+    pictures = "" if not drawn else f", pictures by {' and '.join(drawn)}"
     return f"Run on {_span(days)} by {' and '.join(versions)}{pictures}; {told} a case."
 
 

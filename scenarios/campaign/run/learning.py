@@ -1,10 +1,10 @@
 """Learn maps of reference drives, each once: they are kept in the store for all that learn the same views."""
 
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from refseq.errors import RefseqError
+from refseq.features.memory import clock
 from refseq.logs import Recording
 from refseq.map.map import Map
 from refseq.view import View
@@ -27,9 +27,9 @@ def kept_maps(store: Store, key_for: Callable[[str], str]) -> Shelf:
 
     def shelf(profile: str, views: Sequence[View]) -> Map:
         def make(path: Path) -> None:
-            begin = time.perf_counter()
+            begin = clock()
             map_ = learn_map(profile, views)
-            map_.noted({LEARNING: f"{time.perf_counter() - begin:.3f}"}).save(path)
+            map_.noted({LEARNING: f"{clock() - begin:.3f}"}).save(path)
 
         key = key_for(profile)
         try:

@@ -5,20 +5,22 @@ import platform
 from pathlib import Path
 
 from refseq_bench.scenarios.campaign.store.result_file import MachineRecord
+from refseq_bench.scenarios.campaign.store.views import drawing_device
 from refseq_bench.scenarios.methods.guests.confinement import holds, in_words
-from refseq_bench.sim.rendering.drivers import vulkan_device
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER
 
 CPU, MEMORY = Path("/proc/cpuinfo"), Path("/proc/meminfo")
 
 
 def this_machine() -> MachineRecord:
     """The machine that this runs on, as far as the system tells."""
+    draws = drawing_device(DEFAULT_RENDERER)
     return MachineRecord(
         system=f"{platform.system()} {platform.release()} {platform.machine()}",
         processor=_line(CPU, "model name") or platform.processor() or "unknown",
         cores=os.cpu_count() or 1,
         memory_gb=_memory(),
-        device=vulkan_device(),
+        device=draws[0] if draws else None,
         guests=in_words(holds()),
     )
 

@@ -17,11 +17,11 @@ from refseq_bench.scenarios.campaign.run import mission_task
 from refseq_bench.scenarios.campaign.run.tasks import Question, RecordTask, Task, perform
 from refseq_bench.scenarios.campaign.run.workers import Processes, broken
 from refseq_bench.scenarios.campaign.store.cache import ENDS, MAP, RECORDING, Store
+from refseq_bench.scenarios.campaign.store.views import drawing_device
 from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.imports.closure import closure_of
 from refseq_bench.scenarios.methods.plugins import plugin_digest
-from refseq_bench.sim.rendering.drivers import vulkan_device
 from refseq_bench.sim.rendering.renderer import RendererKind
 
 KEPT, REAL, FILE = "kept", "real", "file"
@@ -42,11 +42,11 @@ class PayloadFile:
 
 @dataclass(frozen=True)
 class NodeFingerprint:
-    """Code, packages and renderer of a machine: where these are equal, it makes the same files."""
+    """Code, packages and drawing devices of a machine: where these are equal, it makes the same files."""
 
     sources: str
     packages: Mapping[str, str]
-    device: str | None
+    devices: Mapping[RendererKind, str]
 
     def unlike(self, other: "NodeFingerprint") -> str:
         """The first difference of another machine, in words; nothing where it is alike."""
@@ -80,7 +80,8 @@ class RemoteResult:
 def here() -> NodeFingerprint:
     """Fingerprint of this machine."""
     found = closure_of(__name__, mission_task.__name__)
-    return NodeFingerprint(found.digest, found.versions, vulkan_device())
+    devices = {kind: ", ".join(map(str, drawing_device(kind) or ("none",))) for kind in RendererKind}
+    return NodeFingerprint(found.digest, found.versions, devices)
 
 
 def remote_task_for(task: Task, store: Store) -> RemoteTask:
@@ -144,9 +145,10 @@ def _unlike(order: RemoteTask) -> str:
     if unlike := order.place.unlike(place):
         return unlike
     drive = order.task.drive
-    rendered = drive is not None and drive.renderer is RendererKind.FILAMENT
-    if rendered and place.device != order.place.device:
-        return f"Vulkan's device is {place.device} there and {order.place.device} here"
+    if drive is not None:
+        there, sender = place.devices[drive.renderer], order.place.devices[drive.renderer]
+        if there != sender:
+            return f"the device of {drive.renderer} is {there} there and {sender} here"
     for name, digest in order.plugins.items():
         try:
             same = plugin_digest(name) == digest

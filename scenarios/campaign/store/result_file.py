@@ -193,7 +193,7 @@ def _words(value: object) -> str:
 
 
 class MachineRecord(Record):
-    """Where it ran; ``guests`` tells what users' localisers are kept from there, and by what."""
+    """Where it ran: ``device`` draws for the default renderer; ``guests``: what users' localisers are kept from."""
 
     system: str
     processor: str

@@ -41,12 +41,12 @@ def recording_key(drive: Drive) -> str:
     fields = asdict(drive)
     fields["world"] = _content(drive.world)
     fields["cameras"] = {camera: _content(model) for camera, model in drive.cameras.items()}
-    return key_of("recording", fields, code_digest(record.__module__), _device(drive.renderer))
+    return key_of("recording", fields, code_digest(record.__module__), drawing_device(drive.renderer))
 
 
 @cache
-def _device(renderer: RendererKind) -> GlDevice | VulkanDriver | None:
-    """The device that draws for a renderer, asked once a process; None where it draws nothing or has no device."""
+def drawing_device(renderer: RendererKind) -> GlDevice | VulkanDriver | None:
+    """Device and driver that draw for a renderer, asked once a process; None: draws nothing, has none."""
     match renderer:
         case RendererKind.FILAMENT:
             return vulkan_driver()

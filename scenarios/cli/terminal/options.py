@@ -36,10 +36,14 @@ class LaserReach(StrEnum):
 class RendererName(StrEnum):
     """Values of ``--renderer``: those of ``sim.rendering.renderer.RendererKind``, not imported for help."""
 
-    FILAMENT = "filament"
     BAKED = "baked"
+    FILAMENT = "filament"
     CLASSIC = "classic"
     NONE = "none"
+
+
+DEFAULT_RENDERER_NAME = RendererName.BAKED
+"""That of ``sim.rendering.renderer``."""
 
 
 class TrajectoryName(StrEnum):
@@ -60,8 +64,8 @@ class FormatName(StrEnum):
 class CameraRenderer(StrEnum):
     """Values of ``--renderer`` where pictures are what is wanted."""
 
-    FILAMENT = "filament"
     BAKED = "baked"
+    FILAMENT = "filament"
     CLASSIC = "classic"
 
 
@@ -108,8 +112,9 @@ SPREAD = option(
 ROUTE = option("ROUTE", "Route of the world.")
 START = option("METRES", "Begin so far along the route.")
 SEED = option("N", "Seed of every random draw.", min=0)
-RENDERER = option("RENDERER", "filament: photometric; baked: the same, faster; classic: crude; none: laser only.")
-CAMERA_RENDERER = option("RENDERER", "filament: photometric; baked: the same, faster; classic: crude.")
+PICTURES = "baked: light worked out once; filament: photometric, slower; classic: crude"
+RENDERER = option("RENDERER", f"{PICTURES}; none: laser only.")
+CAMERA_RENDERER = option("RENDERER", f"{PICTURES}.")
 SENSORS = option("NAMES", "Only these sensors, commas between: of our robots camera-1, camera-2, laser. [default: all]")
 DISTANCE = option("METRES", "Take a view every so far by the odometer; 0: not by distance.")
 TIMEOUT = option("SECONDS", "Longest simulated time for each step.")
@@ -219,7 +224,7 @@ class Carrier:
     laser_range: Annotated[LaserReach, option("METRES", "Range of the laser: 8, in steps of 1 mm, or 80, of 1 cm.")] = (
         LaserReach.FAR
     )
-    renderer: Annotated[RendererName | None, RENDERER] = RendererName.FILAMENT
+    renderer: Annotated[RendererName | None, RENDERER] = DEFAULT_RENDERER_NAME
 
 
 @dataclass(frozen=True)
@@ -398,7 +403,7 @@ class Access:
 def drive_in(world: str, setting: Setting, carrier: Carrier, sampling: Sampling, **more: Any) -> "Drive":
     """Put a drive together. Raises the rooms' own errors for what cannot be read."""
     from refseq_bench.scenarios.drives.record import Drive
-    from refseq_bench.sim.rendering.renderer import RendererKind
+    from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
     from refseq_bench.sim.sensors.laser import RangeMode
 
     asked: dict[str, Any] = {
@@ -409,7 +414,7 @@ def drive_in(world: str, setting: Setting, carrier: Carrier, sampling: Sampling,
         "sensors": words(carrier.sensors, "sensors"),
         "cameras": assignments(carrier.camera, "camera"),
         "laser": RangeMode[f"METRES_{carrier.laser_range.value}"],
-        "renderer": RendererKind(carrier.renderer or RendererName.FILAMENT),
+        "renderer": RendererKind(carrier.renderer or DEFAULT_RENDERER),
         "trigger": sampling.trigger,
     }
     return Drive(**{**asked, **more})

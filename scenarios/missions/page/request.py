@@ -31,7 +31,7 @@ class DriveRequest(_Part):
     robot: str = ""
     seed: Annotated[int, Field(ge=0, le=2**31)] = 1001
     start: Annotated[float, Field(ge=0)] = 0.0
-    renderer: Literal["", "filament", "classic", "none"] = ""
+    renderer: Literal["", "baked", "filament", "classic", "none"] = ""
     every: Annotated[float, Field(ge=0.05, le=100)] = 0.6
     odometry: bool = False
     speed: Annotated[float, Field(ge=0, le=100)] = 0.0

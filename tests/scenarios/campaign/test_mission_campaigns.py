@@ -32,7 +32,7 @@ from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.missions.runs import turn_of
 from refseq_bench.sim.bench.faults import Kidnap
 from refseq_bench.sim.missions.mission import EVERY
-from refseq_bench.sim.rendering.renderer import RendererKind
+from refseq_bench.sim.rendering.renderer import DEFAULT_RENDERER, RendererKind
 from tests.scenarios.campaign.chores import AtOnce
 
 HEAD = 'title = "T"\nseeds = [1]\n'
@@ -188,7 +188,7 @@ def test_who_looks_at_nothing_needs_no_images(tmp_path: Path) -> None:
     (case,) = loaded(tmp_path, HEAD + DRIVES.replace('renderer = "none"\n', "") + MISSION + METHODS)
     (tasks,) = tasks_of(case).values()
     renderers = [task.drive.renderer for task in tasks if task.drive is not None]
-    assert renderers == [RendererKind.NONE, RendererKind.FILAMENT]
+    assert renderers == [RendererKind.NONE, DEFAULT_RENDERER]
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,7 @@ def test_in_an_atlas_one_says_where_to(refseq: Refseq, here: Path) -> None:
         (("run", "offices.refseq", "--start", "99"), "start 99 m is not on the way; valid is 0 to 14.0 m"),
         (
             ("run", "offices.refseq", "--renderer", "oil"),
-            "--renderer 'oil' is not valid; valid are filament, baked, classic, none",
+            "--renderer 'oil' is not valid; valid are baked, filament, classic, none",
         ),
         (("run", "offices.refseq", "--start", "99", "-o", "new/out"), "start 99 m is not on the way"),
         (

@@ -192,7 +192,7 @@ def test_stopped_before_the_first_view_nothing_is_written(plan: str, tmp_path: P
         (("--script", "KEYS", "--sensors", "sonar"), "sensor 'sonar' is not on robot 'robuter'"),
         (
             ("--script", "KEYS", "--renderer", "fast"),
-            "--renderer 'fast' is not valid; valid are filament, baked, classic, none",
+            "--renderer 'fast' is not valid; valid are baked, filament, classic, none",
         ),
         (("--script", "KEYS", "--start", "99"), "start 99.0 m and end 6 m are no stretch"),
         (("--script", "KEYS", "--robot", "r2d2"), "r2d2"),

@@ -118,7 +118,7 @@ BAD = {
     "waypoint in space": (GOOD + "waypoints = [[1.0, 1.0, 1.0]]\n", "query.waypoints.0 = [1.0, 1.0, 1.0] is not valid"),
     "change": (GOOD + 'change = "earthquake"\n', "query: change 'earthquake': unknown"),
     "robot": (GOOD + 'robot = "r2d2"\n', "query: unknown robot 'r2d2': valid are robuter"),
-    "renderer": (GOOD + 'renderer = "crayon"\n', "query.renderer = 'crayon' is not valid: input should be 'filament'"),
+    "renderer": (GOOD + 'renderer = "crayon"\n', "query.renderer = 'crayon' is not valid: input should be 'baked'"),
     "laser": (GOOD + "laser_range = 20\n", "query.laser_range = 20 is not valid: input should be 8 or 80"),
     "sensor": (GOOD + '[localise]\nsensors = ["nose"]\n', "reference: sensor 'nose' is not on robot 'robuter'; valid"),
     "no sensor": (GOOD + "[localise]\nsensors = []\n", "localise.sensors = [] is not valid"),

@@ -190,13 +190,15 @@ def test_all_code_that_runs_is_in_the_closure(kind: str, ran: Mapping[str, list[
 # --- devices and logs ---
 
 
-@pytest.mark.parametrize(("renderer", "asked"), [("classic", "gl_device"), ("filament", "vulkan_driver")])
+@pytest.mark.parametrize(
+    ("renderer", "asked"), [("classic", "gl_device"), ("baked", "gl_device"), ("filament", "vulkan_driver")]
+)
 def test_drives_are_keyed_by_the_device_that_draws_them(
     renderer: str, asked: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def key(driver: object) -> str:
         monkeypatch.setattr(views, asked, lambda: driver)
-        views._device.cache_clear()
+        views.drawing_device.cache_clear()
         return recording_key(Drive(renderer=RendererKind(renderer)))
 
     drivers = [None, ("a card", "1.0", "egl"), ("a card", "1.1", "egl"), ("a card", "1.0", "osmesa")]
@@ -204,7 +206,7 @@ def test_drives_are_keyed_by_the_device_that_draws_them(
         assert len({key(driver) for driver in drivers}) == len(drivers)
         assert key(drivers[1]) == key(drivers[1])
     finally:
-        views._device.cache_clear()
+        views.drawing_device.cache_clear()
 
 
 def test_a_drive_without_images_asks_for_no_device(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -43,7 +43,7 @@ RECORD = "record hallway -o new.mcap"
         (f"{RECORD} --seed -1", "--seed '-1' is not valid; valid is a whole number of 0 or more [N]"),
         (f"{RECORD} --distance far", "--distance 'far' is not valid; valid is a number [METRES]"),
         (f"{RECORD} --turn 0.2", "--turn '0.2' is not valid; valid is a number from 1 to 360 [DEGREES]"),
-        (f"{RECORD} --renderer gl", "--renderer 'gl' is not valid; valid are filament, baked, classic, none"),
+        (f"{RECORD} --renderer gl", "--renderer 'gl' is not valid; valid are baked, filament, classic, none"),
         ("learn a.mcap -o b --thin -1", "--thin '-1' is not valid; valid is a number of 0 or more [METRES]"),
         ("learn a.mcap -o b --thin nan", "--thin 'nan' is not valid; valid is a number of 0 or more [METRES]"),
         ("localise a b --at-least 101", "--at-least '101' is not valid; valid is a number from 0 to 100 [PERCENT]"),
