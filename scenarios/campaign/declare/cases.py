@@ -176,7 +176,7 @@ def _completed(source: dict[str, Any], reference: Mapping[str, Any], own: Sequen
 
 def _source(table: SourceTable, seed: int, steps: int, file: Path) -> Source:
     if isinstance(table, LogTable):
-        return Log(table.log, table.views, table.thin, seed if table.odometry_noise else None)
+        return Log(table.log, table.views, table.thin, seed if table.odometry_noise else None, table.truth)
     if isinstance(table, DriveTable):
         return _drive(table, seed, steps, file)
     return Images(table.images, table.spacing, table.width)

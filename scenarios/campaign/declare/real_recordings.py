@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from refseq.logs import Recording, open_log, plan_views
+from refseq.logs import PairingOptions, Recording, open_log, plan_views
 from refseq.logs.pictures.source import PictureFolder
+from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.errors import ScenarioError
@@ -25,12 +26,14 @@ class Log:
     """A log in the folder of real recordings: the ``views`` FROM:TO of it, one every ``thin`` [m] (0: all).
 
     ``noise`` is the seed of the noise that its odometry is given, None: none, for logs whose odometry is a real one.
+    ``truth`` is a trajectory's file in that folder, None: the true poses are the log's own.
     """
 
     file: str
     views: str | None = None
     thin: float = 0.0
     noise: int | None = None
+    truth: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +51,17 @@ class Images:
 
 def real_path(source: Log | Images) -> Path:
     """Where a real recording lies. Raises ``AbsentError``."""
-    name = source.file if isinstance(source, Log) else source.folder
+    return _path_of(source.file if isinstance(source, Log) else source.folder)
+
+
+def real_paths(source: Log | Images) -> tuple[Path, ...]:
+    """All that a real recording is read from: where it lies, and its truth. Raises ``AbsentError``."""
+    path = real_path(source)
+    return (path, _path_of(source.truth)) if isinstance(source, Log) and source.truth else (path,)
+
+
+def _path_of(name: str) -> Path:
+    """Where a name lies in the folder of real recordings. Raises ``AbsentError``."""
     home = os.environ.get(DATA)
     if home is None:
         raise AbsentError(f"{name}: the folder of real recordings is not known; valid is to name it in {DATA}")
@@ -60,12 +73,12 @@ def real_path(source: Log | Images) -> Path:
 
 def read_real(source: Log | Images) -> Recording:
     """The views of a real recording. Raises ``AbsentError``, ``LogError``, ``ScenarioError``."""
-    path = real_path(source)
-    return _read_log(source, path) if isinstance(source, Log) else _read_images(source, path)
+    path, *truth = real_paths(source)
+    return _read_log(source, path, *truth) if isinstance(source, Log) else _read_images(source, path)
 
 
-def _read_log(log: Log, path: Path) -> Recording:
-    plan = plan_views(open_log(path))
+def _read_log(log: Log, path: Path, truth: Path | None = None) -> Recording:
+    plan = plan_views(open_log(path), PairingOptions(truth=None if truth is None else read_trajectory(truth)))
     plan = plan.between(stretch(log.views, len(plan), path))
     if log.noise is not None:
         plan = plan.with_noise(np.random.default_rng(log.noise))

@@ -113,12 +113,14 @@ class LogTable(Table):
     """A log in the folder of real recordings: ``views`` FROM:TO of it, one every ``thin`` metres.
 
     With ``odometry_noise`` its odometry is given noise, another for each seed: for logs whose poses were corrected.
+    ``truth`` is a trajectory's file in the same folder; without it the true poses are the log's own.
     """
 
     log: Line
     views: Stretch | None = None
     thin: NotNegative = 0.0
     odometry_noise: Flag = False
+    truth: Line | None = None
 
 
 class ImagesTable(Table):

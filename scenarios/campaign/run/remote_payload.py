@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
-from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Images, Log, real_path
+from refseq_bench.scenarios.campaign.declare.real_recordings import DATA, Images, Log, real_paths
 from refseq_bench.scenarios.campaign.run import mission_task
 from refseq_bench.scenarios.campaign.run.tasks import Question, RecordTask, Task, perform
 from refseq_bench.scenarios.campaign.run.workers import Processes, broken
@@ -111,9 +111,10 @@ def _views_of(task: Question, store: Store) -> list[PayloadFile]:
 
 
 def _real_files(source: Log | Images) -> list[PayloadFile]:
-    path = real_path(source)
+    path, *_ = paths = real_paths(source)
     if isinstance(source, Log):
-        return [PayloadFile(REAL, source.file, path)]
+        names = filter(None, (source.file, source.truth))
+        return [PayloadFile(REAL, name, file) for name, file in zip(names, paths, strict=True)]
     folder = PurePosixPath(source.folder)
     return [PayloadFile(REAL, str(folder / file.name), file) for file in sorted(path.iterdir()) if file.is_file()]
 

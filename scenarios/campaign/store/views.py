@@ -9,7 +9,7 @@ from pathlib import Path
 from refseq.errors import LogError
 from refseq.logs import Recording
 from refseq_bench.scenarios.campaign.declare import real_recordings
-from refseq_bench.scenarios.campaign.declare.real_recordings import read_real, real_path
+from refseq_bench.scenarios.campaign.declare.real_recordings import read_real, real_paths
 from refseq_bench.scenarios.campaign.declare.sources import Source
 from refseq_bench.scenarios.campaign.store.cache import RECORDING, DamagedError, Store
 from refseq_bench.scenarios.campaign.store.contents import content_digest
@@ -27,9 +27,9 @@ def source_key(source: Source) -> str:
     """
     if isinstance(source, Drive):
         return recording_key(source)
-    path, found = real_path(source), None
+    paths, found = real_paths(source), None
     with suppress(OSError):  # whoever is to read it will tell
-        found = content_digest(path)
+        found = [content_digest(path) for path in paths]
     return key_of(type(source).__name__, asdict(source), found, code_digest(real_recordings.__name__))
 
 

@@ -11,10 +11,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from refseq.errors import LogError
 from refseq_bench.scenarios.campaign.declare.cases import Case, find, load
 from refseq_bench.scenarios.campaign.declare.drivable import check_route
 from refseq_bench.scenarios.campaign.declare.figures import FIGURES
-from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError, Images, Log
+from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError, Images, Log, read_real
 from refseq_bench.scenarios.campaign.declare.schema import Scenario
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks
 from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
@@ -489,6 +490,51 @@ def test_noise_on_a_log_s_odometry_differs_from_seed_to_seed_where_it_is_asked_f
     assert case.sources(7) == (Log("a.log", None, 0.0, 7), Log("a.log", "3:9", 0.0, 7 + QUERY_SEEDS))
     case = only_case(tmp_path, HEAD + '[reference]\nlog = "a.log"\n[query]\n')
     assert case.sources(7) == (Log("a.log"), Log("a.log"))
+
+
+TURNED = """index,x,y,theta
+0,5,5,1.5707963
+2,5,7,1.5707963
+"""
+
+
+def line_of_scans(folder: Path) -> None:
+    """A log of three scans whose odometry leads along the x axis, a metre each."""
+    scan = "FLASER 3 1.0 1.0 1.0 {0} 0 0 {0} 0 0 {0} host {0}\n"
+    (folder / "a.log").write_text("".join(scan.format(number) for number in range(3)))
+
+
+def test_the_truth_of_a_log_may_stand_in_a_file_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("REFSEQ_RECORDINGS", str(tmp_path))
+    line_of_scans(tmp_path)
+    (tmp_path / "t.csv").write_text(TURNED)
+    case = only_case(tmp_path, HEAD + '[reference]\nlog = "a.log"\ntruth = "t.csv"\n[query]\nviews = "1:"\n')
+    reference, query = case.sources(1)
+    assert (reference, query) == (Log("a.log", truth="t.csv"), Log("a.log", "1:", truth="t.csv"))
+    views = read_real(query).views
+    assert [view.truth.y for view in views if view.truth] == pytest.approx([6, 7])  # between the file's two, and there
+    assert views[1].distance == pytest.approx(1.0)  # the odometry is the log's own
+
+
+@pytest.mark.parametrize(
+    ("content", "told"), [("index,x,y,theta\n7,5,5,0\n9,5,7,0\n", "t.csv"), ("rubbish\n", "t.csv"), ("", "t.csv")]
+)
+def test_a_truth_that_does_not_fit_its_log_is_told_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: str, told: str
+) -> None:
+    monkeypatch.setenv("REFSEQ_RECORDINGS", str(tmp_path))
+    line_of_scans(tmp_path)
+    (tmp_path / "t.csv").write_text(content)
+    with pytest.raises(LogError, match=told) as error:
+        read_real(Log("a.log", truth="t.csv"))
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_a_truth_that_is_missing_is_absent_as_a_log_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("REFSEQ_RECORDINGS", str(tmp_path))
+    line_of_scans(tmp_path)
+    with pytest.raises(AbsentError, match=r"t\.csv"):
+        read_real(Log("a.log", truth="t.csv"))
 
 
 def test_a_query_of_another_kind_takes_over_nothing(tmp_path: Path) -> None:
