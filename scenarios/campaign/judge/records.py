@@ -79,7 +79,6 @@ def _method(one: Figures, result: Judged, *, plotted: bool) -> MethodRecord:
         narrow_m=one.narrow.tolerance.distance,
         success=share_record(one.wide.success),
         success_narrow=share_record(one.narrow.success),
-        success_by_seed={seed: share_record(run.success) for seed, run in zip(seeds, one.wide_runs, strict=True)},
         figures=figures_record(one),
         costs=dict(zip(seeds, costs, strict=False)),
         digests=dict(zip(seeds, result.digests.get(one.method, ()), strict=False)),

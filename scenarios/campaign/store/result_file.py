@@ -75,7 +75,7 @@ class RunRecord(Record):
 class MethodRecord(Record):
     """One method over all seeds: ``figures`` by their names, with units in them; costs, digests, ``runs`` by seed.
 
-    ``success_by_seed`` is of the views of each seed alone (none in files of before it was kept). A digest is of the beliefs, bit for bit but for the time that they took: equal ones are the same answers.
+    A digest is of the beliefs, bit for bit but for the time that they took: equal ones are the same answers.
     """
 
     method: str
@@ -84,7 +84,6 @@ class MethodRecord(Record):
     narrow_m: float
     success: ShareRecord
     success_narrow: ShareRecord
-    success_by_seed: Mapping[int, ShareRecord] = {}
     figures: Mapping[str, float | int | str | None]
     costs: Mapping[int, Cost]
     digests: Mapping[int, str]
