@@ -27,6 +27,7 @@ from refseq_bench.sim.rendering.baked.kept_light import kept
 from refseq_bench.sim.rendering.opening import open_renderer
 from refseq_bench.sim.rendering.renderer import Closing, Renderer, RendererKind
 from refseq_bench.sim.sensors.laser import Laser
+from refseq_bench.sim.sensors.ray_scene import RayScene
 from refseq_bench.user_cache import user_cache
 from refseq_bench.worlds.build import World
 from refseq_bench.worlds.lighting.baking import Baked, Shell, bake
@@ -100,7 +101,8 @@ class Bench(Closing):
 
     def _add_sensors(self, streams: SensorStreams) -> None:
         settings = self.settings
-        self._laser = Laser(settings.laser, streams.laser)
+        scene = RayScene(self.model)
+        self._laser = Laser(settings.laser, streams.laser, scene)
         self._cameras = {
             name: Camera(settings.camera_models[name], stream)
             for name, stream in streams.cameras.items()
@@ -108,7 +110,7 @@ class Bench(Closing):
         }
         sonars, inertial = (settings.sonar, streams.sonar), (settings.inertial, streams.inertial)
         rolling = UnevenRolling(self.individual.walk, self.robot.drive, streams.rolling)
-        self._hardware = Hardware(self.model, self.data, self.robot, self._prefix, sonars, inertial, rolling)
+        self._hardware = Hardware(self.model, self.data, self.robot, self._prefix, sonars, inertial, rolling, scene)
         self.covered: frozenset[str] = frozenset()
         """Cameras into which no light falls."""
         self._scanned: tuple[float, Scan] | None = None

@@ -8,6 +8,7 @@ from refseq_bench.robots import Actuation, Robot, Signals
 from refseq_bench.robots.odometry import Encoders
 from refseq_bench.robots.rolling import UnevenRolling
 from refseq_bench.sim.sensors.inertial import InertialModel, InertialSensors
+from refseq_bench.sim.sensors.ray_scene import RayScene
 from refseq_bench.sim.sensors.sonar import SonarModel, SonarRing
 
 BRAKE_TORQUE = 60.0
@@ -19,7 +20,8 @@ NOTHING: frozenset[str] = frozenset()
 class Hardware:
     """Reads and moves ``robot`` in ``data``, where its names begin with ``prefix``.
 
-    Sensors come as a model and the generator of their noise; ``rolling`` stands between wheels and encoders.
+    Sensors come as a model and the generator of their noise; ``rolling`` stands between wheels and encoders; a
+    ``scene`` may be shared with others that cast rays.
     """
 
     def __init__(
@@ -31,6 +33,7 @@ class Hardware:
         sonars: tuple[SonarModel, np.random.Generator],
         inertial: tuple[InertialModel, np.random.Generator],
         rolling: UnevenRolling,
+        scene: RayScene | None = None,
     ) -> None:
         self._model, self._data = model, data
         # Addresses are looked up once and views kept: by name it would cost as much in each tick as the physics.
@@ -49,7 +52,7 @@ class Hardware:
         self._tyre_friction = model.geom_friction[:, 0].copy(), model.geom_priority.copy()
         self._braked = False
         sites = tuple(prefix + name for name in robot.sonars)
-        self._sonars = SonarRing(sonars[0], sonars[1], model, sites, prefix + robot.base) if sites else None
+        self._sonars = SonarRing(*sonars, model, sites, prefix + robot.base, scene) if sites else None
         self._inertial = InertialSensors(*inertial)
 
     def signals(self, scan: Scan | None) -> Signals:

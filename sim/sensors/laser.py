@@ -25,6 +25,7 @@ from refseq_bench.sim.sensors.beams import (
     sweep,
 )
 from refseq_bench.sim.sensors.laser_echoes import THRESHOLD, LaserEchoes, first_echo, light_from, remissions
+from refseq_bench.sim.sensors.ray_scene import RayScene
 
 ABOVE_MAX, LOW_SNR, DAZZLE = 8183, 8187, 8190
 """Words that are no ranges: farther than can be said, or nothing there; too little light came back; too much did."""
@@ -80,10 +81,13 @@ class Telegram:
 
 
 class Laser:
-    """One device: a model with the bias that this one left the factory with, drawn from ``rng`` as its noise is."""
+    """One device: a model with the bias that this one left the factory with, drawn from ``rng`` as its noise is.
 
-    def __init__(self, model: LaserModel, rng: np.random.Generator) -> None:
-        self.model = model
+    Others that cast rays in its world may share a ``scene`` with it.
+    """
+
+    def __init__(self, model: LaserModel, rng: np.random.Generator, scene: RayScene | None = None) -> None:
+        self.model, self._scene = model, scene
         self.bias = float(rng.uniform(-model.bias_limit, model.bias_limit))
         self._rng = rng
         self.dazzled: tuple[tuple[float, float], ...] = ()
@@ -103,9 +107,12 @@ class Laser:
         looks = sweep(mj_model, mj_data, site)
         blind_body = mj_model.body(exclude_body).id
         reach = self.model.mode.max_range + 1.0
+        if self._scene is None or self._scene.model is not mj_model:
+            self._scene = RayScene(mj_model)
+        scene = self._scene
 
         def meet(rays: NDArray[np.float64], groups: NDArray[np.uint8]) -> Hits:
-            return cast(mj_model, mj_data, looks, rays, groups, blind_body, reach)
+            return cast(scene, mj_data, looks, rays, groups, blind_body, reach)
 
         middles = directions()[:, None]
         middle, glass = meet(middles, SEEN_GROUPS), meet(middles, GLASS_GROUPS)

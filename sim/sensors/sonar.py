@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq_bench.sim.errors import SimError
+from refseq_bench.sim.sensors.ray_scene import RayScene
 from refseq_bench.sim.sensors.ultrasound import UltrasoundRangers
 
 SOUND = 343.0
@@ -61,14 +62,22 @@ class SonarModel:
 class SonarRing:
     """The rangers of one robot, at ``sites`` of ``model``, deaf to the body ``base`` that carries them.
 
+    Others that cast rays in the model may share a ``scene`` with them.
+
     By time 0 all of them have fired; then the groups take turns.
     """
 
     def __init__(
-        self, sonar: SonarModel, rng: np.random.Generator, model: mujoco.MjModel, sites: tuple[str, ...], base: str
+        self,
+        sonar: SonarModel,
+        rng: np.random.Generator,
+        model: mujoco.MjModel,
+        sites: tuple[str, ...],
+        base: str,
+        scene: RayScene | None = None,
     ) -> None:
         self.model, self._rng = sonar, rng
-        self._ears = UltrasoundRangers(model, sites, base, sonar.max_range)
+        self._ears = UltrasoundRangers(scene or RayScene(model), sites, base, sonar.max_range)
         self._groups = [np.arange(first, len(sites), sonar.groups) for first in range(sonar.groups)]
         self._fired = -sonar.groups
         self._readings = np.full(len(sites), sonar.max_range)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq_bench.sim.sensors.beams import GLASS_GROUPS, SEEN_GROUPS
+from refseq_bench.sim.sensors.ray_scene import RayScene, bounding_planes
 
 NOMINAL, WIDEST = math.radians(15), math.radians(42)
 """Half the cone in which a ranger hears anything, and in which it hears walls [rad]."""
@@ -55,6 +56,8 @@ def _spiral(count: int, inner: float, outer: float) -> NDArray[np.float64]:
 
 RAYS = np.concatenate([_fan(INNER_RAYS, NOMINAL), _spiral(OUTER_RAYS, NOMINAL, WIDEST)])
 """Directions (rays, 3) in the ranger's frame, x along its axis."""
+_BOUNDS = bounding_planes(RAYS[None])[0]
+"""Directions (4, 3) in that frame along which none of them goes back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +87,11 @@ class FlatFaces:
 
 
 class UltrasoundRangers:
-    """Rangers at ``sites`` of ``model`` that hear as far as ``reach`` [m], deaf to the body ``own`` they sit on."""
+    """Rangers at ``sites`` of a model that hear as far as ``reach`` [m], deaf to the body ``own`` they sit on."""
 
-    def __init__(self, model: mujoco.MjModel, sites: tuple[str, ...], own: str, reach: float) -> None:
-        self._model, self._reach = model, reach
+    def __init__(self, scene: RayScene, sites: tuple[str, ...], own: str, reach: float) -> None:
+        model = scene.model
+        self._scene, self._model, self._reach = scene, model, reach
         self._sight = reach / math.cos(WIDEST)  # rays ahead go so far to meet a wall of which the foot is in reach
         self._sites = np.array([model.site(name).id for name in sites], int)
         self._own = model.body(own).id
@@ -99,8 +103,8 @@ class UltrasoundRangers:
         """
         sites = self._sites[rangers]
         origins, attitudes = data.site_xpos[sites], data.site_xmat[sites].reshape(-1, 3, 3)
-        axes, rays = attitudes[:, :, 0], RAYS @ attitudes.transpose(0, 2, 1)
-        met = self._meet(data, origins, rays)
+        axes, turns = attitudes[:, :, 0], attitudes.transpose(0, 2, 1)
+        met = self._meet(data, origins, RAYS @ turns, _BOUNDS @ turns)
         anywhere, ways = _any_points(met, axes, self._reach)
         owner, mirrors = self._mirrors(data, origins, axes, met, anywhere)
         for ranger, way in zip(owner.tolist(), mirrors, strict=True):
@@ -121,28 +125,17 @@ class UltrasoundRangers:
         length = np.linalg.norm(back, axis=2)
         return np.where((back * axes).sum(axis=2) >= math.cos(WIDEST) * length, length, math.inf)
 
-    def _meet(self, data: mujoco.MjData, origins: NDArray[np.float64], rays: NDArray[np.float64]) -> RayHits:
-        shape = rays.shape[:2]
-        distance, geom, normal = np.empty(shape), np.empty(shape, np.int32), np.zeros(rays.shape)
-        for ranger, origin in enumerate(origins):
-            facing = normal[ranger].reshape(-1)
-            mujoco.mj_multiRay(
-                self._model,
-                data,
-                origin,
-                rays[ranger].reshape(-1),
-                GROUPS,
-                True,
-                self._own,
-                geom[ranger],
-                distance[ranger],
-                facing,
-                len(RAYS),
-                self._sight,
-            )
-        # MuJoCo leaves out geoms that begin beyond the reach; a wide one may begin before it and be met behind it.
-        hit = (geom >= 0) & (distance <= self._sight)
-        return RayHits(np.where(hit, distance, math.inf), geom, normal, np.where(hit, distance, 0.0)[:, :, None] * rays)
+    def _meet(
+        self,
+        data: mujoco.MjData,
+        origins: NDArray[np.float64],
+        rays: NDArray[np.float64],
+        facing: NDArray[np.float64],
+    ) -> RayHits:
+        self._scene.look(data, GROUPS, self._own)
+        met = self._scene.cast(origins, rays, self._sight, facing)
+        near = np.where(np.isfinite(met.distance), met.distance, 0.0)
+        return RayHits(met.distance, met.geom, met.normal, near[:, :, None] * rays)
 
     def _mirrors(
         self,

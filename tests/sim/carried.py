@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from refseq_bench.sim.sensors.beams import GLASS_GROUPS, SEEN_GROUPS, Hits, cast, sweep
 from refseq_bench.sim.sensors.laser import Laser, LaserModel
 from refseq_bench.sim.sensors.laser_echoes import LaserEchoes
+from refseq_bench.sim.sensors.ray_scene import RayScene
 
 ROOM = (8.0, 5.0)
 REACH = 100.0
@@ -40,7 +41,7 @@ class Carried:
     def cast(self, rays: NDArray[np.float64], glass: bool = False) -> Hits:
         groups = GLASS_GROUPS if glass else SEEN_GROUPS
         looks = sweep(self.model, self.data, SITE)
-        return cast(self.model, self.data, looks, rays, groups, self.model.body(BODY).id, REACH)
+        return cast(RayScene(self.model), self.data, looks, rays, groups, self.model.body(BODY).id, REACH)
 
     def echoes(self) -> LaserEchoes:
         laser = Laser(LaserModel(), np.random.default_rng(0))
