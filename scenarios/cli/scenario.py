@@ -1,4 +1,4 @@
-"""The commands ``refseq scenario list | show | run | report | tables | template``."""
+"""The commands ``refseq scenario list | show | run | report | tables | validity | template``."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -318,6 +318,44 @@ def _text_of(page: Path) -> str:
         return read_text(page)
     except TextFileError as error:
         raise ScenarioError(f"{page}: {error}; valid is a page in Markdown") from None
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
+* `refseq scenario validity out/validity`
+* `refseq scenario validity out/laser out/camera --page docs/validity.md --plots docs/images`
+
+Cases real/NAME and twin/NAME of a scenario are a pair (docs/validity.md). Of a case that several campaigns ran the
+later one named counts. On a page the lines between `<!-- validity -->` and `<!-- end validity -->` are replaced.""",
+)
+def validity(
+    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER", help="Folders that `refseq scenario run` filled.")],
+    page: Annotated[Path | None, option("PAGE", "Page in Markdown to fill, instead of printing.")] = None,
+    plots: Annotated[Path | None, option("FOLDER", "Folder for a plot of each scenario, SCENARIO.svg.")] = None,
+) -> None:
+    """Compare the order of methods on real sets with that on their simulated twins."""
+    from refseq.files import replace_text
+    from refseq_bench.scenarios.campaign.pages.validity import page_with, panels, report_of, validities
+    from refseq_bench.scenarios.campaign.store.result_file import read_result
+    from refseq_bench.scenarios.report.plots.order import real_over_twin
+
+    text = None if page is None else _text_of(page)
+    campaigns = [read_result(folder) for folder in folders]
+    body = report_of(campaigns)
+    if page is None or text is None:
+        typer.echo(body, nl=False)
+    else:
+        replace_text(page, page_with(text, body, str(page)))
+        say(out, f"{page}: filled")
+    if plots is not None:
+        check_folder(plots)
+        with writing(plots):
+            plots.mkdir(parents=True, exist_ok=True)
+            for one in validities(campaigns, "success"):
+                drawing = real_over_twin(panels(one), one.methods, "success")
+                replace_text(plots / f"{one.scenario}.svg", drawing.standalone)
 
 
 @app.command(
