@@ -44,10 +44,11 @@ class Detection:
         self._all_missed = detectable.T @ np.log1p(-np.outer(self.covisibility[: self._L], RATES))  # (K, rates)
 
     def log_ratios(
-        self, ids: NDArray[np.intp], held_out: bool = False, places: NDArray[np.intp] | slice = slice(None)
+        self, ids: NDArray[np.intp], held_out: bool = False, places: NDArray[np.intp] | None = None
     ) -> NDArray[np.float64]:
         """Log P(view | place) / P(view | anywhere), (K,) or of ``places``, of a view that shows the features ``ids``.
 
+        Ratios of some places are those of all to the last bit, in less time the fewer they are; they are named once each.
         With ``held_out`` the view is one of the reference's own and does not count as an example of what is common.
         Ratios at places farther than ``REACH`` from it are then those of a drive without it, but for ``covisibility``,
         which stays the whole drive's.
@@ -55,11 +56,13 @@ class Detection:
         false_alarm_rate = ((self._counts[ids] - held_out + PRIOR) / (self._K - held_out + 2 * PRIOR))[:, None, None]
         rate = self.covisibility[: self._L, None] * RATES
         gain = np.log1p(rate * (1 - false_alarm_rate) / false_alarm_rate) - np.log1p(-rate)  # (n, L, rates)
-        by_rate = self._all_missed.copy()
-        for level, beside in spread(self._rows.select(ids), self._L):
-            at = csc_array((np.ones(len(beside.places)), beside.places, beside.pointers), shape=(self._K, len(ids)))
+        rows = self._rows.select(ids)
+        by_rate = self._all_missed.copy() if places is None else self._all_missed[places]
+        for level, beside in _spread_to(rows, self._L, places):
+            shape = beside.K, len(ids)
+            at = csc_array((np.ones(len(beside.places)), beside.places, beside.pointers), shape=shape)
             by_rate += at @ gain[:, level]
-        return _log_mean(by_rate[places])
+        return _log_mean(by_rate)
 
 
 def _log_mean(logs: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -133,6 +136,31 @@ def spread(rows: Rows, levels: int) -> Iterator[tuple[int, Rows]]:
         behind = behind[(gap[behind] > 2 * level) & (rows.places[behind] >= level)]
         yield level, _moved(rows, ahead, level)
         yield level, _moved(rows, behind, -level)
+
+
+def _spread_to(rows: Rows, levels: int, places: NDArray[np.intp] | None) -> Iterator[tuple[int, Rows]]:
+    """Do as ``spread`` does, but of some ``places`` alone, which take the numbers from 0 on.
+
+    An entry reaches a place at most ``levels`` − 1 away, unless the next one of its row is nearer to that place than
+    itself, or as near: so no entry that is twice as far as that from all places matters, nor whether it is there.
+    """
+    if places is None:
+        yield from spread(rows, levels)
+        return
+    near, reach = np.zeros(rows.K, np.bool_), 2 * (levels - 1)
+    for away in range(-reach, reach + 1):
+        near[np.clip(places + away, 0, rows.K - 1)] = True
+    number = np.full(rows.K, -1, np.int32)
+    number[places] = np.arange(len(places))
+    for level, beside in spread(_kept(rows, near[rows.places]), levels):
+        reached = _kept(beside, number[beside.places] >= 0)
+        yield level, Rows(reached.pointers, number[reached.places], len(places))
+
+
+def _kept(rows: Rows, there: NDArray[np.bool_]) -> Rows:
+    """Some entries of the rows, ``there`` (nnz,)."""
+    entries = np.flatnonzero(there)
+    return Rows(np.searchsorted(entries, rows.pointers), rows.places[entries], rows.K)
 
 
 def _moved(rows: Rows, entries: NDArray[np.intp], by: int) -> Rows:

@@ -160,3 +160,14 @@ def test_in_a_short_drive_too_only_places_far_apart_show_what_chance_shares(K: i
     found = covisibility(Rows.from_dense(np.array(runs + ends)))
     assert 0.3 < found[1] < 0.9
     assert found[2] < found[1]
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**31), st.integers(1, 40), st.booleans())
+def test_ratios_of_some_places_are_those_of_all_to_the_last_bit(seed: int, count: int, held_out: bool) -> None:
+    rng = np.random.default_rng(seed)
+    found = model(stretches(rng, places=int(rng.integers(1, 12)), K=120, features=200))
+    ids = np.flatnonzero(rng.random(200) < rng.choice([0.02, 0.3, 0.9]))
+    places = rng.permutation(120)[:count]
+    some, every = found.log_ratios(ids, held_out, places), found.log_ratios(ids, held_out)
+    np.testing.assert_array_equal(some, every[places])
