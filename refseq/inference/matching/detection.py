@@ -48,7 +48,7 @@ class Detection:
     ) -> NDArray[np.float64]:
         """Log P(view | place) / P(view | anywhere), (K,) or of ``places``, of a view that shows the features ``ids``.
 
-        Ratios of some places are those of all to the last bit, in less time the fewer they are; they are named once each.
+        Ratios of some places, named once each, are those of all to the last bit, in less time the fewer they are.
         With ``held_out`` the view is one of the reference's own and does not count as an example of what is common.
         Ratios at places farther than ``REACH`` from it are then those of a drive without it, but for ``covisibility``,
         which stays the whole drive's.
