@@ -36,6 +36,8 @@ from refseq_bench.text_file import TextFileError, read_toml
 """Folder of the scenarios that come with the bench."""
 SOURCE_KEYS = {"world", "log", "images"}
 """Keys of which each says what kind of source a table is; a query of another kind takes over nothing."""
+EACH_SEED = "SEED"
+"""Stands for the seed in a generated world's name."""
 FURTHER_SEEDS = 2 * QUERY_SEEDS
 """Added to the seed for each further reference drive: neither the same drive as another, nor as a query."""
 
@@ -68,7 +70,16 @@ class Case:
         query = side == "query"
         table = self.scenario.query if query else self.scenario.references[number]
         own = seed + (QUERY_SEEDS if query else number * FURTHER_SEEDS)
+        if isinstance(table, DriveTable):
+            table = table.model_copy(update={"world": of_seed(table.world, seed)})
         return _source(table, own, self.scenario.limits.steps, self.file)
+
+
+def of_seed(world: str, seed: int) -> str:
+    """The world of a seed: ``building:SEED`` is another building for each, reference and query alike."""
+    kind, colon, rest = world.partition(":")
+    number, comma, dials = rest.partition(",")
+    return f"{kind}:{seed}{comma}{dials}" if colon and number == EACH_SEED else world
 
 
 def names() -> tuple[str, ...]:
@@ -234,6 +245,11 @@ def _check(case: Case, schema_type: SchemaType, checked: set[str]) -> None:
         raise ScenarioError(f"localise.judged: {scenario.judged!r} does not run here; valid are {valid}")
     if len(set(scenario.seeds)) < len(scenario.seeds):
         raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
+    if both := sorted({*scenario.seeds} & {*scenario.training_seeds}):
+        raise ScenarioError(
+            f"seeds: {both} are among training_seeds {list(scenario.training_seeds)}; valid are seeds that no parameter "
+            "was chosen on"
+        )
     for side in case.sides:
         with named(side):
             source = case.source(side, scenario.seeds[0])

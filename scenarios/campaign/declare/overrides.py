@@ -14,6 +14,8 @@ from refseq_bench.sim.rendering.renderer import RendererKind
 
 NOBODY = "none"
 """Stands for no method, where methods are named."""
+TRAINING = "training"
+"""Stands for a scenario's training seeds, where seeds are named."""
 
 
 def with_methods(cases: Sequence[Case], localisers: Sequence[str], methods: Sequence[str] | None) -> list[Case]:
@@ -58,14 +60,36 @@ def _with_methods(case: Case, judged: Sequence[str], others: Sequence[str] | Non
 
 
 def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:
-    """The same cases with other seeds, written with commas between; None: their own. Raises ``ScenarioError``."""
+    """The same cases with other seeds, written with commas between; None: their own. Raises ``ScenarioError``.
+
+    ``training`` stands for the seeds on which parameters may be chosen. By their numbers these are refused: a test on
+    them is none.
+    """
     if seeds is None:
         return list(cases)
+    if seeds == TRAINING:
+        return [_with_seeds(case, _training(case)) for case in cases]
     texts = [text.strip() for text in seeds.split(",")]
     if not all(text.isascii() and text.isdigit() for text in texts) or len({int(text) for text in texts}) < len(texts):
         raise ScenarioError(f"--seeds {seeds!r} is not valid; it should be whole numbers that differ, commas between")
-    numbers = {"seeds": tuple(map(int, texts))}
-    return [replace(case, scenario=case.scenario.model_copy(update=numbers)) for case in cases]
+    numbers = tuple(map(int, texts))
+    for case in cases:
+        if both := sorted({*numbers} & {*case.scenario.training_seeds}):
+            raise ScenarioError(
+                f"--seeds {seeds}: {case.name} has {both} for training, and is tested on others; valid are other numbers, "
+                f"or '{TRAINING}' to choose parameters"
+            )
+    return [_with_seeds(case, numbers) for case in cases]
+
+
+def _with_seeds(case: Case, seeds: tuple[int, ...]) -> Case:
+    return replace(case, scenario=case.scenario.model_copy(update={"seeds": seeds}))
+
+
+def _training(case: Case) -> tuple[int, ...]:
+    if not case.scenario.training_seeds:
+        raise ScenarioError(f"--seeds {TRAINING}: {case.name} has no training_seeds; valid are whole numbers")
+    return case.scenario.training_seeds
 
 
 def with_renderer(cases: Sequence[Case], renderer: RendererKind | None) -> list[Case]:

@@ -215,7 +215,8 @@ class Declared(Table):
 
     There are ``further`` references where several paths are learnt. A scenario that is not ``blocking`` is run and
     shown, apart, and never makes a campaign fail. ``tags`` are names by which several are asked for. Each of ``seeds``
-    is a drive of every reference and a query drive.
+    is a drive of every reference and a query drive. Parameters may be chosen on the ``training_seeds`` alone, which are
+    never among them.
     """
 
     title: Line
@@ -224,6 +225,7 @@ class Declared(Table):
     tags: tuple[Line, ...] = ()
     blocking: Flag = True
     seeds: Annotated[tuple[Seed, ...], Field(min_length=1, max_length=1000)] = (1, 2, 3, 4, 5)
+    training_seeds: tuple[Seed, ...] = ()
     reference: SourceTable
     further: tuple[SourceTable, ...] = ()
     query: SourceTable
