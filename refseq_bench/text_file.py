@@ -3,10 +3,13 @@
 All rooms of the bench read such files through here, so that each mistake is found once and told alike.
 """
 
+import datetime
+import json
 import os
 import re
 import stat
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -75,3 +78,31 @@ def parse_toml(text: str) -> dict[str, Any]:
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a file of TOML. Raises ``TextFileError`` as ``read_text`` and ``parse_toml`` do."""
     return parse_toml(read_text(path))
+
+
+# --- writing ---
+
+
+def toml_value(value: Any) -> str:
+    """A value as TOML has it; tables stand in one line."""
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{toml_key(k)} = {toml_value(v)}" for k, v in value.items()) + " }"
+    if is_list(value):
+        return "[" + ", ".join(toml_value(one) for one in value) + "]"
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # the one that JSON leaves as it is
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, datetime.date):
+        return value.isoformat()
+    return repr(value)
+
+
+def toml_key(key: str) -> str:
+    """A key, in quotes where it has a point."""
+    return json.dumps(key) if "." in key else key
+
+
+def is_list(value: Any) -> bool:
+    """True of what TOML writes in brackets."""
+    return isinstance(value, Sequence) and not isinstance(value, str)

@@ -1,4 +1,4 @@
-"""The commands ``refseq scenario list | show | run | report | tables | validity | template``."""
+"""The commands ``refseq scenario list | show | run | search | report | tables | validity | template``."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from refseq_bench.scenarios.cli.scenario_search import SEARCH_HELP, search
 from refseq_bench.scenarios.cli.terminal.console import err, out, print_json
 from refseq_bench.scenarios.cli.terminal.options import (
     CACHE,
@@ -227,6 +228,9 @@ def _leave(results: "Sequence[Judged]") -> None:
         raise typer.Exit(BROKEN)
     if Verdict.FAILED in verdicts:
         raise typer.Exit(FAILED)
+
+
+app.command(cls=BenchCommand, epilog=SEARCH_HELP)(search)
 
 
 @app.command(

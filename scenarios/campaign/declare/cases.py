@@ -247,8 +247,8 @@ def _check(case: Case, schema_type: SchemaType, checked: set[str]) -> None:
         raise ScenarioError(f"seeds: {list(scenario.seeds)} holds one twice; valid are seeds that differ")
     if both := sorted({*scenario.seeds} & {*scenario.training_seeds}):
         raise ScenarioError(
-            f"seeds: {both} are among training_seeds {list(scenario.training_seeds)}; valid are seeds that no parameter "
-            "was chosen on"
+            f"seeds: {both} are among training_seeds {list(scenario.training_seeds)}; valid are others, on which no "
+            "parameter was chosen"
         )
     for side in case.sides:
         with named(side):

@@ -76,8 +76,8 @@ def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:
     for case in cases:
         if both := sorted({*numbers} & {*case.scenario.training_seeds}):
             raise ScenarioError(
-                f"--seeds {seeds}: {case.name} has {both} for training, and is tested on others; valid are other numbers, "
-                f"or '{TRAINING}' to choose parameters"
+                f"--seeds {seeds}: {case.name} has {both} for training, and is tested on others; valid are other "
+                f"numbers, or '{TRAINING}' to choose parameters"
             )
     return [_with_seeds(case, numbers) for case in cases]
 

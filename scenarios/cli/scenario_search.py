@@ -1,0 +1,85 @@
+"""The command ``refseq scenario search``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from refseq_bench.scenarios.cli.terminal.console import out
+from refseq_bench.scenarios.cli.terminal.options import (
+    CACHE,
+    CAMERA_RENDERER,
+    CameraRenderer,
+    option,
+    output,
+)
+from refseq_bench.scenarios.drives.inputs import check_folder, writing
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.tables import say
+
+SEARCH_HELP = """Examples:
+
+* `refseq scenario search dusk.toml --method best/chain --budget 40`
+* `refseq scenario search light-dial/18:00 --method topometric --budget 30 --dial hour --dial people=0:0.5`
+
+A point of the search is a reference and a query drive for each seed: with cameras 20 to 60 s of a core each, laser
+alone a few seconds. The same command goes on where it was stopped, since nothing that is in the cache is done again.
+
+A method fails where its success is below `--enough`. The worst point is then shrunk, dial by dial, to the smallest
+change from the file at which it still fails; both are scenario files that `refseq scenario run` takes."""
+
+
+def search(
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A path (.toml), a name, or a single case.")],
+    method: Annotated[str, option("NAME", "Method whose worst point is sought, as best/chain or topometric.")],
+    budget: Annotated[int, option("N", "Points to run, before shrinking.", min=1, max=10_000)],
+    seed: Annotated[int, option("N", "Seed of the search.", min=0)] = 1,
+    dial: Annotated[
+        list[str] | None, option("NAME", "Turn only this dial, or NAME=FROM:TO; may be repeated. [default: all]")
+    ] = None,
+    enough: Annotated[float, option("PERCENT", "Success from which on the method passes.", min=1, max=100)] = 80.0,
+    seeds: Annotated[str | None, option("N,N", "Seeds of the drives. [default: the scenario's first]")] = None,
+    renderer: Annotated[CameraRenderer, CAMERA_RENDERER] = CameraRenderer.BAKED,
+    workers: Annotated[int, option("N", "Processes on this machine.", "--workers", "-j", min=1)] = 1,
+    cache: Annotated[Path | None, CACHE] = None,
+    output: Annotated[Path, output("Folder for what is found.", "FOLDER")] = Path("out/search"),
+) -> None:
+    """Search a scenario's dials for the point at which a method fails, and the smallest change that does it."""
+    from refseq_bench.scenarios.campaign.declare.cases import find
+    from refseq_bench.scenarios.campaign.declare.overrides import with_methods, with_renderer, with_seeds
+    from refseq_bench.scenarios.campaign.run.workers import LocalWorkers
+    from refseq_bench.scenarios.campaign.search.dials import selected_dials
+    from refseq_bench.scenarios.campaign.search.search import found_words, write_search
+    from refseq_bench.scenarios.campaign.search.search import search as searched
+    from refseq_bench.scenarios.campaign.search.seek import Prober
+    from refseq_bench.scenarios.campaign.store.cache import Store
+    from refseq_bench.sim.rendering.renderer import RendererKind
+    from refseq_bench.user_cache import user_cache
+
+    check_folder(output)
+    cases = find([scenario])
+    if len(cases) != 1:
+        raise ScenarioError(f"{scenario}: makes {len(cases)} cases; valid is one, such as {cases[0].name}")
+    cases = with_methods(cases, [method], ["none"])
+    cases = with_seeds(cases, seeds or str(cases[0].scenario.seeds[0]))
+    (case,) = with_renderer(cases, RendererKind(renderer))
+    dials = selected_dials(case, dial or ())
+    store = Store(cache or user_cache())
+    executor = LocalWorkers(workers, store.folder)
+    at_once = True
+    try:
+        probe = Prober(case, dials, executor, store)
+        found = searched(probe, dials, budget, seed=seed, enough=enough / 100, say=lambda line: say(out, line))
+        at_once = False
+    finally:
+        executor.close(at_once=at_once)
+    told = f"refseq scenario search {scenario} --method {method} --budget {budget} --seed {seed}"
+    with writing(output):
+        files = write_search(found, case, dials, output, told=told, enough=enough / 100)
+    say(out, f"worst: {found_words(found.worst)}")
+    if found.smallest is None:
+        say(out, f"no point of {len(found.points)} below {enough:g} %")
+    else:
+        say(out, f"smallest change: {found_words(found.smallest)}")
+    for file in files:
+        say(out, f"{file} is written")

@@ -1,0 +1,112 @@
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from refseq_bench.scenarios.campaign.declare.cases import load
+from refseq_bench.scenarios.campaign.search.dials import Point, Scale, at_point, dials_of
+from refseq_bench.scenarios.campaign.search.found_files import scenario_text
+from refseq_bench.scenarios.campaign.search.search import search
+from refseq_bench.scenarios.campaign.search.seek import Found, Prober, seek
+from refseq_bench.scenarios.campaign.store.cache import Store
+from refseq_bench.scenarios.errors import ScenarioError
+from tests.scenarios.campaign.chores import AtOnce, scenario_in
+from tests.scenarios.campaign.search.test_dials import case_in
+from tests.scenarios.campaign.search.test_shrink import kept
+from tests.scenarios.conftest import Refseq
+
+X, Y = (Scale(name, 0.0, kept, 0.0, 10.0, 1.0) for name in ("x", "y"))  # type: ignore[arg-type]
+DIALS = {"x": X, "y": Y}
+
+
+def valley(point: Point) -> Found:
+    """A method that does worst at (8, 3) and fails near it only; at x = 10 nobody can drive."""
+    x, y = float(point.get("x", 0.0)), float(point.get("y", 0.0))
+    if x == 10.0:
+        return Found(point, math.nan, math.nan, "stuck")
+    share = min(1.0, 0.1 * math.dist((x, y), (8.0, 3.0)))
+    return Found(point, share, share)
+
+
+def test_search_finds_the_worst_of_all_points_and_what_is_needed_for_it() -> None:
+    found = search(valley, DIALS, 60, seed=1, enough=0.35, say=lambda _line: None)
+    by_force = min((valley({"x": float(x), "y": float(y)}).value, x, y) for x in range(10) for y in range(11))
+    assert found.worst.value <= by_force[0] + 0.11
+    assert found.smallest is not None
+    assert found.smallest.success < 0.35
+    assert dict(found.smallest.point) == {"x": 7.0, "y": 0.0} or "y" not in found.smallest.point
+
+
+def test_same_seed_seeks_the_same_points_and_another_others() -> None:
+    points = [[one.point for one in seek(valley, DIALS, 12, seed)] for seed in (1, 1, 2)]
+    assert points[0] == points[1] != points[2]
+
+
+def test_no_failure_is_told_as_that_and_no_easy_point_as_bad_input() -> None:
+    def perfect(point: Point) -> Found:
+        return Found(point, 1.0, 1.0)
+
+    assert search(perfect, DIALS, 3, seed=1, enough=0.8, say=lambda _line: None).smallest is None
+    with pytest.raises(ScenarioError, match=r"the scenario as it stands: 20.0 %.*valid is one with 80 % or more"):
+        search(lambda point: Found(point, 0.2, 0.2), DIALS, 3, seed=1, enough=0.8, say=lambda _line: None)
+
+
+def test_what_is_found_is_the_same_scenario_elsewhere(tmp_path: Path) -> None:
+    """A file that is written in another folder drives what was driven, from a plan beside the first."""
+    case = load(scenario_in(tmp_path))[0]
+    dials = dials_of(case)
+    turned = at_point(case, dials, {"people": 0.3, "spread": "as-built", "operator": 2.0})
+    folder = tmp_path / "elsewhere"
+    folder.mkdir()
+    (folder / "found.toml").write_text(scenario_text(turned, folder, title="t", note="n", expect="success >= 80 %"))
+    (again,) = load(folder / "found.toml")
+    for mine, theirs in zip(turned.sources(1), again.sources(1), strict=True):
+        assert Path(mine.world).resolve() == Path(theirs.world).resolve()  # type: ignore[union-attr]
+        assert repr(mine).replace(mine.world, "") == repr(theirs).replace(theirs.world, "")  # type: ignore[union-attr]
+    assert (again.scenario.methods, again.scenario.blocking) == (turned.scenario.methods, False)
+
+
+def test_every_drive_of_a_found_file_is_as_it_was(tmp_path: Path) -> None:
+    more = 'faults = [{ kind = "kidnap", at = 5.0, to = 9.0 }]\n[localise]\nsensors = ["camera-1"]'
+    case = case_in(tmp_path, more=more)
+    text = scenario_text(case, tmp_path, title='quoted "t"', note="", expect="success >= 80 %")
+    (tmp_path / "again.toml").write_text(text)
+    assert load(tmp_path / "again.toml")[0].sources(1) == case.sources(1)
+    assert tomllib.loads(text)["localise"] == {"sensors": ["camera-1"]}
+
+
+def test_prober_drives_each_point_once(tmp_path: Path) -> None:
+    case = load(scenario_in(tmp_path))[0]
+    dials: Mapping[str, Scale] = {"people": dials_of(case)["people"]}  # type: ignore[dict-item]
+    store = Store(tmp_path / "store")
+    probe = Prober(case, dials, AtOnce(store), store)
+    easy = probe({})
+    assert 0.0 <= easy.narrow <= easy.success <= 1.0
+    assert probe({"people": 0.0}) is easy
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (("--method", "thesis/chain", "--budget", "0"), "--budget '0' is not valid"),
+        (("--method", "nobody", "--budget", "2"), "method 'nobody' is unknown"),
+        (("--method", "thesis/chain", "--budget", "2", "--dial", "hour"), "--dial 'hour': tiny has no such dial"),
+        (("--method", "thesis/chain", "--budget", "2", "--seeds", "x"), "--seeds 'x' is not valid"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(
+    options: tuple[str, ...], line: str, tmp_path: Path, refseq: Refseq
+) -> None:
+    answer = refseq("scenario", "search", scenario_in(tmp_path), *options, "-o", tmp_path / "out")
+    assert answer.code == 2
+    assert line in answer.err
+    assert len(answer.err.strip().splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_search_of_several_cases_or_of_a_mission_is_refused(tmp_path: Path, refseq: Refseq) -> None:
+    for name, line in (("light-dial", "makes 6 cases"), ("second-door/18:00", "is no scenario of simulated drives")):
+        answer = refseq("scenario", "search", name, "--method", "best/chain", "--budget", "1", "-o", tmp_path / "out")
+        assert (answer.code, line in answer.err) == (2, True)
