@@ -136,3 +136,36 @@ def test_recordings_of_others_are_drawn_by_nobody(tmp_path: Path) -> None:
         'title = "T"\n[reference]\nlog = "a.log"\n[query]\nlog = "b.log"\n[localise]\nmethods = ["thesis"]\n'
     )
     assert with_renderer(load(path), RendererKind.BAKED) == load(path)
+
+
+APART = """
+title = "Seeds apart"
+seeds = [101, 102]
+training_seeds = [1, 2]
+[reference]
+world = "corridor:SEED,width=2"
+renderer = "none"
+"""
+
+
+def test_training_seeds_never_judge_and_are_run_by_their_name_alone(tmp_path: Path) -> None:
+    file = tmp_path / "apart.toml"
+    file.write_text(APART)
+    cases = load(file)
+    assert [one.scenario.seeds for one in with_seeds(cases, "training")] == [(1, 2)]
+    assert [one.scenario.seeds for one in with_seeds(cases, "103")] == [(103,)]
+    with pytest.raises(ScenarioError, match=r"--seeds 2,103: apart has \[2\] for training, .* or 'training'"):
+        with_seeds(cases, "2,103")
+    file.write_text(APART.replace("102]", "2]"))
+    with pytest.raises(ScenarioError, match=r"seeds: \[2\] are among training_seeds \[1, 2\]; valid are others"):
+        load(file)
+    file.write_text(APART.replace("training_seeds = [1, 2]", ""))
+    with pytest.raises(ScenarioError, match="apart has no training_seeds"):
+        with_seeds(load(file), "training")
+
+
+def test_each_seed_has_a_world_of_its_own_and_both_drives_are_in_it(tmp_path: Path) -> None:
+    file = tmp_path / "apart.toml"
+    file.write_text(APART)
+    (one,) = load(file)
+    assert [source.world for source in one.sources(102)] == ["corridor:102,width=2"] * 2  # type: ignore[union-attr]
