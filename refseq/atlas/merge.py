@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from refseq.atlas.consistency import CandidateJoin, JoinGraph, Verdict
 from refseq.atlas.decision import Confirm, Decision, leave_it, wished
 from refseq.atlas.overlap import LaidViews, Overlap, OverlapSettings, PairSearch
+from refseq.atlas.scans import LaidScans, ScannedPath, laid_on
 from refseq.atlas.sharing import SharedPlaces, held_joins, nearest, track_of, views_of
 from refseq.errors import MapError
 from refseq.map.map import Map, beside
@@ -80,6 +81,11 @@ class FoundOverlap:
         return CandidateJoin(self.one, self.other, self.views, self.overlap.evidence, alone=not self.overlap.doubt)
 
 
+def _lie(share: float) -> str:
+    """How well scans lie on each other, in words."""
+    return f"lie on each other to {share:.1%}"
+
+
 def _in_order(found: FoundOverlap) -> tuple[object, ...]:
     """An order of stretches that is the same whatever they were found in."""
     return (*sorted([found.one, found.other]), found.views.tolist())
@@ -95,6 +101,7 @@ class _Merging:
         self._number = {path.name: number for number, path in enumerate(map_.paths)}
         self._tracks = [track_of(map_, path) for path in map_.paths]
         self._held = held_joins(map_)
+        self._scans = [ScannedPath.of(track, path.scans) for track, path in zip(self._tracks, map_.paths, strict=True)]
 
     @cached_property
     def _pairs(self) -> list[tuple[str, str, PairSearch]]:
@@ -114,7 +121,44 @@ class _Merging:
     def _found(self, one: str, other: str, overlap: Overlap) -> FoundOverlap:
         ours, theirs = views_of(self._map, one), views_of(self._map, other)
         pairs = np.column_stack([ours[overlap.pairs[:, 0]], theirs[overlap.pairs[:, 1]]])
-        return FoundOverlap(self._number[one], self._number[other], pairs, overlap)
+        return self._scanned(FoundOverlap(self._number[one], self._number[other], pairs, overlap))
+
+    def _scanned(self, found: FoundOverlap) -> FoundOverlap:
+        """The part of an overlap whose scans lie on each other, with the views that they lay beside each other."""
+        one, other = self._scans[found.one], self._scans[found.other]
+        if found.overlap.objection or one is None or other is None:
+            return found
+        laid = laid_on(one, other, found.views, self._settings.alike)
+        if laid.share < self._settings.alike or not len(laid.pairs):
+            overlap = replace(found.overlap, alike=laid.share, objection=f"its scans {_lie(laid.share)}")
+            return replace(found, overlap=overlap)
+        return self._cut(found, laid)
+
+    def _cut(self, found: FoundOverlap, laid: LaidScans) -> FoundOverlap:
+        """An overlap cut to what scans lay on each other, and doubted where they leave room for it."""
+        valid, overlap = self._settings, found.overlap
+        held = [views_of(self._map, self._map.paths[path].name) for path in (found.one, found.other)]
+        views = laid.pairs[np.isin(laid.pairs[:, 0], held[0]) & np.isin(laid.pairs[:, 1], held[1])]
+        along = [self._map.paths[path].along for path in (found.one, found.other)]
+        lengths = [float(np.ptp(way[side])) if len(side) else 0.0 for way, side in zip(along, views.T, strict=True)]
+        if min(lengths) < (least := valid.held * valid.least):
+            objection = f"its scans lie on each other for {min(lengths):.1f} m only; valid is {least:g} m"
+            return replace(found, overlap=replace(overlap, alike=laid.share, objection=objection))
+        evidence = overlap.evidence * sum(lengths) / max(sum(overlap.lengths), 1e-9)
+        doubt = overlap.doubt
+        if laid.share < valid.same and evidence < valid.walled:
+            doubt = doubt or f"its scans {_lie(laid.share)}"
+        elif laid.share >= valid.exact and evidence >= valid.walled:
+            doubt = ""
+        cut = replace(
+            overlap,
+            pairs=np.column_stack([np.searchsorted(its, side) for its, side in zip(held, views.T, strict=True)]),
+            lengths=(lengths[0], lengths[1]),
+            doubt=doubt,
+            evidence=evidence,
+            alike=laid.share,
+        )
+        return replace(found, views=views, overlap=cut)
 
     def found_beside(
         self, found: Sequence[FoundOverlap], verdicts: Sequence[Verdict | None]
@@ -171,6 +215,8 @@ class _Merging:
         overlap = found.overlap
         told = ", ".join(f"{sensor} tells {nats:.2f}" for sensor, nats in overlap.told.items())
         evidence = f"{len(overlap.pairs)} views lead to each other; {told} nats a view"
+        if overlap.alike is not None:
+            evidence += f"; scans {_lie(overlap.alike)}"
         against = overlap.objection
         if verdict is Verdict.CONTRADICTED:
             against = f"other joins and the odometry contradict it; {evidence}"

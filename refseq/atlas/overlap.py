@@ -47,12 +47,11 @@ class OverlapSettings:
 
     Below ``surely_held`` it is none.
 
-    Of the ``runs`` that the chain passes over the best ``most`` of two sequences are looked at, and ``rounds`` times it
-    is looked again where joins lay paths beside each other; 0 leaves either out. Views that a frame lays beside each
-    other are told ``expected`` nats for being at one place before they are looked at, where the frame is certain; less
-    where it is not, and less the farther off they are: a normal density, whose deviation is at least ``apart`` [m].
-    None is looked at beyond ``reach`` deviations, or turned by more than ``askew`` [rad]; a run of them needs a score
-    of ``laid`` [nats].
+    Where the laser's scans are known, those of an overlap have to lie on each other (``refseq.atlas.scans``): of the
+    beams whose ends both can see the share ``alike`` has to meet walls for both, else it is none. Below ``same`` it is
+    doubtful, unless it has evidence of ``walled`` [nats·m]: full rooms do not come to ``same``, and bare corridors that
+    are not one come to more than ``alike``. Scans that are alike to ``exact`` take all doubt from an overlap with
+    evidence of ``walled``.
     """
 
     sure: float = 0.5
@@ -68,6 +67,10 @@ class OverlapSettings:
     alone: float = 17.0
     clear: float = 1.25
     striking: float = np.inf
+    alike: float = 0.87
+    same: float = 0.98
+    exact: float = 0.995
+    walled: float = 25.0
     runs: RunSettings = field(default_factory=RunSettings)
     most: int = 0
     rounds: int = 0
@@ -81,10 +84,17 @@ class OverlapSettings:
         """Raise ``MapError`` for what is no probability or length."""
         if not 0 <= self.sure < 1:
             raise MapError(f"overlap.sure is {self.sure}; valid is at least 0 and less than 1")
-        for name, unit in (("near", "m"), ("bridge", "m"), ("least", "m"), ("alone", "nats·m"), ("clear", "nats")):
+        for name, unit in (
+            ("near", "m"),
+            ("bridge", "m"),
+            ("least", "m"),
+            ("alone", "nats·m"),
+            ("clear", "nats"),
+            ("walled", "nats·m"),
+        ):
             if not 0 <= getattr(self, name) < np.inf:
                 raise MapError(f"overlap.{name} is {getattr(self, name)} {unit}; valid is 0 or more")
-        for name in ("met", "surely", "held", "surely_held"):
+        for name in ("met", "surely", "held", "surely_held", "alike", "same", "exact"):
             if not 0 <= getattr(self, name) <= 1:
                 raise MapError(f"overlap.{name} is {getattr(self, name)}; valid is 0 to 1")
         if not 1 <= self.stretched < np.inf:
@@ -102,6 +112,7 @@ class Overlap:
     ``lengths`` are those of the two stretches [m]; ``told`` is what each sensor tells for it [nats a view], the mean of
     log(likelihood · K) of the places that the views were matched with. ``objection`` says why it is none, if it is, and
     ``doubt`` why others have to hold it. ``evidence`` is the mean of what the witnesses tell times its length [nats·m].
+    ``alike`` is the share of the scans' beams that meet the same walls, None where no scans are known.
     """
 
     pairs: NDArray[np.intp]
@@ -110,6 +121,7 @@ class Overlap:
     objection: str = ""
     doubt: str = ""
     evidence: float = 0.0
+    alike: float | None = None
 
 
 Told = Callable[[str, NDArray[np.intp]], NDArray[np.float64]]

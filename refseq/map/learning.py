@@ -15,6 +15,7 @@ from refseq.intake import check_motions, usable
 from refseq.map.annotations import annotations_of
 from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
+from refseq.map.panorama import panoramas
 from refseq.map.profile import THESIS, Profile, profile_named
 from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence
@@ -64,7 +65,8 @@ def learn(
     sequence = ReferenceSequence(matrix, extractors, along, poses, chosen, notes, dead_reckoned(drive))
     if most_informative is not None:
         sequence = with_most_informative(sequence, most_informative)
-    return Map.of(sequence, name, annotations_of(drive))
+    scans = panoramas(drive if LASER in wanted else [])
+    return Map.of(sequence, name, annotations_of(drive), scans)
 
 
 def dead_reckoned(views: Sequence[View], start: Pose | None = None) -> NDArray[np.float64]:

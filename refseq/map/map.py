@@ -51,10 +51,17 @@ class Map:
     paths: tuple[MapPath, ...]
 
     @classmethod
-    def of(cls, sequence: ReferenceSequence, name: str = "", annotations: Annotations | None = None) -> Self:
-        """A map of one path, through all places of a sequence."""
+    def of(
+        cls,
+        sequence: ReferenceSequence,
+        name: str = "",
+        annotations: Annotations | None = None,
+        scans: NDArray[np.uint16] | None = None,
+    ) -> Self:
+        """A map of one path, through all places of a sequence, with the ``scans`` (K, 360) of a laser there."""
         along = sequence.along - sequence.along[0]
         path = MapPath(name, along, np.zeros(len(along), np.intp), np.arange(len(along)), annotations or Annotations())
+        path = path if scans is None else replace(path, scans=scans)
         return cls((name,), (sequence,), (path,))
 
     @classmethod

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.map.annotations import Annotations
+from refseq.map.panorama import DEGREES
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,8 @@ class MapPath:
 
     ``odometry`` (K, 3) are the views' poses by the drive's own odometry, kept where other sequences hold some of them:
     x, y [m] and heading [rad]; ``poses`` (K, 3) those in the one frame of all paths that are joined. Both are (0, 3)
-    where they are not known.
+    where they are not known. ``scans`` (K, 360) are what a laser saw (``refseq.map.panorama``), for later merging;
+    (0, 360) without one.
     """
 
     name: str
@@ -28,6 +30,7 @@ class MapPath:
     annotations: Annotations = field(default_factory=Annotations)
     odometry: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
     poses: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+    scans: NDArray[np.uint16] = field(default_factory=lambda: np.zeros((0, DEGREES), np.uint16))
 
     def __len__(self) -> int:
         return len(self.along)

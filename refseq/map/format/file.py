@@ -25,7 +25,7 @@ from refseq.planar import Pose
 
 SPOILT = f"{HEADER} and arrays do not make a map"
 PATH_ARRAYS = ("along", "sequences", "places")
-PATH_POSES = ("odometry", "poses")
+PATH_KNOWN = ("odometry", "poses", "scans")
 
 Parts = tuple[tuple[str, ...], tuple[ReferenceSequence, ...], tuple[MapPath, ...]]
 """Names of the sequences, sequences and paths: the fields of a ``Map``."""
@@ -52,7 +52,7 @@ def described(
         arrays |= {f"sequences/{number}/{name}": array for name, array in _arrays_of(sequence).items()}
     for number, path in enumerate(paths):
         arrays |= {f"paths/{number}/{name}": getattr(path, name) for name in PATH_ARRAYS}
-        known = {name: getattr(path, name) for name in PATH_POSES}
+        known = {name: getattr(path, name) for name in PATH_KNOWN}
         arrays |= {f"paths/{number}/{name}": array for name, array in known.items() if len(array)}
     return header, arrays
 
@@ -126,7 +126,7 @@ def _path(table: PathTable, arrays: Arrays) -> MapPath:
     if annotations.behaviours and len(annotations.behaviours) != len(along):
         raise ValueError(f"annotations: {len(annotations.behaviours)} behaviours for {len(along)} places")
     sequences, places = (arrays[name].astype(np.intp, copy=False) for name in ("sequences", "places"))
-    known = {name: arrays[name] for name in PATH_POSES if name in arrays}
+    known = {name: arrays[name] for name in PATH_KNOWN if name in arrays}
     return MapPath(table.name, along, sequences, places, annotations, **known)
 
 

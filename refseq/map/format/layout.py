@@ -16,6 +16,7 @@ from refseq.features.sift import DESCRIPTOR_SIZE
 from refseq.limits import MAP_METRES, MAP_PLACES
 from refseq.map.format.header import MapHeader
 from refseq.map.format.npy import DeclaredArray
+from refseq.map.panorama import DEGREES
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +57,7 @@ PATH: Mapping[str, ArrayRule] = {
     "places": ArrayRule("i8", ("V",), low=0, high=MAP_PLACES),
     "odometry": ArrayRule("f8", ("V", 3), or_empty=True, optional=True),
     "poses": ArrayRule("f8", ("V", 3), or_empty=True, optional=True),
+    "scans": ArrayRule("u2", ("V", DEGREES), low=0, or_empty=True, optional=True),
 }
 """Arrays of a path."""
 

@@ -1,0 +1,199 @@
+"""Scans laid on each other: whether two stretches show the same walls where a join puts them.
+
+A place's laser words say what kind of place it is; a corridor and its way back share most of them. The ranges
+themselves tell more: laid on each other, the scans of one place show walls at the same spots, those of two places that
+look alike see through each other's walls somewhere. One relative pose has to do for some metres of a stretch, so that
+an alignment that slid along a corridor is found as well, and by how much.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.pose_graph import motions_between, moved, ways_along
+
+TOLERANCE, GROWING = 0.1, 0.02
+"""Walls are the same within so much [m], and so much more a metre of range: noise, and views that tilt or turn."""
+EVERY, SCANS = 5.0, 4
+"""A window of a stretch is about so long [m], and so many pairs of its scans at most are compared."""
+SLIDE, ASIDE, ASKEW = 2.25, 0.6, np.radians(16)
+"""A window's relative pose is sought so far along, aside [m], and turned [rad] of where the join puts it."""
+FINER = ((0.25, np.radians(2.0)), (0.1, np.radians(0.7)))
+"""Then around the best, in grids of five steps to so many metres and radians either way."""
+BEAMS = 6
+"""Every so many-th beam is compared at first."""
+NEAR = 1.0
+"""Views that scans lay so near each other [m] are a pair; or as far as views are apart."""
+STAYS = 0.01
+"""Share of the scans that a metre of shift has to bring: along a bare corridor all shifts are as good."""
+
+
+@dataclass(frozen=True)
+class ScannedPath:
+    """A path's views by odometry, ``track`` (V, 3), and what the laser saw there, ``ranges`` (V, 360) [m]."""
+
+    track: NDArray[np.float64]
+    ranges: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, track: NDArray[np.float64], scans: NDArray[np.uint16]) -> "ScannedPath | None":
+        """A path by its odometry and scans [cm]; None where one of them is not known."""
+        return cls(track, scans / 100.0) if len(track) and len(track) == len(scans) else None
+
+    @cached_property
+    def _scans(self) -> dict[int, "_Walls"]:
+        return {}
+
+    def walls(self, view: int) -> "_Walls":
+        """What the laser saw from a view."""
+        if view not in self._scans:
+            self._scans[view] = _Walls(self.ranges[view])
+        return self._scans[view]
+
+
+@dataclass(frozen=True, slots=True)
+class ScanWindow:
+    """Some pairs of a stretch, ``pairs`` (n, 2), laid on each other by their scans.
+
+    ``share`` is that of the beams whose ends are at walls for the other scan too, of those that it could see the end
+    of; ``motion`` (3,) where the other path's view of the pair in the middle is as seen from the one's.
+    """
+
+    pairs: NDArray[np.intp]
+    share: float
+    motion: NDArray[np.float64]
+
+    @property
+    def middle(self) -> tuple[int, int]:
+        """The views of the pair in the middle."""
+        one, other = self.pairs[len(self.pairs) // 2].tolist()
+        return one, other
+
+
+def windows(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> list[ScanWindow]:
+    """The windows of a stretch whose views are paired, (n, 2), each where its scans lie best on each other."""
+    way = float(ways_along(one.track[pairs[:, 0]])[-1])
+    count = min(len(pairs), max(1, round(way / EVERY)))
+    return [_window(one, other, part) for part in np.array_split(pairs, count)]
+
+
+@dataclass(frozen=True, slots=True)
+class LaidScans:
+    """The windows of a stretch between the first and the last that lie well on each other.
+
+    ``share`` is the mean of theirs, or of all where none does; ``pairs`` (n, 2) are the views that then lie beside
+    each other, rising in both.
+    """
+
+    share: float
+    pairs: NDArray[np.intp]
+
+
+def laid_on(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp], alike: float) -> LaidScans:
+    """Lay the scans of a stretch on each other; what is ``alike`` in a lesser share at its ends is left out."""
+    found = windows(one, other, pairs)
+    good = np.flatnonzero([window.share >= alike for window in found])
+    if not len(good):
+        return LaidScans(float(np.mean([window.share for window in found])), pairs[:0])
+    kept = found[good[0] : good[-1] + 1]
+    return LaidScans(float(np.mean([window.share for window in kept])), _paired(one, other, kept))
+
+
+def _paired(one: ScannedPath, other: ScannedPath, found: Sequence[ScanWindow]) -> NDArray[np.intp]:
+    """Pairs of views: each of the one, and the nearest of the other as the scans of windows lie on each other."""
+    last = np.concatenate([window.pairs[:, 1] for window in found])
+    spacing = max(float(np.median(np.diff(ways_along(other.track)))), 0.1)
+    reach = round(SLIDE / spacing)
+    among = np.arange(max(last.min() - reach, 0), min(last.max() + reach + 1, len(other.track)))
+    pairs = []
+    for window in found:
+        mine, its = window.middle
+        views = np.unique(window.pairs[:, 0])
+        there = moved(motions_between(window.motion, np.zeros(3)), motions_between(one.track[mine], one.track[views]))
+        beside = motions_between(other.track[its], other.track[among])
+        off = np.hypot(*(there[:, None, :2] - beside[None, :, :2]).transpose(2, 0, 1))
+        near = off.min(axis=1) <= max(spacing, NEAR)
+        pairs.append(np.column_stack([views[near], among[off.argmin(axis=1)[near]]]))
+    every = np.concatenate(pairs)
+    highest = np.maximum.accumulate(every[:, 1]) if len(every) else every[:, 1]
+    rising = np.append(True, every[1:, 1] > highest[:-1])[: len(every)]
+    return np.asarray(every[rising], np.intp)
+
+
+class _Walls:
+    """A scan: the ends of its beams, ``points`` (n, 2), and the range of walls about each degree."""
+
+    def __init__(self, ranges: NDArray[np.float64]) -> None:
+        degrees = np.flatnonzero(ranges > 0)
+        self.points = ranges[degrees, None] * np.stack([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))], 1)
+        self.known = ranges > 0
+        about = np.stack([np.roll(ranges, 1), ranges, np.roll(ranges, -1)])
+        self.nearest = np.where(about > 0, about, np.inf).min(axis=0)
+        self.farthest = about.max(axis=0)
+
+    def met(self, points: NDArray[np.float64], poses: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Points (n, 2) of a scan that is at some poses (m, 3) here: those at walls (m,), and those seen through (m,).
+
+        A point behind a wall is hidden, and tells nothing; the other scan sees through that wall.
+        """
+        at = moved(poses[:, None], np.column_stack([points, np.zeros(len(points))])[None])
+        x, y = at[..., 0], at[..., 1]
+        reach = np.hypot(x, y)
+        degrees = np.round(np.degrees(np.arctan2(y, x))).astype(np.intp) % len(self.known)
+        known, off = self.known[degrees], TOLERANCE + GROWING * reach
+        through = known & (reach < self.nearest[degrees] - off)
+        at_walls = known & ~through & (reach <= self.farthest[degrees] + off)
+        return at_walls.sum(axis=1), through.sum(axis=1)
+
+
+def _window(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> ScanWindow:
+    """Lay the scans of some pairs on each other: a coarse grid, then finer ones around the best and where they were."""
+    lying = _Lying(one, other, pairs)
+    steps = [np.linspace(-far, far, count) for far, count in ((SLIDE, 10), (ASIDE, 7), (ASKEW, 17))]
+    grid = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    worth = lying.worth(grid, BEAMS)
+    near = np.hypot(*grid[:, :2].T) < 0.5
+    found = max(
+        (lying.refined(start) for start in (np.zeros(3), grid[near][worth[near].argmax()], grid[worth.argmax()])),
+        key=lambda best: best[0],
+    )
+    return ScanWindow(pairs, float(lying.shares(found[1][None])[0]), found[1])
+
+
+class _Lying:
+    """Pairs of scans, at most ``SCANS`` of those of a window, to be laid on each other by one relative pose."""
+
+    def __init__(self, one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> None:
+        some = pairs[:: -(-len(pairs) // SCANS)]
+        middle = pairs[len(pairs) // 2]
+        self._walls = [(one.walls(i), other.walls(j)) for i, j in some.tolist()]
+        self._mine = motions_between(one.track[middle[0]], one.track[some[:, 0]])
+        self._its = motions_between(other.track[middle[1]], other.track[some[:, 1]])
+
+    def shares(self, motions: NDArray[np.float64], every: int = 1) -> NDArray[np.float64]:
+        """Share of the beams that meet walls, for each pose (m, 3) of the other's middle view in the one's."""
+        met, through = np.zeros(len(motions)), np.zeros(len(motions))
+        for (ours, theirs), mine, its in zip(self._walls, self._mine, self._its, strict=True):
+            poses = motions_between(mine, moved(motions, its))
+            back = motions_between(poses, np.zeros(3))
+            for walls, points, at in ((ours, theirs.points, poses), (theirs, ours.points, back)):
+                at_walls, seen_through = walls.met(points[::every], at)
+                met, through = met + at_walls, through + seen_through
+        return np.asarray(met / np.maximum(met + through, 1.0))
+
+    def worth(self, motions: NDArray[np.float64], every: int = 1) -> NDArray[np.float64]:
+        """Shares, less what a shift has to bring."""
+        return self.shares(motions, every) - STAYS * np.hypot(motions[:, 0], motions[:, 1])
+
+    def refined(self, start: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        """The best relative pose around one, and its worth."""
+        best, worth = start, 0.0
+        for far, turned in FINER:
+            steps = [np.linspace(-far, far, 5)] * 2 + [np.linspace(-turned, turned, 5)]
+            grid = best + np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
+            worths = self.worth(grid)
+            best, worth = grid[worths.argmax()], float(worths.max())
+        return worth, best

@@ -1,0 +1,84 @@
+"""Scans laid on each other, in corridors of known geometry."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from refseq.atlas.scans import ScannedPath, laid_on, windows
+from refseq.map.panorama import panorama
+from refseq.planar import Pose
+from refseq.pose_graph import motions_between
+from refseq.view import Scan
+from tests.refseq.rooms import Wall, cast, rectangle
+
+CORRIDOR: list[Wall] = [*rectangle(0, -1.2, 40, 1.2), (11, 1.2, 11, 0.7), (11.8, 1.2, 11.8, 0.7), (24, -1.2, 24, -0.6)]
+"""Walls 40 m long; a doorway and a pillar tell its one way from the other."""
+BARE: list[Wall] = rectangle(0, -1.2, 40, 1.2)
+PAIRS = np.column_stack([np.arange(12), np.arange(12)])
+
+
+def driven(walls: list[Wall], start: float, step: float = 1.0, aside: float = 0.0, turned: float = 0.0) -> ScannedPath:
+    """Twelve views along a corridor, and their odometry from the first on."""
+    poses = np.array([(start + step * n, aside, turned + (np.pi if step < 0 else 0.0)) for n in range(12)])
+    scans = np.stack([panorama(cast(walls, Pose(*pose))) for pose in poses.tolist()])
+    path = ScannedPath.of(motions_between(poses[0], poses), scans)
+    assert path is not None
+    return path
+
+
+def test_a_panorama_has_a_range_a_degree_and_zeros_where_nothing_came_back() -> None:
+    ranges = np.full(361, 2.345, np.float32)
+    ranges[180:200] = np.inf
+    kept = panorama(Scan(ranges))
+    assert kept[90] == kept[270] == 234 or kept[90] == 235
+    assert kept[0] == kept[9] == kept[180] == 0  # ahead nothing came back, behind nothing is looked at
+    assert np.count_nonzero(kept) == 171
+
+
+def test_the_relative_pose_is_the_one_between_the_drives() -> None:
+    one, other = driven(CORRIDOR, 8.0), driven(CORRIDOR, 8.3, aside=0.25, turned=0.1)
+    for window in windows(one, other, PAIRS):
+        assert window.share > 0.99
+        assert window.motion[1:] == pytest.approx([0.25, 0.1], abs=0.1)
+        assert window.motion[0] == pytest.approx(0.3, abs=0.3)  # walls along the way hardly tell
+
+
+@pytest.mark.parametrize("slide", [-2, -1, 1, 2])
+def test_an_alignment_that_slid_is_put_right(slide: int) -> None:
+    path = driven(CORRIDOR, 8.0)
+    pairs = PAIRS[2:-2] + np.array([0, slide])
+    laid = laid_on(path, path, pairs, 0.87)
+    assert laid.share > 0.99
+    assert len(laid.pairs) >= 6
+    assert (laid.pairs[:, 0] == laid.pairs[:, 1]).all()
+
+
+def test_a_way_back_does_not_lie_on_the_way_there() -> None:
+    there, back = driven(CORRIDOR, 8.0), driven(CORRIDOR, 32.0, step=-1.0)
+    shares = [window.share for window in windows(there, back, PAIRS)]
+    assert np.mean(shares) < 0.98 < 0.999 < min(window.share for window in windows(there, there, PAIRS))
+
+
+def test_a_bare_corridor_is_its_own_way_back_for_a_laser() -> None:
+    """The scans of it cannot tell: joins that agree have to."""
+    there, back = driven(BARE, 8.0), driven(BARE, 32.0, step=-1.0)
+    assert min(window.share for window in windows(there, back, PAIRS)) > 0.99
+
+
+def test_shares_are_those_counted_beam_by_beam() -> None:
+    """Two scans from one spot: a beam meets the same wall, or one of the scans sees through the other's."""
+    one, other = _constant(2.0), _constant(2.0)
+    other.ranges[:, :90] = 3.0  # of each scan a quarter ends elsewhere: the farther one sees through the nearer
+    (window,) = windows(one, other, np.array([[0, 0]]))
+    assert window.share == pytest.approx(0.857, abs=0.03)  # 540 met, 90 seen through
+
+
+def _constant(ranges: float) -> ScannedPath:
+    track: NDArray[np.float64] = np.zeros((2, 3))
+    track[1, 0] = 1.0
+    return ScannedPath(track, np.full((2, 360), ranges))
+
+
+def test_a_path_without_scans_or_odometry_is_none() -> None:
+    assert ScannedPath.of(np.zeros((0, 3)), np.zeros((4, 360), np.uint16)) is None
+    assert ScannedPath.of(np.zeros((4, 3)), np.zeros((0, 360), np.uint16)) is None
