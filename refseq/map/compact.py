@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.inference.matching.place_distance import PlaceDistances
 from refseq.map.map import Map
+from refseq.map.merge_record import MergeRecord
 from refseq.map.reduction import without_unseen
 from refseq.map.sequence import ReferenceSequence
 
@@ -39,7 +40,8 @@ def compact(map_: Map, alike: float = ALIKE, within: float = WITHIN) -> Compacte
     """
     made = [_compact(sequence, alike, within) for sequence in map_.sequences]
     sequences, runs = zip(*made, strict=True)
-    return Compacted(replace(map_, sequences=sequences), runs)
+    # Its members are not compacted: merged anew they would make another map.
+    return Compacted(replace(map_, sequences=sequences, record=MergeRecord()), runs)
 
 
 def _compact(sequence: ReferenceSequence, alike: float, within: float) -> tuple[ReferenceSequence, tuple[range, ...]]:

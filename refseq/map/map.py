@@ -21,6 +21,7 @@ from refseq.inference.chain.network import Network
 from refseq.map.annotations import Annotations
 from refseq.map.format.archive import open_archive, pack, write_archive
 from refseq.map.format.file import described, read_parts
+from refseq.map.merge_record import NOT_MERGED, MergeRecord
 from refseq.map.path import Link, MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
@@ -43,12 +44,14 @@ class Map:
 
     A path whose places are all held by others has no sequence of its own any more. A place is numbered within its
     sequence, or through all sequences one behind the other (``first``), as beliefs number it. All sequences have the
-    same features and settings. ``learn`` makes a map of one path, ``refseq.atlas.merge`` one of several.
+    same features and settings. ``learn`` makes a map of one path, ``refseq.atlas.merge`` one of several; ``record``
+    says which files that was made of, where it is known.
     """
 
     names: tuple[str, ...]
     sequences: tuple[ReferenceSequence, ...]
     paths: tuple[MapPath, ...]
+    record: MergeRecord = NOT_MERGED
 
     @classmethod
     def of(
@@ -82,7 +85,7 @@ class Map:
 
     def to_bytes(self) -> bytes:
         """The content of the map's file: the same map gives the same bytes."""
-        return pack(*described(self.names, self.sequences, self.paths))
+        return pack(*described(self.names, self.sequences, self.paths, self.record))
 
     def __len__(self) -> int:
         return sum(len(sequence) for sequence in self.sequences)

@@ -96,7 +96,7 @@ def learn(
 * `refseq map merge east.refseq west.refseq -o whole.refseq --decisions joins.toml`""",
 )
 def merge(
-    maps: Annotated[list[Path], typer.Argument(metavar="MAP", help="Maps of one path; the first may have several.")],
+    maps: Annotated[list[Path], typer.Argument(metavar="MAP", help="Maps to merge, merged ones among them.")],
     output: Annotated[Path, output("Map to write (.refseq).")],
     decisions: Annotated[Path | None, option("FILE", "Joins that a person made or refused (.toml).")] = None,
     write_decisions: Annotated[
@@ -104,27 +104,41 @@ def merge(
     ] = None,
     confirm: Annotated[bool, flag("--confirm", "Ask about every join on the terminal.")] = False,
     min_overlap: MinOverlap = 5.0,
+    keep_joins: Annotated[
+        bool, flag("--keep-joins", "Add to the first map as it is, without the maps that it was made of.")
+    ] = False,
 ) -> None:
-    """Merge maps to one of several paths, which share the places that they have in common."""
+    """Merge maps to one of several paths, which share the places that they have in common.
+
+    A map that was merged before is taken apart into the maps that it was made of, which have to be where they were: so
+    all joins are decided about anew, and the order of merging changes nothing. A person's decisions stay.
+    """
     from refseq.atlas.decision import leave_it
     from refseq.atlas.merge import merge_maps
     from refseq.atlas.overlap import OverlapSettings
-    from refseq_bench.scenarios.maps import joins
-    from refseq_bench.scenarios.maps.checks import read_maps
+    from refseq_bench.scenarios.maps import joins, members
+    from refseq_bench.scenarios.maps.checks import check_agreeing, read_maps
 
     check_output(output, write_decisions)
     if write_decisions is not None and write_decisions.resolve() == output.resolve():
         raise ScenarioError(f"{write_decisions}: is the map and its decisions at once; valid are two files")
     settings = OverlapSettings(least=min_overlap)
+    files, before = (maps, []) if keep_joins else members.with_members(maps)
     wishes = joins.read_decisions(decisions) if decisions else []
-    read = read_maps(maps, wishes)
+    check_agreeing(wishes)
+    wishes = members.newest(wishes, before)
+    read = read_maps(files, wishes)
     merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
     if write_decisions is not None:
         joins.write_decisions(write_decisions, merged.decisions)
-    merged.map.save(output)
+    answers = [decision for decision in merged.decisions if decision.why == joins.BY_A_PERSON]
+    whole = merged.map
+    if all(one.has_one_path for one in read):
+        whole = members.recorded(whole, files, output, members.newest(answers, wishes))
+    whole.save(output)
     if merged.decisions:
         out.print(joins.decision_table(merged.decisions))
-    whole, joined = merged.map, sum(decision.joined for decision in merged.decisions)
+    joined = sum(decision.joined for decision in merged.decisions)
     say(
         out,
         f"{output}: {len(whole.paths)} paths, {len(whole)} places of {sum(map(len, read))}, {len(whole.links)} links, "

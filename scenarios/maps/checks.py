@@ -1,6 +1,7 @@
 """Maps to be merged and decisions about them, checked before any is merged."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from refseq.atlas.decision import Decision
@@ -8,6 +9,9 @@ from refseq.errors import MapError
 from refseq.map.map import Map, check_names
 from refseq.map.sequence import check_comparable
 from refseq_bench.scenarios.errors import ScenarioError
+
+SAME = 2.0
+"""Views that joins lead to within so many of each other are one: a person counts no nearer."""
 
 
 def read_maps(
@@ -36,6 +40,7 @@ def read_maps(
         except MapError as error:
             raise MapError(f"{path}: {error}") from error
     _check_views_of(decisions, dict(views))
+    check_agreeing(decisions)
     return maps
 
 
@@ -44,6 +49,54 @@ def _check_names_of(decisions: Sequence[Decision], known: Sequence[str]) -> None
         for name in (decision.one, decision.other):
             if name not in known:
                 raise ScenarioError(f"decisions: sequence {name!r} is unknown; valid are {', '.join(known)}")
+
+
+def check_agreeing(decisions: Sequence[Decision]) -> None:
+    """Raise ``ScenarioError`` for decisions of which not all can hold.
+
+    One stretch is joined and refused; or it is refused, and two joins over a third path lead from its one side to the
+    other all the same.
+    """
+    for number, one in enumerate(decisions):
+        for other in decisions[:number]:
+            if one.about(other) and one.joined is not other.joined:
+                raise ScenarioError(
+                    f"decisions: {in_words(one)} is joined and refused; valid is one decision about a stretch"
+                )
+    joins = [way for decision in decisions if decision.joined for way in (decision, _turned(decision))]
+    for refused in (decision for decision in decisions if not decision.joined):
+        for first in (join for join in joins if join.one == refused.one and join.other != refused.other):
+            for second in (join for join in joins if (join.one, join.other) == (first.other, refused.other)):
+                if _lead(first, second, refused):
+                    raise ScenarioError(
+                        f"decisions: {in_words(refused)} is refused, but {in_words(first)} and {in_words(second)} are "
+                        "joined, which makes them one; valid are decisions that agree"
+                    )
+
+
+def in_words(decision: Decision) -> str:
+    """The stretches of a decision."""
+    sides = (decision.one, decision.first), (decision.other, decision.second)
+    return " = ".join(f"{name} {first}-{last}" for name, (first, last) in sides)
+
+
+def _turned(decision: Decision) -> Decision:
+    return replace(decision, one=decision.other, other=decision.one, first=decision.second, second=decision.first)
+
+
+def _lead(first: Decision, second: Decision, to: Decision) -> bool:
+    """True where two joins lead a view of a stretch to the other side of it, view by view in proportion."""
+
+    def across(view: float, one: tuple[int, int], other: tuple[int, int]) -> float:
+        return other[0] + (view - one[0]) * (other[1] - other[0]) / max(one[1] - one[0], 1)
+
+    for view in range(max(first.first[0], to.first[0]), min(first.first[1], to.first[1]) + 1):
+        there = across(view, first.first, first.second)
+        if second.first[0] <= there <= second.first[1]:
+            end = across(there, second.first, second.second)
+            if abs(end - across(view, to.first, to.second)) <= SAME and to.second[0] <= end <= to.second[1]:
+                return True
+    return False
 
 
 def _check_views_of(decisions: Sequence[Decision], views: Mapping[str, int]) -> None:

@@ -18,6 +18,7 @@ from refseq.map.extractors import make_extractor
 from refseq.map.format.archive import HEADER, Arrays, MapArchive, check_total
 from refseq.map.format.header import MapHeader, PathTable, SequenceTable, parse_header
 from refseq.map.format.layout import check_declared, check_values, rules_of
+from refseq.map.merge_record import MergeRecord
 from refseq.map.path import MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
@@ -27,12 +28,12 @@ SPOILT = f"{HEADER} and arrays do not make a map"
 PATH_ARRAYS = ("along", "sequences", "places")
 PATH_KNOWN = ("odometry", "poses", "scans")
 
-Parts = tuple[tuple[str, ...], tuple[ReferenceSequence, ...], tuple[MapPath, ...]]
-"""Names of the sequences, sequences and paths: the fields of a ``Map``."""
+Parts = tuple[tuple[str, ...], tuple[ReferenceSequence, ...], tuple[MapPath, ...], MergeRecord]
+"""Names of the sequences, sequences, paths and the record of a merging: the fields of a ``Map``."""
 
 
 def described(
-    names: Sequence[str], sequences: Sequence[ReferenceSequence], paths: Sequence[MapPath]
+    names: Sequence[str], sequences: Sequence[ReferenceSequence], paths: Sequence[MapPath], record: MergeRecord
 ) -> tuple[dict[str, Any], Arrays]:
     """Header and arrays of a map."""
     header: dict[str, Any] = {
@@ -47,6 +48,8 @@ def described(
         ],
         "paths": [{"name": path.name, "annotations": path.annotations.to_dict()} for path in paths],
     }
+    if record != MergeRecord():
+        header["merged"] = record.to_dict()
     arrays: dict[str, NDArray[Any]] = {}
     for number, sequence in enumerate(sequences):
         arrays |= {f"sequences/{number}/{name}": array for name, array in _arrays_of(sequence).items()}
@@ -96,7 +99,7 @@ def _parts(header: MapHeader, arrays: Arrays) -> Parts:
     )
     paths = tuple(_path(table, _under(f"paths/{number}/", arrays)) for number, table in enumerate(header.paths))
     _check(names, sequences, paths)
-    return names, sequences, paths
+    return names, sequences, paths, header.merged
 
 
 def _under(prefix: str, arrays: Arrays) -> Arrays:

@@ -8,6 +8,7 @@ from typing import Any
 from refseq.limits import MAP_FEATURES
 from refseq.map.annotations import Annotations
 from refseq.map.extractors import check_feature
+from refseq.map.merge_record import NOT_MERGED, MergeRecord
 from refseq.map.profile import Profile
 
 
@@ -40,6 +41,7 @@ class MapHeader:
     profile: Profile
     sequences: tuple[SequenceTable, ...]
     paths: tuple[PathTable, ...]
+    merged: MergeRecord = NOT_MERGED
 
 
 def parse_header(content: Mapping[str, Any]) -> MapHeader:
@@ -50,6 +52,7 @@ def parse_header(content: Mapping[str, Any]) -> MapHeader:
         Profile.from_dict(content["profile"]),
         tuple(map(_sequence, _tables(content, "sequences"))),
         tuple(map(_path, _tables(content, "paths"))),
+        MergeRecord.from_dict(content["merged"]) if "merged" in content else NOT_MERGED,
     )
 
 

@@ -16,6 +16,7 @@ from refseq.atlas.routes import Leg, Route
 from refseq.logs import RecordingWriter
 from refseq.map.learning import learn
 from refseq.map.map import Map, beside
+from refseq.map.merge_record import NOT_MERGED
 from refseq.map.profile import BEST, THESIS
 from refseq.planar import Pose
 from refseq.view import LASER
@@ -155,12 +156,117 @@ def test_a_person_refuses_and_adds_joins_by_the_file(refseq: Refseq, here: Path)
     assert len(Map.load(here / "two.refseq")) == 50
 
 
-def test_an_atlas_can_be_added_to(refseq: Refseq, here: Path) -> None:
+@pytest.fixture(scope="module")
+def third(maps: Path) -> Path:
+    """A third drive, over the middle of both."""
+    drive = corridor_drive(np.random.default_rng(1), count=44, spacing=SPACING, size=96)
+    learn(drive[10:36], profile=BEST).save(maps / "middle.refseq")
+    return maps
+
+
+def content(file: Path) -> bytes:
+    """A map without the record of how it came about."""
+    return replace(Map.load(file), record=NOT_MERGED).to_bytes()
+
+
+@pytest.mark.slow
+def test_a_map_that_is_merged_later_is_joined_as_if_all_were_merged_at_once(
+    refseq: Refseq, here: Path, third: Path
+) -> None:
+    refseq("map", "merge", "west.refseq", "east.refseq", "middle.refseq", "-o", "at-once.refseq")
+    for first, last in (("west east", "middle"), ("middle west", "east"), ("east middle", "west")):
+        early = [f"{name}.refseq" for name in first.split()]
+        refseq("map", "merge", *early, "-o", "early.refseq")
+        # Paths are in the order of the maps: as at once where the later one is named at its place.
+        for words in (["early.refseq", f"{last}.refseq"], [f"{last}.refseq", "early.refseq"]):
+            answer = refseq("map", "merge", *words, "-o", "later.refseq")
+            assert answer.code == 0, answer.err
+            assert held(here / "later.refseq") == held(here / "at-once.refseq")
+
+
+def held(file: Path) -> dict[tuple[str, int], tuple[str, int]]:
+    """For each view of each path the path and view that hold its place now."""
+    map_ = Map.load(file)
+    views = [(path.name, view) for path in map_.paths for view in range(len(path))]
+    return dict(zip(views, (views[holder] for holder in map_.held_by.tolist()), strict=True))
+
+
+def test_an_atlas_of_one_grows_to_what_is_merged_at_once(refseq: Refseq, here: Path) -> None:
     refseq("map", "merge", "west.refseq", "-o", "whole.refseq")
-    answer = refseq("map", "merge", "whole.refseq", "east.refseq", "-o", "larger.refseq")
-    assert answer.code == 0
+    assert refseq("map", "merge", "whole.refseq", "east.refseq", "-o", "larger.refseq").code == 0
     refseq("map", "merge", "west.refseq", "east.refseq", "-o", "at-once.refseq")
     assert (here / "larger.refseq").read_bytes() == (here / "at-once.refseq").read_bytes()
+
+
+def test_a_persons_decision_survives_a_later_merge(refseq: Refseq, here: Path, third: Path) -> None:
+    write_decisions(here / "no.toml", [Decision("west", "east", (14, 27), (0, 11), (0, 0), False, "")])
+    refseq("map", "merge", "west.refseq", "east.refseq", "-o", "two.refseq", "--decisions", "no.toml")
+    assert refseq("map", "merge", "two.refseq", "-o", "again.refseq").code == 0
+    assert len(Map.load(here / "again.refseq")) == 56
+    # A newer word about the same stretch holds.
+    write_decisions(here / "yes.toml", [Decision("west", "east", (14, 27), (0, 11), (0, 0), True, "")])
+    refseq("map", "merge", "again.refseq", "-o", "yes.refseq", "--decisions", "yes.toml")
+    assert len(Map.load(here / "yes.refseq")) < 56
+
+
+def test_a_member_that_is_missing_or_was_edited_is_told(refseq: Refseq, maps: Path, tmp_path: Path) -> None:
+    for name in ("west", "east"):
+        (tmp_path / f"{name}.refseq").write_bytes((maps / f"{name}.refseq").read_bytes())
+    whole, out = tmp_path / "whole.refseq", tmp_path / "out.refseq"
+    west, east = (str(tmp_path / f"{name}.refseq") for name in ("west", "east"))
+    refseq("map", "merge", west, "-o", str(whole))
+    Map.load(west).noted({"weather": "rain"}).save(Path(west))
+    answer = refseq("map", "merge", str(whole), east, "-o", str(out))
+    assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
+    assert f"{west}: is not the map any more that was merged into {whole}" in answer.err
+    Path(west).unlink()
+    answer = refseq("map", "merge", str(whole), east, "-o", str(out))
+    assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
+    assert f"its member {west} is not there; valid is to put it back, or --keep-joins" in answer.err
+    assert not out.exists()
+    assert refseq("map", "merge", str(whole), east, "-o", str(out), "--keep-joins").code == 0
+    assert content(out) == content(maps / "atlas.refseq")
+
+
+def test_the_same_drive_twice_is_joined_whole(refseq: Refseq, here: Path) -> None:
+    (here / "again.refseq").write_bytes((here / "west.refseq").read_bytes())
+    assert refseq("map", "merge", "west.refseq", "again.refseq", "-o", "both.refseq").code == 0
+    map_ = Map.load(here / "both.refseq")
+    assert len(map_) <= 28 + 2
+    assert np.abs(map_.held_by[28:] - map_.held_by[:28]).max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("decisions", "told"),
+    [
+        (
+            [("west", "east", (16, 27), (0, 11), True), ("west", "east", (18, 20), (2, 4), False)],
+            "decisions: west 18-20 = east 2-4 is joined and refused; valid is one decision about a stretch",
+        ),
+        (
+            [
+                ("west", "east", (16, 27), (0, 11), True),
+                ("east", "middle", (0, 11), (6, 17), True),
+                ("west", "middle", (18, 26), (8, 16), False),
+            ],
+            "decisions: west 18-26 = middle 8-16 is refused, but west 16-27 = east 0-11 and east 0-11 = middle 6-17 are",
+        ),
+    ],
+)
+def test_decisions_that_contradict_each_other_are_told(
+    refseq: Refseq,
+    here: Path,
+    third: Path,
+    decisions: list[tuple[str, str, tuple[int, int], tuple[int, int], bool]],
+    told: str,
+) -> None:
+    tables = [Decision(one, other, a, b, (0, 0), joined, "") for one, other, a, b, joined in decisions]
+    write_decisions(here / "odd.toml", tables)
+    maps = ["west.refseq", "east.refseq", "middle.refseq"]
+    answer = refseq("map", "merge", *maps, "-o", "x.refseq", "--decisions", "odd.toml")
+    assert (answer.code, answer.out, len(answer.err.splitlines())) == (2, "", 1)
+    assert told in answer.err
+    assert not (here / "x.refseq").exists()
 
 
 @pytest.mark.parametrize(

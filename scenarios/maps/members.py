@@ -1,0 +1,66 @@
+"""Maps that a merged map was made of: found again beside it, and recorded in it."""
+
+import hashlib
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from refseq.atlas.decision import Decision
+from refseq.map.map import Map
+from refseq.map.merge_record import Member, MergeRecord, Ruling
+from refseq_bench.scenarios.errors import ScenarioError
+from refseq_bench.scenarios.maps.joins import BY_A_PERSON
+
+
+def with_members(paths: Sequence[Path]) -> tuple[list[Path], list[Decision]]:
+    """Maps to merge, in place of each merged one those that it was made of; and a person's decisions about these.
+
+    So all joins are decided about anew, whatever was merged before. A merged map that has no record stays. Raises
+    ``ScenarioError`` for a member that is not there, or is not the map any more that was merged.
+    """
+    found, rulings = list[Path](), list[Decision]()
+    for path in paths:
+        record = Map.load(path).record if path.exists() else MergeRecord()
+        found += [_found(path, member) for member in record.members] or [path]
+        rulings += [_decision(ruling) for ruling in record.rulings]
+    return found, rulings
+
+
+def _found(merged: Path, member: Member) -> Path:
+    path = Path(os.path.normpath(merged.parent / member.file))
+    if not path.is_file():
+        raise ScenarioError(
+            f"{merged}: its member {path} is not there; valid is to put it back, or --keep-joins to add to the places "
+            "that are left"
+        )
+    if _digest(path) != member.sha256:
+        raise ScenarioError(
+            f"{path}: is not the map any more that was merged into {merged}; valid is that one, or to merge the "
+            "members themselves"
+        )
+    return path
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def recorded(map_: Map, paths: Sequence[Path], output: Path, decisions: Sequence[Decision]) -> Map:
+    """A merged map that knows the files that it was made of, as seen from where it is written, and a person's word."""
+    folder = output.resolve().parent
+    members = tuple(Member(Path(os.path.relpath(path.resolve(), folder)).as_posix(), _digest(path)) for path in paths)
+    return replace(map_, record=MergeRecord(members, tuple(_ruling(decision) for decision in decisions)))
+
+
+def newest(decisions: Sequence[Decision], before: Sequence[Decision]) -> list[Decision]:
+    """Decisions of a person, and those of before about other stretches."""
+    return [*decisions, *(one for one in before if not any(one.about(new) for new in decisions))]
+
+
+def _ruling(decision: Decision) -> Ruling:
+    return Ruling(decision.one, decision.other, decision.first, decision.second, decision.joined)
+
+
+def _decision(ruling: Ruling) -> Decision:
+    return Decision(ruling.one, ruling.other, ruling.first, ruling.second, (0.0, 0.0), ruling.joined, BY_A_PERSON)
