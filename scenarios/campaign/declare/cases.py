@@ -27,6 +27,7 @@ from refseq_bench.scenarios.campaign.declare.validation_errors import first_erro
 from refseq_bench.scenarios.drives.record import QUERY_SEEDS, Drive
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.scenarios.library import LIBRARY
+from refseq_bench.scenarios.methods.chosen_on import refuse_chosen_on
 from refseq_bench.sim.bench.bench import CONTROL_PERIOD
 from refseq_bench.sim.drives.operator import style_named
 from refseq_bench.sim.drives.recorder import Trigger
@@ -227,6 +228,14 @@ def _beside(name: str, file: Path) -> str:
 # --- what can be told before the first drive ---
 
 
+def check_chosen_elsewhere(case: Case) -> None:
+    """Raise ``ScenarioError`` where a case that keeps seeds for training tests a method on a world it was chosen in."""
+    scenario = case.scenario
+    if scenario.training_seeds and not {*scenario.seeds} & {*scenario.training_seeds}:
+        tables = [table for table in (*scenario.references, scenario.query) if isinstance(table, DriveTable)]
+        refuse_chosen_on(scenario.methods, (of_seed(table.world, seed) for table in tables for seed in scenario.seeds))
+
+
 def _check(case: Case, schema_type: SchemaType, checked: set[str]) -> None:
     """Raise for a case that cannot be run; drives ``checked`` before are not checked again, as most of a file's are."""
     scenario = case.scenario
@@ -250,6 +259,7 @@ def _check(case: Case, schema_type: SchemaType, checked: set[str]) -> None:
             f"seeds: {both} are among training_seeds {list(scenario.training_seeds)}; valid are others, on which no "
             "parameter was chosen"
         )
+    check_chosen_elsewhere(case)
     for side in case.sides:
         with named(side):
             source = case.source(side, scenario.seeds[0])

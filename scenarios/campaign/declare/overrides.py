@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from refseq_bench.scenarios.campaign.declare.cases import Case
+from refseq_bench.scenarios.campaign.declare.cases import Case, check_chosen_elsewhere
 from refseq_bench.scenarios.campaign.declare.drivable import named
 from refseq_bench.scenarios.campaign.declare.expectations import about
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable, SourceTable
@@ -52,11 +52,9 @@ def _with_methods(case: Case, judged: Sequence[str], others: Sequence[str] | Non
     with named(case.name):
         schema_type.check_methods(asked)
         schema_type.check(asked, case.file, case.sources(asked.seeds[0])[:-1])
-    return replace(
-        case,
-        scenario=asked,
-        expectations=tuple(dict.fromkeys((*first, *again))),
-    )
+    found = replace(case, scenario=asked, expectations=tuple(dict.fromkeys((*first, *again))))
+    check_chosen_elsewhere(found)
+    return found
 
 
 def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:
@@ -79,7 +77,10 @@ def with_seeds(cases: Sequence[Case], seeds: str | None) -> list[Case]:
                 f"--seeds {seeds}: {case.name} has {both} for training, and is tested on others; valid are other "
                 f"numbers, or '{TRAINING}' to choose parameters"
             )
-    return [_with_seeds(case, numbers) for case in cases]
+    found = [_with_seeds(case, numbers) for case in cases]
+    for case in found:
+        check_chosen_elsewhere(case)
+    return found
 
 
 def _with_seeds(case: Case, seeds: tuple[int, ...]) -> Case:

@@ -26,6 +26,7 @@ from functools import cached_property
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
+from refseq_bench.scenarios.campaign.pages.track_score import scored_together
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.scoring.tables.score_tables import NONE
@@ -84,11 +85,11 @@ class CampaignRuns:
 
     @cached_property
     def found(self) -> Mapping[tuple[str, str], CellSource]:
-        """All there is, by the names of case and method."""
+        """All there is, by the names of case and method; all cases of a scenario together are SCENARIO/*."""
         return {
             (case.name, method.method): CellSource(campaign, case, method)
             for campaign in self.campaigns
-            for case in campaign.cases
+            for case in (*campaign.cases, *_together(campaign))
             for method in case.methods
         }
 
@@ -101,6 +102,14 @@ class CampaignRuns:
     def methods(self) -> Sequence[str]:
         """All methods that answered some case, in their order."""
         return list(dict.fromkeys(method for _, method in self.found))
+
+
+def _together(campaign: CampaignRecord) -> Iterator[CaseRecord]:
+    """The cases of each scenario of several as one."""
+    for scenario in dict.fromkeys(case.scenario for case in campaign.cases):
+        cases = [case for case in campaign.cases if case.scenario == scenario]
+        if len(cases) > 1 and all(case.methods for case in cases):
+            yield scored_together(cases)
 
 
 def blocks(text: str, page: str) -> list[Block]:
@@ -198,7 +207,11 @@ def _source(case: str, method: str, runs: CampaignRuns, place: str) -> CellSourc
             raise ScenarioError(
                 f"{place}: {what} {name!r} was not judged in these campaigns; valid are {', '.join(valid) or 'none'}"
             )
-    return runs.found.get((case, method))
+    source = runs.found.get((case, method))
+    resolved = source.case.resolved if source else {}
+    if both := sorted({*resolved.get("seeds", ())} & {*resolved.get("training_seeds", ())}):
+        raise ScenarioError(f"{place}: {case!r} was run on its training seeds {both}; valid are the seeds of the test")
+    return source
 
 
 def _shown(show: str, source: CellSource, place: str) -> str:

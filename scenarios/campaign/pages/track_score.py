@@ -1,0 +1,56 @@
+"""Score of a method over all cases of a scenario: the mean area under precision and recall, with its interval."""
+
+from collections.abc import Sequence
+from statistics import fmean
+
+from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, MethodRecord
+from refseq_bench.scenarios.scoring.bootstrap import COVERED, resamples
+from refseq_bench.scenarios.scoring.proportion import Proportion
+
+ALL = "*"
+"""Stands for all cases, behind a scenario's name."""
+
+
+def scored_together(cases: Sequence[CaseRecord]) -> CaseRecord:
+    """All cases of a scenario as one, with the methods that answered some of them.
+
+    Each seed counts with the mean over the cases, in which a case that a method did not answer has no right answer.
+    """
+    seeds = {seed: record for case in cases for seed, record in case.seeds.items()}
+    methods = dict.fromkeys(one.method for case in cases for one in case.methods)
+    scored = tuple(_scored(method, cases, list(seeds)) for method in methods)
+    return cases[0].model_copy(update={"name": f"{cases[0].scenario}/{ALL}", "methods": scored, "seeds": seeds})
+
+
+def _scored(method: str, cases: Sequence[CaseRecord], seeds: Sequence[int]) -> MethodRecord:
+    found = [case.method(method) for case in cases]
+    answered = [one for one in found if one]
+    right, of = (sum(getattr(one.success, key) for one in answered) for key in ("right", "of"))
+    low, high = Proportion(right, of).interval
+    by_seed = [fmean(_area(one, seed) for one in found) for seed in seeds]
+    bounds = seeds_interval(by_seed) or (None, None)
+    score = {"score": fmean(by_seed), "score_low": bounds[0], "score_high": bounds[1], "cases": len(cases)}
+    share = answered[0].success.model_copy(update={"right": right, "of": of, "low": low, "high": high})
+    return answered[0].model_copy(update={"success": share, "figures": score, "runs": {}, "costs": {}, "digests": {}})
+
+
+def _area(one: MethodRecord | None, seed: int) -> float:
+    run = one.runs.get(seed) if one else None
+    return run.auc if run and run.auc is not None else 0.0
+
+
+def seeds_interval(values: Sequence[float]) -> tuple[float, float] | None:
+    """The middle 95 % of the mean over resamples of the seeds; None of one seed."""
+    if len(values) < 2:
+        return None
+    means = sorted((fmean(values[k] for k in chosen), weight) for chosen, weight in resamples(len(values)))
+    return _quantile(means, (1 - COVERED) / 2), _quantile(means, (1 + COVERED) / 2)
+
+
+def _quantile(means: Sequence[tuple[float, float]], share: float) -> float:
+    reached = 0.0
+    for mean, weight in means:
+        reached += weight
+        if reached >= share - 1e-12:
+            return mean
+    return means[-1][0]
