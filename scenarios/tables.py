@@ -9,6 +9,9 @@ from rich.console import Console, RenderableType
 from rich.table import Column, Table
 from rich.text import Text
 
+NONE = "n/a"
+"""Stands where there is no figure to give."""
+
 
 class TextTable(Table):
     """A table of names and figures, shown as they are written: a name may hold what rich takes for markup.

@@ -39,7 +39,7 @@ Route = Annotated[str, ROUTE]
 @app.command("list", cls=BenchCommand, epilog="Example: `refseq world list --json`")
 def list_worlds(as_json: Json = False) -> None:
     """List the worlds of the library."""
-    from refseq_bench.scenarios.world_survey.facts import library, library_table
+    from refseq_bench.scenarios.world_survey.library import library, library_table
 
     if as_json:
         print_json(library())

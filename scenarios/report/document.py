@@ -11,7 +11,7 @@ from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.sections.experiment import SectionSettings, section
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 
 LONG_VALUE = 80
 """Metadata longer than this many characters are folded away."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 
 
 def metres(value: float) -> str:

@@ -1,9 +1,7 @@
 """Facts about worlds: the library, one world, light at a point, and the room that robots take."""
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -13,83 +11,19 @@ from rich.text import Text
 from refseq_bench import robots
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.tables import TextTable
+from refseq_bench.scenarios.world_survey.library import length, size_text, things
 from refseq_bench.worlds.check import RobotBox, geom_boxes
 from refseq_bench.worlds.light import PRESETS, LightSetting, light_named
 from refseq_bench.worlds.lighting.daylight import sun_position
 from refseq_bench.worlds.meter import Reading
 from refseq_bench.worlds.plans.areas import inside, rectangles
-from refseq_bench.worlds.plans.load import load_plan, world_names
 from refseq_bench.worlds.plans.rules import valid_areas
-from refseq_bench.worlds.plans.schema import LINES, ON_WALL, STANDING, FloorPlan, LampRow, Point, Post
+from refseq_bench.worlds.plans.schema import FloorPlan, LampRow, Post
 
 FACINGS: Mapping[str, tuple[float, float, float]] = {"up": (0.0, 0.0, 1.0), "down": (0.0, 0.0, -1.0)}
-THINGS = (*ON_WALL, *STANDING, *LINES)
-GENERATED = (
-    ("corridor:SEED", "A new corridor from any whole number from 0", "40 to 120", "forward ⇄"),
-    (
-        "building:SEED",
-        "A new building, with loops and wings",
-        "29 to 66 × 13 to 20",
-        "forward ⇄, wing, last-wing, detour",
-    ),
-)
 
 
-# --- list and show ---
-
-
-def library() -> list[dict[str, object]]:
-    """The worlds of the library, for other programs."""
-    return [
-        {
-            "name": name,
-            "title": plan.title,
-            "size_m": (plan.bounds[1] - plan.bounds[0]).tolist(),
-            "routes_m": {route: round(length(points), 3) for route, points in plan.routes.items()},
-            "things": dict(_counts(plan)),
-        }
-        for name, plan in ((name, load_plan(name)) for name in world_names())
-    ]
-
-
-def library_table() -> TextTable:
-    """The worlds of the library, a row each, and those that are made from a seed."""
-    table = TextTable("world", "what", "size [m]", "routes [m]", ">things", wraps=("what", "routes [m]"))
-    for name in world_names():
-        plan = load_plan(name)
-        table.add_row(name, plan.title, size_text(plan), routes_text(plan), str(sum(_counts(plan).values())))
-    for row in GENERATED:
-        table.add_row(*row, "")
-    return table
-
-
-def size_text(plan: FloorPlan) -> str:
-    """Length and width of a plan's ground [m]."""
-    x, y = plan.bounds[1] - plan.bounds[0]
-    return f"{x:g} × {y:g}"
-
-
-def routes_text(plan: FloorPlan) -> str:
-    """Routes and their lengths [m]; those along the same line are told once, with ⇄ where they go both ways."""
-    lines: dict[tuple[Point, ...], list[str]] = {}
-    for name, points in plan.routes.items():
-        lines.setdefault(min(points, points[::-1]), []).append(name)
-    there = set(plan.routes.values())
-    told = ((line, names[0], " ⇄" if {line, line[::-1]} <= there else "") for line, names in lines.items())
-    return ", ".join(f"{name}{ways} {length(line):.0f}" for line, name, ways in told)
-
-
-def length(points: Sequence[Point]) -> float:
-    """Length of a line of points [m]."""
-    return sum(math.dist(a, b) for a, b in pairwise(points))
-
-
-def _counts(plan: FloorPlan) -> Counter[str]:
-    """Count the things of each kind."""
-    found: Counter[str] = Counter()
-    for table in THINGS:
-        found.update(getattr(item, "kind", table) if table == "fixture" else table for item in getattr(plan, table))
-    return found
+# --- show ---
 
 
 def world_table(plan: FloorPlan) -> Table:
@@ -133,7 +67,7 @@ def _ceiling_text(plan: FloorPlan) -> str:
 
 def _things_text(plan: FloorPlan) -> str:
     ajar = sum(door.open > 0 for door in plan.door)
-    told = [f"{kind} {count}" + (f" ({ajar} open)" if kind == "door" else "") for kind, count in _counts(plan).items()]
+    told = [f"{kind} {count}" + (f" ({ajar} open)" if kind == "door" else "") for kind, count in things(plan).items()]
     return ", ".join(told) or "none"
 
 

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -92,6 +91,8 @@ LEVEL = LocalFrame(np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0]))
 
 def quaternion(x: ArrayLike, z: ArrayLike) -> Floats:
     """Return the rotation (w x y z) that has these axes x and z, unit and at right angles."""
+    import mujoco  # takes a quarter of a second, which who only reads plans does not wait for
+
     x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
     matrix = np.stack([x, np.cross(z, x), z], axis=1)
     quat = np.zeros(4)

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 from scipy.special import logsumexp
 
 from refseq.inference.matching.detection import REACH, Detection
@@ -168,6 +167,8 @@ def power_of(log_ratios: NDArray[np.float64]) -> float:
     low = 0.5
     while log_mean(low) > 0:
         low /= 2
+    from scipy.optimize import brentq  # half a second to import, which who only names a profile does not wait for
+
     return float(brentq(log_mean, low, 1.0, xtol=1e-6))
 
 

@@ -19,7 +19,7 @@ from refseq_bench.scenarios.scoring.paired import (
     least_p,
     paired_difference,
 )
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 
 PASSES, FAILS = 95.0, 5.0
 """A method passes a case from so many per cent of right answers on, and fails it up to so many: choices."""

@@ -10,7 +10,7 @@ from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, Ca
 from refseq_bench.scenarios.report.page import rendered
 from refseq_bench.scenarios.report.words import duration_text
 from refseq_bench.scenarios.scoring.comparison import method_label
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 
 INDEX = "index.html"
 

@@ -13,7 +13,7 @@ from refseq_bench.scenarios.report.plots.plan import FloorOutline
 from refseq_bench.scenarios.report.plots.style import Plot
 from refseq_bench.scenarios.report.words import metres
 from refseq_bench.scenarios.scoring.missions import MissionFigures, MissionRun, MissionScore, outcome_words
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 
 HEADINGS = (
     "to the goal, median",

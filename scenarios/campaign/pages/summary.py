@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from refseq_bench.scenarios.report.plot_selection import MOST
 from refseq_bench.scenarios.report.plots.style import Plot
 from refseq_bench.scenarios.report.plots.sweep import Sweep, success_over
 from refseq_bench.scenarios.scoring.comparison import method_label
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 from refseq_bench.worlds.light import light_named
 
 

@@ -29,7 +29,7 @@ from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
 from refseq_bench.scenarios.campaign.pages.track_score import scored_together
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 from refseq_bench.sim.rendering.renderer import RendererKind
 from refseq_bench.text_file import TextFileError, parse_toml
 

@@ -11,8 +11,7 @@ from refseq_bench.scenarios.campaign.pages.index import INDEX, index_row, verdic
 from refseq_bench.scenarios.campaign.pages.summary import Summary, plain
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, ShareRecord
 from refseq_bench.scenarios.report.words import duration_text
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
-from refseq_bench.scenarios.tables import TextTable, print_whole, say
+from refseq_bench.scenarios.tables import NONE, TextTable, print_whole, say
 
 STYLES = {"passed": "green", "failed": "bold red", "error": "bold magenta", "skipped": "dim", "open": "dim"}
 FIGURES = {

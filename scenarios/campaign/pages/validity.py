@@ -23,7 +23,7 @@ from refseq_bench.scenarios.scoring.rank_agreement import (
     mean_scores,
     rank_agreement,
 )
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 
 REAL, TWIN = "real", "twin"
 FIGURES = ("success", "auc")

@@ -12,7 +12,7 @@ from refseq_bench.scenarios.campaign.declare.outcomes import Verdict
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.proportion import share_words
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 
 FORMAT = 2
 """Version of the file's form: another one when a reader of this one would misread it."""

@@ -136,9 +136,9 @@ def wrote(path: Path, *, quiet: bool = False) -> Iterator[None]:
 
 def print_results(title: str, found: "Sequence[StageResult]", comparisons: "Sequence[Comparison]") -> None:
     """The table of the stages, with the number of views and 95 % intervals."""
-    from refseq_bench.scenarios.scoring.tables.score_tables import NONE, consistency_table
+    from refseq_bench.scenarios.scoring.tables.score_tables import consistency_table
     from refseq_bench.scenarios.scoring.truth import truth_estimates, unscored_reason
-    from refseq_bench.scenarios.tables import TextTable, print_whole
+    from refseq_bench.scenarios.tables import NONE, TextTable, print_whole
 
     views = sum(len(comparison.query_views) for comparison in comparisons)
     runs = f"{len(comparisons)} drives, " if len(comparisons) > 1 else ""

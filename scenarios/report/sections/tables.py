@@ -11,7 +11,7 @@ from refseq_bench.scenarios.scoring.cost import Cost
 from refseq_bench.scenarios.scoring.figures import STEPS, Figures, figures_record, step_times, success_over_seeds
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.score import PLACES_OFF, RANKS, Score
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 
 OUTCOMES = (Outcome.WRONG, Outcome.MISSED, Outcome.FALSE_FIX, Outcome.REJECTED)
 FURTHER = (

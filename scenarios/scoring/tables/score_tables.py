@@ -11,10 +11,7 @@ from refseq_bench.scenarios.scoring.figures import Figures
 from refseq_bench.scenarios.scoring.proportion import Proportion
 from refseq_bench.scenarios.scoring.recovery import DistanceOrNever
 from refseq_bench.scenarios.scoring.score import RANKS
-from refseq_bench.scenarios.tables import TextTable
-
-NONE = "n/a"
-"""Stands where there is no figure to give."""
+from refseq_bench.scenarios.tables import NONE, TextTable
 
 
 def figures_table(title: str, found: Sequence[Figures]) -> TextTable:

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from refseq_bench import robots
-from refseq_bench.scenarios.world_survey.facts import robot_box, routes_text
+from refseq_bench.scenarios.world_survey.facts import robot_box
+from refseq_bench.scenarios.world_survey.library import routes_text
 from refseq_bench.worlds.light import light_named
 from refseq_bench.worlds.meter import illuminance
 from refseq_bench.worlds.plans.generate import corridor

@@ -1,5 +1,6 @@
 from collections.abc import Callable
 from pathlib import Path
+from zoneinfo import available_timezones
 
 import pytest
 
@@ -211,12 +212,18 @@ def test_a_window_into_another_corridor() -> None:
     )
 
 
-def test_unknown_time_zone(small: Text) -> None:
-    said = message(small().replace("Europe/Lisbon", "Europe/Aveiro"))
+@pytest.mark.parametrize("zone", ["Europe/Aveiro", "Europe", "", "zone.tab", "/etc/localtime", "../etc", "posixrules"])
+def test_unknown_time_zone(small: Text, zone: str) -> None:
+    said = message(small().replace("Europe/Lisbon", zone))
     assert said == (
-        "plan.toml: place.timezone: 'Europe/Aveiro' is not valid; "
+        f"plan.toml: place.timezone: '{zone}' is not valid; "
         "it should be a time zone of the IANA list, such as Europe/Lisbon"
     )
+
+
+def test_all_zones_of_the_list_are_known(small: Text) -> None:
+    for zone in sorted(available_timezones())[::20]:
+        assert parse_plan(small().replace("Europe/Lisbon", zone)).place.timezone == zone
 
 
 def test_a_plan_cannot_be_changed(small: Text) -> None:

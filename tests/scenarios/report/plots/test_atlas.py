@@ -20,7 +20,7 @@ from refseq_bench.scenarios.scoring.atlas import passing
 from refseq_bench.scenarios.scoring.comparison import Comparison
 from refseq_bench.scenarios.scoring.figures import figures
 from refseq_bench.scenarios.scoring.path_geometry import WIDE, Tolerance, path_of
-from refseq_bench.scenarios.scoring.tables.score_tables import NONE
+from refseq_bench.scenarios.tables import NONE
 from tests.scenarios.forks import (
     AHEAD,
     COUNT,
