@@ -24,6 +24,8 @@ class Merged:
 
     map: Map
     decisions: tuple[Decision, ...]
+    found: tuple["FoundOverlap", ...] = ()
+    """Stretches that the decisions are about, one each."""
 
 
 def merge(maps: Sequence[Map], settings: OverlapSettings | None = None) -> Map:
@@ -60,7 +62,7 @@ def merge_maps(
         found.append(merging.wish(wish))
         told.append(wish)
     joined = [one for one, decision in zip(found, told, strict=True) if decision.joined]
-    return Merged(merging.map(joined), tuple(told))
+    return Merged(merging.map(joined), tuple(told), tuple(found))
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,8 @@ def learn(
 
 * `refseq map merge east.refseq west.refseq -o whole.refseq`
 * `refseq map merge whole.refseq north.refseq -o larger.refseq --write-decisions joins.toml`
-* `refseq map merge east.refseq west.refseq -o whole.refseq --decisions joins.toml`""",
+* `refseq map merge east.refseq west.refseq -o whole.refseq --page joins.html`
+* `refseq map merge whole.refseq -o whole.refseq --decisions joins.toml`""",
 )
 def merge(
     maps: Annotated[list[Path], typer.Argument(metavar="MAP", help="Maps to merge, merged ones among them.")],
@@ -101,6 +102,9 @@ def merge(
     decisions: Annotated[Path | None, option("FILE", "Joins that a person made or refused (.toml).")] = None,
     write_decisions: Annotated[
         Path | None, option("FILE", "Joins made and refused, with the reasons, to write (.toml).")
+    ] = None,
+    page: Annotated[
+        Path | None, option("FILE", "Page to look at the joins and to decide about them, to write (.html).")
     ] = None,
     confirm: Annotated[bool, flag("--confirm", "Ask about every join on the terminal.")] = False,
     min_overlap: MinOverlap = 5.0,
@@ -118,10 +122,12 @@ def merge(
     from refseq.atlas.overlap import OverlapSettings
     from refseq_bench.scenarios.maps import joins, members
     from refseq_bench.scenarios.maps.checks import check_agreeing, read_maps
+    from refseq_bench.scenarios.maps.joins_page import write_joins_page
 
-    check_output(output, write_decisions)
-    if write_decisions is not None and write_decisions.resolve() == output.resolve():
-        raise ScenarioError(f"{write_decisions}: is the map and its decisions at once; valid are two files")
+    check_output(output, write_decisions, page)
+    for beside, what in ((write_decisions, "its decisions"), (page, "its page")):
+        if beside is not None and beside.resolve() == output.resolve():
+            raise ScenarioError(f"{beside}: is the map and {what} at once; valid are two files")
     settings = OverlapSettings(least=min_overlap)
     files, before = (maps, []) if keep_joins else members.with_members(maps)
     wishes = joins.read_decisions(decisions) if decisions else []
@@ -131,6 +137,8 @@ def merge(
     merged = merge_maps(read, settings, ask if confirm else leave_it, wishes)
     if write_decisions is not None:
         joins.write_decisions(write_decisions, merged.decisions)
+    if page is not None:
+        write_joins_page(page, merged, f"Joins of {output.name}")
     answers = [decision for decision in merged.decisions if decision.why == joins.BY_A_PERSON]
     whole = merged.map
     if all(one.has_one_path for one in read):

@@ -13,7 +13,7 @@ STYLE, SCRIPT = "style.css", "page.js"
 """The style sheet and the script that sorts tables: files beside the templates, put into every page."""
 
 
-def rendered(template: str, **content: object) -> str:
+def rendered(template: str, script_file: str = SCRIPT, /, **content: object) -> str:
     """Fill in a template; text is escaped, and the page's policy lets a browser fetch nothing and run our script."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("refseq_bench.scenarios.report"),
@@ -21,7 +21,7 @@ def rendered(template: str, **content: object) -> str:
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
     )
-    style, script = _beside(STYLE), _beside(SCRIPT)
+    style, script = _beside(STYLE), _beside(script_file)
     environment.globals |= {"reach": f"{SCAN_REACH:g}", "style": style, "script": script, "policy": policy(script)}
     return environment.get_template(template).render(**content)
 

@@ -9,9 +9,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from playwright.sync_api import Browser
 
 from refseq.atlas.decision import Decision
-from refseq.atlas.merge import merge_maps
+from refseq.atlas.merge import FoundOverlap, Merged, merge_maps
+from refseq.atlas.overlap import Overlap
 from refseq.atlas.routes import Leg, Route
 from refseq.logs import RecordingWriter
 from refseq.map.learning import learn
@@ -22,6 +24,7 @@ from refseq.planar import Pose
 from refseq.view import LASER
 from refseq_bench.scenarios.cli.terminal.console import out
 from refseq_bench.scenarios.maps.joins import BY_A_PERSON, decision_table, read_decisions, write_decisions
+from refseq_bench.scenarios.maps.joins_page import worst_first
 from refseq_bench.scenarios.maps.routes import leg_table
 from tests.refseq.rooms import named_maps
 from tests.scenarios.conftest import Refseq
@@ -207,6 +210,51 @@ def test_a_persons_decision_survives_a_later_merge(refseq: Refseq, here: Path, t
     write_decisions(here / "yes.toml", [Decision("west", "east", (14, 27), (0, 11), (0, 0), True, "")])
     refseq("map", "merge", "again.refseq", "-o", "yes.refseq", "--decisions", "yes.toml")
     assert len(Map.load(here / "yes.refseq")) < 56
+
+
+def test_joins_are_decided_about_on_their_page_by_keyboard(refseq: Refseq, here: Path, browser: Browser) -> None:
+    words = ["map", "merge", "west.refseq", "east.refseq", "-o", "paged.refseq", "--page", "joins.html"]
+    assert refseq(*words).code == 0
+    tab, errors = browser.new_page(), list[str]()
+    tab.on("pageerror", lambda error: errors.append(str(error)))
+    tab.on("console", lambda message: errors.append(message.text))
+    tab.goto((here / "joins.html").as_uri())
+    assert tab.locator(".join").count() == 1
+    assert "west" in tab.locator("h3").inner_text()
+    assert "scans lie on each other to" in tab.locator(".join").inner_text()
+    assert tab.locator(".mine").count() >= 1
+    tab.keyboard.press("ArrowDown")
+    tab.keyboard.press("r")
+    assert tab.locator("[aria-pressed=true]").inner_text() == "refuse"
+    with tab.expect_download() as download:
+        tab.keyboard.press("s")
+    download.value.save_as(here / "page.toml")
+    tab.close()
+    assert errors == []
+    # What the page saves is what merging reads, and holds in a later merge.
+    refseq("map", "merge", "paged.refseq", "-o", "decided.refseq", "--decisions", "page.toml")
+    assert len(Map.load(here / "decided.refseq")) == 56
+    refseq("map", "merge", "decided.refseq", "-o", "later.refseq")
+    assert len(Map.load(here / "later.refseq")) == 56
+
+
+def test_doubtful_joins_come_first_on_the_page_and_sure_ones_last() -> None:
+    def found(evidence: float, doubt: str = "", objection: str = "") -> FoundOverlap:
+        overlap = Overlap(np.zeros((1, 2), np.intp), (9.0, 9.0), {}, objection, doubt, evidence)
+        return FoundOverlap(0, 1, overlap.pairs, overlap)
+
+    every = [
+        (found(40.0), True),
+        (found(20.0), True),
+        (found(9.0, "weak"), True),
+        (found(5.0, "weak"), False),
+        (found(30.0, "weak"), False),
+        (found(0.0, "", "too short"), False),
+        (found(0.0, "", "too short"), True),
+    ]
+    decisions = tuple(Decision("a", "b", (0, 1), (0, 1), (9.0, 9.0), joined, "") for _, joined in every)
+    merged = Merged(Map((), (), ()), decisions, tuple(one for one, _ in every))
+    assert worst_first(merged) == [2, 4, 3, 6, 1, 0]
 
 
 def test_a_member_that_is_missing_or_was_edited_is_told(refseq: Refseq, maps: Path, tmp_path: Path) -> None:
