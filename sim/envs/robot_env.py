@@ -14,12 +14,14 @@ from refseq.missions.behaviour_codes import kind_of
 from refseq.missions.plan import Plan
 from refseq_bench import robots
 from refseq_bench.sim.bench.settings import BenchSettings
+from refseq_bench.sim.cameras.camera import CameraModel
 from refseq_bench.sim.drives.behaviour_runner import description_of
 from refseq_bench.sim.drives.chase_camera import ChaseCamera
 from refseq_bench.sim.envs.episodes.actions import Acting, ByBehaviour, ByTwist
 from refseq_bench.sim.envs.episodes.episode import BenchEpisode, EpisodeSetting, ground_of
 from refseq_bench.sim.envs.episodes.localising import familiar
-from refseq_bench.sim.envs.episodes.observations import Arrays, Known, Sensing
+from refseq_bench.sim.envs.episodes.observations import IMAGE, Arrays, Known, Sensing
+from refseq_bench.sim.envs.episodes.pixels import square_camera
 from refseq_bench.sim.envs.tasks.by_name import made_task
 from refseq_bench.sim.envs.tasks.task import Judgement, Task
 from refseq_bench.sim.envs.worlds.named import check_light, plan_named, world_named
@@ -47,9 +49,9 @@ class RobotEnv(gym.Env[Arrays, Any]):
 
     ``world`` is a name, or several, of which each episode draws one; ``route`` is what is followed, or was learnt.
     ``actions`` are ``behaviours`` (``Discrete``, see ``ByBehaviour``) or ``twist`` (``Box``, see ``ByTwist``). Images
-    of ``cameras`` are part of the observation: they need a ``renderer``, as the pictures of ``render_mode`` do, and
-    nothing else does. Tasks with a map tell what their localiser believes in one of two forms, ``belief``: ``summary``
-    or ``places``. ``Sensing`` tells what is observed.
+    of ``cameras`` are part of the observation, as squares of so many ``pixels`` a side, or as they are: they need a
+    ``renderer``, as the pictures of ``render_mode`` do, and nothing else does. Tasks with a map tell what their
+    localiser believes in one of two forms, ``belief``: ``summary`` or ``places``. ``Sensing`` tells what is observed.
 
     The reward is what the task's episode makes of the truth (``AlongCorridor``, ``ThroughDoor``, ``ToPlace``,
     ``FoundAgain``): what was made good towards the goal, +5 where it is reached, -5 for a failure. Both end the episode
@@ -74,6 +76,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
         robot: str = "robuter",
         light: str = "16:00",
         cameras: Sequence[str] = (),
+        pixels: int | None = None,
         belief: str = "summary",
         renderer: str = DEFAULT_RENDERER,
         render_mode: str | None = None,
@@ -92,7 +95,9 @@ class RobotEnv(gym.Env[Arrays, Any]):
             _check(f"camera of robot {robot!r}", camera, self._robot.cameras)
         self._cameras, self._renderer, self.render_mode = tuple(cameras), RendererKind(renderer), render_mode
         drawing = self._renderer if cameras else RendererKind.NONE
-        self._settings = BenchSettings(renderer=drawing, cameras=self._cameras)
+        small = {} if pixels is None else dict.fromkeys(self._robot.cameras, square_camera(CameraModel(), pixels))
+        self._settings = BenchSettings(renderer=drawing, cameras=self._cameras, camera_models=small)
+        self._image = IMAGE if pixels is None else (pixels, pixels)
         self._acting = self._actions(actions)
         self.metadata = self.metadata | {"render_fps": round(1 / self._acting.period)}
         self._map = self._learnt() if self._task.mapped else None
@@ -118,6 +123,7 @@ class RobotEnv(gym.Env[Arrays, Any]):
             sonars=len(self._robot.sonars),
             max_range=self._settings.laser.mode.max_range,
             cameras=self._cameras,
+            image=self._image,
             places=None if self._map is None else len(self._map),
             belief=belief,
             goal=self._task.goes_to_place,

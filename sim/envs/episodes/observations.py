@@ -24,7 +24,7 @@ BELIEFS = ("summary", "places")
 FASTEST = np.array([3.0, 6.0, 3.0, 3.0, math.pi], np.float32)
 """Odometry is cut off at these [m/s, rad/s, m, m, rad]: three times what any robot is let, by choice."""
 IMAGE = (480, 640)
-"""Rows and columns of a camera's image."""
+"""Rows and columns of a camera's image, unless others are asked for."""
 SHOWN = 3
 """Of what a mission asks for, so much is seen: what is due, and what comes next; a choice."""
 FARTHEST = 100.0
@@ -50,9 +50,9 @@ class Sensing:
     """The observation space of a robot, and observations in it.
 
     ``sonars`` is how many the robot has, ``max_range`` [m] that of its laser, ``cameras`` the names of those that give
-    images. ``places`` is how many the map has, None without one; ``belief`` one of ``BELIEFS``; ``goal`` says whether
-    the task has one. A task that asks for ``behaviours``, so many, tells which are due, and which one goes on. Raises
-    ``SimError`` for an unknown form of belief.
+    images, of so many rows and columns. ``places`` is how many the map has, None without one; ``belief`` one of
+    ``BELIEFS``; ``goal`` says whether the task has one. A task that asks for ``behaviours``, so many, tells which are
+    due, and which one goes on. Raises ``SimError`` for an unknown form of belief.
     """
 
     def __init__(
@@ -61,6 +61,7 @@ class Sensing:
         sonars: int,
         max_range: float,
         cameras: Sequence[str] = (),
+        image: tuple[int, int] = IMAGE,
         places: int | None = None,
         belief: str = "summary",
         goal: bool = False,
@@ -85,7 +86,7 @@ class Sensing:
             parts["asked"] = spaces.Box(-FARTHEST, FARTHEST, (SHOWN, 1 + behaviours), np.float32)
             parts["doing"] = spaces.Box(0.0, 1.0, (behaviours,), np.float32)
         for name in cameras:
-            parts[name] = spaces.Box(0, 255, IMAGE, np.uint8)
+            parts[name] = spaces.Box(0, 255, image, np.uint8)
         self.space: spaces.Space[Any] = spaces.Dict(parts)
 
     def observed(
