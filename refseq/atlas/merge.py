@@ -148,8 +148,8 @@ class _Merging:
             return replace(found, overlap=replace(overlap, alike=laid.share, objection=objection))
         evidence = overlap.evidence * sum(lengths) / max(sum(overlap.lengths), 1e-9)
         doubt = overlap.doubt
-        if laid.share < valid.same and evidence < valid.walled:
-            doubt = doubt or f"its scans {_lie(laid.share)}"
+        if laid.share < valid.same:
+            doubt = doubt or f"of scans that {_lie(laid.share)}; valid is {valid.same:.0%}"
         elif laid.share >= valid.exact and evidence >= valid.walled:
             doubt = ""
         cut = replace(

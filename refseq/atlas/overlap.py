@@ -49,9 +49,8 @@ class OverlapSettings:
 
     Where the laser's scans are known, those of an overlap have to lie on each other (``refseq.atlas.scans``): of the
     beams whose ends both can see the share ``alike`` has to meet walls for both, else it is none. Below ``same`` it is
-    doubtful, unless it has evidence of ``walled`` [nats·m]: full rooms do not come to ``same``, and bare corridors that
-    are not one come to more than ``alike``. Scans that are alike to ``exact`` take all doubt from an overlap with
-    evidence of ``walled``.
+    doubtful: full rooms do not come to ``same``, and bare corridors that are not one come to more than ``alike``. Scans
+    that are alike to ``exact`` take all doubt from an overlap with evidence of ``walled`` [nats·m].
     """
 
     sure: float = 0.5
