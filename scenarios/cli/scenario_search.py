@@ -73,7 +73,8 @@ def search(
         at_once = False
     finally:
         executor.close(at_once=at_once)
-    told = f"refseq scenario search {scenario} --method {method} --budget {budget} --seed {seed}"
+    told = f"refseq scenario search {scenario} --method {method} --budget {budget} --seed {seed} --enough {enough:g}"
+    told += "".join(f" --dial {one}" for one in dial or ()) + (f" --seeds {seeds}" if seeds else "")
     with writing(output):
         files = write_search(found, case, dials, output, told=told, enough=enough / 100)
     say(out, f"worst: {found_words(found.worst)}")

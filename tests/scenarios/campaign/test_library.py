@@ -58,6 +58,7 @@ OWN = {
     "joins",
     "real-fr079",
     "real-corridor",
+    "track",
     "validity-laser",
     "validity-camera",
     "camera-black",
@@ -175,7 +176,8 @@ def test_recordings_are_shared() -> None:
     """Rendering is what a campaign costs: all drives of the hallway that can be one are one."""
     print(f"{len(drives())} distinct drives in {len(cases())} cases")
     twins = sum(2 * len(one.scenario.seeds) for one in cases() if "/twin/" in one.name)
-    assert len(drives(atlas=False)) <= 148 + twins  # each twin has a world of its own
+    track = sum(2 * len(one.scenario.seeds) for one in cases() if one.scenario.training_seeds)
+    assert len(drives(atlas=False)) <= 148 + twins + track  # each twin, and each seed of the track, has its own world
     # Two paths as references, three queries, and one path as the only reference; eight references at one hour, four of
     # them at another and all at a third, and two queries, of which one is asked in both.
     # Nine buildings by the laser alone, four references and a query, of which nothing is rendered.
