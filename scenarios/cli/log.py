@@ -184,6 +184,38 @@ def drift(
     cls=BenchCommand,
     epilog="""Examples:
 
+* `refseq log laser real.clf simulated.mcap --thin 2.5`
+
+Walls are straight pieces of 20°. docs/validity.md has real lasers beside ours.""",
+)
+@grouped
+def laser(
+    files: Annotated[list[Path], typer.Argument(metavar="LOG", help=LOG_HELP)],
+    as_json: Json = False,
+    selection: Selection = Selection(),
+) -> None:
+    """Measure a laser's scans: noise on walls, beams that bring nothing back, edges."""
+    from refseq.logs import open_log
+    from refseq_bench.scenarios.log_tools.facts import LASER_HEADINGS, laser_row
+    from refseq_bench.scenarios.log_tools.scan_statistics import scan_statistics
+
+    found = {}
+    for path in files:
+        views = thinned_drive(open_log(path), selection.chosen()).recording().views
+        found[path] = scan_statistics([view.scan for view in views if view.scan is not None], str(path))
+    if as_json:
+        print_json([{"log": str(path), **asdict(one)} for path, one in found.items()])
+        return
+    table = TextTable(*LASER_HEADINGS)
+    for path, one in found.items():
+        table.add_row(*laser_row(path.name, one))
+    print_whole(out, table)
+
+
+@app.command(
+    cls=BenchCommand,
+    epilog="""Examples:
+
 * `refseq log convert robot_bag drive.mcap --thin 0.5`
 * `refseq log convert drive.mcap bag --format rosbag2`
 * `refseq log convert drive.mcap odometry.tum`

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from refseq_bench.scenarios.log_tools.checkup import LogCheckup
 from refseq_bench.scenarios.log_tools.drift import OdometryDrift
+from refseq_bench.scenarios.log_tools.scan_statistics import ScanStatistics
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin
 from refseq_bench.scenarios.log_tools.warnings import times
 from refseq_bench.scenarios.report.words import duration_text, size_text
@@ -13,6 +14,9 @@ NONE = "–"
 
 TOPIC_HEADINGS = ("topic", "schema", ">messages", ">rate", ">jitter", ">pauses", "taken as")
 DRIFT_HEADINGS = ("log", ">way", ">heading a metre", ">of a turn", ">by chance", ">length", ">farthest off")
+LASER_HEADINGS = (
+    "log", ">scans", ">beams", ">walls", ">off walls, median", ">90 %", ">no return", ">edges", ">median range",
+)  # fmt: skip
 INFO_HEADINGS = ("topic", "schema", "encoding", ">messages", ">rate", "role")
 
 
@@ -55,6 +59,14 @@ def drift_row(name: str, drift: OdometryDrift) -> tuple[str, ...]:
         f"{100 * drift.length:+.1f} %",
         f"{drift.off:.1f} m, {100 * drift.off / drift.way:.0f} %",
     )
+
+
+def laser_row(name: str, scans: ScanStatistics) -> tuple[str, ...]:
+    """Cells of a log under ``LASER_HEADINGS``."""
+    counts = (str(scans.scans), str(scans.beams), str(scans.walls))
+    off = (f"{1000 * value:.1f} mm" if scans.walls else "–" for value in (scans.residual_median, scans.residual_p90))
+    shares = (f"{100 * scans.none:.1f} %", f"{100 * scans.edges:.1f} %")
+    return (name, *counts, *off, *shares, f"{scans.median_range:.1f} m")
 
 
 def info_row(topic: TopicSurvey) -> tuple[str, ...]:
