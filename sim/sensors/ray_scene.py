@@ -31,14 +31,18 @@ class SceneHits:
     normal: NDArray[np.float64]
 
 
+FEW = 120_000
+"""Up to so many pairs of a ray and a geom it takes longer to sort out who may meet whom than to cast."""
+
+
 class RayScene:
     """The geoms of ``model`` where they were at the last ``look``; they may move, but stay as they are.
 
     Rays are cast in a copy of the model, whose world's body is given those geoms alone that a bundle may meet.
     """
 
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self.model = model
+    def __init__(self, model: mujoco.MjModel, few: int = FEW) -> None:
+        self.model, self._few = model, few
         self._known: dict[tuple[bytes, int], _Kinds] = {}
 
     @cached_property
@@ -47,10 +51,17 @@ class RayScene:
 
     def look(self, data: mujoco.MjData, groups: NDArray[np.uint8], blind_body: int) -> None:
         """Take the geoms of ``groups`` where they are in ``data``, without those of one body."""
+        self._data, self._groups, self._blind_body, self._placed = data, groups, blind_body, False
         key = groups.tobytes(), blind_body
         if key not in self._known:
             self._known[key] = _Kinds.of(self.model, groups, blind_body)
-        self._met = met = self._known[key]
+        self._met = self._known[key]
+
+    def _place(self) -> None:
+        """Take their boxes, at the first cast that needs them."""
+        if self._placed:
+            return
+        self._placed, met, data = True, self._met, self._data
         self._at, self._turned = data.geom_xpos[met.ids], data.geom_xmat[met.ids]
         axes = self._turned.reshape(-1, 3, 3)
         self._middles = self._at + (axes @ met.middles[:, :, None])[:, :, 0]
@@ -69,8 +80,11 @@ class RayScene:
         """
         shape = rays.shape[:2]
         distance, geom, normal = np.full(shape, np.inf), np.full(shape, -1, np.int32), np.zeros(rays.shape)
-        if not len(self._middles) or not rays.size:
+        if not len(self._met.ids) or not rays.size:
             return SceneHits(distance, geom, normal)
+        if rays.size // 3 * self.model.ngeom <= self._few:
+            return self._cast_at_all(origins, rays, reach)
+        self._place()
         for bundle, may_meet in enumerate(
             self._may_meet(origins, bounding_planes(rays) if facing is None else facing, reach)
         ):
@@ -79,9 +93,17 @@ class RayScene:
                 self._slots.put(self._met, near, self._at[near], self._turned[near])
                 self._slots.cast(origins[bundle], rays[bundle], reach, distance[bundle], geom[bundle], normal[bundle])
                 geom[bundle] = np.where(geom[bundle] >= 0, self._met.ids[near][geom[bundle]], -1)
-        met = (geom >= 0) & (distance <= reach)
-        distance[~met], geom[~met], normal[~met] = np.inf, -1, 0.0
-        return SceneHits(distance, geom, normal)
+        return _within(reach, SceneHits(distance, geom, normal))
+
+    def _cast_at_all(self, origins: NDArray[np.float64], rays: NDArray[np.float64], reach: float) -> SceneHits:
+        shape = rays.shape[:2]
+        distance, geom, normal = np.empty(shape), np.empty(shape, np.int32), np.zeros(rays.shape)
+        model, data, groups, blind = self.model, self._data, self._groups, self._blind_body
+        for bundle, origin in enumerate(origins):
+            aims, facing = rays[bundle].reshape(-1), normal[bundle].reshape(-1)
+            out = geom[bundle], distance[bundle], facing
+            mujoco.mj_multiRay(model, data, origin, aims, groups, True, blind, *out, shape[1], reach)
+        return _within(reach, SceneHits(distance, geom, normal))
 
     def _may_meet(self, origins: NDArray[np.float64], facing: NDArray[np.float64], reach: float) -> NDArray[np.bool_]:
         """Geoms that a bundle may meet, (bundles, geoms): all that it meets, and a few more.
@@ -161,6 +183,13 @@ class _Kinds:
         halves = np.where(plain[:, None], 0.0, box[:, 3:])
         radii = np.sqrt((halves**2).sum(axis=1)) + MARGIN
         return cls(ids, kinds, model.geom_dataid[ids], model.geom_size[ids], box[:, :3], halves, radii, plain)
+
+
+def _within(reach: float, hits: SceneHits) -> SceneHits:
+    """The hits up to ``reach`` [m]: a wide geom may begin before it, and be met behind it."""
+    beyond = (hits.geom < 0) | (hits.distance > reach)
+    hits.distance[beyond], hits.geom[beyond], hits.normal[beyond] = np.inf, -1, 0.0
+    return hits
 
 
 def bounding_planes(rays: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -68,7 +68,7 @@ def assert_same(model: mujoco.MjModel, data: mujoco.MjData, scene: RayScene, see
 def test_the_same_hits_as_of_all_geoms_in_worlds(name: str, robot: str) -> None:
     world = build_world(load_plan(name), light_named("16:00"), 0, pictured=False)
     with Bench(world, robots.load(robot), settings=BenchSettings(renderer=RendererKind.NONE)) as bench:
-        scene = RayScene(bench.model)
+        scene = RayScene(bench.model, few=0)
         met = [assert_same(bench.model, bench.data, scene, seed, (0.02, 0.3, 3.0)[seed % 3]) for seed in range(48)]
     assert sum(met) > 1000
 
@@ -105,11 +105,12 @@ def jumble(rng: np.random.Generator) -> tuple[mujoco.MjModel, mujoco.MjData]:
 def test_the_same_hits_as_of_all_geoms_of_all_kinds(seed: int, width: float) -> None:
     rng = np.random.default_rng(seed)
     model, data = jumble(rng)
-    scene = RayScene(model)
+    scene = RayScene(model, few=0)
     assert_same(model, data, scene, seed, width)
     data.mocap_pos[:] += rng.normal(size=data.mocap_pos.shape)
     mujoco.mj_forward(model, data)
     assert_same(model, data, scene, seed + 1, width)
+    assert_same(model, data, RayScene(model), seed + 1, width)
 
 
 def test_few_geoms_are_handed_on(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -130,7 +131,7 @@ def test_few_geoms_are_handed_on(monkeypatch: pytest.MonkeyPatch) -> None:
         cast(cast_in, *rest)
 
     monkeypatch.setattr(mujoco, "mj_multiRay", counting)
-    scene = RayScene(model)
+    scene = RayScene(model, few=0)
     scene.look(data, ALL_GROUPS, -1)
     bearings = np.radians(np.linspace(10, 30, 41))
     rays = np.stack([np.cos(bearings), np.sin(bearings), np.zeros(41)], axis=1)[None]
