@@ -6,6 +6,7 @@ from refseq_bench.robots.behaviours.behaviour import (
     BehaviourStep,
     RobotDescription,
     Senses,
+    failed,
     finished,
     waiting,
 )
@@ -29,6 +30,11 @@ TILT = math.radians(20)
 """A wall that is steeper against the way is none of a corridor [rad]: a choice."""
 ABOUT = 0.5
 """Walls that it keeps to are looked for so far about where they ought to be [m]: a choice, what a turn may be off."""
+WIDE, ASLANT = 0.2, math.radians(3)
+"""Two walls are those of its corridor where they are as far apart as those were, and as parallel, but for so much [m, rad]:
+choices. Then it knows them wherever it stands between them."""
+ROOM = 0.5
+"""Its way is done where it has waited in vain so far before its end [m]: a choice, what a goal may be off."""
 
 
 class CarryOn(Guarded):
@@ -36,7 +42,7 @@ class CarryOn(Guarded):
 
     Where it is told how far the walls to the ``left`` and ``right`` are [m], 0: none, it keeps to these alone, as far
     as they are there, and goes straight on without any. It passes what stands in the way where there is room; else it
-    waits, and fails in the end.
+    waits, and fails in the end, or is done where no more than half a metre is left of a longer way.
     """
 
     def __init__(
@@ -53,12 +59,14 @@ class CarryOn(Guarded):
         self._walls = None if left is None else (left, -right)
         self._around, self._travelled = Surroundings(robot), Travelled()
         self._way: DirectedLine | None = None
+        self._gone = 0.0
 
     def _move(self, senses: Senses) -> BehaviourStep:
         self._around.look(senses)
         if self._around.lost:
             return waiting(self._around.lost)
-        pose, travelled = senses.pose, self._travelled.so_far(senses)
+        pose = senses.pose
+        self._gone = travelled = self._travelled.so_far(senses)
         if self._length - travelled < ARRIVED:
             return finished(f"went on for {travelled:.2f} m")
         way = self._way or DirectedLine.through(pose)
@@ -67,6 +75,13 @@ class CarryOn(Guarded):
         left = self._length - travelled
         offset = lane_past(seen, error.x, self.robot.shape, left)
         return driven(self.robot, self._around.points(pose), turn_rate_onto(error, offset), left)
+
+    def _given_up(self, why: str) -> BehaviourStep:
+        left = self._length - self._gone
+        # It was led by places that lie half a metre apart and more: a wall ahead may be where its way was to end.
+        if left > min(ROOM, self._gone):
+            return failed(why)
+        return finished(f"went on for {self._gone:.2f} m, {left:.2f} m less than told: {why}")
 
     def _found(self, way: DirectedLine, pose: PlanarPose) -> DirectedLine:
         """The way on: the line so far, or as the walls beside it lead."""
@@ -83,12 +98,26 @@ class CarryOn(Guarded):
 
     def _beside_walls(self, here: DirectedLine, walls: tuple[float, float]) -> DirectedLine:
         """The line as far from its walls as it was told, with the heading of those that are there."""
+        if all(walls) and (corridor := self._between(here, walls)) is not None:
+            return corridor
         lines = []
         for across in walls:
             wall = self._wall(here, (across - ABOUT, across + ABOUT)) if across else None
             if wall is not None:
                 lines.append(wall.line.at(wall.line.pose(here).x, -across))
         return _middle(lines[0], lines[-1]) if lines else here
+
+    def _between(self, here: DirectedLine, walls: tuple[float, float]) -> DirectedLine | None:
+        """The line between two walls that can only be those it was told of; None where there are none."""
+        near, far = ASIDE
+        left, right = self._wall(here, (near, far)), self._wall(here, (-far, -near))
+        if left is None or right is None or abs(wrapped(left.line.heading - right.line.heading)) > ASLANT:
+            return None
+        found = [wall.line.at(wall.line.pose(here).x, 0.0) for wall in (left, right)]
+        across = found[1].pose(found[0]).y
+        if abs(across - (walls[0] - walls[1])) > WIDE:
+            return None
+        return _middle(*(line.at(0.0, -told) for line, told in zip(found, walls, strict=True)))
 
     def _wall(self, line: DirectedLine, across: tuple[float, float]) -> DetectedWall | None:
         return find_wall(self._around.all, line, SearchWindow((BACK, FORTH), across, TILT), SHORTEST)

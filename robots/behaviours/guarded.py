@@ -73,8 +73,12 @@ class Guarded(ABC):
         if self._waits is None:
             self._waits = _Wait(senses.now, senses.state.distance, senses.state.pose.heading)
         if senses.now - self._waits.since >= self.patience:
-            return failed(f"waited {self.patience:g} s: {step.why}")
+            return self._given_up(f"waited {self.patience:g} s: {step.why}")
         return step
+
+    def _given_up(self, why: str) -> BehaviourStep:
+        """Say what becomes of it when its patience is at an end."""
+        return failed(why)
 
 
 @dataclass(frozen=True, slots=True)

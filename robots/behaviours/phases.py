@@ -86,7 +86,12 @@ class Arc:
         limits, way = self._robot.limits, self._radius * abs(left)
         fastest = max(speed_for(limits, limits.speed, way), CREEP) / self._radius
         rate = max(senses.state.twist.linear, CREEP) / self._radius + TURN_GAIN * behind
-        return driven(self._robot, around.points(pose), sense * min(max(rate, 0.0), fastest), way)
+        points = around.points(pose)
+        step = driven(self._robot, points, sense * min(max(rate, 0.0), fastest), way)
+        if not step.why:
+            return step
+        about = turned(self._robot, points, left)
+        return step if about.why else about
 
 
 class Straight:

@@ -3,6 +3,7 @@
 Those for scenes are in ``scene``.
 """
 
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar
@@ -156,6 +157,9 @@ def run(
             output.mkdir(parents=True, exist_ok=True)
             write_trip(output, asked, made)
         say(out, f"look at {output}")
+    apart = math.dist(made.done.run.track[-1, 1:3], made.done.run.goal)
+    if math.isfinite(apart):
+        say(out, f"{apart:.2f} m from the goal, by the truth")
     if made.done.run.touched:
         say(err, f"the robot touched {', '.join(made.done.run.touched)}")
     if not made.done.run.completed:

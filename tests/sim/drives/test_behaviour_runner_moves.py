@@ -182,3 +182,10 @@ def test_standing_still_takes_the_speed_out(room: World) -> None:
         assert ended.outcome is BehaviourOutcome.FINISHED
         assert 0.2 < ended.time < 5.0
         assert abs(bench.state.twist.linear) < 0.05
+
+
+def test_with_a_wall_right_before_it_it_turns_on_the_spot_where_it_was_to_drive_an_arc() -> None:
+    done = behaved(corridor(8), "robuter", "MT:-90,0.5", (7.36, 0.0, 0.0))
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
+    assert done.rest.heading == pytest.approx(-math.pi / 2, abs=0.05)
+    assert not done.touched

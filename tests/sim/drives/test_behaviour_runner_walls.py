@@ -104,3 +104,21 @@ def test_carrying_on_it_fails_where_nothing_is_free() -> None:
     assert done.ended.outcome is BehaviourOutcome.FAILED
     assert done.ended.why.startswith("waited 10 s: ")
     assert not done.touched
+
+
+@pytest.mark.parametrize(("told", "middle"), [("1.2,1.2", 0.0), ("0.9,1.5", 0.3)])
+def test_told_of_both_walls_it_knows_them_from_anywhere_between_them(told: str, middle: float) -> None:
+    done = behaved(corridor(14), "robuter", f"MN:9,{told}", (2.0, -0.65, -0.05))  # more than half a metre aside
+    assert done.ended.outcome is BehaviourOutcome.FINISHED
+    path = done.ended.path
+    assert path[path[:, 0] > 8.0, 1] == pytest.approx(middle, abs=0.05)
+    assert not done.touched
+
+
+@pytest.mark.parametrize(("length", "outcome"), [(5.7, BehaviourOutcome.FINISHED), (6.2, BehaviourOutcome.FAILED)])
+def test_before_a_wall_its_way_is_done_where_little_is_left_of_it(length: float, outcome: BehaviourOutcome) -> None:
+    done = behaved(corridor(8), "robuter", f"MN:{length:g}")
+    assert done.ended.outcome is outcome
+    assert "waited 10 s: way blocked" in done.ended.why
+    assert done.rest.x == pytest.approx(8 - 0.335 - 0.3, abs=0.1)
+    assert not done.touched
