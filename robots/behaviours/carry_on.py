@@ -31,8 +31,11 @@ TILT = math.radians(20)
 ABOUT = 0.5
 """Walls that it keeps to are looked for so far about where they ought to be [m]: a choice, what a turn may be off."""
 WIDE, ASLANT = 0.2, math.radians(3)
-"""Two walls are those of its corridor where they are as far apart as those were, and as parallel, but for so much [m, rad]:
-choices. Then it knows them wherever it stands between them."""
+"""Two walls are those of its corridor where they are as far apart as those were, and parallel, but for so much
+[m, rad]: choices. Then it knows them wherever it stands between them."""
+LONG, BESIDE = 3.0, math.radians(10)
+"""Where none of its walls is there yet, any leads it straight that is so long and no steeper to its way [m, rad]:
+choices."""
 ROOM = 0.5
 """Its way is done where it has waited in vain so far before its end [m]: a choice, what a goal may be off."""
 
@@ -41,8 +44,9 @@ class CarryOn(Guarded):
     """Go on for ``length`` [m] along the way it looks: in the middle of a corridor, along a wall, or straight on.
 
     Where it is told how far the walls to the ``left`` and ``right`` are [m], 0: none, it keeps to these alone, as far
-    as they are there, and goes straight on without any. It passes what stands in the way where there is room; else it
-    waits, and fails in the end, or is done where no more than half a metre is left of a longer way.
+    as they are there; where they are not, it goes on as a long wall beside it leads, and straight on without any. It
+    passes what stands in the way where there is room; else it waits, and fails in the end, or is done where no more
+    than half a metre is left of a longer way.
     """
 
     def __init__(
@@ -103,9 +107,20 @@ class CarryOn(Guarded):
         lines = []
         for across in walls:
             wall = self._wall(here, (across - ABOUT, across + ABOUT)) if across else None
-            if wall is not None:
-                lines.append(wall.line.at(wall.line.pose(here).x, -across))
-        return _middle(lines[0], lines[-1]) if lines else here
+            beside = None if wall is None else wall.line.pose(here)
+            # One that slants may come near ahead, and be another wall: that of the hall before the corridor.
+            if wall is not None and beside is not None and abs(beside.y + across) < ABOUT:
+                lines.append(wall.line.at(beside.x, -across))
+        return _middle(lines[0], lines[-1]) if lines else self._along_others(here)
+
+    def _along_others(self, here: DirectedLine) -> DirectedLine:
+        """The line with the heading of the longest wall beside it: in a hall as in the corridor behind it."""
+        near, far = ASIDE
+        sides = (self._wall(here, (near, far)), self._wall(here, (-far, -near)))
+        long = [wall for wall in sides if wall is not None and wall.end - wall.start > LONG]
+        headings = [(wall.end - wall.start, wrapped(wall.line.heading - here.heading)) for wall in long]
+        turn = max((one for one in headings if abs(one[1]) < BESIDE), default=(0.0, 0.0))[1]
+        return DirectedLine(here.x, here.y, here.heading + turn)
 
     def _between(self, here: DirectedLine, walls: tuple[float, float]) -> DirectedLine | None:
         """The line between two walls that can only be those it was told of; None where there are none."""
