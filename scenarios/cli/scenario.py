@@ -336,7 +336,7 @@ later one named counts. On a page the lines between `<!-- validity -->` and `<!-
 )
 def validity(
     folders: Annotated[list[Path], typer.Argument(metavar="FOLDER", help="Folders that `refseq scenario run` filled.")],
-    page: Annotated[Path | None, option("PAGE", "Page in Markdown to fill, instead of printing.")] = None,
+    page: Annotated[Path | None, option("FILE", "Page in Markdown to fill, instead of printing.")] = None,
     plots: Annotated[Path | None, option("FOLDER", "Folder for a plot of each scenario, SCENARIO.svg.")] = None,
 ) -> None:
     """Compare the order of methods on real sets with that on their simulated twins."""

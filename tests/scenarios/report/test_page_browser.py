@@ -52,7 +52,7 @@ name = "far"
 """
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def pages(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """A page of each kind; none are made where there is no browser to open them."""
     folder = tmp_path_factory.mktemp("pages")
@@ -239,7 +239,7 @@ def test_an_index_leads_to_its_cases_and_they_lead_back(opened: Opened, pages: d
         names = tab.locator("table.index a").all_inner_texts()
         assert len(names) == 2
         for name in names:
-            tab.get_by_role("link", name=name, exact=True).click()
+            tab.get_by_role("link", name=name, exact=True).first.click()
             assert tab.locator("h1").inner_text() == name
             tab.get_by_role("link", name="All cases of the campaign").click()
             assert tab.url == pages[index].as_uri()

@@ -378,7 +378,7 @@ def test_none_has_no_image() -> None:
 
 
 def test_an_unknown_renderer_is_named_with_the_valid_ones() -> None:
-    with pytest.raises(SimError, match=r"^unknown renderer 'raytrace': valid are filament, baked, classic, none$"):
+    with pytest.raises(SimError, match=r"^unknown renderer 'raytrace': valid are baked, filament, classic, none$"):
         open_renderer("raytrace", card("")[0])
 
 
