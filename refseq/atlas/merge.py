@@ -84,7 +84,7 @@ class FoundOverlap:
 
 
 def _lie(share: float) -> str:
-    """How well scans lie on each other, in words."""
+    """Agreement of scans that are laid on each other, in words."""
     return f"lie on each other to {share:.1%}"
 
 

@@ -48,7 +48,7 @@ class ScannedPath:
         return {}
 
     def walls(self, view: int) -> "_Walls":
-        """What the laser saw from a view."""
+        """Scan of a view, as its map keeps it."""
         if view not in self._scans:
             self._scans[view] = _Walls(self.ranges[view])
         return self._scans[view]

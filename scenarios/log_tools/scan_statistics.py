@@ -82,7 +82,7 @@ def _wall_residuals(scan: Scan, back: NDArray[np.bool_]) -> Iterator[float]:
 
 
 def _off_line(beams: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """How much farther than the line through them points lie, along their beams [m]; None where they are no wall."""
+    """Residuals of points behind the line through them, along their beams [m]; None where they are no wall."""
     points = beams * ranges[:, None]
     centred = points - points.mean(axis=0)
     along, normal = np.linalg.svd(centred, full_matrices=False)[2]

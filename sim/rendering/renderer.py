@@ -18,7 +18,7 @@ class RendererKind(StrEnum):
 
 
 DEFAULT_RENDERER = RendererKind.BAKED
-"""What draws where nobody chose: nearest to the light of a path tracer, and the cheapest but for the crude one."""
+"""The one where nobody chose: nearest to the light of a path tracer, and the cheapest but for the crude one."""
 
 
 class Renderer(Protocol):

@@ -150,7 +150,7 @@ def smallest_words(case: CaseRecord) -> list[str]:
 
 
 def power_line(record: CampaignRecord) -> str:
-    """What the campaign's seeds can show after Holm's correction, in a sentence; empty where nothing is compared."""
+    """Smallest difference that the seeds show after Holm's correction, told; empty where nothing is compared."""
     rows = power_rows(record)
     if not rows:
         return ""

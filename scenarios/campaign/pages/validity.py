@@ -27,7 +27,7 @@ from refseq_bench.scenarios.tables import NONE
 
 REAL, TWIN = "real", "twin"
 FIGURES = ("success", "auc")
-"""What methods are ordered by: success within the wider tolerance, and the area under precision and recall."""
+"""Figures that order methods: success within the wider tolerance, and the area under precision and recall."""
 TOLD = 8
 """Pairs of methods that change places of which a page tells."""
 BLOCK = re.compile(r"(?<=<!-- validity -->\n).*?(?=<!-- end validity -->)", re.DOTALL)

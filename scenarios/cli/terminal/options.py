@@ -43,7 +43,7 @@ class RendererName(StrEnum):
 
 
 DEFAULT_RENDERER_NAME = RendererName.BAKED
-"""That of ``sim.rendering.renderer``."""
+"""The same as in ``sim.rendering.renderer``."""
 
 
 class TrajectoryName(StrEnum):

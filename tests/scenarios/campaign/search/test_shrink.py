@@ -21,7 +21,7 @@ DIALS = {
 
 
 def hardness(point: Point) -> tuple[float, ...]:
-    """How far each dial is turned from where it is easy."""
+    """Turns of the dials from where they are easy."""
     a, b = float(point.get("a", 0.0)), float(point.get("b", 3.0))
     drawn = 1.0 if "drawn" in point else 0.0
     return a, abs(b - 3.0), drawn, float(point.get("word", "calm") == "wild")
