@@ -40,6 +40,10 @@ ROOM = 0.5
 """Its way is done where it has waited in vain so far before its end [m]: a choice, what a goal may be off."""
 
 
+Sides = tuple[DetectedWall | None, DetectedWall | None]
+"""The walls to the left and the right; None: none there."""
+
+
 class CarryOn(Guarded):
     """Go on for ``length`` [m] along the way it looks: in the middle of a corridor, along a wall, or straight on.
 
@@ -92,9 +96,7 @@ class CarryOn(Guarded):
         here = way.at(way.pose(pose).x, 0.0)
         if self._walls is not None:
             return self._beside_walls(here, self._walls)
-        near, far = ASIDE
-        left = self._wall(here, (near, far))
-        right = self._wall(here, (-far, -near))
+        left, right = self._sides(here)
         if left is not None and right is not None:
             return _middle(left.line, right.line)
         wall = left or right
@@ -102,7 +104,10 @@ class CarryOn(Guarded):
 
     def _beside_walls(self, here: DirectedLine, walls: tuple[float, float]) -> DirectedLine:
         """The line as far from its walls as it was told, with the heading of those that are there."""
-        if all(walls) and (corridor := self._between(here, walls)) is not None:
+        if not any(walls):
+            return here
+        sides = self._sides(here)
+        if all(walls) and (corridor := _between(here, sides, walls)) is not None:
             return corridor
         lines = []
         for across in walls:
@@ -111,31 +116,35 @@ class CarryOn(Guarded):
             # One that slants may come near ahead, and be another wall: that of the hall before the corridor.
             if wall is not None and beside is not None and abs(beside.y + across) < ABOUT:
                 lines.append(wall.line.at(beside.x, -across))
-        return _middle(lines[0], lines[-1]) if lines else self._along_others(here)
+        return _middle(lines[0], lines[-1]) if lines else _along(here, sides)
 
-    def _along_others(self, here: DirectedLine) -> DirectedLine:
-        """The line with the heading of the longest wall beside it: in a hall as in the corridor behind it."""
+    def _sides(self, line: DirectedLine) -> Sides:
+        """The walls to the left and the right of a line, as far off as those of a corridor."""
         near, far = ASIDE
-        sides = (self._wall(here, (near, far)), self._wall(here, (-far, -near)))
-        long = [wall for wall in sides if wall is not None and wall.end - wall.start > LONG]
-        headings = [(wall.end - wall.start, wrapped(wall.line.heading - here.heading)) for wall in long]
-        turn = max((one for one in headings if abs(one[1]) < BESIDE), default=(0.0, 0.0))[1]
-        return DirectedLine(here.x, here.y, here.heading + turn)
-
-    def _between(self, here: DirectedLine, walls: tuple[float, float]) -> DirectedLine | None:
-        """The line between two walls that can only be those it was told of; None where there are none."""
-        near, far = ASIDE
-        left, right = self._wall(here, (near, far)), self._wall(here, (-far, -near))
-        if left is None or right is None or abs(wrapped(left.line.heading - right.line.heading)) > ASLANT:
-            return None
-        found = [wall.line.at(wall.line.pose(here).x, 0.0) for wall in (left, right)]
-        across = found[1].pose(found[0]).y
-        if abs(across - (walls[0] - walls[1])) > WIDE:
-            return None
-        return _middle(*(line.at(0.0, -told) for line, told in zip(found, walls, strict=True)))
+        return self._wall(line, (near, far)), self._wall(line, (-far, -near))
 
     def _wall(self, line: DirectedLine, across: tuple[float, float]) -> DetectedWall | None:
         return find_wall(self._around.all, line, SearchWindow((BACK, FORTH), across, TILT), SHORTEST)
+
+
+def _along(here: DirectedLine, sides: Sides) -> DirectedLine:
+    """The line with the heading of the longest wall beside it: in a hall as in the corridor behind it."""
+    long = [wall for wall in sides if wall is not None and wall.end - wall.start > LONG]
+    headings = [(wall.end - wall.start, wrapped(wall.line.heading - here.heading)) for wall in long]
+    turn = max((one for one in headings if abs(one[1]) < BESIDE), default=(0.0, 0.0))[1]
+    return DirectedLine(here.x, here.y, here.heading + turn)
+
+
+def _between(here: DirectedLine, sides: Sides, walls: tuple[float, float]) -> DirectedLine | None:
+    """The line between two walls that can only be those it was told of; None where there are none."""
+    left, right = sides
+    if left is None or right is None or abs(wrapped(left.line.heading - right.line.heading)) > ASLANT:
+        return None
+    found = [wall.line.at(wall.line.pose(here).x, 0.0) for wall in (left, right)]
+    across = found[1].pose(found[0]).y
+    if abs(across - (walls[0] - walls[1])) > WIDE:
+        return None
+    return _middle(*(line.at(0.0, -told) for line, told in zip(found, walls, strict=True)))
 
 
 def _middle(left: DirectedLine, right: DirectedLine) -> DirectedLine:

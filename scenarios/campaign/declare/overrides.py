@@ -1,7 +1,8 @@
 """Override what scenarios declare: localisers of a user, fewer methods, other seeds, another renderer."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 from refseq_bench.scenarios.campaign.declare.cases import Case, check_chosen_elsewhere
 from refseq_bench.scenarios.campaign.declare.drivable import named
@@ -102,13 +103,15 @@ def with_renderer(cases: Sequence[Case], renderer: RendererKind | None) -> list[
         pictured = isinstance(table, DriveTable) and table.renderer is not RendererKind.NONE
         return table.model_copy(update={"renderer": renderer}) if pictured else table
 
-    def changed(case: Case) -> Case:
-        declared = case.scenario
-        tables = {
-            "reference": other(declared.reference),
-            "further": tuple(map(other, declared.further)),
-            "query": other(declared.query),
-        }
-        return replace(case, scenario=declared.model_copy(update=tables))
+    return [with_sources(case, other) for case in cases]
 
-    return [changed(case) for case in cases]
+
+def with_sources(case: Case, other: Callable[[Any], SourceTable]) -> Case:
+    """The same case with ``other`` tables for its references and its query."""
+    declared = case.scenario
+    tables = {
+        "reference": other(declared.reference),
+        "further": tuple(map(other, declared.further)),
+        "query": other(declared.query),
+    }
+    return replace(case, scenario=declared.model_copy(update=tables))

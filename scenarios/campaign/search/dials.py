@@ -9,6 +9,7 @@ from refseq.view import LASER
 from refseq_bench.robots.individual import SPREADS
 from refseq_bench.scenarios.campaign.declare.cases import Case
 from refseq_bench.scenarios.campaign.declare.drivable import check_route
+from refseq_bench.scenarios.campaign.declare.overrides import with_sources
 from refseq_bench.scenarios.campaign.declare.schema import DriveTable
 from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.errors import ScenarioError
@@ -181,13 +182,7 @@ def _put_world(name: str, case: Case, value: float) -> Case:
         world = ",".join((seed, *(f"{key}={text}" for key, text in dials.items())))
         return table.model_copy(update={"world": world})
 
-    scenario = case.scenario
-    tables = {
-        "reference": turned(scenario.reference),
-        "further": tuple(map(turned, scenario.further)),
-        "query": turned(scenario.query),
-    }
-    return replace(case, scenario=scenario.model_copy(update=tables))
+    return with_sources(case, turned)
 
 
 def _change(query: DriveTable) -> Iterator[Dial]:
