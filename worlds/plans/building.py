@@ -16,6 +16,7 @@ from refseq_bench.worlds.plans.furnish import (
     draw_floor,
     draw_materials,
     draw_place,
+    glazed_walls,
     items_on,
     lamp_rows,
     modular,
@@ -61,7 +62,7 @@ def building(seed: int, dials: Dials = AS_DRAWN) -> FloorPlan:
             "material": draw_materials(rng),
             "wall": walls,
             **named(closed_where_cramped(items, walls, {})),
-            "lamp": lamp_rows(rng, like, _legs(count, block, like.width)),
+            "lamp": lamp_rows(rng, like, _legs(count, block, like.width), _by_day(count, glazed_walls(items))),
             "routes": _routes(count, block, like.width),
         }
     )
@@ -143,6 +144,12 @@ def _legs(count: int, block: Floats, width: float) -> list[tuple[Floats, Floats]
     across, (south, north) = _lines(count, block, width)
     along = [(np.array([across[0], y]), np.array([across[-1], y])) for y in (south, north)]
     return along + [(np.array([x, south]), np.array([x, north])) for x in across]
+
+
+def _by_day(count: int, glazed: set[str]) -> list[bool]:
+    """Tell of each leg whether windows of the outer wall beside it let the day in; between blocks there are none."""
+    beside = ["south", "north", "west", *[""] * (count - 1), "east"]
+    return [wall in glazed for wall in beside]
 
 
 def _routes(count: int, block: Floats, width: float) -> dict[str, list[list[float]]]:

@@ -110,11 +110,22 @@ def draw_materials(rng: Generator) -> dict[str, Item]:
     }
 
 
-def lamp_rows(rng: Generator, like: Character, legs: Sequence[tuple[Floats, Floats]]) -> list[Item]:
-    """One row a leg, in its middle, along it."""
-    switch, kelvin = str(rng.choice(["dusk", "always"])), float(rng.choice([3000.0, 4000.0]))
+def glazed_walls(items: Sequence[Item]) -> set[str]:
+    """Names of the walls on which windows are."""
+    return {item["wall"] for item in items if item["table"] == "window"}
+
+
+def lamp_rows(
+    rng: Generator, like: Character, legs: Sequence[tuple[Floats, Floats]], by_day: Sequence[bool]
+) -> list[Item]:
+    """One row a leg, in its middle, along it; ``by_day`` tells which legs daylight reaches.
+
+    Lamps that burn from dusk on only are for those: nobody leaves a corridor without windows dark by day.
+    """
+    drawn, kelvin = str(rng.choice(["dusk", "always"])), float(rng.choice([3000.0, 4000.0]))
     rows = []
     for i, (start, end) in enumerate(legs):
+        switch = drawn if by_day[i] else "always"
         length = np.linalg.norm(end - start)
         along = (end - start) / length
         count = max(1, int((length - like.lamp_step / 2) / like.lamp_step))

@@ -27,6 +27,7 @@ from refseq_bench.worlds.plans.furnish import (
     draw_materials,
     draw_place,
     end_door,
+    glazed_walls,
     items_on,
     lamp_rows,
     modular,
@@ -74,10 +75,15 @@ def corridor(seed: int, dials: Dials = AS_DRAWN) -> FloorPlan:
             "material": draw_materials(rng),
             "wall": walls,
             **named(items),
-            "lamp": lamp_rows(rng, like, list(pairwise(points))),
+            "lamp": lamp_rows(rng, like, list(pairwise(points)), _by_day(len(points) - 1, glazed_walls(items))),
             "routes": {"forward": route, "reverse": route[::-1]},
         }
     )
+
+
+def _by_day(legs: int, glazed: set[str]) -> list[bool]:
+    """Tell of each leg whether windows let the day in."""
+    return [not glazed.isdisjoint((f"{LEFT}-{i + 1}", f"{RIGHT}-{i + 1}")) for i in range(legs)]
 
 
 # --- the shape ---

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.errors import PlanError
 from refseq_bench.worlds.plans.areas import rectangles
 from refseq_bench.worlds.plans.building import building
@@ -14,7 +15,7 @@ from refseq_bench.worlds.plans.dials import Dials
 from refseq_bench.worlds.plans.footprints import gaps, room_behind
 from refseq_bench.worlds.plans.generate import corridor
 from refseq_bench.worlds.plans.load import load_plan, parse_plan
-from refseq_bench.worlds.plans.schema import ON_WALL, FloorPlan
+from refseq_bench.worlds.plans.schema import ON_WALL, FloorPlan, Wall
 from refseq_bench.worlds.plans.write import plan_text
 
 seeds = st.integers(0, 10**18 - 1)
@@ -26,6 +27,16 @@ dials = st.builds(
     width=st.none() | st.sampled_from([1.8, 2.5, 4.0]),
 )
 quick = settings(max_examples=10, deadline=None)
+
+
+HALF_A_CORRIDOR = 2.1
+"""No wall stands farther from the lamps over a corridor's middle [m]."""
+
+
+def along_wall(wall: Wall, at: float) -> Floats:
+    """The point of a wall (x, y) [m] so far from its start."""
+    start, end = np.array(wall.start), np.array(wall.end)
+    return start + at / wall.length * (end - start)
 
 
 def on(plan: FloorPlan, wall: str) -> list[tuple[str, float, str]]:
@@ -91,6 +102,20 @@ def test_width_and_glass_are_as_asked() -> None:
         assert not building(seed, Dials(glass=0.0)).window
         glazed = [sum(w.width for w in building(seed, Dials(glass=g)).window) for g in (0.2, 0.8)]
         assert 0 < glazed[0] < glazed[1]
+
+
+@given(seeds, dials)
+@quick
+def test_no_corridor_is_dark_by_day(seed: int, turned: Dials) -> None:
+    """Lamps that wait for dusk hang only where a window is beside them, which is found here by its distance."""
+    for plan in (corridor(seed, turned), building(seed, turned)):
+        windows = np.array([along_wall(plan.wall_named(w.wall), w.at) for w in plan.window]).reshape(-1, 2)
+        for lamp in plan.lamp:
+            step = float(np.linalg.norm(lamp.step))
+            ahead = np.array(lamp.step) / step
+            along, aside = np.array([ahead, (-ahead[1], ahead[0])]) @ (windows - lamp.first).T
+            beside = np.any((abs(aside) < HALF_A_CORRIDOR) & (along > -step) & (along < lamp.count * step))
+            assert beside or lamp.switch == "always", (plan.name, lamp.name)
 
 
 def test_dials_stand_behind_the_seed() -> None:
