@@ -33,7 +33,8 @@ def test_nobody_can():
 @pytest.fixture
 def folder(tmp_path):
     (tmp_path / "test_a_cost.py").write_text(COST)
-    (tmp_path / "test_b_cost.py").write_text(COST[: COST.index("def test_it_is_dear")])
+    (tmp_path / "of_one_kind").mkdir()
+    (tmp_path / "of_one_kind" / "test_b_cost.py").write_text(COST[: COST.index("def test_it_is_dear")])
     return tmp_path
 
 

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,15 @@ def test_nothing_tracked_names_a_machine_or_a_registry():
 
 def test_python_lives_in_the_rooms():
     assert {path.relative_to(ROOT).parts[0] for path in tracked() if path.suffix == ".py"} == {*ROOMS, "refseq_bench"}
+
+
+MOST_FILES = 18
+"""Python files in a folder: more and nobody finds one's way by its names."""
+
+
+def test_no_folder_holds_more_files_than_one_finds_one_s_way_in():
+    folders = Counter(path.relative_to(ROOT).parent for path in tracked() if path.suffix == ".py")
+    assert {str(folder): files for folder, files in folders.items() if files > MOST_FILES} == {}
 
 
 def test_every_room_is_shipped_and_watched_over():

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from refseq.errors import MapError
 from refseq.map.map import Map
-from refseq.map.path import MapPath
+from refseq.map.paths.path import MapPath
 
 CHANGE = 5.0
 """Saving that makes a change of paths worth it [m]; a choice: the length of the shortest stretch that is joined.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from refseq.atlas.consistency import CandidateJoin
 from refseq.atlas.overlap import stretches
 from refseq.map.map import Map
-from refseq.map.path import MapPath
+from refseq.map.paths.path import MapPath
 from refseq.map.reduction import reduced
 from refseq.map.sequence import ReferenceSequence
 

@@ -12,10 +12,10 @@ from refseq.features.extractor import Extractor
 from refseq.health.scans import returned
 from refseq.inference.matching.incidence import IncidenceMatrix
 from refseq.intake import check_motions, usable
-from refseq.map.annotations import annotations_of
 from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
-from refseq.map.panorama import panoramas
+from refseq.map.paths.annotations import annotations_of
+from refseq.map.paths.panorama import panoramas
 from refseq.map.profile import THESIS, Profile, profile_named
 from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence

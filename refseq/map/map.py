@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from refseq.belief import LOST_ABOVE, Belief
 from refseq.errors import MapError
 from refseq.inference.chain.network import Network
-from refseq.map.annotations import Annotations
 from refseq.map.format.archive import open_archive, pack, write_archive
 from refseq.map.format.file import described, read_parts
 from refseq.map.merge_record import NOT_MERGED, MergeRecord
-from refseq.map.path import Link, MapPath
+from refseq.map.paths.annotations import Annotations
+from refseq.map.paths.path import Link, MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
 from refseq.planar import Pose

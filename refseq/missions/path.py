@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.routes import Route
-from refseq.map.annotations import PathDoor, begun
 from refseq.map.map import Map
-from refseq.map.path import MapPath
+from refseq.map.paths.annotations import PathDoor, begun
+from refseq.map.paths.path import MapPath
 
 
 @dataclass(frozen=True)

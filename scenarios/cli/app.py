@@ -35,16 +35,16 @@ COMMANDS = {
         )
     },
     "Drive": {
-        "record": ("record", "Record a robot that follows a route, behaviours or a script."),
-        "drive": ("record", "Record drives of a robot that you set up and lead in the browser."),
+        "record": ("drives.record", "Record a robot that follows a route, behaviours or a script."),
+        "drive": ("drives.record", "Record drives of a robot that you set up and lead in the browser."),
     },
     "Map": {
         "learn": ("maps", "Learn a map, a reference sequence, from a first drive."),
         "map": ("maps", "Merge, compact and compare maps, find routes in them, look into them."),
     },
     "Localise": {
-        "localise": ("localise", "Localise a recorded drive in a map, view by view."),
-        "live": ("live", "Localise while the robot drives, and show what it believes."),
+        "localise": ("drives.localise", "Localise a recorded drive in a map, view by view."),
+        "live": ("drives.live", "Localise while the robot drives, and show what it believes."),
         "serve": ("serve", "Localise a robot while it drives: sensors in over a socket, beliefs out."),
         "mission": ("scene", "Plan missions along what a map knows, and run them."),
     },
@@ -52,12 +52,12 @@ COMMANDS = {
         "module": ("module", "Run the modules of a robot as processes that find each other, on one or several hosts."),
     },
     "Judge": {
-        "compare": ("compare", "Compare methods on the same views, baselines among them."),
+        "compare": ("drives.compare", "Compare methods on the same views, baselines among them."),
         "scenario": ("scenario", "Run declared experiments, and read their verdicts."),
     },
     "Look": {
-        "report": ("report", "Write a page about a localised drive."),
-        "view": ("view", "Show a drive, a map, or a localised drive in the Rerun viewer."),
+        "report": ("drives.report", "Write a page about a localised drive."),
+        "view": ("drives.view", "Show a drive, a map, or a localised drive in the Rerun viewer."),
     },
     "Workshop": {
         "demo": ("workshop", "Record two drives, learn, localise and report, all at once."),

@@ -26,7 +26,7 @@ from refseq_bench.scenarios.tables import TextTable, print_whole, say
 if TYPE_CHECKING:
     from refseq.logs import ViewPlan
     from refseq_bench.scenarios.log_tools.checkup import LogCheckup
-    from refseq_bench.scenarios.log_tools.cutting import KeptStretch
+    from refseq_bench.scenarios.log_tools.rewriting.cutting import KeptStretch
 
 BELOW = 1
 
@@ -235,8 +235,8 @@ def convert(
 ) -> None:
     """Write a log's views in another format: ours (MCAP), a rosbag2 folder, CARMEN, or its poses alone."""
     from refseq.logs import open_log
-    from refseq_bench.scenarios.log_tools.conversion import LogFormat, format_of
-    from refseq_bench.scenarios.log_tools.conversion import convert as write
+    from refseq_bench.scenarios.log_tools.rewriting.conversion import LogFormat, format_of
+    from refseq_bench.scenarios.log_tools.rewriting.conversion import convert as write
 
     wanted = format_of(target, form)
     check_beside(log, target)
@@ -266,7 +266,7 @@ def cut(
     distances: Annotated[str | None, option("FROM:TO", "Keep these metres along the path by odometry.")] = None,
 ) -> None:
     """Keep a stretch of a log: its messages as they are, all topics, in the log's own format."""
-    from refseq_bench.scenarios.log_tools.cutting import by_distance, by_time, by_views
+    from refseq_bench.scenarios.log_tools.rewriting.cutting import by_distance, by_time, by_views
 
     only_one_of(views=views, times=times, distances=distances)
     ways = {"views": (views, by_views), "times": (times, by_time), "distances": (distances, by_distance)}
@@ -279,15 +279,15 @@ def cut(
 @app.command(cls=BenchCommand, epilog="Example: `refseq log trim drive.mcap -o moving.mcap`")
 def trim(log: LogFile, output: Annotated[Path, output("Log to write, of the same kind.")]) -> None:
     """Drop the standing at the beginning and the end of a log, but for a second of each."""
-    from refseq_bench.scenarios.log_tools.cutting import without_standing
+    from refseq_bench.scenarios.log_tools.rewriting.cutting import without_standing
 
     _cut(log, output, without_standing, "trimmed")
 
 
 def _cut(log: Path, output: Path, choose: "Callable[[ViewPlan], KeptStretch]", how: str) -> None:
     from refseq.logs import open_log
-    from refseq_bench.scenarios.log_tools.copies import check_copy, copy_stretch
-    from refseq_bench.scenarios.log_tools.cutting import logged_span
+    from refseq_bench.scenarios.log_tools.rewriting.copies import check_copy, copy_stretch
+    from refseq_bench.scenarios.log_tools.rewriting.cutting import logged_span
 
     check_beside(log, output)
     source = open_log(log)

@@ -11,9 +11,9 @@ import numpy as np
 
 from refseq.belief import Timings
 from refseq_bench.scenarios.scoring.atlas import AtlasScore, atlas_score, pool_atlas
-from refseq_bench.scenarios.scoring.bootstrap import interval_over_runs
 from refseq_bench.scenarios.scoring.comparison import Comparison, shared_methods, single_view_of
 from refseq_bench.scenarios.scoring.consistency.consistency import Consistency, consistency, pool_consistency
+from refseq_bench.scenarios.scoring.intervals.bootstrap import interval_over_runs
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.path_geometry import NARROW, WIDE, Tolerance
 from refseq_bench.scenarios.scoring.proportion import Proportion

@@ -20,7 +20,8 @@ HERE = Path(__file__).parent
 
 def main(words: Sequence[str] | None = None, folder: Path = HERE) -> int:
     """Run benchmarks and print their table; 1 if one did not pass, 2 for a wrong name or file."""
-    files = {file.stem.removeprefix("test_"): file for file in sorted(folder.glob("test_*.py"))}
+    files = {file.stem.removeprefix("test_"): file for file in folder.rglob("test_*.py")}
+    files = dict(sorted(files.items()))
     options = _parser(", ".join(files)).parse_args(words)
     for name in options.names:
         if name not in files:

@@ -19,7 +19,7 @@ from refseq.map.format.archive import HEADER, Arrays, MapArchive, check_total
 from refseq.map.format.header import MapHeader, PathTable, SequenceTable, parse_header
 from refseq.map.format.layout import check_declared, check_values, rules_of
 from refseq.map.merge_record import MergeRecord
-from refseq.map.path import MapPath
+from refseq.map.paths.path import MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
 from refseq.planar import Pose

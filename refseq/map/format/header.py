@@ -6,9 +6,9 @@ from types import MappingProxyType
 from typing import Any
 
 from refseq.limits import MAP_FEATURES
-from refseq.map.annotations import Annotations
 from refseq.map.extractors import check_feature
 from refseq.map.merge_record import NOT_MERGED, MergeRecord
+from refseq.map.paths.annotations import Annotations
 from refseq.map.profile import Profile
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from refseq.atlas.similarity import view_similarity
 from refseq.map.map import Map
-from refseq.map.path import MapPath
+from refseq.map.paths.path import MapPath
 
 STEP = 2
 """Views of a stretch that two paths share lie at most so far apart in either: merging goes by the nearest place."""

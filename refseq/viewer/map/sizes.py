@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from refseq.map.map import Map
-from refseq.map.path import MapPath
+from refseq.map.paths.path import MapPath
 
 
 def sizes_table(map_: Map, before: Mapping[str, Map]) -> str:

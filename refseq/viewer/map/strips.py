@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from refseq.belief import Belief
 from refseq.map.map import Map
-from refseq.map.path import MapPath
+from refseq.map.paths.path import MapPath
 from refseq.viewer.drawing.colours import BELIEVED, DIM, TEXT
 from refseq.viewer.map.marks import of_path, send_labels
 

@@ -1,7 +1,7 @@
 """Power of a campaign to decide: cases that tell no methods apart, and the smallest difference that its seeds can show.
 
 The judged method of each case is compared with every other one on the same views and seeds
-(``refseq_bench.scenarios.scoring.paired``); over all cases Holm's correction is made of these comparisons.
+(``refseq_bench.scenarios.scoring.intervals.paired``); over all cases Holm's correction is made of these comparisons.
 """
 
 import math
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord
 from refseq_bench.scenarios.scoring.comparison import method_label
-from refseq_bench.scenarios.scoring.paired import (
+from refseq_bench.scenarios.scoring.intervals.paired import (
     LEVEL,
     PairedDifference,
     comparisons_shown,

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from refseq_bench.scenarios.campaign.store.result_file import CaseRecord, MethodRecord
-from refseq_bench.scenarios.scoring.bootstrap import COVERED, resamples
+from refseq_bench.scenarios.scoring.intervals.bootstrap import COVERED, resamples
 from refseq_bench.scenarios.scoring.proportion import Proportion
 
 ALL = "*"

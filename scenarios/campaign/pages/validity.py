@@ -15,7 +15,7 @@ from refseq_bench.scenarios.campaign.pages.text_report import markdown_table
 from refseq_bench.scenarios.campaign.store.result_file import CampaignRecord, CaseRecord, MethodRecord, RunRecord
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.report.plots.order import OrderPanel
-from refseq_bench.scenarios.scoring.rank_agreement import (
+from refseq_bench.scenarios.scoring.intervals.rank_agreement import (
     RankAgreement,
     RankCorrelation,
     Scores,

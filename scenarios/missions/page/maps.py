@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from refseq.logs.notes import NOTES
 from refseq.map.map import Map, MapFrame
-from refseq.map.path import MapPath
+from refseq.map.paths.path import MapPath
 from refseq_bench.scenarios.errors import ScenarioError, input_errors
 from refseq_bench.worlds.drawing.outline import outline_of
 from refseq_bench.worlds.plans.load import load_plan

@@ -13,7 +13,7 @@ from refseq.atlas.merge import merge_maps
 from refseq.atlas.routes import CHANGE, Leg, NoRouteError, Route, place_name, place_of, shortest_route
 from refseq.errors import MapError
 from refseq.map.map import Map, beside
-from refseq.map.path import MapPath
+from refseq.map.paths.path import MapPath
 from refseq.map.profile import BEST
 from refseq.map.reduction import reduced
 from tests.refseq.rooms import named_maps

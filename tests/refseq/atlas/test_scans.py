@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.atlas.scans import ScannedPath, laid_on, windows
-from refseq.map.panorama import panorama
+from refseq.map.paths.panorama import panorama
 from refseq.planar import Pose
 from refseq.pose_graph import motions_between
 from refseq.view import Scan

@@ -17,7 +17,7 @@ from refseq.logs.carmen import NO_RETURN
 from refseq.logs.trajectories import read_trajectory
 from refseq.planar import Pose
 from refseq.view import Scan, View
-from refseq_bench.scenarios.log_tools.conversion import LogFormat, convert
+from refseq_bench.scenarios.log_tools.rewriting.conversion import LogFormat, convert
 
 DATA = Path(__file__).resolve().parents[3].parent / "shared" / "data"
 FLASER = "FLASER 3 1.5 2 81.91 10 20 0.5 1 2 0.25 7.5 host 7.6"

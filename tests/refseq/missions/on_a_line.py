@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.belief import Belief, belief_from
-from refseq.map.annotations import PathDoor
+from refseq.map.paths.annotations import PathDoor
 from refseq.missions.executor import Executor
 from refseq.missions.path import MissionPath
 from refseq.missions.tasks import Task

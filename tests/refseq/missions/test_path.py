@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refseq.atlas.routes import Leg, Route, shortest_route
-from refseq.map.annotations import Annotations, DoorSide, PathDoor
 from refseq.map.map import Map
+from refseq.map.paths.annotations import Annotations, DoorSide, PathDoor
 from refseq.map.reduction import reduced
 from refseq.missions.path import MissionPath, joined, path_along, path_of
 from tests.refseq.rooms import bits_drive, bits_sequence

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq.map.annotations import DoorSide, PathDoor
+from refseq.map.paths.annotations import DoorSide, PathDoor
 from refseq.missions.language import MissionError, parse_mission
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import BEFORE_DOOR, Errand, Landmarks, Order, Plan, as_learnt, compiled

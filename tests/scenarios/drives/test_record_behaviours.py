@@ -8,7 +8,7 @@ import pytest
 
 from refseq.logs import read_recording
 from refseq.map.learning import learn
-from refseq.map.led import led_behaviours
+from refseq.map.paths.led import led_behaviours
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.faults import Kidnap

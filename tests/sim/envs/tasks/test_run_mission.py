@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from refseq.belief import belief_from
-from refseq.map.annotations import DoorSide, PathDoor
+from refseq.map.paths.annotations import DoorSide, PathDoor
 from refseq.missions.language import parse_mission
 from refseq.missions.plan import compiled
 from refseq.planar import Pose

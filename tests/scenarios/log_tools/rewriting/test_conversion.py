@@ -8,7 +8,7 @@ import pytest
 from refseq.errors import LogError
 from refseq.logs import open_log, plan_views, read_recording
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.log_tools.conversion import LogFormat, convert, format_of
+from refseq_bench.scenarios.log_tools.rewriting.conversion import LogFormat, convert, format_of
 from tests.refseq.logs.foreign import write_rosbag2
 from tests.refseq.logs.robot_drive import RobotDrive
 

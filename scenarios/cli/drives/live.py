@@ -4,7 +4,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from refseq_bench.scenarios.cli.localise import conclude
+from refseq_bench.scenarios.cli.drives.localise import conclude
 from refseq_bench.scenarios.cli.terminal.bars import status_line
 from refseq_bench.scenarios.cli.terminal.options import (
     BELIEFS,

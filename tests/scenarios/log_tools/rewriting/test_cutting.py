@@ -5,7 +5,13 @@ from refseq.logs import RecordingWriter, ViewPlan, open_log, plan_views
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.log_tools.cutting import by_distance, by_time, by_views, logged_span, without_standing
+from refseq_bench.scenarios.log_tools.rewriting.cutting import (
+    by_distance,
+    by_time,
+    by_views,
+    logged_span,
+    without_standing,
+)
 from tests.refseq.rooms import cast, rectangle
 
 SCAN = cast(rectangle(-5, -5, 5, 5), Pose(0, 0, 0), beams=31)

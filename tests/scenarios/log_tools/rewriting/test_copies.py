@@ -14,7 +14,7 @@ from refseq.logs import RecordingWriter, open_log, plan_views, read_recording
 from refseq.logs.formats import DriveFormat, output_format
 from refseq.planar import Pose
 from refseq.view import View
-from refseq_bench.scenarios.log_tools.copies import LoggedSpan, check_copy, copy_stretch
+from refseq_bench.scenarios.log_tools.rewriting.copies import LoggedSpan, check_copy, copy_stretch
 from tests.refseq.logs.foreign import write_ros2_mcap, write_rosbag1, write_rosbag2
 from tests.refseq.logs.robot_drive import RobotDrive
 

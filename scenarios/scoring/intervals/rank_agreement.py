@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import kendalltau, rankdata, spearmanr
 
-from refseq_bench.scenarios.scoring.bootstrap import COVERED, SEED
+from refseq_bench.scenarios.scoring.intervals.bootstrap import COVERED, SEED
 
 DRAWS = 2000
 """Resamples of an interval: fewer make its ends tremble, more take longer."""

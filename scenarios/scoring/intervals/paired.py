@@ -16,7 +16,7 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq_bench.scenarios.scoring.bootstrap import COVERED, SEED
+from refseq_bench.scenarios.scoring.intervals.bootstrap import COVERED, SEED
 
 LEVEL = 1 - COVERED
 """Chance of being wrong that a comparison, or with Holm's correction all of a campaign, may have."""

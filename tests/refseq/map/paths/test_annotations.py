@@ -17,10 +17,18 @@ from refseq.atlas.overlap import OverlapSettings
 from refseq.errors import MapError
 from refseq.features.doors import find_doors
 from refseq.logs import RecordingWriter, read_recording
-from refseq.map.annotations import LANDMARK, SIGHTINGS, Annotations, DoorSide, PathDoor, annotations_of, doors_along
 from refseq.map.learning import learn
-from refseq.map.led import led_behaviours
 from refseq.map.map import Map
+from refseq.map.paths.annotations import (
+    LANDMARK,
+    SIGHTINGS,
+    Annotations,
+    DoorSide,
+    PathDoor,
+    annotations_of,
+    doors_along,
+)
+from refseq.map.paths.led import led_behaviours
 from refseq.map.profile import BEST
 from refseq.planar import Pose, motion_between
 from refseq.view import View

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from refseq_bench.scenarios.scoring.rank_agreement import (
+from refseq_bench.scenarios.scoring.intervals.rank_agreement import (
     _correlations,
     changed_pairs,
     correlations,

@@ -12,7 +12,7 @@ from refseq.logs.pairing.plan import ViewPlan
 from refseq.logs.source import Sample
 from refseq_bench.scenarios.drives.selection import stretch
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.log_tools.copies import NANOSECONDS, LoggedSpan
+from refseq_bench.scenarios.log_tools.rewriting.copies import NANOSECONDS, LoggedSpan
 
 STANDING_TURN = math.radians(5)
 STANDING_WAY = 0.1

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from refseq_bench.scenarios.scoring.paired import (
+from refseq_bench.scenarios.scoring.intervals.paired import (
     PairedDifference,
     comparisons_shown,
     holm,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.doors import DetectedDoor, DoorSettings, find_doors
-from refseq.map.led import led_behaviours
+from refseq.map.paths.led import led_behaviours
 from refseq.planar import Pose, after_motion, in_world
 from refseq.view import View
 

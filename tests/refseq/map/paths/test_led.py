@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from refseq.map.annotations import begun
-from refseq.map.led import led_behaviours
+from refseq.map.paths.annotations import begun
+from refseq.map.paths.led import led_behaviours
 from refseq.missions.path import MissionPath
 from refseq.missions.plan import as_learnt
 from refseq.planar import Pose, motion_between

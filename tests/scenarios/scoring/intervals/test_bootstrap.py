@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from refseq.planar import Pose
 from refseq.view import View
-from refseq_bench.scenarios.scoring.bootstrap import MOST_EXACT, interval_over_runs, resamples
 from refseq_bench.scenarios.scoring.comparison import Comparison
+from refseq_bench.scenarios.scoring.intervals.bootstrap import MOST_EXACT, interval_over_runs, resamples
 from refseq_bench.scenarios.scoring.score import Score, score
 from tests.support import certain
 

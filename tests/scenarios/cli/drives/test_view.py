@@ -172,7 +172,7 @@ def serving_page(desk: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """`refseq view --serve` as a process, and its page, which answers."""
     script = "import sys; from refseq_bench.scenarios.cli.app import main; sys.argv[0] = 'refseq'; main()"
     words = [sys.executable, "-c", script, "view", "second.mcap", "--serve", str(free_port())]
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3]), "PYTHONUNBUFFERED": "1"}
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[4]), "PYTHONUNBUFFERED": "1"}
     serving = subprocess.Popen(
         words, cwd=desk, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.features.walls import WallSettings, find_lines
-from refseq.map.legs import Leg, legs_of
+from refseq.map.paths.legs import Leg, legs_of
 from refseq.planar import Pose, after_motion, wrap
 from refseq.view import Scan, View
 

@@ -1,0 +1,1 @@
+"""The commands of single drives: recorded, localised, compared, shown and reported."""

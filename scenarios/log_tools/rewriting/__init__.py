@@ -1,0 +1,1 @@
+"""Logs written anew: converted, cut, and copied message by message."""

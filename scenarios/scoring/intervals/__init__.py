@@ -1,0 +1,1 @@
+"""Intervals of scores over seeds, and comparisons of methods by them."""
