@@ -18,12 +18,14 @@ from refseq_bench.scenarios.cli.terminal.options import (
     RENDERER,
     ROBOT,
     ROUTE,
+    SPREAD,
     TIMEOUT,
     WORLD,
     Access,
     MapFile,
     RendererName,
     Seed,
+    SpreadName,
     defaulting,
     flag,
     grouped,
@@ -102,6 +104,7 @@ class TripOptions:
     light: Annotated[str | None, defaulting(LIGHT, "the map's")] = None
     change: Annotated[str, CHANGE] = "none"
     robot: Annotated[str | None, defaulting(ROBOT, "the map's")] = None
+    robot_spread: Annotated[SpreadName, SPREAD] = SpreadName.CALIBRATED
     at: Annotated[
         float, option("METRES", "Set the robot down so far along the way, without telling it.", "--start")
     ] = 0.0

@@ -101,6 +101,10 @@ class Drive:
             raise ScenarioError(
                 "faults and behaviours exclude each other: faults happen where somebody leads the robot"
             )
+        if self.behaviours and self.style != replace(OperatorStyle(), strength=self.style.strength):
+            raise ScenarioError(
+                "an operator's style or side and behaviours exclude each other: with behaviours nobody leads the robot"
+            )
         if not 0 < self.patience < math.inf:
             raise ScenarioError(f"patience {self.patience} s is not valid; it should be positive")
 

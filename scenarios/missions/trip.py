@@ -20,6 +20,7 @@ from refseq.viewer.mission.record import HeardLocaliser, MissionRecord, Recorder
 from refseq.viewer.mission.tab import MissionTab
 from refseq.viewer.recording import write_recording
 from refseq.viewer.timelines import TIME
+from refseq_bench.robots.individual import CALIBRATED
 from refseq_bench.scenarios.drives.record import Drive, open_bench, plan_of
 from refseq_bench.scenarios.drives.viewer_recording import RECORD
 from refseq_bench.scenarios.errors import ScenarioError
@@ -57,6 +58,7 @@ class MissionTrip:
         light: str | None = None,
         change: str = "none",
         robot: str | None = None,
+        robot_spread: str = CALIBRATED,
         at: float = 0.0,
         seed: int = 1,
         renderer: str | None = None,
@@ -82,6 +84,7 @@ class MissionTrip:
             light=light or told["light"],
             change=change,
             robot=robot or told["robot"],
+            robot_spread=robot_spread,
             seed=seed,
             renderer=RendererKind(kind),
             trigger=Trigger(distance=every),

@@ -94,10 +94,12 @@ def record(
     from refseq.logs.formats import DriveFormat, output_format
     from refseq_bench.scenarios.drives.record import record as record_drive
     from refseq_bench.scenarios.drives.teleop import TeleopDrive
-    from refseq_bench.sim.drives.operator import style_named
+    from refseq_bench.sim.drives.operator import OperatorStyle, style_named
 
     only_one_of(behaviours=behaviours, script=script)
     style = replace(style_named(operator_style), side=side)
+    if script is not None and style != OperatorStyle():
+        raise ScenarioError("--operator-style and --side are of who follows the route; valid is none with --script")
     drive = drive_in(world, setting, carrier, sampling, behaviours=tuple((behaviours or "").split()), style=style)
     if script is not None:
         session = TeleopDrive(name or output.stem, drive, sampling.trigger_unless(on_request), notes)

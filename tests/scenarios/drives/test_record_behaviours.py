@@ -12,6 +12,7 @@ from refseq.map.paths.led import led_behaviours
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.sim.bench.faults import Kidnap
+from refseq_bench.sim.drives.operator import OperatorStyle, style_named
 from refseq_bench.sim.drives.recorder import Trigger
 from refseq_bench.sim.errors import StuckError
 from refseq_bench.sim.rendering.renderer import RendererKind
@@ -71,6 +72,13 @@ def test_what_was_seen_until_a_behaviour_failed_is_kept(drive: Drive, tmp_path: 
 def test_faults_are_for_drives_that_are_led(drive: Drive) -> None:
     with pytest.raises(ScenarioError, match=r"^faults and behaviours exclude each other"):
         replace(drive, faults=(Kidnap(at=1.0, to=2.0),))
+
+
+@pytest.mark.parametrize("style", [replace(style_named("weaving"), side=0.0), OperatorStyle(side=0.3)])
+def test_nobody_who_leads_has_a_style_beside_behaviours(drive: Drive, style: OperatorStyle) -> None:
+    with pytest.raises(ScenarioError, match=r"^an operator's style or side and behaviours exclude each other"):
+        replace(drive, style=style)
+    assert replace(drive, style=OperatorStyle(strength=0.0)).behaviours == WORDS
 
 
 def test_from_the_command_line(plan: str, tmp_path: Path, refseq: Refseq) -> None:
