@@ -30,9 +30,7 @@ def learnt(told: dict[str, str], *, laser: bool = False) -> Map:
 
 
 def test_what_is_left_out_is_the_map_s() -> None:
-    trip = MissionTrip.from_map(
-        learnt(TOLD), robot="segway_rmp", robot_spread="as-built", at=2.0, seed=7, every=0.5
-    )
+    trip = MissionTrip.from_map(learnt(TOLD), robot="segway_rmp", robot_spread="as-built", at=2.0, seed=7, every=0.5)
     assert trip.drive.unit == 7
     drive = trip.drive
     assert (drive.world, drive.light, drive.robot, drive.renderer) == ("hallway", "16:00", "segway_rmp", "classic")
