@@ -19,7 +19,6 @@ from refseq_bench.worlds.lighting.daylight import sun_direction
 from refseq_bench.worlds.lighting.form_factors import Cards, form_factors
 from refseq_bench.worlds.lighting.open_air import post_illuminance
 from refseq_bench.worlds.lighting.photometry import Photometry, outlook, photometry
-from refseq_bench.worlds.lighting.radiosity import light_up, window_factors
 from refseq_bench.worlds.lighting.sunlight import shaded, sunlit
 from refseq_bench.worlds.plans.schema import FloorPlan
 
@@ -88,6 +87,8 @@ class _Light(Protocol):
 
 class _Indoors:
     def __init__(self, plan: FloorPlan, numbers: Photometry) -> None:
+        from refseq_bench.worlds.lighting.radiosity import light_up  # slow to import: worlds are built without it
+
         self._plan, self._outdoors = plan, numbers.outdoors
         self._interior = light_up(plan, numbers)
         self.indirect = self._interior.indirect
@@ -98,6 +99,8 @@ class _Indoors:
         return share * self._outdoors.direct * np.maximum(0.0, -cards.normals @ beam)
 
     def sky(self, cards: Cards) -> Floats:
+        from refseq_bench.worlds.lighting.radiosity import window_factors
+
         lit = self._interior.sources
         above, below = window_factors(cards, lit.windows, self._plan)
         return np.pi * (above @ lit.above + below @ lit.below)

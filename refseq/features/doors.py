@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betainc
 
 from refseq.features.scan_bits import ScanBits
 from refseq.features.walls import ScanLines, WallSettings, count_bits, find_lines
@@ -191,6 +190,8 @@ def _open(between: NDArray[np.float64], width: float, settings: DoorSettings) ->
     Each beam passes or is stopped; any share of passing ones is as probable as another beforehand, so that the share's
     posterior is a beta distribution. The side of a jamb says nothing.
     """
+    from scipy.special import betainc  # slow to import: views are read and extractors listed without it
+
     along, behind = between.T
     jamb = (np.abs(along) < settings.edge) | (np.abs(along - width) < settings.edge)
     told = behind[~(jamb & (behind < settings.thickness))]

@@ -8,7 +8,6 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_discrete_are
 
 from refseq_bench.robots.segway_rmp.plant import Linear, Matrix, Plant
 
@@ -57,6 +56,8 @@ WEIGHTS: Mapping[GainSet, Weights] = MappingProxyType(
 
 def regulator(system: Linear, deviations: Vector, effort: float) -> Vector:
     """Gains (n,) of the one effort on n states that cost one unit each at their ``deviations`` (n,)."""
+    from scipy.linalg import solve_discrete_are  # slow to import: robots are listed and their models read without it
+
     a, b = system
     price = np.array([[1 / effort**2]])
     value = solve_discrete_are(a, b, np.diag(1 / deviations**2), price)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from refseq.map.learning import dead_reckoned
 from refseq.pose_graph import ways_along
@@ -54,6 +53,8 @@ def drift_of(views: Sequence[View], name: str) -> OdometryDrift:
 
 def odometry_drift(truth: NDArray[np.float64], odometer: NDArray[np.float64], name: str) -> OdometryDrift:
     """Fit the errors of an odometer: both (n, 3) of x, y [m], heading [rad]. Raises ``ScenarioError`` as above."""
+    from scipy.optimize import least_squares  # slow to import: other figures of a log are told without it
+
     heading, error = np.unwrap(truth[:, 2]), np.unwrap(odometer[:, 2] - truth[:, 2])
     kept = moved(truth, STEP)
     along = ways_along(truth[kept])

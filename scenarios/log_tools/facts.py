@@ -1,14 +1,16 @@
 """Figures of a log in words: rows of its topics, and of the drive that it holds."""
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from refseq_bench.scenarios.log_tools.checkup import LogCheckup
-from refseq_bench.scenarios.log_tools.drift import OdometryDrift
-from refseq_bench.scenarios.log_tools.scan_statistics import ScanStatistics
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey, motion_origin
 from refseq_bench.scenarios.log_tools.warnings import times
 from refseq_bench.scenarios.report.words import duration_text, size_text
+
+if TYPE_CHECKING:  # a list of topics needs none of them
+    from refseq_bench.scenarios.log_tools.checkup import LogCheckup
+    from refseq_bench.scenarios.log_tools.drift import OdometryDrift
+    from refseq_bench.scenarios.log_tools.scan_statistics import ScanStatistics
 
 NONE = "–"
 
@@ -48,7 +50,7 @@ def topic_row(topic: TopicSurvey, taken: str) -> tuple[str, ...]:
     return (topic.name, topic.channel.schema, str(timing.count), rate_text(topic), jitter, pauses, taken)
 
 
-def drift_row(name: str, drift: OdometryDrift) -> tuple[str, ...]:
+def drift_row(name: str, drift: "OdometryDrift") -> tuple[str, ...]:
     """Cells of a log under ``DRIFT_HEADINGS``."""
     return (
         name,
@@ -61,7 +63,7 @@ def drift_row(name: str, drift: OdometryDrift) -> tuple[str, ...]:
     )
 
 
-def laser_row(name: str, scans: ScanStatistics) -> tuple[str, ...]:
+def laser_row(name: str, scans: "ScanStatistics") -> tuple[str, ...]:
     """Cells of a log under ``LASER_HEADINGS``."""
     counts = (str(scans.scans), str(scans.beams), str(scans.walls))
     off = (f"{1000 * value:.1f} mm" if scans.walls else "–" for value in (scans.residual_median, scans.residual_p90))
@@ -75,7 +77,7 @@ def info_row(topic: TopicSurvey) -> tuple[str, ...]:
     return (topic.name, channel.schema, channel.encoding, str(channel.count), rate_text(topic), str(channel.role))
 
 
-def facts_of(checkup: LogCheckup) -> list[Fact]:
+def facts_of(checkup: "LogCheckup") -> list[Fact]:
     """The drive in a few lines: how far, how many views, the sensors' clocks, the cost of learning."""
     plan = checkup.plan
     if plan is None:
@@ -89,7 +91,7 @@ def facts_of(checkup: LogCheckup) -> list[Fact]:
     return found
 
 
-def _drive(checkup: LogCheckup) -> str:
+def _drive(checkup: "LogCheckup") -> str:
     way, findings = checkup.travel, checkup.plan.findings if checkup.plan else None
     if findings is None or not motion_origin(findings):
         return "unknown: the log has no odometry"
@@ -98,7 +100,7 @@ def _drive(checkup: LogCheckup) -> str:
     return f"{way.length:.1f} m by {motion_origin(findings)} in {way.width:.0f} × {way.height:.0f} m; {turns}{twice}"
 
 
-def _views(checkup: LogCheckup) -> str:
+def _views(checkup: "LogCheckup") -> str:
     plan, thin = checkup.plan, checkup.selection.thin
     whole = times(len(plan) if plan else 0, "view")
     if plan and plan.findings.leading:

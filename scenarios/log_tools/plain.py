@@ -1,9 +1,12 @@
 """Surveys and checkups as plain values, for other programs."""
 
 import math
+from typing import TYPE_CHECKING
 
-from refseq_bench.scenarios.log_tools.checkup import LogCheckup
 from refseq_bench.scenarios.log_tools.survey import LogSurvey, TopicSurvey
+
+if TYPE_CHECKING:  # a list of topics needs none
+    from refseq_bench.scenarios.log_tools.checkup import LogCheckup
 
 Record = dict[str, object]
 
@@ -43,7 +46,7 @@ def _topic_record(topic: TopicSurvey) -> Record:
     }
 
 
-def check_record(checkup: LogCheckup) -> Record:
+def check_record(checkup: "LogCheckup") -> Record:
     """A checkup as ``refseq log check --json`` prints it; lengths in [m], times in [s], memory in [bytes]."""
     way, cost = checkup.travel, checkup.cost
     topics = [{**_topic_record(topic), "taken_as": checkup.taken[topic.name]} for topic in checkup.survey.topics]

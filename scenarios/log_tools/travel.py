@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from refseq.planar import Pose
 from refseq.pose_graph import ways_along
@@ -86,6 +85,8 @@ def _turns(along: NDArray[np.float64], heading: NDArray[np.float64]) -> tuple[in
 
 def _revisits(along: NDArray[np.float64], path: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Marks of the poses that lie where the path was before, in the same direction; (n,)."""
+    from scipy.spatial import cKDTree  # slow to import: a log's topics are told without it
+
     tree, back = cKDTree(path[:, :2]), np.zeros(len(path), dtype=bool)
     for index, near in enumerate(tree.query_ball_point(path[:, :2], REVISIT_WITHIN)):
         earlier = np.array([one for one in near if along[one] < along[index] - REVISIT_AFTER], dtype=int)

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.atlas.decision import Decision
-from refseq.atlas.merge import Merged, merge_maps
 from refseq.belief import LOST, Belief
 from refseq.map.map import Map, beside
 
@@ -58,6 +57,8 @@ def _decision(content: Mapping[str, Any]) -> Decision:
 
 def merged_drives(maps: Sequence[Map], merging: bool) -> tuple[Map, Merging]:
     """One map of the maps of several drives, merged or each as it is, and what became of their views."""
+    from refseq.atlas.merge import Merged, merge_maps  # slow to import: scenarios are declared and scored without it
+
     begin = time.perf_counter()
     found = merge_maps(maps) if merging else Merged(beside(maps), ())
     seconds = time.perf_counter() - begin

@@ -6,14 +6,17 @@ luminance L [cd/m²] gives it π L F [lx].
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array, csr_array
 
 from refseq_bench.worlds.arrays import Floats
 from refseq_bench.worlds.plans.frame import LocalFrame
 from refseq_bench.worlds.plans.schema import FloorPlan, Wall
+
+if TYPE_CHECKING:  # slow to import: worlds are built without it
+    from scipy.sparse import csr_array
 
 SIGHT = 20.0
 """Farther rectangles are not looked at [m]; a choice: in a corridor 2.4 m wide they fill less than 1 % of the view."""
@@ -121,11 +124,13 @@ def _edge(a: Floats, b: Floats, normals: Floats) -> Floats:
 # --- many cards, many rectangles ---
 
 
-def form_factors(cards: Cards, faces: Quads, plan: FloorPlan) -> csr_array:
+def form_factors(cards: Cards, faces: Quads, plan: FloorPlan) -> "csr_array":
     """Return the form factors from ``cards`` (m) to ``faces`` (n), (m, n).
 
     Nearby they are exact, farther off A cosα cosβ / π d².
     """
+    from scipy.sparse import coo_array
+
     shape, rows = (len(cards), len(faces)), []
     for i, j in pairs_in_sight(cards, faces, plan):
         ray, normals = faces.centres[j] - cards.points[i], cards.normals[i]

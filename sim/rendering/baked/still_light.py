@@ -2,12 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
-from scipy.spatial import cKDTree
 
 from refseq_bench.sim.rendering.baked.charts import MARGIN, Chart
 from refseq_bench.sim.rendering.baked.surfaces import Surfaces, picture_of
@@ -15,6 +14,9 @@ from refseq_bench.sim.rendering.baked.triangles import Floats, Triangles, distin
 from refseq_bench.worlds.lighting.ambient import AXES, EYE
 from refseq_bench.worlds.lighting.baking import Baked, Shell
 from refseq_bench.worlds.lighting.form_factors import Cards
+
+if TYPE_CHECKING:  # slow to import, and the bench drives without pictures too
+    from scipy.spatial import cKDTree
 
 Bake = Callable[[Shell, Cards], Baked]
 """Works out the light but the direct sun's on a shell and on other cards."""
@@ -34,7 +36,7 @@ class Probes:
 
     points: Floats
     lux: Floats
-    tree: cKDTree
+    tree: "cKDTree"
 
     def at(self, place: Floats) -> Floats:
         """Return the light at a place (3,), (6,) [lx]."""
@@ -63,6 +65,8 @@ class StillLight:
 
 def light_still(model: mujoco.MjModel, surfaces: Surfaces, bake: Bake) -> StillLight:
     """Light all that stands still."""
+    from scipy.spatial import cKDTree
+
     charts, loose = surfaces.sheet.charts, _loose(surfaces)
     single = surfaces.triangles[loose]
     first, index = _distinct(single)
@@ -101,6 +105,8 @@ def _distinct(triangles: Triangles) -> tuple[NDArray[np.intp], NDArray[np.intp]]
 
 def _of_nearest(cards: Cards, lux: Floats, buried: NDArray[np.bool_]) -> Floats:
     """The light on cards, (n,) [lx]; one that is buried, as where a frame meets its wall, gets the nearest other's."""
+    from scipy.spatial import cKDTree
+
     clear = np.flatnonzero(~buried)
     if not len(clear):
         return np.zeros(len(lux))
@@ -136,6 +142,8 @@ def _faces_in_cells(charts: list[Chart]) -> Floats:
 
 def _sheet(surfaces: Surfaces, found: Baked) -> NDArray[np.float32]:
     """Put the light on the sheet; a buried point gets that of the nearest one of its chart that is not."""
+    from scipy.ndimage import distance_transform_edt
+
     columns, rows = surfaces.sheet.size
     sheet, start = np.zeros((rows, columns), np.float32), 0
     for chart in surfaces.sheet.charts:

@@ -1,0 +1,67 @@
+"""Start-up of commands, by the packages that they import: each of these takes a twentieth of a second and more."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from refseq.logs import RecordingWriter
+from refseq_bench.scenarios.cli.app import NAMES
+from tests.support import corridor_drive
+
+SCIPY = {f"scipy.{part}" for part in ("linalg", "ndimage", "optimize", "sparse", "spatial", "special", "stats")}
+SLOW = {"cv2", "foxglove", "matplotlib", "mujoco", "networkx", "numpy", "pandas", "pyarrow", "ray", "rerun", "zenoh"}
+SLOW |= {"mcap", "rosbags", "torch", *SCIPY}
+PROGRAM = """
+import json, sys
+from refseq_bench.scenarios.cli.app import exit_code
+for words in json.loads(sys.argv[1]):
+    exit_code(words)
+print(json.dumps(sorted(sys.modules)))
+"""
+
+
+def imported(folder: Path, *lines: str) -> set[str]:
+    """Modules that one process has imported after these commands."""
+    words = json.dumps([line.split() for line in lines])
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, words], cwd=folder, capture_output=True, text=True, check=True
+    )
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+def test_no_help_imports_what_is_slow(tmp_path):
+    found = imported(tmp_path, "--help", *(f"{name} --help" for name in NAMES), "log info --help", "map merge --help")
+    assert found & SLOW == set()
+    assert "refseq_bench.scenarios.cli.drives.localise" in found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """A folder with a recording of two views."""
+    made = tmp_path_factory.mktemp("startup")
+    with RecordingWriter(made / "drive.mcap", {"world": "made"}) as writer:
+        for view in corridor_drive(np.random.default_rng(1), count=2, size=48):
+            writer.write(view, view.truth)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("line", "used", "needless"),
+    [
+        ("log info drive.mcap", {"mcap"}, {"mujoco", "networkx", "pyarrow", *SCIPY}),
+        ("world list", {"numpy"}, {"cv2", "mujoco", "pyarrow", *SCIPY}),
+        ("robot list", {"mujoco"}, {"foxglove", "pyarrow", *SCIPY}),
+        ("record nowhere -o x.mcap", {"mujoco"}, {"networkx", "pyarrow", "rerun", *SCIPY}),
+        ("learn none.mcap -o x.refseq", {"cv2"}, {"mujoco", "networkx", "pyarrow", "scipy.optimize", "scipy.stats"}),
+        ("localise none.refseq drive.mcap", {"scipy.special"}, {"mujoco", "networkx", "pyarrow", "scipy.stats"}),
+        ("scenario list smoke", {"mujoco"}, {"matplotlib", "pyarrow", "ray", "rerun", "scipy.optimize", "scipy.stats"}),
+    ],
+)
+def test_a_command_imports_no_slow_package_that_it_does_not_use(folder, line, used, needless):
+    found = imported(folder, line)
+    assert used <= found
+    assert found & needless == set()
