@@ -10,7 +10,7 @@ from refseq.map.localiser import localise, smoothed
 from refseq.map.profile import PROFILES, profile_named
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.baselines import BASELINES
 from refseq_bench.scenarios.methods.plugins import (
     MisbehavedError,
     PluginLocaliser,
@@ -18,6 +18,7 @@ from refseq_bench.scenarios.methods.plugins import (
     installed,
     is_plugin,
 )
+from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.scoring.merging import Merging, by_views, merged_drives
 
 STAGED = tuple(f"{profile}/{stage}" for profile in PROFILES for stage in Stage)
@@ -61,6 +62,11 @@ def is_staged(method: str) -> bool:
 def is_hindsight(method: str) -> bool:
     """True for the answers of a chain of ours in the light of the whole drive."""
     return profile_of(method) is not None and method.endswith("/hindsight")
+
+
+def modules_of(names: Iterable[str]) -> tuple[str, ...]:
+    """Modules of the baselines among some methods, which are imported by their names only."""
+    return tuple(sorted({BASELINES[name].module for name in names if name in BASELINES}))
 
 
 def written_out(names: Iterable[str]) -> tuple[str, ...]:

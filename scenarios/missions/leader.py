@@ -14,9 +14,10 @@ from refseq.missions import TrueWay, path_along, path_of
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.baselines import BASELINES
 from refseq_bench.scenarios.methods.by_name import is_staged
 from refseq_bench.scenarios.methods.plugins import PluginLocaliser, is_plugin
+from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.scoring.merging import merged_drives
 
 PROFILE = "best"

@@ -7,7 +7,8 @@ import pytest
 
 from refseq.belief import Belief
 from refseq.view import View
-from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.baselines import BASELINES
+from refseq_bench.scenarios.methods.reference import Reference
 from tests.support import corridor_drive
 
 every_baseline = pytest.mark.parametrize("name", list(BASELINES))

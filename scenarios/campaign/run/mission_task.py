@@ -20,7 +20,8 @@ from refseq_bench.scenarios.campaign.store.keys import code_digest, key_of
 from refseq_bench.scenarios.campaign.store.missions import KeptMission, read_mission, write_mission
 from refseq_bench.scenarios.campaign.store.views import source_key
 from refseq_bench.scenarios.drives.record import Drive, open_bench
-from refseq_bench.scenarios.methods.baselines import Reference
+from refseq_bench.scenarios.methods.by_name import modules_of
+from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.missions.leader import Journey, Leader, along_reference, over_several
 from refseq_bench.scenarios.missions.runs import MissionResult, refused_run, run_plan, run_program
 from refseq_bench.scenarios.scoring.cost import Cost, bytes_kept, forget_peak, peak_bytes
@@ -55,7 +56,7 @@ class MissionTask(Question):
             self.seed,
             self.merge if self.further else None,
             repr(self.assignment),
-            code_digest(__name__),
+            code_digest(__name__, *modules_of(self.methods)),
         )
 
     @property

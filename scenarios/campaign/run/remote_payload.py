@@ -21,6 +21,8 @@ from refseq_bench.scenarios.campaign.store.views import drawing_device
 from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.imports.closure import closure_of
+from refseq_bench.scenarios.methods.baselines import BASELINES
+from refseq_bench.scenarios.methods.by_name import modules_of
 from refseq_bench.scenarios.methods.plugins import plugin_digest
 from refseq_bench.sim.rendering.renderer import RendererKind
 
@@ -79,7 +81,7 @@ class RemoteResult:
 @cache
 def here() -> NodeFingerprint:
     """Fingerprint of this machine."""
-    found = closure_of(__name__, mission_task.__name__)
+    found = closure_of(__name__, mission_task.__name__, *modules_of(BASELINES))
     devices = {kind: ", ".join(map(str, drawing_device(kind) or ("none",))) for kind in RendererKind}
     return NodeFingerprint(found.digest, found.versions, devices)
 

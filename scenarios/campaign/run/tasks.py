@@ -22,10 +22,11 @@ from refseq_bench.scenarios.campaign.declare import sources as declared_sources
 from refseq_bench.scenarios.campaign.declare.outcomes import TaskOutcome, Verdict, one_line
 from refseq_bench.scenarios.campaign.declare.real_recordings import AbsentError
 from refseq_bench.scenarios.campaign.declare.sources import Source, names_of
-from refseq_bench.scenarios.campaign.run import answering, learning
+from refseq_bench.scenarios.campaign.run import learning
 from refseq_bench.scenarios.campaign.run.answering import AnswerRequest, answered
+from refseq_bench.scenarios.campaign.run.answering_code import READER, answering_code
 from refseq_bench.scenarios.campaign.run.learning import kept_maps, selected
-from refseq_bench.scenarios.campaign.store import keys, recordings
+from refseq_bench.scenarios.campaign.store import keys
 from refseq_bench.scenarios.campaign.store import views as stored_views
 from refseq_bench.scenarios.campaign.store.answers import KeptAnswers, read_answers, write_answers
 from refseq_bench.scenarios.campaign.store.cache import ANSWERS, RECORDING, DamagedError, Store
@@ -33,17 +34,15 @@ from refseq_bench.scenarios.campaign.store.keys import code_digest, key_of
 from refseq_bench.scenarios.campaign.store.views import read_views, recording_key, source_key
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.errors import input_errors
-from refseq_bench.scenarios.methods.baselines import Reference
 from refseq_bench.scenarios.methods.by_name import profile_of
 from refseq_bench.scenarios.methods.plugins import MisbehavedError, is_plugin, plugin_digest
+from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.sim.drives import signal_faults
 from refseq_bench.sim.drives.signal_faults import SignalFault, with_signal_faults
 from refseq_bench.sim.errors import StuckError
 
 HANDS = (__name__, declared_sources.__name__, stored_views.__name__, keys.__name__)
 """Modules that hand views to those that learn and answer: their own text counts in a key, not all that they import."""
-READER = recordings.__name__
-"""Module that reads drives from the store: views change with it, though recordings, which it did not write, do not."""
 
 
 @dataclass(frozen=True)
@@ -204,7 +203,7 @@ class AnswerTask(Question):
             self.sensors,
             self.seed,
             self.merge if self.further else None,
-            code_digest(answering.__name__, READER, alone=HANDS),
+            answering_code(self.methods, HANDS),
             *((self.signal_faults, code_digest(signal_faults.__name__)) if self.signal_faults else ()),
         )
 

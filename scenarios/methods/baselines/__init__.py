@@ -4,62 +4,49 @@ Each fits ``refseq.belief.LocaliserProtocol`` and is learnt from the views of a 
 chosen in the world ``annex``, which is not scored, and stay as they are.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
-
-import numpy as np
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 from refseq.belief import LocaliserProtocol
-from refseq.map.map import Map
-from refseq.view import View
-from refseq_bench.scenarios.methods.baselines.fabmap import FabMap
-from refseq_bench.scenarios.methods.baselines.fabmap_words import WordMap
-from refseq_bench.scenarios.methods.baselines.hamming import NearestColumn
-from refseq_bench.scenarios.methods.baselines.ransac import RansacInliers
-from refseq_bench.scenarios.methods.baselines.seqslam import SeqSlam
-from refseq_bench.scenarios.methods.baselines.sequence_graph import SequenceGraph
-from refseq_bench.scenarios.methods.baselines.single import SingleBest
-from refseq_bench.scenarios.methods.baselines.topological import TopologicalFilter
-from refseq_bench.scenarios.methods.baselines.topometric import TopometricFilter
-from refseq_bench.scenarios.methods.baselines.vlad import VladMap
-from refseq_bench.scenarios.methods.shelf import Shelf, learn_map
 
-CODEBOOK_SEED = 1
-"""Any number will do: it keeps the codebook the same for the same views."""
+if TYPE_CHECKING:  # the parts of this package shall not follow our own localiser
+    from refseq_bench.scenarios.methods.reference import Reference
 
 
 @dataclass(frozen=True)
-class Reference:
-    """The drive to learn from. What several baselines build on is made once, when it is first asked for."""
+class Baseline:
+    """A baseline by the ``file`` of this package that holds it and the function there that learns a reference drive.
 
-    views: Sequence[View]
-    shelf: Shelf = learn_map
+    It is imported when it is asked for, by a name that no walk along imports follows: so it has no part in the keys of
+    what other methods answer, and ``module`` is what its own follow. ``mapped`` ones ask for our own localiser's map.
+    """
 
-    @cached_property
-    def vlad(self) -> VladMap:
-        """The views as VLAD."""
-        return VladMap.learn(self.views, np.random.default_rng(CODEBOOK_SEED))
+    file: str
+    function: str = "learnt"
+    mapped: bool = False
 
-    def map(self, profile: str) -> Map:
-        """The views as our own localiser's map with a profile."""
-        return self.shelf(profile, self.views)
+    @property
+    def module(self) -> str:
+        """Full name of its module."""
+        return f"{__name__}.{self.file}"
 
-    @cached_property
-    def words(self) -> WordMap:
-        """The views as bags of words."""
-        return WordMap(self.views)
+    def __call__(self, reference: "Reference") -> LocaliserProtocol:
+        """Learn a reference drive."""
+        localiser: LocaliserProtocol = getattr(import_module(self.module), self.function)(reference)
+        return localiser
 
 
-BASELINES: Mapping[str, Callable[[Reference], LocaliserProtocol]] = {
-    "hamming": lambda reference: NearestColumn(reference.map("thesis").sequence, reference.views),
-    "vlad": lambda reference: SingleBest(reference.vlad),
-    "ransac": lambda reference: RansacInliers.learn(reference.views),
-    "fabmap-naive": lambda reference: FabMap(reference.words, tree=False),
-    "fabmap": lambda reference: FabMap(reference.words),
-    "seqslam": lambda reference: SeqSlam(reference.views),
-    "sequence-graph": lambda reference: SequenceGraph(reference.vlad),
-    "topological": lambda reference: TopologicalFilter(reference.vlad),
-    "topometric": lambda reference: TopometricFilter(reference.vlad, reference.views),
+BASELINES: Mapping[str, Baseline] = {
+    "hamming": Baseline("hamming", mapped=True),
+    "vlad": Baseline("single"),
+    "ransac": Baseline("ransac"),
+    "fabmap-naive": Baseline("fabmap", "learnt_naive"),
+    "fabmap": Baseline("fabmap"),
+    "seqslam": Baseline("seqslam"),
+    "sequence-graph": Baseline("sequence_graph"),
+    "topological": Baseline("topological"),
+    "topometric": Baseline("topometric"),
 }
 """Baselines by name: each learns a reference drive and gives a localiser for others."""

@@ -1,6 +1,7 @@
 """FAB-MAP: places as bags of words, and how likely it is that a view is of none of them."""
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from refseq_bench.scenarios.methods.baselines.chow_liu import ChowLiuTree
 from refseq_bench.scenarios.methods.baselines.fabmap_places import Detector, PlaceModel
 from refseq_bench.scenarios.methods.baselines.fabmap_words import ShownWords, WordMap
 from refseq_bench.scenarios.methods.baselines.place_filter import PlaceFilter
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.methods.reference import Reference
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,3 +85,13 @@ def _moved(belief: NDArray[np.float64]) -> NDArray[np.float64]:
     moved[1:] += thirds[:-1]
     moved[:-1] += thirds[1:]
     return moved
+
+
+def learnt(reference: "Reference") -> FabMap:
+    """The method, once it has learnt a reference drive."""
+    return FabMap(reference.once(WordMap))
+
+
+def learnt_naive(reference: "Reference") -> FabMap:
+    """The method without the tree: words independent of each other."""
+    return FabMap(reference.once(WordMap), tree=False)

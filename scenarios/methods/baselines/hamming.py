@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from refseq.features import Observed
 from refseq.map.sequence import ReferenceSequence
 from refseq.view import View
 from refseq_bench.scenarios.methods.baselines.answer import answer
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.methods.reference import Reference
 
 
 class NearestColumn:
@@ -69,3 +73,8 @@ class NearestColumn:
         """Count an extractor's features that each place showed, (K,)."""
         rows = self._sequence.matrix.block(key).select(ids)
         return np.bincount(rows.places, minlength=len(self._sequence))
+
+
+def learnt(reference: "Reference") -> NearestColumn:
+    """The method, once it has learnt a reference drive."""
+    return NearestColumn(reference.map("thesis").sequence, reference.views)

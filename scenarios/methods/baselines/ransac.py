@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -13,6 +14,9 @@ from refseq.errors import MapError
 from refseq.view import View
 from refseq_bench.scenarios.methods.baselines.answer import answer
 from refseq_bench.scenarios.methods.baselines.matches import NO_KEYS, ImageKeys, KeyTable, Matches, SparseSift
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.methods.reference import Reference
 
 SAMPLE = 4
 """Pairs of points that any homography can be laid through: only more than these can agree."""
@@ -118,3 +122,8 @@ def _usac(settings: RansacSettings) -> cv2.UsacParams:
 
 def _keys(sift: SparseSift, view: View, camera: str) -> ImageKeys:
     return sift(view.images[camera]) if camera in view.images else NO_KEYS
+
+
+def learnt(reference: "Reference") -> RansacInliers:
+    """The method, once it has learnt a reference drive."""
+    return RansacInliers.learn(reference.views)

@@ -4,6 +4,7 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
@@ -14,6 +15,9 @@ from refseq.errors import MapError
 from refseq.view import View
 from refseq_bench.scenarios.methods.baselines.answer import answer
 from refseq_bench.scenarios.methods.baselines.place_filter import neighbours
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.methods.reference import Reference
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,3 +150,8 @@ def sequence_scores(rows: Sequence[NDArray[np.float64]], lags: NDArray[np.intp])
     along = padded[np.arange(len(rows))[:, None], columns]
     scores: NDArray[np.float64] = along.mean(axis=1).min(axis=0)
     return scores
+
+
+def learnt(reference: "Reference") -> SeqSlam:
+    """The method, once it has learnt a reference drive."""
+    return SeqSlam(reference.views)

@@ -3,7 +3,7 @@
 import time
 from collections import deque
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,10 @@ from refseq.belief import LOST, Belief
 from refseq.view import View
 from refseq_bench.scenarios.methods.baselines.answer import answer
 from refseq_bench.scenarios.methods.baselines.place_filter import neighbours
-from refseq_bench.scenarios.methods.baselines.vlad import VladMap
+from refseq_bench.scenarios.methods.baselines.vlad import VladMap, as_vlad
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.methods.reference import Reference
 
 UNLIKE = 1e-3
 """Least cosine that a cost is made of: one at or below 0 would have none."""
@@ -145,3 +148,8 @@ def cheapest_before(ways: NDArray[np.float64], fan_out: int) -> tuple[NDArray[np
     costs = np.where(there, ways[sources] + TIE * np.abs(steps - 1), np.inf)
     choice = np.argmin(costs, axis=1)
     return costs[np.arange(K), choice], sources[np.arange(K), choice]
+
+
+def learnt(reference: "Reference") -> SequenceGraph:
+    """The method, once it has learnt a reference drive."""
+    return SequenceGraph(reference.once(as_vlad))

@@ -1,12 +1,17 @@
 """The place that looks most alike, each view for itself."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from refseq.belief import Belief
 from refseq.view import View
 from refseq_bench.scenarios.methods.baselines.answer import answer
 from refseq_bench.scenarios.methods.baselines.likelihood import SimilarityLikelihood
-from refseq_bench.scenarios.methods.baselines.vlad import VladMap
+from refseq_bench.scenarios.methods.baselines.vlad import VladMap, as_vlad
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.methods.reference import Reference
 
 CONTRAST = 20.0
 """Ratio of likelihoods between the most and the least alike place; it shapes the belief, not the answer."""
@@ -34,3 +39,8 @@ class SingleBest:
             return answer(np.ones(len(self._places)), 0.5, likeness)
         doubt = (1 - max(float(likeness.values.max()), 0.0)) / 2
         return answer(self._likelihood(likeness.values), doubt, likeness)
+
+
+def learnt(reference: "Reference") -> SingleBest:
+    """The method, once it has learnt a reference drive."""
+    return SingleBest(reference.once(as_vlad))

@@ -1,6 +1,7 @@
 """The Bayes filter over places that knows no odometry: from view to view the robot goes on by a few places."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,10 @@ from numpy.typing import NDArray
 from refseq.view import View
 from refseq_bench.scenarios.methods.baselines.likelihood import SimilarityLikelihood
 from refseq_bench.scenarios.methods.baselines.place_filter import PlaceFilter, neighbours
-from refseq_bench.scenarios.methods.baselines.vlad import Likeness, VladMap
+from refseq_bench.scenarios.methods.baselines.vlad import Likeness, VladMap, as_vlad
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.methods.reference import Reference
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,3 +70,8 @@ class TopologicalFilter(PlaceFilter[Likeness]):
     def _places_and_lost(self, belief: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
         best, around = int(np.argmax(belief)), self._settings.around
         return belief, (1 - float(belief[max(0, best - around) : best + around + 1].sum())) / 2
+
+
+def learnt(reference: "Reference") -> TopologicalFilter:
+    """The method, once it has learnt a reference drive."""
+    return TopologicalFilter(reference.once(as_vlad))

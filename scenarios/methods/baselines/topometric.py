@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,10 @@ from refseq.planar import Pose, after_motion
 from refseq.view import View
 from refseq_bench.scenarios.methods.baselines.likelihood import SimilarityLikelihood
 from refseq_bench.scenarios.methods.baselines.place_filter import PlaceFilter, neighbours
-from refseq_bench.scenarios.methods.baselines.vlad import Likeness, VladMap
+from refseq_bench.scenarios.methods.baselines.vlad import Likeness, VladMap, as_vlad
+
+if TYPE_CHECKING:
+    from refseq_bench.scenarios.methods.reference import Reference
 
 FREEDOMS = 3
 """Degrees of freedom of a motion in the plane."""
@@ -157,3 +161,8 @@ def _squared_misses(
     miss = offset - t[..., None] * leg
     squared: NDArray[np.float64] = (miss * miss * precision).sum(axis=-1)
     return squared
+
+
+def learnt(reference: "Reference") -> TopometricFilter:
+    """The method, once it has learnt a reference drive."""
+    return TopometricFilter(reference.once(as_vlad), reference.views)

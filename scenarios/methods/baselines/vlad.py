@@ -203,3 +203,12 @@ class VladMap:
         tile = np.minimum((found.across * tiles).astype(int), tiles - 1)
         parts = [vlad(found.values[tile == number], centres) for number in range(tiles)]
         return np.concatenate(parts) / np.float32(np.sqrt(tiles))
+
+
+CODEBOOK_SEED = 1
+"""Any number will do: it keeps the codebook the same for the same views."""
+
+
+def as_vlad(views: Sequence[View]) -> VladMap:
+    """Views as VLAD, with a codebook of their own."""
+    return VladMap.learn(views, np.random.default_rng(CODEBOOK_SEED))

@@ -15,10 +15,11 @@ from refseq.map.profile import PROFILES
 from refseq_bench.scenarios.campaign.declare import real_recordings
 from refseq_bench.scenarios.campaign.declare.cases import load
 from refseq_bench.scenarios.campaign.declare.real_recordings import Log
-from refseq_bench.scenarios.campaign.run import answering, learning, mission_task
+from refseq_bench.scenarios.campaign.run import learning, mission_task
+from refseq_bench.scenarios.campaign.run.answering_code import READER, answering_modules
 from refseq_bench.scenarios.campaign.run.case_tasks import mission_tasks
 from refseq_bench.scenarios.campaign.run.learning import kept_maps
-from refseq_bench.scenarios.campaign.run.tasks import HANDS, READER, AnswerTask, learnt_drives, perform
+from refseq_bench.scenarios.campaign.run.tasks import HANDS, AnswerTask, learnt_drives, perform
 from refseq_bench.scenarios.campaign.store.cache import Store
 from refseq_bench.scenarios.drives.record import Drive, record
 from refseq_bench.scenarios.imports.closure import PACKAGES, ROOT
@@ -50,10 +51,19 @@ learnt = true
 methods = ["best/chain"]
 """
 REAL = real_recordings.__name__
+
+
+def _of_answers(*methods: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    modules = answering_modules(methods, HANDS)
+    return (*modules.all, REAL), modules.alone
+
+
+ANSWERING = {"answers": ("thesis/chain",), "vlad": ("topometric", "sequence-graph"), "hamming": ("hamming",)}
+"""Kinds of answers: the methods that give them."""
 CLOSURES = {
     "recording": ((record.__module__,), ()),
     "map": ((learning.__name__, READER, REAL), HANDS),
-    "answers": ((answering.__name__, READER, REAL), HANDS),
+    **{kind: _of_answers(*methods) for kind, methods in ANSWERING.items()},
     "mission": ((mission_task.__name__,), ()),
 }
 """Modules of which the closure makes the key of each kind, and those that count alone."""
@@ -91,11 +101,11 @@ def call_for(kind: str, folder: Path) -> Callable[[], object]:
             assert perform(need, store).good
         assert task.key
         return lambda: task.carry_out(store)
-    methods = ("thesis/chain", "vlad")
+    methods = ANSWERING.get(kind, ("thesis/chain",))
     asks = AnswerTask(methods, Log("reference.mcap", thin=0.1, noise=1), Log("query.mcap"), "2:8", None, 1, 60.0)
     assert asks.key
     assert asks.maps
-    if kind == "answers":
+    if kind in ANSWERING:
         return lambda: asks.carry_out(store)
     shelf = kept_maps(store, lambda profile: profile)
     return lambda: [shelf(profile, drive.views) for drive in learnt_drives(asks, store) for profile in PROFILES]

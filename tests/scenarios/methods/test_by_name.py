@@ -7,8 +7,9 @@ from refseq.map.learning import learn
 from refseq.map.localiser import localise
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.baselines import BASELINES
 from refseq_bench.scenarios.methods.by_name import METHODS, answers, family, methods_named, run
+from refseq_bench.scenarios.methods.reference import Reference
 from tests.support import certain, corridor_drive
 
 

@@ -14,7 +14,7 @@ from refseq.missions.true_way import TrueWay
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.baselines import Reference
+from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.missions.leader import (
     InPlaces,
     Journey,

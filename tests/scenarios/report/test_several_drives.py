@@ -17,8 +17,9 @@ from refseq.map.trackers import SureView
 from refseq.planar import Pose
 from refseq.view import View
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.baselines import BASELINES, Reference
+from refseq_bench.scenarios.methods.baselines import BASELINES
 from refseq_bench.scenarios.methods.by_name import Learnt
+from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.scenarios.scoring.comparison import Comparison, Drives
 from refseq_bench.scenarios.scoring.outcome import Outcome
 from refseq_bench.scenarios.scoring.path_geometry import WIDE, ReferencePath

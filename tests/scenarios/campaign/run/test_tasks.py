@@ -16,8 +16,8 @@ from refseq_bench.scenarios.campaign.run.tasks import AnswerTask, RecordTask, an
 from refseq_bench.scenarios.campaign.store.cache import DamagedError, Store
 from refseq_bench.scenarios.drives.record import Drive
 from refseq_bench.scenarios.errors import ScenarioError
-from refseq_bench.scenarios.methods.baselines import Reference
 from refseq_bench.scenarios.methods.plugins import MisbehavedError
+from refseq_bench.scenarios.methods.reference import Reference
 from refseq_bench.sim.drives.signal_faults import SignalFault, SignalFaultKind
 from refseq_bench.sim.errors import SimError, StuckError
 from refseq_bench.worlds.errors import WorldsError

@@ -13,7 +13,9 @@ import pytest
 from refseq_bench.scenarios.campaign.declare.cases import Case, load
 from refseq_bench.scenarios.campaign.declare.real_recordings import Log
 from refseq_bench.scenarios.campaign.run import remote_payload
+from refseq_bench.scenarios.campaign.run.answering_code import answering_code, answering_modules
 from refseq_bench.scenarios.campaign.run.case_tasks import answer_tasks, mission_tasks
+from refseq_bench.scenarios.campaign.run.tasks import HANDS
 from refseq_bench.scenarios.campaign.store import keys, views
 from refseq_bench.scenarios.campaign.store.views import recording_key, source_key
 from refseq_bench.scenarios.drives.record import Drive, record
@@ -113,7 +115,7 @@ ALL = set(KINDS)
         ("refseq_bench/worlds/library/new.toml", DRIVEN),
         ("refseq_bench/robots/robuter/robuter.xml", DRIVEN),
         ("refseq_bench/robots/robuter/README.md", set()),
-        ("refseq_bench/scenarios/methods/baselines/vlad.py", {"answers", "mission", "remote"}),
+        ("refseq_bench/scenarios/methods/baselines/vlad.py", {"remote"}),
         ("refseq_bench/scenarios/scoring/merging.py", {"answers", "mission", "remote"}),
         ("refseq_bench/scenarios/errors.py", ALL),
         ("refseq_bench/scenarios/campaign/run/tasks.py", {"map", "answers", "mission", "remote"}),
@@ -141,6 +143,52 @@ def test_a_changed_file_changes_the_keys_of_what_it_has_a_part_in(
     # Answers are those to recordings: where one changes, what is asked about it does too.
     followed = changed | ({"map", "answers"} if "recording" in changed else set())
     assert {kind for kind in KINDS if after[kind] != before[kind]} == followed
+
+
+FAMILIES = ("thesis/chain", "best/chain", "hamming", "vlad", "ransac", "fabmap", "seqslam", "topometric")
+OURS = {"thesis/chain", "best/chain"}
+ON_VLAD = {"vlad", "topometric"}
+
+
+@pytest.mark.parametrize(
+    ("file", "changed"),
+    [
+        ("scenarios/methods/baselines/seqslam.py", {"seqslam"}),
+        ("scenarios/methods/baselines/topometric.py", {"topometric"}),
+        ("scenarios/methods/baselines/vlad.py", ON_VLAD | {"ransac"}),  # which takes its root of SIFT
+        ("scenarios/methods/baselines/place_filter.py", {"fabmap", "seqslam", "topometric"}),
+        ("scenarios/methods/baselines/__init__.py", set(FAMILIES)),
+        ("scenarios/methods/by_name.py", set(FAMILIES)),
+        ("scenarios/campaign/run/answering.py", set(FAMILIES)),
+        ("scenarios/campaign/store/recordings.py", set(FAMILIES)),
+    ],
+)
+def test_a_changed_method_changes_the_keys_of_its_own_answers_alone(
+    copy: Path, made: Mapping[str, Closure], file: str, changed: set[str]
+) -> None:
+    def code() -> dict[str, str]:
+        forget()
+        return {method: answering_code([method], HANDS) for method in FAMILIES}
+
+    before, path = code(), copy / "refseq_bench" / file
+    content = path.read_bytes()
+    path.write_bytes(content + b"\n# changed\n")
+    try:
+        after = code()
+    finally:
+        path.write_bytes(content)
+    assert made
+    assert {method for method in FAMILIES if after[method] != before[method]} == changed
+
+
+@pytest.mark.parametrize(
+    "file", ["refseq/inference/chain/forward.py", "refseq/map/stages.py", "refseq/map/trackers.py"]
+)
+def test_a_change_to_our_localiser_leaves_what_baselines_answered(file: str) -> None:
+    modules = {method: answering_modules([method], HANDS) for method in FAMILIES}
+    followers = {method for method, of in modules.items() if file in closure_of(*of.all, alone=of.alone).files}
+    assert followers >= OURS
+    assert followers <= OURS | {"hamming"}  # which asks for our map
 
 
 def test_recordings_follow_what_writes_them_and_no_reader() -> None:
