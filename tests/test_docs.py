@@ -19,6 +19,7 @@ from refseq.map.learning import learn
 from refseq_bench.scenarios.campaign.declare.assignment import LAMP, ODOMETRY
 from refseq_bench.scenarios.campaign.declare.cases import find, names
 from refseq_bench.scenarios.campaign.pages.tables import blocks
+from refseq_bench.scenarios.campaign.pages.track_score import ALL
 from refseq_bench.scenarios.cli.app import NAMES, command_tree, exit_code
 from refseq_bench.scenarios.methods.by_name import check_methods
 from tests.commands import MISUSED, check_commands, own, parse
@@ -185,7 +186,7 @@ TABLES = [block for page in pages() for block in blocks(FENCE.sub("", page.text)
 @pytest.mark.parametrize("block", TABLES, ids=lambda block: block.name)
 def test_tables_of_figures_name_cases_of_the_library_and_are_filled(block):
     choices = [block.spec, *block.spec.rows.values(), *block.spec.columns.values()]
-    cases = {case.name for case in find(names())}
+    cases = {name for case in find(names()) for name in (case.name, f"{case.file.stem}/{ALL}")}
     assert {choice.case for choice in choices} - {None} <= cases
     check_methods({choice.method for choice in choices} - {None, ODOMETRY, LAMP})
     rows = [line for line in block.body.splitlines() if line.startswith("| ")]

@@ -42,6 +42,7 @@ THESIS = {
     "fig-3.11-3.12-people",
     "table-3.1-camera-1",
     "table-3.1-hours",
+    "table-3.1-dusk",
     "fig-6.1-car-park",
 }
 OWN = {
