@@ -6,7 +6,7 @@ Merged columns that remember how many they stand for give a mixture the same ans
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,9 @@ from scipy.sparse import csr_matrix
 LARGE = 2_000_000
 SPARSE = 1 / 10
 """Multiplications from which sparse factors pay, and the share of ones up to which they do; by measurement."""
+LONG = 50
+"""Entries a row on average from which copying rows one by one is faster than looking up entries."""
+Value = TypeVar("Value", bound=np.generic)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +50,7 @@ class Rows:
     def select(self, ids: NDArray[np.intp]) -> "Rows":
         """Some of the rows, in the order of ``ids``."""
         counts = self.pointers[ids + 1] - self.pointers[ids]
-        pointers = np.concatenate([[0], np.cumsum(counts)])
-        shift = np.repeat(self.pointers[ids] - pointers[:-1], counts)
-        return Rows(pointers, self.places[shift + np.arange(pointers[-1])], self.K)
+        return Rows(np.concatenate([[0], np.cumsum(counts)]), selected(self.pointers, self.places, ids), self.K)
 
     def between(self, start: int, stop: int) -> "Rows":
         """The rows ``start`` to ``stop`` − 1, whose places are not copied."""
@@ -70,6 +71,17 @@ class Rows:
         matrix = np.zeros((self.n, self.K), np.bool_)
         matrix[self.numbers(), self.places] = True
         return matrix
+
+
+def selected(pointers: NDArray[np.int64], values: NDArray[Value], ids: NDArray[np.intp]) -> NDArray[Value]:
+    """Values of some rows' entries, (nnz,), row after row in the order of ``ids``; ``values`` has one an entry."""
+    starts, stops = pointers[ids], pointers[ids + 1]
+    counts = stops - starts
+    total = int(counts.sum())
+    if total > LONG * len(ids):  # long rows are copied as they lie; of short ones the entries are looked up
+        return np.concatenate([values[start:stop] for start, stop in zip(starts.tolist(), stops.tolist(), strict=True)])
+    shift = np.repeat(starts - (np.cumsum(counts) - counts), counts)
+    return values[shift + np.arange(total)]
 
 
 @dataclass(frozen=True, slots=True)

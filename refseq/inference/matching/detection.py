@@ -6,8 +6,8 @@ drive; by *detection* with d s_ik, where s_ik is 1 at the places that showed it 
 as fast as neighbouring reference views lose each other's features. What light leaves of the detections, d, is not known
 and is averaged over a few values, for every view anew.
 
-Nothing is kept but the rows themselves and a few numbers a place: what lies beside a row's places is found anew for
-the features of each view.
+Beside the rows themselves a few numbers a place are kept, and one byte an entry: how far it is the nearest one of its
+row, so that what lies beside a row's places need not be looked for at every view.
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from refseq.inference.matching.columns import Rows
+from refseq.inference.matching.columns import Rows, selected
 
 RATES = np.array([0.05, 0.2, 0.5, 0.9])
 """Detection rates that are averaged over."""
@@ -28,6 +28,8 @@ LEAST = 0.01
 """Places that share less than this of a place's features are not worth keeping."""
 PIECE = 1_000_000
 """Entries of the rows that are looked at in one go."""
+SIDE = 4
+"""Bits of a byte for how far an entry reaches ahead; the others are for how far behind."""
 
 
 class Detection:
@@ -37,10 +39,12 @@ class Detection:
         self._rows, self._counts, self._K = rows, np.diff(rows.pointers), rows.K
         self.covisibility = covisibility(rows)
         self._L = int(np.count_nonzero(self.covisibility >= LEAST))
-        detectable = np.zeros((self._L, rows.K))
+        reaches, detectable = [np.zeros(0, np.uint8)], np.zeros((self._L, rows.K))
         for piece in rows.pieces(PIECE):
-            for level, beside in spread(piece, self._L):
+            reaches.append(reach(piece, self._L))
+            for level, beside in spread(piece, reaches[-1], self._L):
                 detectable[level] += np.bincount(beside.places, minlength=rows.K)
+        self._reach = np.concatenate(reaches)
         self._all_missed = detectable.T @ np.log1p(-np.outer(self.covisibility[: self._L], RATES))  # (K, rates)
 
     def log_ratios(
@@ -56,12 +60,14 @@ class Detection:
         false_alarm_rate = ((self._counts[ids] - held_out + PRIOR) / (self._K - held_out + 2 * PRIOR))[:, None, None]
         rate = self.covisibility[: self._L, None] * RATES
         gain = np.log1p(rate * (1 - false_alarm_rate) / false_alarm_rate) - np.log1p(-rate)  # (n, L, rates)
-        rows = self._rows.select(ids)
+        rows, reaching = self._rows.select(ids), selected(self._rows.pointers, self._reach, ids)
         by_rate = self._all_missed.copy() if places is None else self._all_missed[places]
-        for level, beside in _spread_to(rows, self._L, places):
-            shape = beside.K, len(ids)
-            at = csc_array((np.ones(len(beside.places)), beside.places, beside.pointers), shape=shape)
-            by_rate += at @ gain[:, level]
+        for level, beside in _spread_to(rows, reaching, self._L, places):
+            if not len(beside.places):
+                continue
+            # Of pointers of 32 bits, as the places are, SciPy need not look at each entry.
+            packed = np.ones(len(beside.places)), beside.places, beside.pointers.astype(np.int32)
+            by_rate += csc_array(packed, shape=(beside.K, len(ids))) @ gain[:, level]
         return _log_mean(by_rate)
 
 
@@ -117,50 +123,51 @@ def pairs_apart(rows: Rows) -> NDArray[np.float64]:
     return pairs
 
 
-def spread(rows: Rows, levels: int) -> Iterator[tuple[int, Rows]]:
-    """The places that are 0, 1, … ``levels`` − 1 away from the nearest one of their row, each once, with that level.
+def reach(rows: Rows, levels: int) -> NDArray[np.uint8]:
+    """How many places, up to ``levels`` − 1, each entry is the nearest one of its row ahead and behind, (nnz,).
 
-    There are several such pieces a level. A place amid two of its row's is the earlier one's neighbour.
+    The lowest ``SIDE`` bits are for ahead. A place amid two of its row's is the earlier one's.
     """
-    yield 0, rows
-    if levels < 2:
-        return
     none = np.int32(2 * rows.K)
     gap = np.full(len(rows.places) + 1, none)  # from the place before; there is none before a row's first
     np.subtract(rows.places[1:], rows.places[:-1], out=gap[1:-1])
     gap[rows.pointers] = none
-    # The farther away, the fewer entries have room beside them: each level looks at those of the last alone.
-    ahead, behind = np.flatnonzero(gap[1:] >= 2), np.flatnonzero(gap[:-1] > 2)
-    for level in range(1, levels):
-        ahead = ahead[(gap[ahead + 1] >= 2 * level) & (rows.places[ahead] < rows.K - level)]
-        behind = behind[(gap[behind] > 2 * level) & (rows.places[behind] >= level)]
-        yield level, _moved(rows, ahead, level)
-        yield level, _moved(rows, behind, -level)
+    ahead = np.minimum(np.minimum(gap[1:] // 2, rows.K - 1 - rows.places), levels - 1)
+    behind = np.minimum(np.minimum((gap[:-1] - 1) // 2, rows.places), levels - 1)
+    both: NDArray[np.uint8] = (ahead | behind << SIDE).astype(np.uint8)
+    return both
 
 
-def _spread_to(rows: Rows, levels: int, places: NDArray[np.intp] | None) -> Iterator[tuple[int, Rows]]:
-    """Do as ``spread`` does, but of some ``places`` alone, which take the numbers from 0 on.
+def spread(rows: Rows, reaching: NDArray[np.uint8], levels: int) -> Iterator[tuple[int, Rows]]:
+    """The places that are 0, 1, … ``levels`` − 1 away from the nearest one of their row, each once, with that level.
 
-    An entry reaches a place at most ``levels`` − 1 away, unless the next one of its row is nearer to that place than
-    itself, or as near: so no entry that is twice as far as that from all places matters, nor whether it is there.
+    ``reaching`` (nnz,) is the ``reach`` of the rows. There are several such pieces a level.
     """
-    if places is None:
-        yield from spread(rows, levels)
+    yield 0, rows
+    if levels < 2:
         return
-    near, reach = np.zeros(rows.K, np.bool_), 2 * (levels - 1)
-    for away in range(-reach, reach + 1):
+    ahead, behind = reaching & (1 << SIDE) - 1, reaching >> SIDE
+    for level in range(1, levels):
+        yield level, _moved(rows, np.flatnonzero(ahead >= level), level)
+        yield level, _moved(rows, np.flatnonzero(behind >= level), -level)
+
+
+def _spread_to(
+    rows: Rows, reaching: NDArray[np.uint8], levels: int, places: NDArray[np.intp] | None
+) -> Iterator[tuple[int, Rows]]:
+    """Do as ``spread`` does, but of some ``places`` alone, which take the numbers from 0 on."""
+    if places is None:
+        yield from spread(rows, reaching, levels)
+        return
+    near = np.zeros(rows.K, np.bool_)
+    for away in range(1 - levels, levels):
         near[np.clip(places + away, 0, rows.K - 1)] = True
+    entries = np.flatnonzero(near[rows.places])
     number = np.full(rows.K, -1, np.int32)
     number[places] = np.arange(len(places))
-    for level, beside in spread(_kept(rows, near[rows.places]), levels):
-        reached = _kept(beside, number[beside.places] >= 0)
+    for level, beside in spread(_moved(rows, entries, 0), reaching[entries], levels):
+        reached = _moved(beside, np.flatnonzero(number[beside.places] >= 0), 0)
         yield level, Rows(reached.pointers, number[reached.places], len(places))
-
-
-def _kept(rows: Rows, there: NDArray[np.bool_]) -> Rows:
-    """Some entries of the rows, ``there`` (nnz,)."""
-    entries = np.flatnonzero(there)
-    return Rows(np.searchsorted(entries, rows.pointers), rows.places[entries], rows.K)
 
 
 def _moved(rows: Rows, entries: NDArray[np.intp], by: int) -> Rows:

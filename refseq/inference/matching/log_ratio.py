@@ -20,6 +20,9 @@ from scipy.special import logsumexp
 from refseq.inference.matching.detection import REACH, Detection
 from refseq.inference.matching.incidence import IncidenceMatrix
 
+CELLS = 1 << 16
+"""Cells by which scores are brought into a rough order before each is looked for; no result follows it."""
+
 
 @dataclass(frozen=True, slots=True)
 class LogRatioSettings:
@@ -42,14 +45,24 @@ class LogRatioSettings:
 
 
 class Calibration:
-    """Scores to log-likelihood ratios, by the scores of places that are not the right one."""
+    """Scores to log-likelihood ratios, by the scores of places that are not the right one.
+
+    There are no more ratios than twice the distinct scores elsewhere, and one: those of scores that tie with one of
+    them, and of scores between two. All are reckoned beforehand.
+    """
 
     def __init__(self, elsewhere: NDArray[np.float64]) -> None:
-        self._elsewhere = np.sort(elsewhere)
+        self._distinct, counts = np.unique(elsewhere, return_counts=True)
+        n = len(elsewhere)
+        below = np.repeat(np.concatenate([[0], np.cumsum(counts)]), 2)
+        as_high, higher = n - below[:-1], n - below[1:]
+        tied = (as_high - higher) / n if n else np.ones(1)
+        self._p = PValues((higher + 1 - tied) / (n + 1), (as_high + 1) / (n + 1))
+        self._log_ratios = log_mean_calibrated(self._p)
 
     def log_ratios(self, scores: NDArray[np.float64]) -> NDArray[np.float64]:
         """Calibrated log-likelihood ratios of the places with these scores."""
-        return log_mean_calibrated(self.p_values(scores))
+        return self._log_ratios[self._slots(scores)]
 
     def p_values(self, scores: NDArray[np.float64]) -> "PValues":
         """Share of the places elsewhere that score as high, the place itself counted among them, and its ties.
@@ -57,13 +70,21 @@ class Calibration:
         A score that ties with t of n elsewhere may stand before or behind any of them, so that its p-value spans their
         ranks. One that ties with all of them spans 0 to 1 and says nothing; one that ties with none is a single rank.
         """
-        n = len(self._elsewhere)
-        order = np.argsort(scores)  # many numbers are found much faster one after the other
-        as_high, higher = np.empty(len(scores), np.intp), np.empty(len(scores), np.intp)
-        as_high[order] = n - np.searchsorted(self._elsewhere, scores[order], side="left")
-        higher[order] = n - np.searchsorted(self._elsewhere, scores[order], side="right")
-        tied = (as_high - higher) / n if n else np.ones(len(scores))
-        return PValues((higher + 1 - tied) / (n + 1), (as_high + 1) / (n + 1))
+        slots = self._slots(scores)
+        return PValues(self._p.low[slots], self._p.high[slots])
+
+    def _slots(self, scores: NDArray[np.float64]) -> NDArray[np.intp]:
+        """Number of each score's ratio: those of scores between two distinct ones and at one of them take turns."""
+        if not len(self._distinct):
+            return np.zeros(len(scores), np.intp)
+        # Many numbers are found much faster one near the other, and sixteen bits are sorted by a radix.
+        low, high = self._distinct[[0, -1]]
+        share = (scores - low) / (high - low) if high > low else np.zeros(len(scores))
+        order = np.argsort(np.clip(CELLS * share, 0, CELLS - 1).astype(np.uint16), kind="stable")
+        found = np.empty(len(scores), np.intp)
+        found[order] = np.searchsorted(self._distinct, scores[order])
+        slots: NDArray[np.intp] = 2 * found + (self._distinct.take(found, mode="clip") == scores)
+        return slots
 
 
 class PValues(NamedTuple):

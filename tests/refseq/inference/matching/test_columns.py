@@ -1,9 +1,10 @@
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from refseq.inference.matching.columns import Rows, distinct_columns
+from refseq.inference.matching.columns import LONG, Rows, distinct_columns
 
 quick = settings(deadline=None, max_examples=120, derandomize=True)
 matrices = st.tuples(st.integers(0, 140), st.integers(1, 12)).flatmap(
@@ -36,6 +37,17 @@ def test_rows_are_the_dense_rows(matrix: np.ndarray, data: st.DataObject) -> Non
     start = data.draw(st.integers(0, len(matrix)))
     stop = data.draw(st.integers(start, len(matrix)))
     np.testing.assert_array_equal(rows.between(start, stop).dense(), matrix[start:stop])
+
+
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.5])
+def test_rows_are_selected_alike_whether_they_are_long_or_short(share: float) -> None:
+    """Of 400 places at a half of which a row is true, and at a fiftieth; some rows twice, and empty ones."""
+    rng = np.random.default_rng(3)
+    matrix = rng.random((30, 400)) < share * (np.arange(30) % 5 > 0)[:, None]
+    ids = rng.integers(0, 30, 50)
+    chosen = Rows.from_dense(matrix).select(ids)
+    assert (len(chosen.places) > LONG * len(ids)) == (share == 0.5)
+    np.testing.assert_array_equal(chosen.dense(), matrix[ids])
 
 
 @quick

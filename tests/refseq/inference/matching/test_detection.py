@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from refseq.inference.matching.columns import Rows
-from refseq.inference.matching.detection import LEAST, PRIOR, RATES, REACH, Detection, covisibility
+from refseq.inference.matching.detection import LEAST, PRIOR, RATES, REACH, Detection, covisibility, reach, spread
 
 quick = settings(deadline=None, max_examples=150, derandomize=True)
 small_matrices = st.tuples(st.integers(0, 7), st.integers(1, 12)).flatmap(lambda shape: arrays(np.bool_, shape))
@@ -160,6 +160,20 @@ def test_in_a_short_drive_too_only_places_far_apart_show_what_chance_shares(K: i
     found = covisibility(Rows.from_dense(np.array(runs + ends)))
     assert 0.3 < found[1] < 0.9
     assert found[2] < found[1]
+
+
+@quick
+@given(small_matrices, st.integers(1, REACH + 1))
+def test_each_place_near_a_row_s_is_reached_once_by_the_nearest_entry(seen: np.ndarray, levels: int) -> None:
+    rows = Rows.from_dense(seen)
+    found = np.full(seen.shape, levels)
+    for level, beside in spread(rows, reach(rows, levels), levels):
+        at = beside.numbers(), beside.places
+        assert (found[at] == levels).all()
+        found[at] = level
+    for row, places in zip(found, seen, strict=True):
+        away = np.abs(np.arange(seen.shape[1])[:, None] - np.flatnonzero(places)[None])
+        np.testing.assert_array_equal(row, np.minimum(away.min(axis=1, initial=levels), levels))
 
 
 @settings(max_examples=50, deadline=None)

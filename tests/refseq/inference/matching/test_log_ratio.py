@@ -1,3 +1,5 @@
+import operator
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -66,6 +68,17 @@ def test_p_values_are_shares_of_scores_as_high(elsewhere: np.ndarray, scores: np
     np.testing.assert_array_equal(found.low[alone], found.high[alone])
     assert (found.low >= 0).all()
     assert (found.low[~alone] < found.high[~alone]).all()
+
+
+@quick
+@given(arrays(np.int8, st.integers(0, 20)), arrays(np.int8, st.integers(0, 9)))
+def test_ratios_are_those_of_the_p_values_to_the_last_bit(elsewhere: np.ndarray, scores: np.ndarray) -> None:
+    found, n = Calibration(elsewhere.astype(float)), len(elsewhere)
+    as_high, higher = (np.array([sum(of(other, one) for other in elsewhere.tolist()) for one in scores.tolist()], int)
+                       for of in (operator.ge, operator.gt))  # fmt: skip
+    tied = (as_high - higher) / n if n else np.ones(len(scores))
+    p = PValues((higher + 1 - tied) / (n + 1), (as_high + 1) / (n + 1))
+    np.testing.assert_array_equal(found.log_ratios(scores.astype(float)), log_mean_calibrated(p))
 
 
 @quick
