@@ -26,6 +26,10 @@ MODE_LEAST = 0.05
 """A run of places of less probability than this, all together, is no mode."""
 
 
+SLACK = 1e-9
+"""A covariance may be off symmetry, or below 0, by so much of its largest entry: rounding."""
+
+
 class BeliefMode(NamedTuple):
     """One of the stretches that a belief is spread over.
 
@@ -34,6 +38,50 @@ class BeliefMode(NamedTuple):
 
     best: int
     probability: float
+
+
+@dataclass(frozen=True, slots=True)
+class PoseBeside:
+    """Pose of the robot as seen from a place, in the frame of the robot that learnt it.
+
+    ``along`` is how far ahead of the place the robot is and ``aside`` how far to its left [m], ``heading`` how far it
+    has turned from the place's heading, counter-clockwise [rad]. ``covariance`` (3, 3) is of these three in this order
+    [m², rad², m·rad]: what no sensor tells, as along in a bare corridor, has a variance as large as places leave.
+    """
+
+    along: float
+    aside: float
+    heading: float
+    covariance: NDArray[np.float64]
+
+    @property
+    def motion(self) -> tuple[float, float, float]:
+        """Along and aside [m], heading [rad]."""
+        return self.along, self.aside, self.heading
+
+
+def pose_beside(motion: ArrayLike, covariance: ArrayLike) -> PoseBeside:
+    """A pose from plain numbers: along, aside [m] and heading [rad], and their covariance (3, 3) or row by row (9,).
+
+    Raises ``RefseqError`` for numbers that are not so many or not finite, and for what is no covariance: not symmetric,
+    or of a variance below 0 in some direction.
+    """
+    try:
+        moved, spread = np.array(motion, np.float64), np.array(covariance, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise RefseqError(f"pose {motion!r:.60} ± {covariance!r:.60} is no numbers; valid are 3 and 9") from None
+    if moved.shape != (3,) or spread.shape not in ((9,), (3, 3)):
+        raise RefseqError(
+            f"pose of shape {moved.shape}, covariance of {spread.shape}; valid are (3,) and (3, 3) or (9,)"
+        )
+    if not (np.isfinite(moved).all() and np.isfinite(spread).all()):
+        raise RefseqError("pose or covariance is not finite; valid are finite numbers")
+    spread = spread.reshape(3, 3)
+    slack = SLACK * max(1.0, float(np.abs(spread).max()))
+    if np.abs(spread - spread.T).max() > slack or np.linalg.eigvalsh(spread).min() < -slack:
+        raise RefseqError(f"covariance {spread.ravel().tolist()} is none; valid is symmetric, no variance below 0")
+    along, aside, heading = moved.tolist()
+    return PoseBeside(along, aside, heading, spread)
 
 
 class Stage(StrEnum):
@@ -79,6 +127,9 @@ class Belief:
 
     ``lost_after`` is (K,) float64, the probability of the Lost_Place behind each place: lost, and last sure there
     (3.3.1). What it lacks of ``lost`` is at Lost_0, where nothing is known. None: the method has no Lost_Places.
+
+    ``pose`` is where beside the place ``best`` the robot is, by the scan laid on the place's. None where nothing tells:
+    without laser in view, map or sensors, where its walls are others than the place's, and where it says lost.
     """
 
     places: NDArray[np.float64]
@@ -89,6 +140,7 @@ class Belief:
     timings: Timings = Timings()
     faults: tuple[DeclaredFault, ...] = ()
     lost_after: NDArray[np.float64] | None = None
+    pose: PoseBeside | None = None
 
     @property
     def last_sure(self) -> int | None:

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.pose_graph import motions_between, moved, ways_along
+from refseq.scan_matching.walls import ScanWalls
 
-TOLERANCE, GROWING = 0.1, 0.02
-"""Walls are the same within so much [m], and so much more a metre of range: noise, and views that tilt or turn."""
 EVERY, SCANS = 5.0, 4
 """A window of a stretch is about so long [m], and so many pairs of its scans at most are compared."""
 SLIDE, ASIDE, ASKEW = 2.25, 0.6, np.radians(16)
@@ -44,13 +43,13 @@ class ScannedPath:
         return cls(track, scans / 100.0) if len(track) and len(track) == len(scans) else None
 
     @cached_property
-    def _scans(self) -> dict[int, "_Walls"]:
+    def _scans(self) -> dict[int, ScanWalls]:
         return {}
 
-    def walls(self, view: int) -> "_Walls":
+    def walls(self, view: int) -> ScanWalls:
         """Scan of a view, as its map keeps it."""
         if view not in self._scans:
-            self._scans[view] = _Walls(self.ranges[view])
+            self._scans[view] = ScanWalls(self.ranges[view])
         return self._scans[view]
 
 
@@ -121,32 +120,6 @@ def _paired(one: ScannedPath, other: ScannedPath, found: Sequence[ScanWindow]) -
     highest = np.maximum.accumulate(every[:, 1]) if len(every) else every[:, 1]
     rising = np.append(True, every[1:, 1] > highest[:-1])[: len(every)]
     return np.asarray(every[rising], np.intp)
-
-
-class _Walls:
-    """A scan: the ends of its beams, ``points`` (n, 2), and the range of walls about each degree."""
-
-    def __init__(self, ranges: NDArray[np.float64]) -> None:
-        degrees = np.flatnonzero(ranges > 0)
-        self.points = ranges[degrees, None] * np.stack([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))], 1)
-        self.known = ranges > 0
-        about = np.stack([np.roll(ranges, 1), ranges, np.roll(ranges, -1)])
-        self.nearest = np.where(about > 0, about, np.inf).min(axis=0)
-        self.farthest = about.max(axis=0)
-
-    def met(self, points: NDArray[np.float64], poses: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Points (n, 2) of a scan that is at some poses (m, 3) here: those at walls (m,), and those seen through (m,).
-
-        A point behind a wall is hidden, and tells nothing; the other scan sees through that wall.
-        """
-        at = moved(poses[:, None], np.column_stack([points, np.zeros(len(points))])[None])
-        x, y = at[..., 0], at[..., 1]
-        reach = np.hypot(x, y)
-        degrees = np.round(np.degrees(np.arctan2(y, x))).astype(np.intp) % len(self.known)
-        known, off = self.known[degrees], TOLERANCE + GROWING * reach
-        through = known & (reach < self.nearest[degrees] - off)
-        at_walls = known & ~through & (reach <= self.farthest[degrees] + off)
-        return at_walls.sum(axis=1), through.sum(axis=1)
 
 
 def _window(one: ScannedPath, other: ScannedPath, pairs: NDArray[np.intp]) -> ScanWindow:

@@ -11,14 +11,15 @@ from refseq.intake import usable
 from refseq.map.exchange import ExchangeWatch
 from refseq.map.map import Map
 from refseq.map.matcher import Matcher, Measurement
-from refseq.view import LASER, View
+from refseq.view import LASER, Scan, View
 
 
 class SensorGuard:
     """A matcher behind a monitor of the sensors (docs/sensor-faults.md).
 
     As long as nothing is declared the matcher gets every view as it is. ``faults`` are those that stand at the last
-    view. Takes the same as ``Matcher``, and raises the same.
+    view, ``scan`` is what its laser saw, None where that is ill, missing or not wanted. Takes the same as ``Matcher``,
+    and raises the same.
     """
 
     def __init__(self, map_: Map, *, sensors: Sequence[str] | None = None, seed: int = 0) -> None:
@@ -35,6 +36,7 @@ class SensorGuard:
         self._exchange = ExchangeWatch(self._matcher.extractors)
         self.faults: tuple[DeclaredFault, ...] = ()
         self._sightless, self._met = False, False
+        self.scan: Scan | None = None
 
     def match(self, view: View) -> list[Measurement]:
         """Compare what can be trusted of a view with the places of every sequence.
@@ -52,6 +54,7 @@ class SensorGuard:
         trusted = usable_view(view, self.faults)
         if trusted.sensors != health.usable.sensors:
             measured = self._matcher.match(trusted)
+        self.scan = trusted.scan if LASER in self._wanted else None
         self._sightless = bool(self.faults) and not trusted.sensors & self._wanted
         return measured
 

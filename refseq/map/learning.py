@@ -15,11 +15,11 @@ from refseq.intake import check_motions, usable
 from refseq.map.extractors import make_extractors
 from refseq.map.map import Map
 from refseq.map.paths.annotations import annotations_of
-from refseq.map.paths.panorama import panoramas
 from refseq.map.profile import THESIS, Profile, profile_named
 from refseq.map.reduction import with_most_informative
 from refseq.map.sequence import ReferenceSequence
 from refseq.planar import Pose, after_motion
+from refseq.scan_matching.panorama import panoramas
 from refseq.view import LASER, View
 
 

@@ -6,6 +6,7 @@ from refseq.belief import Belief, Stage
 from refseq.inference.chain.run_out import path_smoothed
 from refseq.map.guard import SensorGuard
 from refseq.map.map import Map
+from refseq.map.poses_beside import PosesBeside
 from refseq.map.stages import ChainTracker
 from refseq.map.trackers import tracker_for
 from refseq.view import View
@@ -28,6 +29,7 @@ class Localiser:
     ) -> None:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._tracker = tracker_for(stage, map_)
+        self._poses = PosesBeside(map_)
 
     def reset(self) -> None:
         """Forget all views seen."""
@@ -36,7 +38,9 @@ class Localiser:
 
     def update(self, view: View) -> Belief:
         """Take the next view and answer from the views up to it."""
-        return self._guard.told(self._tracker.update(self._guard.match(view)))
+        belief = self._guard.told(self._tracker.update(self._guard.match(view)))
+        self._poses.take(self._guard.scan)
+        return self._poses.told(belief)
 
 
 class StagedLocaliser:
@@ -52,11 +56,14 @@ class StagedLocaliser:
     ) -> None:
         self._guard = SensorGuard(map_, sensors=sensors, seed=seed)
         self._trackers = {stage: tracker_for(stage, map_) for stage in stages}
+        self._poses = PosesBeside(map_)
 
     def update(self, view: View) -> dict[Stage, Belief]:
         """Take the next view and answer at every stage."""
         measured = self._guard.match(view)
-        return {stage: self._guard.told(tracker.update(measured)) for stage, tracker in self._trackers.items()}
+        self._poses.take(self._guard.scan)
+        told = {stage: self._guard.told(tracker.update(measured)) for stage, tracker in self._trackers.items()}
+        return {stage: self._poses.told(belief) for stage, belief in told.items()}
 
 
 def localise(

@@ -25,7 +25,7 @@ from refseq.map.paths.annotations import Annotations
 from refseq.map.paths.path import Link, MapPath
 from refseq.map.profile import Profile
 from refseq.map.sequence import ReferenceSequence, check_comparable
-from refseq.planar import Pose
+from refseq.planar import Pose, in_world, wrap
 from refseq.view import ASSUMED
 
 
@@ -211,12 +211,25 @@ class Map:
         return tuple(poses)
 
     def pose(self, belief: Belief, lost_above: float = LOST_ABOVE) -> Pose | None:
-        """Pose in the map's frame that a belief stands for: that of its most probable place.
+        """Pose in the map's frame that a belief stands for: beside its most probable place, where it tells.
 
-        None where the belief says lost, and where no pose of the place is known. It is as coarse as the places are far
-        apart: the robot is not placed between two of them.
+        None where the belief says lost, and where no pose of the place is known. Without ``Belief.pose`` it is the
+        place's own, as coarse as the places are far apart.
         """
-        return None if belief.lost > lost_above else self.places_in_frame[belief.best]
+        place = self.places_in_frame[belief.best]
+        if belief.lost > lost_above or place is None or belief.pose is None:
+            return None if belief.lost > lost_above else place
+        x, y = in_world((belief.pose.along, belief.pose.aside), place).tolist()
+        return Pose(x, y, wrap(place.heading + belief.pose.heading))
+
+    def scan(self, place: int) -> NDArray[np.uint16] | None:
+        """What a laser saw at a place, (360,) [cm] (``refseq.scan_matching.panorama``); None where none is kept."""
+        view = int(self.learnt[place])
+        for path in self.paths:
+            if view < len(path):
+                return path.scans[view] if len(path.scans) else None
+            view -= len(path)
+        raise IndexError(place)
 
     @property
     def links(self) -> tuple[Link, ...]:

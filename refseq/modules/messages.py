@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from foxglove import messages
 
-from refseq.belief import Belief, Timings
-from refseq.errors import LogError
+from refseq.belief import Belief, PoseBeside, Timings, pose_beside
+from refseq.errors import LogError, RefseqError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.logs.decoding.picture import CompressedPicture
 from refseq.logs.foxglove.writer import FAST_PNG
@@ -233,8 +233,9 @@ def belief_in(data: bytes) -> NumberedBelief:
             Timings(**told["timings"]),
             faults,
             None if told["lost_after"] is None else np.array(told["lost_after"], dtype=np.float64),
+            None if told["beside"] is None else _pose_in(told["beside"]),
         )
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RefseqError) as error:
         raise MessageError(f"a message is no belief: {str(error)[:200]}") from error
     if places.ndim != 1 or not np.isfinite(places).all() or not 0 <= belief.best < len(places):
         raise MessageError(f"a belief of shape {places.shape} has its best place at {belief.best}")
@@ -245,6 +246,10 @@ def belief_in(data: bytes) -> NumberedBelief:
     if belief.lost_after is not None and belief.lost_after.shape != places.shape:
         raise MessageError(f"a belief of {len(places)} places has {belief.lost_after.shape} Lost_Places")
     return NumberedBelief(view, belief)
+
+
+def _pose_in(told: Any) -> PoseBeside:
+    return pose_beside([told["along"], told["aside"], told["heading"]], told["covariance"])
 
 
 def _stamp(time: float) -> messages.Timestamp:

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 from foxglove import messages
 
-from refseq.belief import Belief, Timings
+from refseq.belief import Belief, PoseBeside, Timings
 from refseq.fault import FaultKind
 from refseq.map.map import Map
 from refseq.planar import Pose
@@ -56,8 +56,17 @@ SCHEMA = {
         "places": {"type": "array", "items": NUMBER, "description": "probability of each place"},
         "pose": {
             "type": ["object", "null"],
-            "description": "pose of the best place in the map's frame [m, rad]; null: lost, or the map has none",
+            "description": "pose in the map's frame [m, rad], beside the best place if known; null: lost, or no frame",
             "properties": {"x": NUMBER, "y": NUMBER, "heading": NUMBER},
+        },
+        "beside": {
+            "type": ["object", "null"],
+            "description": "the robot as seen from the best place, by its scan: ahead, to the left [m], turned [rad], "
+            "their covariance row by row; null: nothing tells",
+            "properties": {
+                **dict.fromkeys(("along", "aside", "heading"), NUMBER),
+                "covariance": {"type": "array", "items": NUMBER},
+            },
         },
         "faults": {
             "type": "array",
@@ -120,6 +129,7 @@ class BeliefAnswer:
             "path": list(belief.path),
             "places": belief.places.tolist(),
             "pose": None if self.pose is None else asdict(self.pose),
+            "beside": None if belief.pose is None else _beside(belief.pose),
             "faults": [asdict(fault) for fault in belief.faults],
             "timings": asdict(belief.timings),
         }
@@ -139,6 +149,11 @@ class BeliefAnswer:
                 orientation=messages.Quaternion(x=0.0, y=0.0, z=math.sin(half), w=math.cos(half)),
             ),
         ).encode()
+
+
+def _beside(pose: PoseBeside) -> dict[str, object]:
+    told = dict(zip(("along", "aside", "heading"), pose.motion, strict=True))
+    return {**told, "covariance": pose.covariance.ravel().tolist()}
 
 
 def answer_to(map_: Map, number: int, view: View, belief: Belief) -> BeliefAnswer:

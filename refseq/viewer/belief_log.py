@@ -7,17 +7,17 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Stage
+from refseq.belief import Belief, PoseBeside, Stage
 from refseq.errors import RefseqError
 from refseq.fault import DeclaredFault
-from refseq.planar import Pose
+from refseq.planar import Pose, in_world
 from refseq.view import View
 from refseq.viewer.drawing import colours
 from refseq.viewer.drawing.colours import Colour
 from refseq.viewer.drawing.history import History
 from refseq.viewer.drawing.keypoints import Keypoints, MarkedKeypoints
 from refseq.viewer.drawing.pictures import drawing, frame
-from refseq.viewer.drawing.plane import Points, circle, north_up
+from refseq.viewer.drawing.plane import ROBOT, Points, circle, north_up
 from refseq.viewer.places import Places
 
 TRUTH_MARK = 0.15
@@ -195,10 +195,25 @@ class BeliefLog:
             strips.append(np.array([(at.x, at.y), (pose.x, pose.y)]))
         believed = rr.LineStrips2D([north_up(strip) for strip in strips], colors=[self._layer.ring], radii=[-1.5])
         self._stream.log(self._layer.path("plan", "believed"), believed)
+        self._log_pose(belief, at)
         sure = None if belief.last_sure is None else self._places.poses[belief.last_sure]
         ring = [] if sure is None else [north_up(circle(RING, sure))]
         last = rr.LineStrips2D(ring, colors=[colours.LOST], radii=[-2.5], labels=["last sure"] * len(ring))
         self._stream.log(self._layer.path("plan", "last_sure"), last)
+
+    def _log_pose(self, belief: Belief, place: Pose | None) -> None:
+        """The robot's outline where its scan puts it beside the place, and an ellipse of two standard deviations."""
+        strips = [] if belief.pose is None or place is None else _outline(belief.pose, place)
+        found = rr.LineStrips2D([north_up(strip) for strip in strips], colors=[self._layer.ring], radii=[-1.0])
+        self._stream.log(self._layer.path("plan", "pose"), found)
+
+
+def _outline(pose: PoseBeside, place: Pose) -> list[Points]:
+    """Outline of the robot at a pose beside a place, and the ellipse that it is in with 86 %, in the world [m]."""
+    beside = Pose(pose.along, pose.aside, pose.heading)
+    variances, axes = np.linalg.eigh(pose.covariance[:2, :2])
+    ellipse = circle(2.0) * np.sqrt(np.maximum(variances, 0.0)) @ axes.T + (pose.along, pose.aside)
+    return [in_world(in_world(ROBOT, beside), place), in_world(ellipse, place)]
 
 
 def _mark(place: int, belief: Belief) -> rr.BarChart:

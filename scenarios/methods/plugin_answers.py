@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import LOST, Belief, Timings
+from refseq.belief import LOST, Belief, PoseBeside, Timings, pose_beside
+from refseq.errors import RefseqError
 
 SLACK = 1e-5
 """Deviation from 1 that a sum of probabilities may have: those that were summed in single precision are no mistake."""
@@ -32,7 +33,17 @@ def checked(belief: object, places: int, seconds: float) -> Belief:
         entropy=_number("entropy", belief.entropy, -SLACK, np.inf),
         timings=_timings(belief.timings, seconds),
         lost_after=None if belief.lost_after is None else _lost_after(belief.lost_after, places, lost),
+        pose=None if belief.pose is None else _pose(belief.pose),
     )
+
+
+def _pose(given: object) -> PoseBeside:
+    if not isinstance(given, PoseBeside):
+        raise NoAnswerError(f"pose is {type(given).__name__}; valid is refseq.belief.PoseBeside")
+    try:
+        return pose_beside(given.motion, given.covariance)
+    except RefseqError as error:
+        raise NoAnswerError(str(error)) from None
 
 
 def _probabilities(given: object, places: int) -> NDArray[np.float64]:

@@ -13,8 +13,8 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from refseq.belief import LOST, Belief, Stage, Timings
-from refseq.errors import LogError
+from refseq.belief import LOST, Belief, PoseBeside, Stage, Timings, pose_beside
+from refseq.errors import LogError, RefseqError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.files import open_input, replacing
 from refseq.limits import BELIEF_BYTES, METRES
@@ -47,9 +47,12 @@ SCHEMA = pa.schema(
         *((cost, pa.float64()) for cost in COSTS),
         ("faults", pa.list_(FAULT)),
         ("lost_after", pa.list_(pa.float64())),
+        *((f"beside_{name}", pa.float64()) for name in ("along_m", "aside_m", "heading_rad")),
+        ("beside_covariance", pa.list_(pa.float64())),
     ]
 )
-OPTIONAL = ("faults", "lost_after")
+BESIDE = tuple(name for name in SCHEMA.names if name.startswith("beside_"))
+OPTIONAL = ("faults", "lost_after", *BESIDE)
 """Columns that tables of earlier versions lack."""
 
 FAR = float(METRES)
@@ -66,9 +69,10 @@ RANGES: Mapping[str, tuple[float, float]] = {
     "true_y_m": (-FAR, FAR),
     "true_heading_rad": (-FAR, FAR),
     **dict.fromkeys(COSTS, (0.0, 1e9)),
+    **dict.fromkeys(BESIDE, (-FAR, FAR)),
 }
 """Least and largest value of each column of numbers."""
-MAY_LACK = ("true_x_m", "true_y_m", "true_heading_rad", "lost_after")
+MAY_LACK = ("true_x_m", "true_y_m", "true_heading_rad", "lost_after", *BESIDE)
 ROUNDING = 1e-6
 """The probabilities of the places may sum to so much more or less than 1."""
 
@@ -97,7 +101,7 @@ def write_beliefs(
 
 
 def _row(method: str, index: int, view: View, belief: Belief) -> dict[str, object]:
-    truth = astuple(view.truth) if view.truth else (None, None, None)
+    truth, pose = astuple(view.truth) if view.truth else (None, None, None), belief.pose
     return {
         "method": str(method),
         "view": index,
@@ -111,6 +115,7 @@ def _row(method: str, index: int, view: View, belief: Belief) -> dict[str, objec
         **dict(zip(COSTS, astuple(belief.timings), strict=True)),
         "faults": [dict(zip(FAULT.names, astuple(fault), strict=True)) for fault in belief.faults],
         "lost_after": belief.lost_after,
+        **({} if pose is None else dict(zip(BESIDE, (*pose.motion, pose.covariance.ravel()), strict=True))),
     }
 
 
@@ -200,7 +205,8 @@ def _belief(row: Mapping[str, Any], where: str) -> Belief:
     timings = Timings(*(row[cost] for cost in COSTS))
     faults = tuple(_fault(told, row["view"], where) for told in row.get("faults", ()))
     lost_after = _lost_after(row, len(places), where)
-    return Belief(places, row["lost"], row["best"], path, row["entropy_nats"], timings, faults, lost_after)
+    pose = _pose(row, where)
+    return Belief(places, row["lost"], row["best"], path, row["entropy_nats"], timings, faults, lost_after, pose)
 
 
 def _lost_after(row: Mapping[str, Any], places: int, where: str) -> NDArray[np.float64] | None:
@@ -213,6 +219,19 @@ def _lost_after(row: Mapping[str, Any], places: int, where: str) -> NDArray[np.f
     if found.sum() > row["lost"] + ROUNDING:
         raise LogError(f"{where}: lost_after sums to {found.sum():g}; valid is at most lost, {row['lost']:g}")
     return found
+
+
+def _pose(row: Mapping[str, Any], where: str) -> PoseBeside | None:
+    """The pose beside the best place. Raises ``LogError`` for a part of one, and for what is no covariance."""
+    told: list[Any] = [row.get(name) for name in BESIDE]
+    if all(one is None for one in told):
+        return None
+    if any(one is None for one in told):
+        raise LogError(f"{where}: has a part of {', '.join(BESIDE)}; valid are all or none")
+    try:
+        return pose_beside(told[:3], told[3])
+    except RefseqError as error:
+        raise LogError(f"{where}: {error}") from error
 
 
 def _fault(told: Mapping[str, Any], view: int, where: str) -> DeclaredFault:

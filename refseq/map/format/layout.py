@@ -16,7 +16,7 @@ from refseq.features.sift import DESCRIPTOR_SIZE
 from refseq.limits import MAP_METRES, MAP_PLACES
 from refseq.map.format.header import MapHeader
 from refseq.map.format.npy import DeclaredArray
-from refseq.map.paths.panorama import DEGREES
+from refseq.scan_matching.panorama import DEGREES
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from refseq.map.paths.annotations import Annotations
-from refseq.map.paths.panorama import DEGREES
+from refseq.scan_matching.panorama import DEGREES
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class MapPath:
 
     ``odometry`` (K, 3) are the views' poses by the drive's own odometry, kept where other sequences hold some of them:
     x, y [m] and heading [rad]; ``poses`` (K, 3) those in the one frame of all paths that are joined. Both are (0, 3)
-    where they are not known. ``scans`` (K, 360) are what a laser saw (``refseq.map.paths.panorama``), for later
+    where they are not known. ``scans`` (K, 360) are what a laser saw (``refseq.scan_matching.panorama``), for later
     merging; (0, 360) without one.
     """
 

@@ -134,6 +134,7 @@ def conclude(
     from refseq.fault import declared_in
     from refseq.logs.beliefs import write_beliefs
     from refseq_bench.scenarios.drives.evaluate import TOLERANCES, results
+    from refseq_bench.scenarios.scoring.pose_error import pose_errors
     from refseq_bench.scenarios.scoring.tables.sequence_recall import sequence_recall_table
 
     if output is not None:
@@ -150,6 +151,9 @@ def conclude(
         if output is not None:
             say(out, f"{output}: beliefs of {len(comparison.query_views)} views")
         print_results(comparison.name, found, [comparison])
+        for method in comparison.beliefs:
+            if errors := pose_errors(comparison, method):
+                say(out, f"{method}: {errors}")
         for fault in faults:
             say(out, f"fault: {fault}, at {fault.time:.1f} s")
         if not map_.has_one_path:
@@ -168,8 +172,16 @@ def _summary(
         "views": len(comparison.query_views),
         "unscored": unscored_reason([comparison]) or None,
         "faults": [asdict(fault) for fault in faults],
-        "stages": [_record(one) for one in found],
+        "stages": [_record(one) | _poses(comparison, one.stage) for one in found],
     }
+
+
+def _poses(comparison: "Comparison", method: str) -> dict[str, object]:
+    """The errors of a stage's poses beside places; nothing where it tells none."""
+    from refseq_bench.scenarios.scoring.pose_error import pose_errors
+
+    errors = pose_errors(comparison, method)
+    return {} if errors is None else {"pose_errors": errors.record}
 
 
 def check_scorable(map_: "Map", drive: "Recording", at_least: float | None) -> None:

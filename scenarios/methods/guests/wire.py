@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from refseq.belief import Belief, Timings, entropy
+from refseq.belief import Belief, PoseBeside, Timings, entropy, pose_beside
+from refseq.errors import RefseqError
 from refseq.view import LASER, Scan, View
 
 PROTOCOL = 1
@@ -172,6 +173,8 @@ def belief_message(belief: Belief) -> list[memoryview]:
         "entropy": belief.entropy,
         "timings": [timings.features, timings.matching, timings.mixture, timings.chain],
     }
+    if (pose := belief.pose) is not None:
+        header |= {"pose": list(pose.motion), "covariance": pose.covariance.ravel().tolist()}
     told = [belief.places] if after is None else [belief.places, after]
     return packed(Kind.BELIEF, header, [np.ascontiguousarray(one, "<f8") for one in told])
 
@@ -199,6 +202,15 @@ def belief_of(message: GuestMessage, places: int) -> Belief:
     timings = header.get("timings", ())
     told = Timings(*timings) if isinstance(timings, list) and len(timings) == 4 else Timings()
     lost_after = more[0] if more else None
-    return Belief(
-        found, header.get("lost", 0.0), best, header.get("path", (best,)), spread, told, lost_after=lost_after
-    )
+    lost, path = header.get("lost", 0.0), header.get("path", (best,))
+    return Belief(found, lost, best, path, spread, told, lost_after=lost_after, pose=_pose_of(header))
+
+
+def _pose_of(header: Mapping[str, Any]) -> PoseBeside | None:
+    """The pose beside the best place, if it is told. Raises ``WireError`` for what is none."""
+    if header.get("pose") is None:
+        return None
+    try:
+        return pose_beside(header["pose"], header.get("covariance", ()))
+    except RefseqError as error:
+        raise WireError(str(error)) from None

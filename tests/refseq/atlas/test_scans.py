@@ -5,9 +5,9 @@ import pytest
 from numpy.typing import NDArray
 
 from refseq.atlas.scans import ScannedPath, laid_on, windows
-from refseq.map.paths.panorama import panorama
 from refseq.planar import Pose
 from refseq.pose_graph import motions_between
+from refseq.scan_matching.panorama import panorama
 from refseq.view import Scan
 from tests.refseq.rooms import Wall, cast, rectangle
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from foxglove import messages
 
-from refseq.belief import Belief, Timings
+from refseq.belief import Belief, PoseBeside, Timings
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.map.learning import learn
 from refseq.modules.heads import MessageError, head_bytes
@@ -110,6 +110,7 @@ BELIEF = Belief(
     Timings(0.03, 0.002, 0.004, 0.0005),
     (FAULT,),
     np.array([0.0, 0.01, 0.02, 0.1 / 3]),
+    PoseBeside(0.3, -0.1, 1 / 30, np.diag([0.04, 0.01, 1e-4]) + 1e-5),
 )
 
 
@@ -128,6 +129,11 @@ def test_a_belief_is_read_as_it_was_sent(told: dict[str, Any]) -> None:
     assert found.belief.lost_after is not None
     assert BELIEF.lost_after is not None
     assert np.array_equal(found.belief.lost_after, BELIEF.lost_after)
+    assert found.belief.pose is not None
+    assert BELIEF.pose is not None
+    assert found.belief.pose.motion == BELIEF.pose.motion
+    assert np.array_equal(found.belief.pose.covariance, BELIEF.pose.covariance)
+    assert belief_in(json.dumps({**told, "beside": None}).encode()).belief.pose is None
     for name in ("lost", "best", "path", "entropy", "timings", "faults"):
         assert getattr(found.belief, name) == getattr(BELIEF, name), name
 
@@ -159,6 +165,9 @@ def test_a_method_without_lost_places_has_none(told: dict[str, Any]) -> None:
         {"faults": [3]},
         {"lost_after": {}},
         {"lost_after": [0.1]},
+        {"beside": {"along": 0.1}},
+        {"beside": {"along": 0.1, "aside": 0.0, "heading": 0.0, "covariance": [0.1] * 8}},
+        {"beside": {"along": float("nan"), "aside": 0.0, "heading": 0.0, "covariance": [0.1] * 9}},
         {"lost": float("nan")},
         {"lost": 1.5},
         {"entropy": float("inf")},

@@ -25,7 +25,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from refseq.access.policy import AccessPolicy
-from refseq.belief import Belief
+from refseq.belief import Belief, PoseBeside
 from refseq.logs import RecordingWriter, read_recording
 from refseq.logs.pairing.options import PairingOptions
 from refseq.map.learning import learn
@@ -96,7 +96,13 @@ def check_equal(answers: Sequence[dict[str, Any]], beliefs: Sequence[Belief]) ->
         assert (answer["lost"], answer["best"], answer["entropy"]) == (belief.lost, belief.best, belief.entropy)
         assert answer["path"] == list(belief.path)
         assert (answer["lost_after"], answer["last_sure"]) == (belief.lost_after.tolist(), belief.last_sure)
+        assert answer["beside"] == (belief.pose and told_of(belief.pose))
         assert [(mode["best"], mode["probability"]) for mode in answer["modes"]] == list(belief.modes)
+
+
+def told_of(pose: PoseBeside) -> dict[str, Any]:
+    covariance = [number for row in pose.covariance.tolist() for number in row]
+    return {"along": pose.along, "aside": pose.aside, "heading": pose.heading, "covariance": covariance}
 
 
 def offline(map_: Map, path: Path, options: PairingOptions | None = None, thin: float | None = None) -> list[Belief]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import rerun.blueprint as rrb
 
-from refseq.belief import Belief, Stage
+from refseq.belief import Belief, PoseBeside, Stage
 from refseq.errors import RefseqError
 from refseq.fault import DeclaredFault, FaultKind
 from refseq.logs.beliefs import read_beliefs, write_beliefs
@@ -205,6 +205,19 @@ def test_believed_place_and_truth_are_joined_in_the_plan(tmp_path: Path) -> None
     ((ring, line),) = of_views(tmp_path / "a.rrd", "/plan/one/believed", "LineStrips2D:strips")
     np.testing.assert_allclose(np.mean(ring[:-1], axis=0), [3.0, -2.0], atol=1e-5)
     np.testing.assert_allclose(line, [[3.0, -2.0], [1.25, -2.5]], atol=1e-6)
+
+
+def test_the_robot_is_outlined_where_its_scan_puts_it(tmp_path: Path) -> None:
+    places = [View(float(k), truth=Pose(float(k), 2.0, math.pi / 2)) for k in range(5)]
+    told = PoseBeside(0.5, 0.2, 0.0, np.diag([0.09, 0.01, 0.01]))
+    answers = [replace(certain(5, 3), pose=told), certain(5, 3)]
+    write_recording(tmp_path / "a.rrd", [tab_of(places, places[:2], {"x": answers})], name="pose")
+    beside, nothing = of_views(tmp_path / "a.rrd", "/plan/one/pose", "LineStrips2D:strips")
+    assert len(nothing) == 0
+    robot, ellipse = (np.array(strip) * (1, -1) for strip in beside)  # north is up: their y runs downwards
+    assert robot[:, 1].max() == pytest.approx(2.0 + 0.5 + 0.5)  # it looks north, half a metre before its middle
+    assert ellipse[:-1].mean(axis=0) == pytest.approx([3.0 - 0.2, 2.0 + 0.5], abs=1e-5)
+    assert np.ptp(ellipse, axis=0) == pytest.approx([4 * 0.1, 4 * 0.3], rel=0.01)
 
 
 def test_true_place_is_the_nearest_that_looks_the_same_way(tmp_path: Path) -> None:

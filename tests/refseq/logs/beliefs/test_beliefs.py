@@ -5,13 +5,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from refseq.belief import LOST, Belief, Stage, Timings
+from refseq.belief import LOST, Belief, PoseBeside, Stage, Timings
 from refseq.errors import LogError
 from refseq.fault import CLOCK, DeclaredFault, FaultKind
 from refseq.limits import Limit
 from refseq.logs.beliefs import read_beliefs, write_beliefs
 from refseq.logs.beliefs import table as beliefs_module
-from refseq.logs.beliefs.table import SCHEMA
+from refseq.logs.beliefs.table import BESIDE, SCHEMA
 from refseq.planar import Pose
 from refseq.view import View
 
@@ -26,7 +26,9 @@ def random_belief(rng: np.random.Generator) -> Belief:
     faults = ill[: rng.integers(3)]
     lost = float(rng.random())
     lost_after = (None, lost * rng.dirichlet(np.ones(8))[1:])[rng.integers(2)]
-    return Belief(places, lost, int(np.argmax(places)), (3, LOST, 4), entropy, timings, faults, lost_after)
+    root = rng.normal(size=(3, 3))
+    pose = (None, PoseBeside(*rng.normal(size=3).tolist(), root @ root.T))[rng.integers(2)]
+    return Belief(places, lost, int(np.argmax(places)), (3, LOST, 4), entropy, timings, faults, lost_after, pose)
 
 
 @pytest.fixture
@@ -50,14 +52,36 @@ def test_round_trip_is_exact(tmp_path: Path, drive: tuple[list[View], dict[Stage
             assert ours.faults == theirs.faults
             np.testing.assert_array_equal(ours.lost_after, theirs.lost_after)
             assert ours.last_sure == theirs.last_sure
+            assert (ours.pose is None) == (theirs.pose is None)
+            if ours.pose is not None and theirs.pose is not None:
+                assert ours.pose.motion == theirs.pose.motion
+                assert ours.pose.covariance.tobytes() == theirs.pose.covariance.tobytes()
     assert {len(belief.faults) for belief in beliefs[Stage.CHAIN]} == {0, 1, 2}
+    assert {belief.pose is None for belief in beliefs[Stage.CHAIN]} == {False, True}
 
 
-def test_a_table_of_an_earlier_version_tells_no_fault_and_no_lost_place(tmp_path: Path, table: pa.Table) -> None:
-    pq.write_table(table.drop_columns(["faults", "lost_after"]), tmp_path / "b.parquet")
+def test_a_table_of_an_earlier_version_tells_no_fault_lost_place_or_pose(tmp_path: Path, table: pa.Table) -> None:
+    pq.write_table(table.drop_columns(["faults", "lost_after", *BESIDE]), tmp_path / "b.parquet")
     beliefs = read_beliefs(tmp_path / "b.parquet")[Stage.CHAIN]
     assert not any(belief.faults for belief in beliefs)
     assert {belief.lost_after is None for belief in beliefs} == {True}
+    assert {belief.pose is None for belief in beliefs} == {True}
+
+
+def test_a_part_of_a_pose_and_what_is_no_covariance_are_refused(tmp_path: Path, table: pa.Table) -> None:
+    rows = table.to_pylist()
+    row = next(row for row in rows if row[BESIDE[0]] is not None)
+    whole = list(row["beside_covariance"])
+    for name, value, told in (
+        ("beside_aside_m", None, "has a part of beside_along_m"),
+        ("beside_covariance", whole[:8], r"covariance of \(8,\); valid are"),
+        ("beside_covariance", [-1.0, *whole[1:]], "is none; valid is symmetric"),
+        ("beside_covariance", [whole[0], whole[1] + 1.0, *whole[2:]], "is none; valid is symmetric"),
+    ):
+        damaged = [{**one, name: value} if one is row else one for one in rows]
+        pq.write_table(pa.Table.from_pylist(damaged, schema=SCHEMA), tmp_path / "b.parquet")
+        with pytest.raises(LogError, match=told):
+            read_beliefs(tmp_path / "b.parquet")
 
 
 def test_columns_carry_units_and_truth(tmp_path: Path, drive: tuple[list[View], dict[Stage, list[Belief]]]) -> None:

@@ -53,10 +53,10 @@ def test_evo_finds_the_error_that_we_find(desk: Path, learnt: Path, refseq: Refs
     assert len(found["odometry"]) == len(found["truth"]) == VIEWS
     assert re.search(rf"run-estimate.tum: poses of {len(found['estimate'])} of {VIEWS} views", said.out)
 
-    # ours: the best place's true pose against the view's, wherever the robot is not lost
+    # ours: the pose that the belief stands for against the view's, wherever the robot is not lost
     map_, beliefs = Map.load(learnt), read_beliefs(desk / "run.parquet")["chain"]
     truth = [pose for _, pose in found["truth"]]
-    pairs = [(map_.poses[b.best], true) for b, true in zip(beliefs, truth, strict=True) if b.lost <= LOST_ABOVE]
+    pairs = [(map_.pose(b), true) for b, true in zip(beliefs, truth, strict=True) if b.lost <= LOST_ABOVE]
     squares = [(a.x - b.x) ** 2 + (a.y - b.y) ** 2 for a, b in pairs if a is not None]
     ours = float(np.sqrt(np.mean(squares)))
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from refseq.belief import Belief, Timings, belief_from
+from refseq.belief import Belief, PoseBeside, Timings, belief_from
 from refseq.view import Scan, View
 from refseq_bench.scenarios.methods.guests.wire import (
     MOST_HEADER,
@@ -95,6 +95,20 @@ def test_where_it_got_lost_arrives_bit_for_bit() -> None:
     assert found.lost_after is not None
     assert found.lost_after.tobytes() == after.tobytes()
     assert (found.best, found.last_sure) == (2, 2)
+
+
+def test_a_pose_beside_the_place_arrives_bit_for_bit() -> None:
+    true = PoseBeside(0.3, -1e-300, 1 / 3, np.diag([0.04, 1 / 7, 1e-4]))
+    found = belief_of(received(belief_message(replace(belief_from([1, 2, 3]), pose=true))), 3).pose
+    assert found is not None
+    assert found.motion == true.motion
+    assert found.covariance.tobytes() == true.covariance.tobytes()
+
+
+def test_what_is_no_pose_is_told() -> None:
+    message = packed(Kind.BELIEF, {"places": "float32", "pose": [0.1, 0.2, 0.3]}, [np.ones(3, "<f4")])
+    with pytest.raises(WireError, match=r"covariance of \(0,\); valid are"):
+        belief_of(received(message), 3)
 
 
 def test_what_a_belief_leaves_out_follows_from_its_places() -> None:

@@ -1,0 +1,58 @@
+"""Where beside its place the robot is: its scan laid on that of the place (docs/decisions/0032-beside-the-place.md)."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.belief import LOST_ABOVE, Belief, PoseBeside
+from refseq.map.map import Map
+from refseq.scan_matching.fit import LaidScan, ScanFit, fitted
+from refseq.scan_matching.panorama import panorama
+from refseq.view import Scan
+
+ALIKE = 0.87
+"""Scans of one place share so many of the beams whose ends both can see: as for joins (decision 0028)."""
+KEPT = np.array([0.01, 0.01, np.radians(0.7)])
+"""Standard deviations of what no beam tells [m, m, rad]: ranges kept in centimetres, lasers that do not look ahead."""
+ARM = 0.3
+"""The laser may be so far before or behind the robot's middle [m]: a robot that turns moves it aside."""
+
+
+class PosesBeside:
+    """Poses of views beside the places of a map: take each view's scan, then ask for any belief about it."""
+
+    def __init__(self, map_: Map) -> None:
+        self._map = map_
+        self.take(None)
+
+    def take(self, scan: Scan | None) -> None:
+        """Take what the laser saw in the next view; None: nothing that could be trusted."""
+        self._scan = None if scan is None else LaidScan(panorama(scan) / 100.0)
+        self._found: dict[int, PoseBeside | None] = {}
+
+    def told(self, belief: Belief) -> Belief:
+        """The belief with its pose, where there is one; what that took counts as matching."""
+        if self._scan is None or belief.lost > LOST_ABOVE:
+            return belief
+        start = time.perf_counter()
+        if belief.best not in self._found:
+            self._found[belief.best] = self._beside(self._scan, belief.best)
+        spent = belief.timings.matching + time.perf_counter() - start
+        return replace(belief, pose=self._found[belief.best], timings=replace(belief.timings, matching=spent))
+
+    def _beside(self, scan: LaidScan, place: int) -> PoseBeside | None:
+        kept = self._map.scan(place)
+        fit = None if kept is None else fitted(LaidScan(kept / 100.0), scan)
+        if fit is None or fit.share < ALIKE:
+            return None
+        along, aside, heading = fit.motion.tolist()
+        return PoseBeside(along, aside, heading, of_robot(fit))
+
+
+def of_robot(fit: ScanFit) -> NDArray[np.float64]:
+    """Covariance (3, 3) of the robot's pose by that of its laser: with what is not known of how it is mounted."""
+    turn = fit.motion[2]
+    swing = ARM * np.array([1 - np.cos(turn), np.sin(turn), 0.0])
+    return np.asarray(fit.covariance + np.diag(KEPT**2) + np.outer(swing, swing))

@@ -1,0 +1,35 @@
+"""Walls of a scan, for another to be laid on it: met, or seen through."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from refseq.pose_graph import moved
+
+TOLERANCE, GROWING = 0.1, 0.02
+"""Walls are the same within so much [m], and so much more a metre of range: noise, and views that tilt or turn."""
+
+
+class ScanWalls:
+    """A scan by degrees, (360,) [m]: the ends of its beams, ``points`` (n, 2), and the range of walls about each."""
+
+    def __init__(self, ranges: NDArray[np.float64]) -> None:
+        degrees = np.flatnonzero(ranges > 0)
+        self.points = ranges[degrees, None] * np.stack([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))], 1)
+        self.known = ranges > 0
+        about = np.stack([np.roll(ranges, 1), ranges, np.roll(ranges, -1)])
+        self.nearest = np.where(about > 0, about, np.inf).min(axis=0)
+        self.farthest = about.max(axis=0)
+
+    def met(self, points: NDArray[np.float64], poses: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Points (n, 2) of a scan that is at some poses (m, 3) here: those at walls (m,), and those seen through (m,).
+
+        A point behind a wall is hidden, and tells nothing; the other scan sees through that wall.
+        """
+        at = moved(poses[:, None], np.column_stack([points, np.zeros(len(points))])[None])
+        x, y = at[..., 0], at[..., 1]
+        reach = np.hypot(x, y)
+        degrees = np.round(np.degrees(np.arctan2(y, x))).astype(np.intp) % len(self.known)
+        known, off = self.known[degrees], TOLERANCE + GROWING * reach
+        through = known & (reach < self.nearest[degrees] - off)
+        at_walls = known & ~through & (reach <= self.farthest[degrees] + off)
+        return at_walls.sum(axis=1), through.sum(axis=1)

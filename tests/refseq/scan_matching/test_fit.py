@@ -1,0 +1,121 @@
+"""Scans laid on each other in rooms of known geometry: the exact pose, and how far off it may be."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from refseq.planar import Pose
+from refseq.scan_matching.fit import ASSUMED, LaidScan, ScanFit, fitted, shares
+from refseq.scan_matching.panorama import panorama
+from refseq.view import Scan
+from tests.refseq.rooms import Wall, cast, rectangle
+
+ROOM: list[Wall] = [*rectangle(-3, -2, 5, 3), (2, 3, 2, 2.2), (1, -2, 1.4, -1.5)]
+CORRIDOR: list[Wall] = [(-200, -1.2, 200, -1.2), (-200, 1.2, 200, 1.2)]
+HERE = Pose(0.0, 0.0, 0.0)
+
+
+def seen(walls: list[Wall], pose: Pose, rng: np.random.Generator | None = None, noise: float = 0.0) -> LaidScan:
+    return LaidScan(panorama(cast(walls, pose, rng=rng, noise=noise)) / 100.0)
+
+
+def between(walls: list[Wall], motion: tuple[float, float, float]) -> ScanFit:
+    found = fitted(seen(walls, HERE), seen(walls, Pose(*motion)))
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("along", [-0.65, 0.0, 0.65])
+@pytest.mark.parametrize("aside", [-0.65, 0.2])
+@pytest.mark.parametrize("turned", [-0.4, 0.1])
+def test_shift_and_heading_are_found_anywhere_in_reach(along: float, aside: float, turned: float) -> None:
+    found = between(ROOM, (along, aside, turned))
+    assert found.motion == pytest.approx([along, aside, turned], abs=0.005)
+    assert found.share > 0.99
+
+
+def test_the_way_back_is_the_other_scans() -> None:
+    one, other = seen(ROOM, HERE), seen(ROOM, Pose(0.4, -0.2, 0.2))
+    there, back = fitted(one, other), fitted(other, one)
+    assert there is not None
+    assert back is not None
+    cos, sin = np.cos(0.2), np.sin(0.2)
+    assert back.motion[:2] == pytest.approx([-0.4 * cos + 0.2 * sin, 0.4 * sin + 0.2 * cos], abs=0.005)
+    assert back.motion[2] == pytest.approx(-there.motion[2], abs=0.005)
+
+
+def test_no_pose_of_a_fine_grid_lies_better_on_the_room() -> None:
+    """Brute force over the true walls: the mean distance of the beams' ends to the nearest of them."""
+    rng = np.random.default_rng(3)
+    other = seen(ROOM, Pose(0.31, -0.22, 0.17), rng, noise=0.01)
+    found = fitted(seen(ROOM, HERE, rng, noise=0.01), other)
+    assert found is not None
+    steps = [np.arange(-5, 6) * 0.02] * 2 + [np.arange(-5, 6) * np.radians(0.5)]
+    grid = found.motion + np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    off = [away(other.walls.points, pose) for pose in grid]
+    best = grid[np.argmin(off)]
+    assert np.abs(best[:2] - found.motion[:2]).max() <= 0.02
+    assert abs(best[2] - found.motion[2]) <= np.radians(0.5)
+
+
+def away(points: NDArray[np.float64], pose: NDArray[np.float64]) -> float:
+    """Mean distance of points, seen from a pose, to the walls of the room [m]."""
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    placed = points @ np.array([[cos, sin], [-sin, cos]]) + pose[:2]
+    distances = []
+    for x0, y0, x1, y1 in ROOM:
+        start, way = np.array([x0, y0]), np.array([x1 - x0, y1 - y0])
+        share = np.clip((placed - start) @ way / (way @ way), 0, 1)
+        distances.append(np.hypot(*(placed - start - share[:, None] * way).T))
+    return float(np.min(distances, axis=0).mean())
+
+
+def test_errors_are_as_large_as_the_covariance_says() -> None:
+    """Mean squared error in units of the covariance, of three degrees of freedom: 3 where it is honest."""
+    rng = np.random.default_rng(1)
+    squares = []
+    for _ in range(60):
+        motion = rng.uniform((-0.4, -0.3, -0.25), (0.4, 0.3, 0.25))
+        found = fitted(seen(ROOM, HERE, rng, 0.02), seen(ROOM, Pose(*motion.tolist()), rng, 0.02))
+        assert found is not None
+        error = found.motion - motion
+        squares.append(error @ np.linalg.solve(found.covariance, error))
+    assert 1.0 < np.mean(squares) < 5.0
+    assert np.max(squares) < 25.0
+
+
+def test_along_a_bare_corridor_nothing_tells_how_far() -> None:
+    found = between(CORRIDOR, (0.4, 0.2, 0.1))
+    sigmas = np.sqrt(np.diag(found.covariance))
+    assert found.motion[1:] == pytest.approx([0.2, 0.1], abs=0.005)
+    assert sigmas[0] > 0.9 * ASSUMED[0]  # nothing but what was assumed
+    assert (sigmas[1:] < 0.02).all()
+
+
+def test_a_door_frame_tells_how_far() -> None:
+    walls = [*CORRIDOR, (3, 1.2, 3, 0.7), (3, 0.7, 3.2, 0.7)]
+    found = between(walls, (0.4, 0.2, 0.1))
+    assert found.motion == pytest.approx([0.4, 0.2, 0.1], abs=0.02)
+    assert found.covariance[0, 0] < 0.1**2
+
+
+def test_two_corridors_at_an_angle_are_alike_in_few_beams() -> None:
+    """A corridor that ends, and one that does not: one scan sees through the other's wall."""
+    ended = [*CORRIDOR, (2.0, -1.2, 2.0, 1.2)]
+    found = fitted(seen(CORRIDOR, HERE), seen(ended, HERE))
+    assert found is not None
+    assert found.share < 0.87
+
+
+def test_nothing_is_found_where_nothing_came_back() -> None:
+    blind = LaidScan(panorama(Scan(np.full(361, np.inf, np.float32))) / 100.0)
+    assert fitted(seen(ROOM, HERE), blind) is None
+    assert fitted(blind, blind) is None
+
+
+def test_shares_count_what_both_can_see() -> None:
+    half = np.full(360, 2.0)
+    farther = half.copy()
+    farther[:90] = 3.0  # a quarter is seen through by the other scan, which alone tells: its ends lie behind walls
+    share = shares(LaidScan(half), LaidScan(farther), np.zeros((1, 3)))
+    assert share == pytest.approx(0.857, abs=0.01)  # 540 met, 90 seen through
