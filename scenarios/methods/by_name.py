@@ -1,6 +1,6 @@
 """All that can find a place, by name: the thesis' stages with any profile, and the baselines."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -8,7 +8,7 @@ from refseq.belief import Belief, LocaliserProtocol, Stage
 from refseq.features.memory import DescriptionMemory, described_once
 from refseq.map.localiser import localise, smoothed
 from refseq.map.profile import PROFILES, profile_named
-from refseq.view import View
+from refseq.view import LASER, View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES
 from refseq_bench.scenarios.methods.plugins import (
@@ -30,12 +30,15 @@ HINDSIGHT = tuple(f"{profile}/hindsight" for profile in PROFILES)
 """The chain's answers in the light of the whole drive. No robot could have known them on its way: they are in no group,
 and are asked for and scored by this name only."""
 
+BASELINE_GROUP = "baselines"
 GROUPS: Mapping[str, tuple[str, ...]] = {
     **{profile: tuple(f"{profile}/{stage}" for stage in Stage) for profile in PROFILES},
-    "baselines": tuple(BASELINES),
+    BASELINE_GROUP: tuple(BASELINES),
 }
 """Names that stand for several methods: a profile for its stages, and all baselines."""
 
+OF_LASERS = ("hamming",)
+"""Baselines that answer where a laser alone is looked at: by features of ours. All others describe pictures."""
 
 FAMILIES: Mapping[str, tuple[str, ...]] = {
     "words": ("fabmap-naive", "fabmap"),
@@ -69,16 +72,20 @@ def modules_of(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted({BASELINES[name].module for name in names if name in BASELINES}))
 
 
-def written_out(names: Iterable[str]) -> tuple[str, ...]:
-    """Methods by name, each once, with groups written out; names that are not known are left as they are."""
-    return tuple(dict.fromkeys(name for one in names for name in _members(one)))
+def written_out(names: Iterable[str], sensors: Collection[str] | None = None) -> tuple[str, ...]:
+    """Methods by name, each once, with groups written out; names that are not known are left as they are.
+
+    Where the laser is all that is looked at, the group of baselines stands for those that can answer to it.
+    """
+    laser_alone = sensors is not None and set(sensors) == {LASER}
+    return tuple(dict.fromkeys(name for one in names for name in _members(one, laser_alone)))
 
 
-def _members(name: str) -> tuple[str, ...]:
+def _members(name: str, laser_alone: bool) -> tuple[str, ...]:
     profile, plus, _ = name.partition("+")
     if plus and profile in PROFILES and "/" not in name:
         return tuple(f"{name}/{stage}" for stage in Stage)
-    return GROUPS.get(name, (name,))
+    return OF_LASERS if laser_alone and name == BASELINE_GROUP else GROUPS.get(name, (name,))
 
 
 def methods_named(names: Sequence[str] | None) -> tuple[str, ...]:

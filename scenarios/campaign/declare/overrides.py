@@ -30,9 +30,9 @@ def with_methods(cases: Sequence[Case], localisers: Sequence[str], methods: Sequ
     """
     judged = tuple(dict.fromkeys(localisers))
     schema_types = {schema_type_for(case.scenario) for case in cases}
-    others = None if methods is None else written_out(name for name in methods if name != NOBODY)
+    others = None if methods is None else tuple(name for name in methods if name != NOBODY)
     for schema_type in schema_types:
-        schema_type.check_names((*judged, *(others or ())))
+        schema_type.check_names((*judged, *written_out(others or ())))
     if not judged and others == ():
         raise ScenarioError("methods 'none': nobody is left to be asked; valid is to name a localiser or a method")
     return [_with_methods(case, judged, others) for case in cases] if judged or methods is not None else list(cases)
@@ -40,7 +40,7 @@ def with_methods(cases: Sequence[Case], localisers: Sequence[str], methods: Sequ
 
 def _with_methods(case: Case, judged: Sequence[str], others: Sequence[str] | None) -> Case:
     scenario = case.scenario
-    running = written_out((*(scenario.methods if others is None else others), *judged))
+    running = written_out((*(scenario.methods if others is None else others), *judged), scenario.localise.sensors)
     # Who was judged is named, for it may not run now, and nobody else's figures are to be taken for its.
     meant = judged or (scenario.judged,)
     first = case.expectations if judged else tuple(about(one, meant[0]) for one in case.expectations)

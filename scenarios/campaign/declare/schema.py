@@ -270,7 +270,7 @@ class Scenario(Declared):
         """Names of the methods that run, groups written out, each once."""
         asked = self.localise.methods or (self.localise.profile,)
         judged = () if self.localise.judged is None else (self.localise.judged,)
-        return written_out((*asked, *judged))
+        return written_out((*asked, *judged), self.localise.sensors)
 
     @property
     def judged(self) -> str:

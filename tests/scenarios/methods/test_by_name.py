@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -5,10 +7,10 @@ from refseq.belief import Belief, Stage
 from refseq.errors import MapError
 from refseq.map.learning import learn
 from refseq.map.localiser import localise
-from refseq.view import View
+from refseq.view import LASER, View
 from refseq_bench.scenarios.errors import ScenarioError
 from refseq_bench.scenarios.methods.baselines import BASELINES
-from refseq_bench.scenarios.methods.by_name import METHODS, answers, family, methods_named, run
+from refseq_bench.scenarios.methods.by_name import METHODS, answers, family, methods_named, run, written_out
 from refseq_bench.scenarios.methods.reference import Reference
 from tests.support import certain, corridor_drive
 
@@ -31,6 +33,20 @@ def test_methods_go_by_their_names_each_once() -> None:
         match=r"^method 'chain' is unknown; valid are thesis/uniform, .*, package.module:Class, ./program$",
     ):
         methods_named(["vlad", "chain"])
+
+
+def test_where_the_laser_is_alone_the_baselines_are_those_that_answer_to_it(
+    drives: tuple[list[View], list[View]],
+) -> None:
+    blind = [[replace(view, images={}) for view in drive] for drive in drives]
+    for name in BASELINES:
+        if name in written_out(["baselines"], [LASER]):
+            assert len(answers([name], *blind)[name]) == len(blind[1])
+        else:
+            with pytest.raises((MapError, ScenarioError), match=r"valid is a drive with images$"):
+                answers([name], *blind)
+    assert written_out(["baselines"], [LASER, "camera-1"]) == written_out(["baselines"]) == tuple(BASELINES)
+    assert written_out(["vlad"], [LASER]) == ("vlad",)  # who names one is told by it
 
 
 def test_answers_are_those_of_each_method_alone(drives: tuple[list[View], list[View]]) -> None:
